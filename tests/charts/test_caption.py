@@ -1,4 +1,4 @@
-"""Captions of pictures: the scene in words, device and date, and every change with its time."""
+"""Captions of figures: scene, device and date, and every change with its time."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def test_a_run_says_scene_device_date_hand_and_loop():
 
 
 @pytest.mark.parametrize("key", LIBRARY)
-def test_every_scene_is_named_by_its_title_and_the_labels_that_are_in_use(key):
+def test_scenes_are_captioned_with_title_and_active_parameters(key):
     environment = LIBRARY[key]
     values = environment.values()
     words = scene(of(key), {}).replace("\N{NO-BREAK SPACE}", " ")
@@ -52,7 +52,7 @@ def test_every_scene_is_named_by_its_title_and_the_labels_that_are_in_use(key):
             assert f"{1e3 * values[p.key]:.4g} mm" in words
 
 
-def test_each_change_stands_with_its_time_and_both_values():
+def test_each_change_has_its_time_and_both_values():
     wall = {**of("wall"), "device": "Kit", "rate_Hz": 1000.0}
     stiffer = {**of("wall", stiffness=600.0, damping_mode="both"), "device": "Kit", "rate_Hz": 1000.0}
     log = [(0.0, wall), (1.5, stiffer), (2.25, {**stiffer, "rate_Hz": 2000.0}), (3.0, of("spring"))]
@@ -68,7 +68,7 @@ def test_each_change_stands_with_its_time_and_both_values():
     ]
 
 
-def test_an_environment_of_ones_own_is_named_as_it_is_and_by_its_keys_where_it_is_not_known():
+def test_own_environments_have_titles_and_unknown_ones_keys():
     own = replace(LIBRARY["spring"], key="mine", title="My spring")
     settings = {**of("spring", center=0.01), "environment": "mine"}
     assert lines([(0.0, settings)], {"mine": own})[0].startswith("My spring: stiffness 80 N/m")
@@ -84,7 +84,7 @@ def test_an_environment_of_ones_own_is_named_as_it_is_and_by_its_keys_where_it_i
         {"environment": "wall", "parameters": {"none": 1.0}, "units": {"none": 7}, "estimator": {"a": 1}},
     ],
 )
-def test_whatever_a_file_holds_there_is_a_caption(settings):
+def test_invalid_settings_still_give_a_caption(settings):
     first = lines([(0.0, settings), (1.0, {**settings, "device": "other"})])
     assert first[1].startswith("Simulated Hapkit · 2026-11-26 14:05")
     assert first[-1].startswith("At 1.00 s: ")

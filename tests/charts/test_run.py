@@ -1,4 +1,4 @@
-"""The picture of a run: the law's curve and the force limit stand in it as on the screen."""
+"""The figure of a run: the law's curve and the force limit are drawn as in the window."""
 
 import math
 import os
@@ -24,7 +24,7 @@ def drawn(run, **given):
 
 
 def curve(axes):
-    """Return the law's curve as drawn (2, n), empty where there is none."""
+    """Return the law's curve as drawn (2, n), empty without one."""
     found = [line for line in axes.lines if line.get_label() == "theory"]
     return np.array(found[0].get_data())[:, ::-1] if found else np.empty((2, 0))
 
@@ -33,7 +33,7 @@ def limits(axes):
     return sorted(float(text.xy[1]) for text in axes.texts if text.get_text().startswith("limit"))
 
 
-def test_the_curve_is_the_laws_and_covers_what_is_seen():
+def test_the_curve_is_the_laws_and_covers_the_visible_range():
     _, axes = drawn(hs.simulate("wall", {"stiffness": 400.0}, hand="press", seconds=1.5))
     x, force = curve(axes)
     assert force == pytest.approx(-0.4 * np.maximum(x - 5.0, 0.0), abs=2e-3)
@@ -42,7 +42,7 @@ def test_the_curve_is_the_laws_and_covers_what_is_seen():
     assert axes.get_xlabel() == "position, mm"
 
 
-def test_a_detents_peak_is_all_of_it():
+def test_a_detents_peak_is_drawn_completely():
     _, axes = drawn(hs.simulate("detents", hand="sweep", seconds=1.0))
     assert curve(axes)[1].max() == pytest.approx(1.2, abs=1e-3)
     assert axes.get_ylim()[1] > 1.2
@@ -52,7 +52,7 @@ def test_a_detents_peak_is_all_of_it():
     ("key", "over", "has"),
     [("damping", "velocity", True), ("friction", "velocity", True), ("puck", "position", False)],
 )
-def test_it_stands_over_what_the_law_depends_on(key, over, has):
+def test_the_curve_is_over_the_laws_variable(key, over, has):
     _, axes = drawn(hs.simulate(key, hand="stroke", seconds=0.7))
     assert axes.get_xlabel().startswith(over)
     assert bool(curve(axes).size) == has
@@ -61,7 +61,7 @@ def test_it_stands_over_what_the_law_depends_on(key, over, has):
 
 
 @pytest.mark.parametrize(("max_force", "shown"), [(1.0, True), (3.0, False), (math.inf, False)])
-def test_the_force_limit_is_drawn_where_it_is_in_sight(max_force, shown):
+def test_the_force_limit_is_drawn_if_visible(max_force, shown):
     """Pressed to 10 mm the wall asks for 2 N; a motor of 1 N gives half of it, one of 3 N all."""
     device = hs.SimulatedHapkit(max_force=max_force)
     run = hs.simulate("wall", {"stiffness": 400.0}, hand="press", seconds=1.5, device=device)
@@ -71,7 +71,7 @@ def test_the_force_limit_is_drawn_where_it_is_in_sight(max_force, shown):
 
 
 def test_a_stiff_law_leaves_room_for_the_data():
-    """5,000 N/m over 5 mm is 25 N; 1.35 times the limit of 3 N are shown."""
+    """5,000 N/m over 5 mm is 25 N; the axis ends at 1.35 times the limit of 3 N."""
     run = hs.simulate("wall", {"stiffness": 5000.0}, hand=hs.Prescribed(lambda t: 0.01 * t), seconds=1.0)
     _, axes = drawn(run)
     assert curve(axes)[1].min() < -24.0
@@ -113,7 +113,7 @@ def test_a_session_is_dated_by_its_file(tmp_path, monkeypatch):
     assert "2026-03-04" in words[0]
 
 
-def test_what_no_environment_takes_is_drawn_without_a_curve():
+def test_invalid_settings_are_drawn_without_a_curve():
     run = hs.simulate("wall", hand="press", seconds=1.0)
     run.settings.update(environment="gone")
     assert curve(drawn(run)[1]).size == 0

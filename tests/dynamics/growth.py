@@ -1,4 +1,4 @@
-"""How fast a sampled oscillation grows or dies, from its samples alone."""
+"""Growth rate of a sampled oscillation, from its samples alone."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ COURSE_RATES = {
 
 
 def per_sample(x):
-    """Return the factor of the amplitude from one sample of x to the next, x swinging about 0.
+    """Return the factor of the amplitude per sample of an oscillation x about 0.
 
     x_n+1 = s x_n - p x_n-1 makes x_n^2 - x_n+1 x_n-1 a geometric sequence of ratio p, the factor squared.
     """

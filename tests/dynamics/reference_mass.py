@@ -1,4 +1,4 @@
-"""A pushed mass computed another way: an adaptive ODE solver that stops at every event."""
+"""Independent simulation of a pushed mass: an adaptive ODE solver that stops at every event."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 @dataclass(frozen=True)
 class World:
-    """What pushes the mass, in the order in which the compiled steps take it."""
+    """Parameters of the forces on the mass, in the order of the compiled steps."""
 
     m: float
     b: float = 0.0
@@ -27,7 +27,7 @@ class World:
         return tuple(vars(self).values())
 
     def acceleration(self, x, v):
-        """Return x'' from what touches at (x, v)."""
+        """Return x'' with the contacts at (x, v)."""
         depth, rate = self.side * (self.touch - x), self.side * (self.speed - v)
         push = self.contact * depth + self.pad * max(rate, 0.0) if depth > 0.0 else 0.0
         beyond = max(x - self.reach, 0.0) + min(x + self.reach, 0.0)
@@ -42,7 +42,7 @@ class World:
 
 
 def advance(world, x, v, h, friction=0.0):
-    """Return (x, v) after h; restarted a trifle beyond every contact, wall, equal speed and turn."""
+    """Return (x, v) after h; restarted slightly beyond every contact, wall, equal speed and reversal."""
     levels = (
         lambda t, y: y[0] - world.touch,
         lambda t, y: y[0] - world.reach,
@@ -62,7 +62,7 @@ def advance(world, x, v, h, friction=0.0):
         def rates(t, y, dry=dry):
             return [y[1], world.acceleration(y[0], y[1]) - dry]
 
-        # Events are looked for a moment after the last one, so that it is not found again.
+        # skip the last event, so that it is not found again
         skip = min(1e-9, left)
         y = np.array([x, v]) + skip * np.array(rates(0.0, [x, v]))
         left -= skip

@@ -1,4 +1,4 @@
-"""The paddle computed another way: matrix exponentials between listed instants, and event-driven ODEs."""
+"""Independent simulation of the paddle: matrix exponentials between instants, and event-driven ODEs."""
 
 import math
 from functools import cache
@@ -20,7 +20,7 @@ def _map(mass, damping, hand_damping, hand_stiffness, h):
 
 
 def run(law, targets, mass, damping, hand, period, delay, x0, v0):
-    """Return (x, v) at len(targets) samples; law(k, x) is asked at sample k and acts `delay` later."""
+    """Return (x, v) at len(targets) samples; law(k, x) is evaluated at sample k and acts ``delay`` later."""
     hand_mass, hand_damping, hand_stiffness = hand
     x, v, motor, pending, out = x0, v0, 0.0, [], []
     for k in range(len(targets)):
@@ -79,7 +79,7 @@ def slide(x, v, force, force_rate, coulomb, mass, damping, stiffness, h):
 
 
 def _leaves(net, rate, coulomb, t):
-    """Return when the pull net + rate s leaves the friction's reach."""
+    """Return when the force net + rate s exceeds friction."""
     if rate == 0.0:
         return math.inf
     return t + max((math.copysign(coulomb, rate) - net) / rate, 0.0)

@@ -24,7 +24,7 @@ SPECS = [*LINEAR, "foaw", ("foaw", {"window": 2.0})]
 
 
 @pytest.mark.parametrize("spec", SPECS)
-def test_starts_as_if_it_had_rested_at_its_first_position(spec):
+def test_starts_at_rest_at_the_first_position(spec):
     velocity = estimate_velocity(np.full(50, 0.0123), 1000.0, spec)
     assert np.array_equal(velocity, np.zeros(50))
     assert estimate_velocity([0.01, 0.02], 1000.0, spec)[0] == 0.0
@@ -74,21 +74,21 @@ def test_kalman_gains_solve_the_riccati_equation(rate, quantum):
 
 
 @pytest.mark.parametrize("key", ["kalman", "foaw"])
-def test_an_ideal_sensor_is_expected_to_be_as_noisy_as_the_usual_one(key):
+def test_an_ideal_sensor_gets_the_usual_noise(key):
     ideal, usual = (estimators.design(key, 1000.0, quantum)[1] for quantum in (0.0, 20.7e-6))
     assert np.array_equal(ideal, usual)
 
 
-def test_foaw_answers_a_kink_with_the_samples_after_it():
-    """A line over the kink fits none; two samples after it, the window holds the new motion alone."""
+def test_foaw_responds_to_a_kink_with_the_samples_after_it():
+    """No line fits across the kink; two samples after it, the window contains only the new motion."""
     x = np.concatenate([np.full(40, 0.01), 0.01 + 0.4e-3 * np.arange(1, 20)])
     velocity = estimate_velocity(x, 1000.0, "foaw", 20.7e-6)
     assert velocity[:40] == pytest.approx(0.0, abs=1e-12)
     assert velocity[40:] == pytest.approx(0.4)
 
 
-def test_foaw_takes_the_whole_window_where_the_line_fits():
-    """A count's flicker: all 17 samples' least-squares slope; with less room for noise, two samples'."""
+def test_foaw_uses_the_whole_window_if_the_line_fits():
+    """Jitter of a count: the slope of all 17 samples; with a smaller noise limit, of two samples."""
     x = 20e-6 * (np.arange(60) % 2)
     ages = np.arange(17)
     whole = -np.polyfit(ages * 1e-3, x[59 - ages], 1)[0]
@@ -98,7 +98,7 @@ def test_foaw_takes_the_whole_window_where_the_line_fits():
 
 @pytest.mark.parametrize("spec", LINEAR)
 def test_transfer_function_is_that_of_the_compiled_step(spec):
-    """Drive with a sine and compare the settled answer with H(e^jw) times it."""
+    """Drive with a sine and compare the steady-state response with H(e^jw)."""
     w, k = 0.3, np.arange(2000)
     velocity = estimate_velocity(1e-3 * np.sin(w * k), 1000.0, spec)
     estimator, _ = estimators.parse(spec)
@@ -125,7 +125,7 @@ NO_QUANTUM = r"quantum (must be 0 or more m|takes a number in m)"
         *(({"quantum": quantum}, NO_QUANTUM) for quantum in (-1.0, math.nan, math.inf, "fine", None)),
     ],
 )
-def test_refuses_what_it_cannot_take(bad, names):
+def test_invalid_estimators_are_rejected(bad, names):
     with pytest.raises(ParameterError, match=names):
         estimate_velocity(**({"position": [0.0, 1.0], "rate": 1000.0} | bad))
 
@@ -159,8 +159,8 @@ MOTIONS = (
     reversal(),
 )
 FOAW_1 = ("foaw", {"noise": 1.0})
-# estimator, (RMS, largest) error in mm/s for each motion, lag in ms at 8 Hz; those that are linear have their
-# filters of scipy's, and the chart's tests hold their errors
+# estimator, (RMS, largest) error in mm/s for each motion, lag in ms at 8 Hz; linear estimators are also
+# compared with scipy's filters, and the chart's tests check their errors
 TABLE = [
     (FOAW_1, (0.43, 1.1), (0.05, 0.07), (0.05, 0.07), (4.0, 6.7), (11, 18), (2.2, 37), 3.1),
     ("foaw", (0.47, 1.8), (0.05, 0.07), (0.05, 0.07), (2.3, 5.2), (7.1, 13), (1.5, 28), 1.7),
@@ -174,7 +174,7 @@ def estimated(spec, position):
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: str(row[0]))
 def test_errors_and_lag_at_8_hz(row):
-    """The lag is the phase of the fundamental of 2 mm, over whole turns."""
+    """The lag is the phase of the fundamental of 2 mm, over whole cycles."""
     spec, *wanted, lag = row
     for (position, velocity), (rms, largest) in zip(MOTIONS, wanted, strict=True):
         error = 1e3 * (estimated(spec, position) - velocity)[FROM:]
@@ -187,8 +187,8 @@ def test_errors_and_lag_at_8_hz(row):
     assert -1e3 * np.angle(ratio) / (16.0 * np.pi) == pytest.approx(lag, rel=0.1)
 
 
-def test_rounding_decides_nothing(rng):
-    """A residual of just half a count is common; at another place it may not fall to the other side."""
+def test_results_do_not_depend_on_rounding(rng):
+    """A residual of exactly half a count is common; the result must not depend on the position."""
     counts = np.cumsum(rng.integers(-1, 2, 6000))
     here = estimate_velocity(20.7e-6 * counts, 1000.0, "foaw", quantum=20.7e-6)
     for place in (1, 1234, -77777):

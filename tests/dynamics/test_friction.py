@@ -1,4 +1,4 @@
-"""The friction laws by themselves: what they hold, what they let go, that they never give energy."""
+"""The friction laws alone: sticking, sliding, and that they never add energy."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def test_projection_shrinks_the_velocity_or_stops_it(velocity, limit, left):
         assert projected(velocity, limit) == 0.0
 
 
-def test_a_tether_pulls_back_up_to_its_limit_and_is_dragged_beyond_it():
+def test_a_tether_is_dragged_beyond_its_limit():
     force, anchor = tether(0.999e-3, 0.0, 1000.0, 1.0)
     assert force == pytest.approx(-0.999)
     assert anchor == 0.0
@@ -36,7 +36,7 @@ def test_a_tether_pulls_back_up_to_its_limit_and_is_dragged_beyond_it():
 
 
 def test_a_tether_holds_without_drift_and_never_gives_energy(rng):
-    """Random walk: work done on the handle never exceeds the spring's, and a held anchor is the same bits."""
+    """Random walk: work on the handle is at most the spring's energy; a sticking anchor is constant."""
     x, anchor, stiffness, limit = 0.02, 0.02, 700.0, 0.5
     work = 0.0
     for step in rng.normal(0.0, 2e-4, 5000):
@@ -46,7 +46,7 @@ def test_a_tether_holds_without_drift_and_never_gives_energy(rng):
         force, anchor = tether(x, anchor, stiffness, limit)
         assert abs(force) <= limit
         assert (anchor == before) == held
-        # the pull changes along a straight line up to the limit; the mean is its least
+        # the force is linear up to the limit, so the mean of both ends is a lower bound
         work += 0.5 * (start + force) * step
     assert work < 0.0
 
@@ -58,7 +58,7 @@ def test_stribeck_falls_from_static_to_kinetic():
 
 
 def test_a_bristle_bends_to_its_end_and_never_beyond():
-    """Exact for any way: two halves make the whole, and the slope at rest is 1."""
+    """Exact for any step: two halves equal the whole, and the slope at rest is 1."""
     end = 0.4 / 800.0
     whole = bristle(0.0, 0.3e-3, 0.4, 800.0)
     assert whole == pytest.approx(end * (1.0 - np.exp(-800.0 * 0.3e-3 / 0.4)))
@@ -70,7 +70,7 @@ def test_a_bristle_bends_to_its_end_and_never_beyond():
 
 
 def follow(path, stiffness, damping, static, kinetic, dt=1e-3):
-    """Return force, anchor and whether it slides (n,) of a sticking tether along a path (n,)."""
+    """Return force, anchor and sliding flag (n,) of a sticking tether along a path (n,)."""
     anchor, slides, before, rows = path[0], 0.0, path[0], []
     for x in path:
         force, anchor, slides = sticking_tether(
@@ -81,7 +81,7 @@ def follow(path, stiffness, damping, static, kinetic, dt=1e-3):
     return np.array(rows).T
 
 
-def test_it_breaks_away_at_the_static_force_and_slides_with_the_kinetic_one():
+def test_break_away_at_static_and_sliding_at_kinetic_force():
     path = np.arange(2001) * 1e-6
     force, anchor, slides = follow(path, 500.0, 0.0, 0.6, 0.4)
     off = np.flatnonzero(slides)[0]
@@ -92,8 +92,8 @@ def test_it_breaks_away_at_the_static_force_and_slides_with_the_kinetic_one():
     assert slides[off:].all()
 
 
-def test_it_sticks_again_where_the_tether_goes_slack_and_holds_more():
-    """Out, back by half a millimetre, out again: it takes the static force once more."""
+def test_it_sticks_again_with_the_static_force_after_reversing():
+    """Out, back by half a millimetre, out again: it needs the static force again."""
     path = np.concatenate([np.arange(0, 2000), np.arange(2000, 1500, -1), np.arange(1500, 3500)]) * 1e-6
     force, _, slides = follow(path, 500.0, 0.0, 0.6, 0.4)
     assert not slides[2001:3400].any()
@@ -103,8 +103,8 @@ def test_it_sticks_again_where_the_tether_goes_slack_and_holds_more():
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.5])
-def test_a_slide_seen_in_counts_is_no_flicker_of_sticking(damping):
-    """A count every other period, the tether as taut in between: it slides on."""
+def test_quantised_sliding_does_not_alternate_with_sticking(damping):
+    """A count every other period, with the tether as taut in between: it keeps sliding."""
     path = 20.7e-6 * np.repeat(np.arange(200), 2)
     force, _, slides = follow(path, 500.0, damping, 0.6, 0.4)
     off = np.flatnonzero(slides)[0]
@@ -113,8 +113,8 @@ def test_a_slide_seen_in_counts_is_no_flicker_of_sticking(damping):
 
 
 @pytest.mark.parametrize("damping", [0.0, 20.0])
-def test_what_sticks_never_gives_energy(rng, damping):
-    """Work on the handle, by the force held over each step, is no more than the spring's sampling adds."""
+def test_sticking_never_adds_energy(rng, damping):
+    """Work on the handle, by the force held over each step, is at most the energy added by sampling."""
     path = 0.02 + np.cumsum(rng.normal(0.0, 1e-4, 20_000))
     force, anchor, _ = follow(path, 500.0, damping, 0.6, 0.4)
     moved = np.diff(path)

@@ -1,4 +1,4 @@
-"""Hands: their grips, the movements they are named after, what they refuse."""
+"""Hands: grips, named movements, rejected values."""
 
 import math
 
@@ -17,7 +17,7 @@ def path(name):
 
 
 @pytest.mark.parametrize("name", MOVEMENTS)
-def test_starts_at_the_centre_and_moves_as_a_hand_can(name):
+def test_movements_start_at_the_centre_at_human_speeds(name):
     """Without a jump, within the paddle's 40 mm, never faster than 1 m/s."""
     x = path(name)
     assert x[0] == pytest.approx(0.0, abs=1e-9)
@@ -55,12 +55,12 @@ def test_press_stays_under_the_force_limit_against_any_wall():
         ({"release": -0.1}, "not -0.1 s"),
     ],
 )
-def test_refuses_a_hand_that_cannot_be(bad, names):
+def test_impossible_hands_are_rejected(bad, names):
     with pytest.raises(ParameterError, match=names):
         Hand(**bad)
 
 
-def test_refuses_names_it_does_not_know():
+def test_unknown_names_are_rejected():
     with pytest.raises(ParameterError, match="press, tap"):
         hand_named("punch")
     with pytest.raises(ParameterError, match="light, medium"):

@@ -12,7 +12,7 @@ from tests.dynamics.reference_mass import World
 
 SLIDER = {"mass": 0.05, "stiffness": 300.0, "x0": 0.010, "v0": 0.0}
 STEPS = [4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3]
-# largest error over x0 of 1 s of free decay with b = 0.4 N·s/m, at each of STEPS
+# largest error relative to x0 in 1 s of free decay with b = 0.4 N·s/m, at each of STEPS
 ERRORS = {
     "explicit_euler": (2180, 6.97, 0.473, 0.171, 0.0763, 0.0361),
     "lecture": (1920, 7.04, 0.476, 0.173, 0.0769, 0.0364),
@@ -75,7 +75,7 @@ def test_rows_are_multiples_of_the_step_with_both_ends():
         *(({"method": name}, r"explicit_euler, lecture, .*exact, not") for name in ("euler", "", None, 2.5)),
     ],
 )
-def test_what_no_motion_has_is_refused_in_one_line(wrong, words):
+def test_invalid_motions_give_a_one_line_error(wrong, words):
     given = {"method": "rk4", "damping": 0.0, "dt": 1e-3, "seconds": 0.1} | SLIDER | wrong
     with pytest.raises(hs.ParameterError, match=words) as caught:
         hs.integrate(**given)
@@ -122,7 +122,7 @@ def test_energy_of_a_bounce(method):
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_friction_brings_it_to_rest_and_holds(method):
-    """After m v / F_c, at v^2 m / (2 F_c): 20 ms and 1 mm; exactly still, also under less than F_c."""
+    """After m v / F_c, at v^2 m / (2 F_c): 20 ms and 1 mm; exactly at rest, also under less than F_c."""
     world = World(m=0.1, f=0.0)
     x, v, before, seen = 0.0, 0.1, 0.0, []
     for _ in range(40):

@@ -1,4 +1,4 @@
-"""Contact, walls and friction of a moving mass: every step against another computation of the same."""
+"""Contact, walls and friction of a moving mass, each step against an independent computation."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ OF = {name: float(n) for n, name in enumerate(INTEGRATORS)}
 
 
 def anywhere(rng):
-    """Return (world, x, v) with contact, walls and often a damper in reach."""
+    """Return a random (world, x, v) with contact, walls and often a damper within reach."""
     world = World(
         m=10 ** rng.uniform(-1.3, 0.5),
         b=rng.choice([0.0, 0.5, 5.0]),
@@ -48,8 +48,8 @@ def test_exact_agrees_with_an_event_driven_solver(rng):
     assert met > 30
 
 
-def test_exact_in_one_go_is_exact_in_many(rng):
-    """Over up to three swings, with every contact, wall and turn within the one step."""
+def test_exact_is_independent_of_the_step(rng):
+    """Over up to three oscillations, with every contact, wall and reversal within one step."""
     for _ in range(300):
         world, x, v = anywhere(rng)
         friction = rng.choice([0.0, 0.2])
@@ -61,8 +61,8 @@ def test_exact_in_one_go_is_exact_in_many(rng):
 
 @pytest.mark.parametrize("lack", [1e-4, 2e-4, 3e-4])
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_exact_sees_that_it_is_faster_than_the_handle_for_a_moment(lack, side):
-    """The damper lets go while it is, although it is slower at both ends of the step."""
+def test_exact_detects_a_brief_speed_crossing(lack, side):
+    """The damper releases during that time, although the object is slower at both ends of the step."""
     world = World(m=0.5, f=-side, touch=0.0, side=side, speed=side * 0.1, contact=500.0, pad=30.0)
     x, v = -side * 2.3e-3, side * (0.1 - lack)
     got, want = exact(x, v, 10e-3, 0.0, *world.numbers), advance(world, x, v, 10e-3)
@@ -71,7 +71,7 @@ def test_exact_sees_that_it_is_faster_than_the_handle_for_a_moment(lack, side):
 
 
 def test_exact_keeps_the_energy_over_many_bounces():
-    """Between handle and wall, at a step that sees each contact for few samples."""
+    """Between handle and wall, at a step with few samples per contact."""
     world = World(m=0.05, touch=-0.02, contact=800.0, reach=0.03, wall=300.0)
     x, v = 0.0, 0.7
     start, turns = world.energy(x, v), 0
@@ -112,7 +112,7 @@ def test_verlet_takes_the_damper_at_the_new_velocity(rng):
         assert u == pytest.approx(v + 0.5 * h * (before + world.acceleration(q, u)), abs=1e-10)
 
 
-def test_runge_kutta_takes_the_force_at_its_own_places(rng):
+def test_runge_kutta_evaluates_the_force_at_its_stages(rng):
     for _ in range(200):
         world, x, v = anywhere(rng)
         h = 10 ** rng.uniform(-3.3, -2.0)

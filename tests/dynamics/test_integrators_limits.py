@@ -1,4 +1,4 @@
-"""Where each integrator of a mass on a spring stops decaying, and how fast it grows beyond."""
+"""Stability limits of each integrator for a mass on a spring, and its growth beyond them."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def test_without_damping_they_stay_bounded_up_to_their_limit(method, limit):
 @pytest.mark.parametrize("step", [0.1, 1000.0])
 @pytest.mark.parametrize("method", ["implicit_euler", "trapezoid", "exact"])
 def test_the_implicit_ones_and_exact_never_grow(method, step, ratio):
-    """Their energy never rises, at any step."""
+    """Their energy never increases, at any step."""
     given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "x0": 1.0, "v0": 0.3}
     _, x, v = hs.integrate(method, dt=step, seconds=2000 * step, **given)
     energy = x * x + v * v
@@ -98,7 +98,7 @@ def test_the_course_s_mass_grows_as_its_table_says(method, case, stiffness, dt):
 @pytest.mark.parametrize("ratio", [0.0, 0.0291, 0.3, 1.0, 3.0])
 @pytest.mark.parametrize("method", [method for method in INTEGRATORS if method != "lecture"])
 def test_the_spectral_radius_is_that_of_the_map_of_one_rendered_step(method, ratio):
-    """The map's columns are where one step takes (1, 0) and (0, 1)."""
+    """The map's columns are the results of one step from (1, 0) and (0, 1)."""
     for step in (0.05, 0.7, 1.9, 2.4, 3.5):
         given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "dt": step, "seconds": step}
         columns = [hs.integrate(method, x0=x0, v0=1.0 - x0, **given)[1:] for x0 in (1.0, 0.0)]

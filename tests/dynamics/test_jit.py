@@ -1,4 +1,4 @@
-"""Where compiled code is kept when nothing may be written."""
+"""Cache of compiled code without a writable folder, and removal of outdated code."""
 
 import os
 import subprocess
@@ -29,7 +29,7 @@ print(folder)
 
 @pytest.mark.slow
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")
-def test_without_a_place_to_write_a_folder_serves_while_the_program_runs():
+def test_a_temporary_cache_is_used_without_a_writable_folder():
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
     words = [sys.executable, "-c", REFUSE]
     done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
@@ -39,7 +39,7 @@ def test_without_a_place_to_write_a_folder_serves_while_the_program_runs():
     assert not Path(folder).exists()
 
 
-def test_what_was_compiled_from_other_sources_is_removed(tmp_path):
+def test_outdated_compiled_code_is_removed(tmp_path):
     source, kept = (
         tmp_path / "dynamics" / "paddle.py",
         tmp_path / "haptics" / "__pycache__" / "tick-1.py311.nbi",
@@ -53,7 +53,7 @@ def test_what_was_compiled_from_other_sources_is_removed(tmp_path):
         return kept.exists()
 
     source.write_text("x = 1")
-    assert not remains()  # nobody knows from what
+    assert not remains()  # unknown sources
     assert remains()
     os.utime(source, (1.0, 1.0))
     assert not remains()

@@ -44,7 +44,7 @@ def test_free_mass_is_a_parabola_to_the_last_digit():
 
 @pytest.mark.parametrize("damping", [1e-9, 1e-3, 0.5, 50.0, 5e4])
 def test_damped_mass_agrees_with_its_closed_form(damping):
-    """x = t/b - m (1 - e^-at) / b^2, v = (1 - e^-at) / b under 1 N; by expm1, where that keeps its digits."""
+    """x = t/b - m (1 - e^-at) / b^2, v = (1 - e^-at) / b under 1 N; by expm1 where that is accurate."""
     m, h = 0.05, 0.004
     rise = -math.expm1(-damping * h / m)
     step = paddle.transition(m, damping, 0.0, h)
@@ -94,7 +94,7 @@ def test_slides_to_a_stop_and_stays():
 
 
 @pytest.mark.parametrize(("coulomb", "start", "step"), [(0.1, 0.010, 2 / 3 * 1e-3), (0.3, 0.020, 2e-3)])
-def test_spring_with_friction_turns_where_it_must(coulomb, start, step):
+def test_spring_with_friction_loses_amplitude_linearly(coulomb, start, step):
     """|x_n+1| = |x_n| - 2 F_c / k each half period pi sqrt(m / k); rest once |x| <= F_c / k."""
     half = math.pi * math.sqrt(0.05 / 300.0)
     x, v = start, 0.0
@@ -108,7 +108,7 @@ def test_spring_with_friction_turns_where_it_must(coulomb, start, step):
     assert abs(x) <= coulomb / 300.0
 
 
-def test_pulled_by_a_spring_it_breaks_away_and_grazes_rest():
+def test_break_away_by_a_spring_touches_zero_speed_without_sticking():
     """After break-away at k V t = F_c: v = V (1 - cos wt), which touches 0 every period and never sticks."""
     m, k, speed, coulomb, h = 0.05, 300.0, 0.02, 0.4, 1e-3
     omega, x, v = math.sqrt(k / m), 0.0, 0.0
@@ -126,8 +126,8 @@ def test_holds_against_less_than_the_friction_and_gives_way_to_more():
     assert (x, v) == pytest.approx((-0.2 / 0.05 * 0.5e-4, -0.2 / 0.05 * 0.01), rel=1e-12)
 
 
-def test_a_dip_to_rest_inside_a_piece_is_not_missed():
-    """Pushed back and then forth, the handle ends up going forward again but has stopped on the way."""
+def test_a_brief_stop_within_a_step_is_detected():
+    """Pushed back and then forth, the handle moves forward at the end but has stopped in between."""
     args = (0.0, 0.02, -2.0, 1000.0, 0.05, 0.05, 0.1, 0.0, 0.004)
     free = paddle.apply(paddle.transition(*args[5:]), args[0], args[1], args[2] - args[4], args[3])
     got = through(*args)

@@ -1,4 +1,4 @@
-"""A mass on a rubbing surface: closed forms, and what each friction model does."""
+"""Stick-slip: closed forms, and the behaviour of each friction model."""
 
 import math
 
@@ -21,7 +21,7 @@ FIRST = {"mass": 0.05, "spring": 300.0, "static": 1.0, "kinetic": 0.5}
 
 
 def measured(dt, v):
-    """Return (slip s, period s) on average over whole cycles, the first left out."""
+    """Return the mean (slip s, period s) over whole cycles, without the first."""
     starts = np.flatnonzero((v[:-1] == 0.0) & (v[1:] != 0.0))[1:]
     cycles = len(starts) - 1
     moving = np.count_nonzero(v[starts[0] + 1 : starts[-1] + 1])
@@ -29,7 +29,7 @@ def measured(dt, v):
 
 
 def period_of(t, force):
-    """Return the mean time between falls of the spring's force through its middle, nan if it hardly falls."""
+    """Return the mean time between downward crossings of the spring force's middle, NaN if there are few."""
     late = force[len(force) // 4 :]
     middle = 0.5 * (late.max() + late.min())
     if np.ptp(late) < 0.05:
@@ -42,7 +42,7 @@ def period_of(t, force):
 @pytest.mark.parametrize("case", SETS)
 @pytest.mark.parametrize("model", ["projection", "karnopp"])
 def test_period_slip_and_peaks(model, case, dt, rel):
-    """Over at least twenty periods; at the end of a slip the spring pulls with twice kinetic less static."""
+    """Over at least twenty periods; at the end of a slip the spring force is twice kinetic minus static."""
     mass, spring, static, kinetic, speed, slip, period, fastest, peak = case
     seconds = static / (spring * speed) + 22.0 * period
     _, _, v, force = hs.stick_slip(
@@ -60,7 +60,7 @@ def test_period_slip_and_peaks(model, case, dt, rel):
     ("viscous", "critical"), [(0.05, 0.445), (0.1, 0.309), (0.2, 0.211), (0.5, 0.120), (1.0, 0.0715)]
 )
 def test_viscous_friction_ends_it_above_a_speed(viscous, critical):
-    """One percent below, it sticks again and again; one percent above, only at the start."""
+    """One percent below, it sticks repeatedly; one percent above, only at the start."""
     for part in (0.99, 1.01):
         _, _, v, _ = hs.stick_slip(
             "projection", **FIRST, viscous=viscous, speed=part * critical, dt=1e-5, seconds=2.0
@@ -69,7 +69,7 @@ def test_viscous_friction_ends_it_above_a_speed(viscous, critical):
         assert (stops > 10) if part < 1.0 else (stops == 0)
 
 
-# model, options, period's error in % at 1 ms and 0.2 ms; nan: no stick-slip of that kind
+# model, options, period's error in % at 1 ms and 0.2 ms; NaN: no stick-slip of that kind
 SCORES = [
     ("coulomb", {}, math.nan, math.nan),
     ("smoothed", {"smoothing": 0.001, "stribeck_velocity": 0.003}, math.nan, -24.0),
@@ -84,8 +84,8 @@ SCORES = [
 
 
 @pytest.mark.parametrize(("model", "options", "coarse", "fine"), SCORES)
-def test_what_each_model_makes_of_the_period(model, options, coarse, fine):
-    """What jitters in place of stick-slip repeats at the spring's own period at most: 62 % too short."""
+def test_period_error_of_each_model(model, options, coarse, fine):
+    """Jitter instead of stick-slip repeats at most at the spring's own period: 62 % too short."""
     exact = SETS[0][6]
     for dt, wanted in ((1e-3, coarse), (0.2e-3, fine)):
         t, _, _, force = hs.stick_slip(model, **FIRST, speed=0.02, dt=dt, seconds=6.0, **options)
@@ -96,7 +96,7 @@ def test_what_each_model_makes_of_the_period(model, options, coarse, fine):
             assert error == pytest.approx(wanted, abs=0.7)
 
 
-def test_where_the_force_never_falls_there_is_no_period():
+def test_without_slips_there_is_no_period():
     t = np.linspace(0.0, 6.0, 6001)
     assert period_error(t, 0.01 * np.sin(30.0 * t), 0.21) == period_error(t, t, 0.21) == math.inf
     assert period_error(t, np.sin(30.0 * t), 2.0 * math.pi / 30.0) < 1e-5
@@ -128,7 +128,7 @@ def test_lugres_classic_motion(dt):
         ({"dt": 1e-9}, "up to 1e[+]08 steps"),
     ],
 )
-def test_refuses_in_one_line(bad, names):
+def test_invalid_arguments_give_a_one_line_error(bad, names):
     given = {"model": "projection", **FIRST, "speed": 0.02, "dt": 1e-3, "seconds": 1.0} | bad
     with pytest.raises(ParameterError, match=names) as caught:
         hs.stick_slip(**given)
@@ -159,7 +159,7 @@ def test_slide_to_stop(model):
 @pytest.mark.parametrize("model", ["karnopp", "projection"])
 @pytest.mark.parametrize(("kinetic", "start", "halves"), [(0.1, 0.010, 15), (0.3, 0.020, 10)])
 def test_a_spring_released_against_friction(model, kinetic, start, halves):
-    """Every half-cycle of pi sqrt(m / k) loses 2 F_c / k, until the spring can no longer break it away."""
+    """Every half-cycle of pi sqrt(m / k) loses 2 F_c / k, until the spring cannot break it away."""
     half, turns = 40.558e-3, [start * (-1) ** n * (1.0 - n / halves) for n in range(halves + 1)]
     given = {"mass": 0.05, "spring": 300.0, "static": kinetic, "kinetic": kinetic, "x0": start, "dt": 1e-6}
     t, x, v = slide(model, nothing(half * len(turns), 1e-6), **given)
@@ -171,7 +171,7 @@ def test_a_spring_released_against_friction(model, kinetic, start, halves):
 
 
 def creep(model, dt, frequency=20.0, mass=0.05, **options):
-    """Return the drift in µm/s under 0.3 N that trembles by 0.15 N, half of what static friction holds."""
+    """Return the drift in µm/s under 0.3 N with a tremor of 0.15 N, half of the static friction."""
     t = np.arange(round(3.0 / dt) + 1) * dt
     pull = 0.3 + 0.15 * np.sin(2.0 * np.pi * frequency * t)
     _, x, _ = slide(model, pull, mass=mass, static=1.0, kinetic=0.5, dt=dt, **options)
@@ -180,7 +180,7 @@ def creep(model, dt, frequency=20.0, mass=0.05, **options):
 
 @pytest.mark.parametrize("dt", [1e-4, 1e-3])
 @pytest.mark.parametrize("model", STOPPING)
-def test_what_knows_rest_holds_without_any_drift(model, dt):
+def test_sticking_models_have_no_drift(model, dt):
     assert creep(model, dt) == 0.0
 
 
@@ -192,18 +192,18 @@ def test_what_knows_rest_holds_without_any_drift(model, dt):
         ("lugre", {}, 432.0),
     ],
 )
-def test_what_knows_the_speed_alone_never_holds(model, options, wanted):
+def test_speed_only_models_drift(model, options, wanted):
     assert creep(model, 1e-4, **options) == pytest.approx(wanted, rel=0.02)
 
 
-def test_dahl_creeps_by_what_its_curve_says():
-    """Slowly: dx = dF / (K (1 -+ F / F_c)) up and down, summed over a cycle."""
+def test_dahl_creeps_as_its_curve_predicts():
+    """Quasi-static: dx = dF / (K (1 -+ F / F_c)) up and down, summed over a cycle."""
     cycle = 0.5 / 1e4 * (math.log(1.0 - (0.15 / 0.5) ** 2) - math.log(1.0 - (0.45 / 0.5) ** 2))
     assert creep("dahl", 1e-4, frequency=2.0) == pytest.approx(2.0e6 * cycle, rel=0.02)
 
 
 def test_the_sign_of_the_velocity_chatters_and_creeps():
-    """A step takes F_c T / m = 10 mm/s: it never gets nearer to rest, and the mean of two is no rest."""
+    """A step changes the speed by F_c T / m = 10 mm/s: it never comes closer to rest."""
     _, x, v = slide("coulomb", nothing(2.0, 1e-3), mass=0.05, static=0.5, kinetic=0.5, v0=0.1234)
     late = v[-1000:]
     assert np.abs(late).max() <= 0.01
@@ -216,14 +216,14 @@ def test_the_sign_of_the_velocity_chatters_and_creeps():
 
 @pytest.mark.parametrize("model", MODELS)
 def test_every_model_brakes_a_free_mass_and_never_drives_it(model):
-    """Within 2 mm and what is strained on the way; a strained anchor without damping may go on ringing."""
+    """Within 2 mm and the elastic strain; a strained anchor without damping may keep oscillating."""
     _, x, v = slide(model, nothing(1.0, 1e-4), mass=0.05, static=0.5, kinetic=0.5, v0=0.2, dt=1e-4)
     assert np.abs(v).max() == 0.2
     assert np.abs(v[-100:]).max() <= (0.02 if model == "hayward_armstrong" else 1.1e-3)
     assert 1.0e-3 < x[-1] < 2.6e-3
 
 
-def test_refuses_forces_that_are_none():
+def test_invalid_forces_are_rejected():
     for applied, names in (
         (["push"], "must be numbers of N"),
         ([0.0, math.nan], "one row of finite numbers"),

@@ -1,4 +1,4 @@
-"""The board's machine on this computer, for all tests of a file."""
+"""The board's virtual machine built for this computer, shared by the tests of a module."""
 
 import pytest
 

@@ -1,8 +1,7 @@
-"""The board's code in double precision, each value with a bound of how far single precision may be from it.
+"""Running error analysis of the board's code: double-precision values with bounds on single-precision errors.
 
-Running error analysis (Higham, Accuracy and Stability of Numerical Algorithms, 3.3): inputs are exact,
-constants half a unit in the last place off; every operation hands on what its operands are off and adds its
-own rounding.
+Higham, Accuracy and Stability of Numerical Algorithms, 3.3: inputs are exact, constants have an error of half
+a unit in the last place; every operation propagates its operands' errors and adds its own rounding.
 """
 
 import math
@@ -12,29 +11,29 @@ from unittest import mock
 
 from hapkit_studio.laws import board
 
-HALF_UNIT = 2.0**-24  # of the last place, relative
+HALF_UNIT = 2.0**-24  # unit roundoff of single precision
 LEAST, MOST = 2.0**-126, (2.0 - 2.0**-23) * 2.0**127
 LESS_OR_MORE = (1, 4)
 LARGE = struct.unpack("<f", struct.pack("<f", 3e38))[0]
-"""A constant whose square stands for infinity."""
+"""A constant whose square overflows."""
 LONGEST = 2.0**24
-"""A quotient from which on a remainder is 0."""
-# a power comes from its logarithm, of so many bits before the point
+"""Quotients from here on have a remainder of 0."""
+# bits before the binary point of the logarithm from which a power is computed
 POWER_OWN = 8
 USUAL_OWN = (8, 0.0)
-"""Half units, and a distance whatever the result, that a function may be off by itself."""
+"""Own error of a function: half units, and an absolute term."""
 REDUCED = 2e-9
-"""How far an angle is off, relative, once whole turns are taken from it."""
+"""Relative error of an angle after reduction by whole turns."""
 MOST_WAYS = 32
-"""Ways through the code that are gone beside one another; more count as unclear."""
+"""Limit of paths followed in parallel; beyond it the row is unclear."""
 
 
 class Unclear(Exception):
-    """Rounding alone could take the law to a fault, to another whole number, or past the largest number."""
+    """Rounding alone could cause a fault, another integer, or an overflow."""
 
 
 class Fault(Exception):
-    """A division by zero, or an index outside: the law ends."""
+    """A division by zero, or an index out of range: the law ends."""
 
 
 def compile_unrounded(law, values, period, room=0) -> board.Program:
@@ -44,7 +43,7 @@ def compile_unrounded(law, values, period, room=0) -> board.Program:
 
 
 def single(value: float) -> float:
-    """Return a number in single precision as the machine has it: what is too small is 0."""
+    """Return a number in the machine's single precision, with denormals as 0."""
     try:
         rounded = struct.unpack("<f", struct.pack("<f", value))[0]
     except OverflowError:
@@ -58,11 +57,11 @@ class Instruction:
     operands: tuple[int, ...]
     mask: int
     next: int
-    aim: int  # where it jumps to
+    aim: int  # jump target
 
 
 def decoded(code: bytes) -> tuple[list[Instruction], int]:
-    """Return the instructions with jumps as places in the list, and the place of the first one of MAIN."""
+    """Return the instructions with jump targets as indices, and the index of the first one of MAIN."""
     rows = list(board.instructions(code))
     place = {at: i for i, (at, _, _) in enumerate(rows)} | {len(code): len(rows)}
     found = []
@@ -85,10 +84,10 @@ def decoded(code: bytes) -> tuple[list[Instruction], int]:
 
 
 class Analysis:
-    """One law's code, run beside the machine: values and how far each may be off."""
+    """A law's code, executed in parallel with the machine: values and error bounds."""
 
     def __init__(self, program: board.Program):
-        """Take a program whose constants are not rounded."""
+        """Store a program whose constants are not rounded."""
         self.code, self.main = decoded(program.code)
         self.states = program.states
         self.values = [0.0, 0.0, *program.given] + [0.0] * (program.slots - 2 - len(program.given))
@@ -97,7 +96,7 @@ class Analysis:
         """Whether the last call asked for the sign of zero, which algebra may change."""
 
     def set_state(self, values) -> None:
-        """Begin the next call from a state of single precision."""
+        """Set the state before the next call, in single precision."""
         for i, value in enumerate(values):
             self.values[2 + i], self.errors[2 + i] = value, 0.0
 
@@ -106,10 +105,10 @@ class Analysis:
         return list(zip(self.values[2 : 2 + self.states], self.errors[2 : 2 + self.states], strict=True))
 
     def call(self, x: float, v: float) -> tuple[float, float]:
-        """Return one call's force and how far it may be off; raise Unclear or Fault.
+        """Return one call's force and its error bound; raise Unclear or Fault.
 
-        Where a comparison lies within its error of its threshold the board may go either way: all ways are
-        tried, and the bounds hold for each. The values are those of the way that double precision goes.
+        If a comparison is within its error of the threshold, the board may take either path: all paths are
+        followed, and the bounds cover them. The values are those of the path in double precision.
         """
         self.zero_sign = False
         before = list(self.values), list(self.errors)
@@ -137,7 +136,7 @@ class Analysis:
         return force, error
 
     def _takes(self, found: int, possible: int, mask: int) -> bool:
-        """Return whether to jump on this way: as double precision does, where it is not told otherwise."""
+        """Return whether to jump on this path: as in double precision unless prescribed."""
         if not possible & mask or not possible & ~mask:
             return bool(possible & mask)
         turn = len(self._turns)
@@ -166,7 +165,7 @@ class Analysis:
                     at = one.aim
             elif name == "COPYSIGN":
                 sign, off = values[operands[0]], errors[operands[0]]
-                # the sign of zero is as good as unknown
+                # the sign of zero is unknown
                 possible = 5 if abs(sign) <= off or sign == 0.0 else LESS_OR_MORE[sign > 0.0]
                 self.zero_sign |= sign == 0.0
                 negative = self._takes(LESS_OR_MORE[math.copysign(1.0, sign) > 0.0], possible, 1)
@@ -199,7 +198,7 @@ class Analysis:
 
 
 def apart(value, error, other, off) -> float:
-    """Return a bound around a value that holds for another one too."""
+    """Return an error bound of a value that also covers another value."""
     if not finite(value, other):
         if value != other and not (math.isnan(value) and math.isnan(other)):
             raise Unclear
@@ -208,7 +207,7 @@ def apart(value, error, other, off) -> float:
 
 
 def outcomes(a, e, s, se) -> tuple[int, int]:
-    """Return how A compares with a slot, and how it may in single precision, as bits of a jump's mask."""
+    """Return how A compares with a slot, and how it may in single precision, as jump-mask bits."""
     if math.isnan(a) or math.isnan(s):
         return 8, 8
     found = 1 if a < s else 2 if a == s else 4
@@ -225,7 +224,7 @@ def index(i, e, size) -> int:
 
 
 def rounded(value, error, own=(1, 0.0)) -> tuple[float, float]:
-    """Return a result with what it is off for its operands, and by its own rounding."""
+    """Return a result with its error from the operands and its own rounding."""
     if not math.isfinite(value):
         if error:
             raise Unclear
@@ -259,7 +258,7 @@ def multiply(a, e, s, se):
 
 
 def zero(s, se) -> None:
-    """Fail at a divisor that is zero, or may be."""
+    """Raise Fault for a zero divisor, Unclear for one that may be zero."""
     if s == 0.0 and se == 0.0:
         raise Fault
     if abs(s) <= se:
@@ -275,7 +274,7 @@ def divide(a, e, s, se):
 
 
 def whole_quotient(a, e, s, se, towards) -> int:
-    """Return the quotient made whole; raise Unclear where it may be another one."""
+    """Return the rounded quotient; raise Unclear if another integer is possible."""
     zero(s, se)
     found = {towards(top / bottom) for top in (a - e, a + e) for bottom in (s - se, s + se)}
     if len(found) > 1:
@@ -345,7 +344,7 @@ def _power(a, s) -> float:
 
 def atan2(a, e, s, se):
     distance, off = math.hypot(a, s), math.hypot(e, se)
-    # at the cut the sign of zero would decide
+    # at the branch cut the sign of zero would decide
     if not finite(a, s) or off >= distance or (s < 0.0 and abs(a) <= e) or a == 0.0 == s:
         raise Unclear
     return rounded(math.atan2(a, s), 1.6 * off / (distance - off), USUAL_OWN)
@@ -389,7 +388,7 @@ def _whole(towards):
 
 
 def _monotone(name, low=-math.inf, high=math.inf, at_low=None):
-    """Return a function that only rises or only falls from low to high; outside it is not a number."""
+    """Return a function for a monotonic one from low to high; NaN outside."""
     function = getattr(math, name)
 
     def bounded(a, e):

@@ -1,4 +1,4 @@
-"""Laws written to files, as a student has them: a law's source is read from its file."""
+"""Laws in files, as students write them: a law's source is read from its file."""
 
 import importlib.util
 import itertools
@@ -40,18 +40,18 @@ def environment(folder, text, parameters=PARAMETERS):
 
 
 def law_text(body, state="", beside=""):
-    """Return a file's text: what stands beside the law, then the law with this body."""
+    """Return a file's text: ``beside``, then the law with this body."""
     decorator = f"@law(state={state})" if state else "@law"
     lines = [textwrap.dedent(beside), decorator, "def force(p, s, x, v, dt):"]
     return "\n".join(lines) + "\n" + textwrap.indent(textwrap.dedent(body).strip("\n"), "    ") + "\n"
 
 
 def line_of(text, words):
-    """Return the line number in the file on which these words first stand."""
+    """Return the number of the first line in the file that contains these words."""
     whole = HEAD + textwrap.dedent(text)
     return next(n for n, line in enumerate(whole.splitlines(), 1) if words in line)
 
 
 def held(environment, **given):
-    """Return a run of 50 ms at a position of 10 mm, with the values given."""
+    """Return a run of 50 ms with the handle held at 10 mm."""
     return simulate(environment, given, hand=Prescribed(lambda t: 0.010), seconds=0.05)

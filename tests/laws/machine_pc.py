@@ -1,4 +1,4 @@
-"""The board's machine, built for this computer: loads code, says what the verifier found, runs it."""
+"""The board's virtual machine built for this computer: loads code, reports the verifier's result, runs it."""
 
 import shutil
 import struct
@@ -13,7 +13,7 @@ from hapkit_studio.laws.machine import Refusal
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ROOT / "firmware" / "tests" / "laws"
-ARENA = 16384  # bytes: laws are held to the board's own size elsewhere
+ARENA = 16384  # bytes; other tests check the board's own arena
 
 needs_compiler = pytest.mark.skipif(
     shutil.which("g++") is None or shutil.which("make") is None, reason="no g++ or no make"
@@ -21,7 +21,7 @@ needs_compiler = pytest.mark.skipif(
 
 
 def build(*, watched: bool = False) -> Path:
-    """Return the program, built where its sources are newer; watched: by the sanitizers."""
+    """Return the program, rebuilt if its sources are newer; watched: with sanitizers."""
     folder = ROOT / "build" / "machine"
     made = folder / ("machine_watched" if watched else "machine")
     subprocess.run(["make", "-s", "-C", SOURCES, f"BUILD={folder}", f"ARENA={ARENA}", made], check=True)
@@ -30,14 +30,14 @@ def build(*, watched: bool = False) -> Path:
 
 @dataclass(frozen=True)
 class Loaded:
-    """What the verifier found: why not, or how many cycles one call takes at most."""
+    """The verifier's result: reason of rejection, or worst-case cycles of a call."""
 
     refusal: Refusal
     cycles: int
 
 
 class Machine:
-    """One machine; a context that ends its program.
+    """A machine's process, ended by the context manager.
 
     >>> with Machine(build()) as machine:
     ...     assert machine.load(states=0, numbers=[100.0], slots=3, code=code).refusal == Refusal.NONE
@@ -59,7 +59,7 @@ class Machine:
         assert self._process.wait() == 0
 
     def load(self, states: int, numbers, slots: int, code: bytes) -> Loaded:
-        """Load and verify a law: numbers are the states' first values, then the constants."""
+        """Load and verify a law: numbers are the states' initial values, then the constants."""
         self._states = states
         given = np.asarray(numbers, np.float32)
         self._ask(struct.pack("<cBBBH", b"L", states, len(given), slots, len(code)) + given.tobytes() + code)

@@ -1,4 +1,4 @@
-"""Random code for the machine that its verifier passes: every operation, branches, loops, calls."""
+"""Random valid code for the machine: every operation, branches, loops, calls."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ def code(*words: str | int | bytes) -> bytes:
 
 @dataclass(frozen=True)
 class RandomCode:
-    """One law as the machine takes it."""
+    """A law in the machine's form."""
 
     states: int
     given: tuple[float, ...]
@@ -33,14 +33,14 @@ class RandomCode:
 
 
 class _Writer:
-    """Writes sections; knows how long each subroutine is and which counters it uses."""
+    """Writes sections; tracks each subroutine's length and counters."""
 
     def __init__(self, rng: np.random.Generator, states: int, given: int, slots: int, wild: float):
         self.rng = rng
         self.wild = wild
         self.slots = slots
         self.writable = [*range(2, 2 + states), *range(2 + given, slots)]
-        self.subroutines: list[tuple[int, int]] = []  # place, counters
+        self.subroutines: list[tuple[int, int]] = []  # offset, counters
 
     def any(self, things):
         return things[self.rng.integers(len(things))]
@@ -52,7 +52,7 @@ class _Writer:
         return code(marker) + body + code("RETURN"), counters
 
     def block(self, count: int, free: int) -> tuple[bytes, int]:
-        """Return instructions and how many counters they use, below free."""
+        """Return instructions and the number of counters they use, below ``free``."""
         found, used = b"", 0
         for _ in range(count):
             more, counters = self.instruction(count // 2, free)
@@ -86,7 +86,7 @@ class _Writer:
         counter = int(self.rng.integers(free))
         body, used = self.block(inside, counter)
         tail = b""
-        if self.rng.random() < 0.5:  # a way out of it, by itself for a while
+        if self.rng.random() < 0.5:  # an exit from the loop
             tail, more = self.block(inside, free)
             used = max(used, more)
             rest, more = self.block(inside // 2, counter)
@@ -120,9 +120,9 @@ class _Writer:
 
 
 def random_code(rng: np.random.Generator, wild: float = 0.0) -> RandomCode:
-    """Return a law of a few dozen instructions that the verifier passes, but for its cycles.
+    """Return a law of a few dozen instructions that the verifier accepts, except perhaps for its cycles.
 
-    wild: how often a counter is taken that is not free; the verifier does not pass that.
+    wild: probability of a counter in use, which the verifier rejects.
     """
     states, constants, temporaries = (int(n) for n in rng.integers(0, 4, 3))
     given, slots = states + constants, 2 + states + constants + temporaries + 1

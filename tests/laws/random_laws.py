@@ -1,4 +1,4 @@
-"""Random laws of the whole law language, each from its seed: as a person may write them, only sillier."""
+"""Random laws of the whole law language, each determined by its seed."""
 
 import random
 from dataclasses import dataclass
@@ -32,9 +32,9 @@ CURVE = (0.5, -1.25, 0.0, 2.0, -0.75)
 
 
 """
-CURVE = 5  # numbers in it
+CURVE = 5  # its length
 TURNS = {"STEPS": 3, "len(CURVE) - 2": 3}
-# Functions whose argument may be anything, and what the others want.
+# functions for any argument, and the domains of the others
 ANY = ("sin", "cos", "tan", "atan", "tanh", "fabs", "floor", "ceil", "trunc", "radians", "degrees")
 KEPT_IN = {
     "log10": "(abs({}) + 0.25)", "sqrt": "abs({})",
@@ -55,7 +55,7 @@ class _Helper:
 
 
 class _Writer:
-    """Writes the functions of one law; names are those that are set wherever the text goes on."""
+    """Writes the functions of one law; names: definitely assigned at the current position."""
 
     def __init__(self, seed: int):
         self.random = random.Random(seed)
@@ -65,7 +65,7 @@ class _Writer:
         self.lines: list[str] = []
         self.indent = 1
         self.loops = 0
-        self.turns = 1  # of all loops around here
+        self.turns = 1  # iterations of all enclosing loops
         self.made = 0
 
     def chance(self, share: float) -> bool:
@@ -110,10 +110,10 @@ class _Writer:
         return index
 
     def value(self, depth: int) -> str:
-        """Return an expression of so many levels."""
+        """Return an expression of at most ``depth`` levels."""
         if depth <= 0 or self.chance(0.12):
             return self.leaf()
-        # what takes long, within a loop, takes too long
+        # avoid expensive operations inside loops
         kind = self.random.randrange(8 if self.turns > 1 and self.chance(0.6) else 20)
         one, other = (lambda: self.value(depth - 1)), (lambda: self.value(depth - 2))
         if kind < 8:
@@ -207,7 +207,7 @@ class _Writer:
         return f"w{self.made}"
 
     def block(self, count: int, leave: str) -> None:
-        """Write some statements; names that are set in them are forgotten behind."""
+        """Write some statements; names assigned in them are not used afterwards."""
         names, before = list(self.names), len(self.lines)
         self.indent += 1
         for _ in range(count):
@@ -347,7 +347,7 @@ def text(seed: int) -> str:
 
 
 def law(folder: Path, seed: int) -> Law:
-    """Return a random law, its file in a folder; raise LawError where it leaves the language after all."""
+    """Return a random law with its file in a folder; raise LawError if it violates the language."""
     made = written(folder / f"random_{seed}.py", text(seed))
     made.CURVE = _Values(made.CURVE)  # plain Python counts negative indices from the end
     made.force.bind(PARAMETERS)
@@ -367,7 +367,7 @@ def settings(seed: int) -> dict[str, float]:
 
 
 def rows(seed: int, count: int = ROWS) -> np.ndarray:
-    """Return rows of position and velocity, (n, 2): short numbers and long ones, now and then at rest."""
+    """Return rows of position and velocity, (n, 2): few or many digits, sometimes at rest."""
     found = np.random.default_rng(seed)
     x = np.cumsum(found.normal(0.0, 0.3, count))
     v = found.normal(0.0, 1.0, count)

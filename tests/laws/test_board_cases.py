@@ -1,4 +1,4 @@
-"""Small laws on the board's machine, each of which was compiled wrongly once."""
+"""Regression tests: small laws that were compiled wrongly for the board's machine."""
 
 import numpy as np
 import pytest
@@ -163,7 +163,7 @@ CASES = {
 
 @pytest.mark.parametrize("room", [0, 10_000])
 @pytest.mark.parametrize("case", CASES)
-def test_a_law_that_was_wrong_once(case, room, machine, tmp_path):
+def test_formerly_miscompiled_laws(case, room, machine, tmp_path):
     law = module(tmp_path, law_text(CASES[case], random_laws.STATE, HELPERS)).force
     law.bind(random_laws.PARAMETERS)
     values = {p.key: p.default for p in random_laws.PARAMETERS}
@@ -173,7 +173,7 @@ def test_a_law_that_was_wrong_once(case, room, machine, tmp_path):
 
 
 @pytest.mark.parametrize("divisor", [41.0, 47.0, 109.0])
-def test_a_quotient_meets_its_whole_number(divisor, machine, tmp_path):
+def test_integer_quotients_are_exact(divisor, machine, tmp_path):
     """In single precision such a number times its inverse is below 1."""
     body = f"both = x + v\nreturn math.floor(both / {divisor})"
     law = module(tmp_path, law_text(body, random_laws.STATE, HELPERS)).force

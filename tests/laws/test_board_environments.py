@@ -21,11 +21,11 @@ pytestmark = needs_compiler
 PERIOD = 1e-3
 BOUND = 2e-3  # N
 SHORT, LONG = 0, 10_000
-"""Room in bytes: for as little code as there can be, and for every function written in."""
+"""Room in bytes: for the smallest code, and for inlining every function."""
 TOO_SLOW = {("mass_spring_damper", "exact"), ("puck", "exact")}
-"""Environments and options of which one call may take more cycles than the board can count."""
+"""Environments and options whose call may exceed the board's cycle counter."""
 TOO_LARGE = {("puck", "implicit_euler"), ("puck", "trapezoid"), *TOO_SLOW}
-"""Those whose code and numbers find no room in the board's arena."""
+"""Environments and options that do not fit the board's arena."""
 
 LENGTHY = ("mass_spring_damper", "puck")
 """Environments whose laws take long to compile."""
@@ -37,14 +37,14 @@ KEYS = wide(ENVIRONMENTS, lambda key: key not in LENGTHY)
     params=[pytest.param(False, id="plain"), pytest.param(True, id="watched", marks=pytest.mark.slow)],
 )
 def machine(request):
-    """Return the board's machine on this computer, once watched by the sanitizers and with more settings."""
+    """Return the board's machine on this computer; in slow tests with sanitizers and more settings."""
     with Machine(build(watched=request.param)) as made:
         made.settings = 3 if request.param else 1
         yield made
 
 
 def motion(count=200):
-    """Return rows of position and velocity, shape (n, 2), as the board has them: to and fro, held."""
+    """Return rows of position and velocity, (n, 2), in the board's precision: to and fro, with pauses."""
     t = np.arange(count) * PERIOD
     x = 0.03 * np.sin(2 * np.pi * 1.9 * t) + 0.008 * np.sin(2 * np.pi * 7.3 * t + 1.0)
     x[count // 2 : count // 2 + 20] = x[count // 2]
@@ -68,7 +68,7 @@ def usual(environment):
 
 
 def settings(environment, chosen, rng, count):
-    """Yield the default settings with these choices, then as many at random within what a person may set."""
+    """Yield the default settings with these choices, then random ones within the limits."""
     yield environment.values(chosen)
     while count:
         numbers = {
@@ -84,7 +84,7 @@ def settings(environment, chosen, rng, count):
 
 
 def drawn(environment, chosen, rng, count):
-    """Return the settings with these choices after those with all before them: the same in any selection."""
+    """Return reproducible random settings with these choices, independent of the tests selected."""
     for other in options(environment):
         found = list(settings(environment, other, rng, count))
         if other == chosen:
@@ -99,7 +99,7 @@ def drawn(environment, chosen, rng, count):
         lambda key, chosen: key not in LENGTHY or chosen == usual(ENVIRONMENTS[key]),
     ),
 )
-def test_the_machine_gives_what_the_compiled_law_gives(key, chosen, machine, rng):
+def test_machine_and_compiled_law_agree(key, chosen, machine, rng):
     environment, rows = ENVIRONMENTS[key], motion()
     total = compared = 0
     for values in drawn(environment, chosen, rng, machine.settings):
@@ -123,8 +123,8 @@ def test_the_machine_gives_what_the_compiled_law_gives(key, chosen, machine, rng
 
 
 @pytest.mark.parametrize("key", ENVIRONMENTS)
-def test_a_whole_motion_at_the_default_settings_ends_up_nowhere_else(key, machine):
-    """Never begun anew: what single precision loses does not add up."""
+def test_errors_do_not_accumulate_over_a_whole_motion(key, machine):
+    """Without restarts: single-precision errors do not accumulate."""
     environment, rows = ENVIRONMENTS[key], motion(1500).astype(np.float32)
     values = environment.values()
     program = board.compile(environment.force, values, PERIOD, SHORT)
@@ -136,7 +136,7 @@ def test_a_whole_motion_at_the_default_settings_ends_up_nowhere_else(key, machin
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_what_finds_no_room_on_the_board_is_named(key):
+def test_laws_too_large_for_the_board_are_reported(key):
     environment, found = ENVIRONMENTS[key], set()
     for chosen in options(environment):
         program = board.compile(environment.force, environment.values(chosen), PERIOD, ARENA)

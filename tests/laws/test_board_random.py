@@ -15,12 +15,12 @@ pytestmark = needs_compiler
 
 PERIOD = 1e-3
 ROOMS = (0, 10_000)
-"""Bytes: functions called, or written in."""
+"""Bytes: functions called, or inlined."""
 
 
 @dataclass
 class Seen:
-    """What became of many laws: how many were compared, why others were not, and their rows."""
+    """Statistics of many laws: compared ones, reasons for skipping others, and rows."""
 
     laws: int = 0
     refused: list[str] = field(default_factory=list)
@@ -30,7 +30,7 @@ class Seen:
 
 
 def useful(force: float) -> float:
-    """Return up to which bound in N a row says something."""
+    """Return the largest error bound in N for a meaningful comparison."""
     return 1e-3 * (1.0 + abs(force))
 
 
@@ -69,7 +69,7 @@ def run(machine: Machine, folder, seeds, truth) -> Seen:
 
 
 def hold(seen: Seen, count: int) -> None:
-    """Fail where too much was left out, or too little happened, for the comparison to say something."""
+    """Fail if the comparison skipped too much or covered too little."""
     assert seen.laws >= 0.85 * count, seen.refused
     assert seen.compared >= 0.75 * seen.rows
     assert 0.02 * seen.rows < seen.faults < 0.3 * seen.rows
@@ -81,7 +81,7 @@ def test_random_laws(machine, tmp_path):
 
 @pytest.mark.slow
 def test_very_many_random_laws(watched, tmp_path):
-    """The machine is watched by the sanitizers."""
+    """The machine runs with sanitizers."""
     hold(run(watched, tmp_path, range(600), Plain), 600)
 
 

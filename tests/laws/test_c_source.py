@@ -1,6 +1,6 @@
-"""A sketch's C beside the law in Python: every environment's choices, and random laws, in double precision.
+"""A sketch's C against the law in Python, in double precision: all choices, and random laws.
 
-What differs in single precision is measured on the chip; here a statement out of place is seen in any digit.
+Single-precision differences are measured on the chip; here any misplaced statement changes the result.
 """
 
 import ctypes
@@ -59,7 +59,7 @@ extern "C" void run_{n}(int rows, const double* given, double* force) {{
 
 @dataclass(frozen=True)
 class Job:
-    """One law with its numbers, and the rows (n, 2) of position and velocity that it is called with."""
+    """A law with its numbers, and the rows (n, 2) of position and velocity of its calls."""
 
     environment: Environment
     values: dict[str, float]
@@ -67,12 +67,12 @@ class Job:
 
 
 def whole(value):
-    """Return a number with all its digits."""
+    """Format a number with all its digits."""
     return repr(float(value)) if math.isfinite(value) else "INFINITY" if value > 0.0 else "-INFINITY"
 
 
 def run(jobs, folder, monkeypatch):
-    """Return the force (n,) of every job by its sketch's C; nan from the first fault on."""
+    """Return the force (n,) of every job by its sketch's C; NaN from the first fault on."""
     monkeypatch.setattr(c_source, "number", whole)
     monkeypatch.setattr(sketch, "number", whole)
     pieces = [HEAD]

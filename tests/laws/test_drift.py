@@ -1,4 +1,4 @@
-"""Clocks: sums of dt are found whatever their form, and what is advised instead is right for an hour."""
+"""Drift of clocks: sums of dt are detected in any form, and the recommended form is exact for an hour."""
 
 import math
 
@@ -26,7 +26,7 @@ def counted_down(t, dt):
         return max(0.0, t - dt)
     return 0.0
 """
-# a body, and the words that begin on the line that is named
+# a body, and the beginning of the reported line
 DRIFTING = [
     ("s.t += dt", "s.t"),
     ("s.t = s.t + dt", "s.t"),
@@ -87,7 +87,7 @@ def remarks(folder, body, state=STATE):
 
 
 @pytest.mark.parametrize(("body", "words"), DRIFTING, ids=[body for body, _ in DRIFTING])
-def test_what_drifts_is_named_at_its_line(tmp_path, body, words):
+def test_drifting_states_are_reported_at_their_line(tmp_path, body, words):
     (found,), text = remarks(tmp_path, body)
     lines = (HEAD + text).splitlines()
     assert lines[found.line - 1].startswith(f"    {words}")
@@ -96,18 +96,18 @@ def test_what_drifts_is_named_at_its_line(tmp_path, body, words):
 
 
 @pytest.mark.parametrize("body", STEADY)
-def test_what_forgets_its_rounding_errors_is_not_named(tmp_path, body):
+def test_states_that_forget_rounding_errors_are_not_reported(tmp_path, body):
     assert remarks(tmp_path, body)[0] == ()
 
 
-def test_of_the_studios_own_laws_only_those_that_vibrate_freely_are_named(tmp_path):
+def test_only_free_vibrations_of_the_studios_laws_are_reported(tmp_path):
     found = {key: {r.text.split("`")[1] for r in e.force.remarks} for key, e in built_in().items()}
     assert {key: names for key, names in found.items() if names} == {"cat": {"s.breath", "s.phase"}}
     for template in folder.templates():
         assert reading.load_source(typed(tmp_path / "own.py", template.text)).force.remarks == ()
 
 
-def test_a_sketch_says_it_above_the_line(tmp_path):
+def test_a_sketch_has_the_remark_above_the_line(tmp_path):
     text = law_text("s.t += dt\nreturn -p.stiffness * s.t", STATE)
     made = environment(tmp_path, text)
     lines = [line.strip() for line in sketch.text(made, made.values()).splitlines()]
@@ -134,14 +134,14 @@ def test_a_sum_of_dt_drifts_as_far_as_the_message_says(machine, tmp_path):
 
 
 def clocked(folder):
-    """Return the law of the reference page that times 100 ms from a touch at 15 mm by counting calls."""
+    """Return the reference page's law that times 100 ms after a touch at 15 mm by counting calls."""
     made = module(folder, reference.CLOCK)
     made.force.bind(PARAMETERS)
     return made.force
 
 
 def touches(start, count):
-    """Return rows (count, 2) after a call number, touched for 1,000 calls of 2,000, and forces (count,)."""
+    """Return rows (count, 2) from a call number on, touched for 1,000 of 2,000 calls, and forces (count,)."""
     call = start + 1 + np.arange(count)
     since = (call % 2000) / RATE
     inside = call % 2000 < 1000

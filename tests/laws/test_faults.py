@@ -1,4 +1,4 @@
-"""What goes wrong inside a law raises nothing and hangs nothing: it latches, with its line, and no force."""
+"""Faults inside a law: no exception, no hang; they latch with their line, and the force is zero."""
 
 import textwrap
 
@@ -26,7 +26,7 @@ INFINITY = (
     "(x < 0) ** -(x > 0)",
 )
 BY_ZERO = ("1.0 / (x - x)", "0.0 / (x - x)", "x // 0.0", "x % 0.0", "math.fmod(x, 0.0)", "(x > 0) // (x < 0)")
-# a body, and what is said; {} is the line that holds the words behind it
+# a body, and the message; {} is the line with the following words
 CASES = [
     *[(USES[0].format(i), "line {} of the law reaches beyond its state", "s.ring") for i in WRONG_INDEX],
     *[
@@ -36,17 +36,17 @@ CASES = [
     *[(f"{loop}\nreturn 5.0", "of the law does not come to an end", "") for loop in NEVER_ENDS],
     *[(f"return {value}", "the law returned NaN at x = 10.00 mm", "") for value in NAN],
     *[(f"return {value}", "the law returned infinity at x = 10.00 mm", "") for value in INFINITY],
-    # even where what comes after would hide it
+    # even if later code would hide it
     *[
         (f"b = {value}\nreturn 1.0", "line {} of the law divides by zero at x = ", "b = ")
         for value in (*BY_ZERO, "min(1.0, 1.0 / (x - x))")
     ],
     ("b = quotient(x - x)\nreturn 1.0", "line {} of the law divides by zero at x = ", "return 1.0 / a"),
-    # the first value that was not finite, not the line that returns it
+    # the line of the first non-finite value, not of the return statement
     ("a = 1.0\nb = math.sqrt(-a)\nreturn b + 1.0", "(line {})", "b = "),
     ("a = 1e300\nb = a * a\nreturn b", "(line {})", "return b"),
 ]
-# 4 ** 5 calls, and loops called from loops, each of which alone stays below any limit
+# 4 ** 5 calls, and nested loops, each of which is below the limits
 BESIDE = (
     "def quotient(a):\n    return 1.0 / a\n"
     "def slow(a):\n    for i in range(15000):\n        a = a + 1.0\n    return a\n"
@@ -54,7 +54,7 @@ BESIDE = (
 ) + "".join(
     f"def doubled_{n}(a):\n    return " + " + ".join([f"doubled_{n - 1}(a)"] * 4) + "\n" for n in range(1, 6)
 )
-# one law of them all, as each takes a while to compile: its damping chooses
+# one law for all cases, chosen by its damping, to save compile time
 TEXT = law_text(
     "\n".join(f"if p.damping == {n}.0:\n" + textwrap.indent(one[0], "    ") for n, one in enumerate(CASES))
     + "\nreturn 1.0 / (1.0 + math.exp(1e5 * x))",
@@ -70,7 +70,7 @@ def law(tmp_path_factory):
 
 
 @pytest.mark.parametrize("case", range(len(CASES)), ids=[body for body, *_ in CASES])
-def test_the_first_sample_latches_in_words_and_no_force_leaves_it(law, case, capfd):
+def test_a_fault_at_the_first_sample_latches_without_force(law, case, capfd):
     _, said, where = CASES[case]
     (fault,) = (run := held(law, damping=float(case))).faults
     start = LINES.index(f"    if p.damping == {case}.0:")
@@ -83,7 +83,7 @@ def test_the_first_sample_latches_in_words_and_no_force_leaves_it(law, case, cap
     assert capfd.readouterr() == ("", "")
 
 
-def test_what_is_not_finite_on_the_way_only_is_no_fault(law):
+def test_non_finite_intermediate_values_are_no_fault(law):
     assert held(law, damping=-1.0).faults == ()
 
 

@@ -1,4 +1,4 @@
-"""The firmware's header of operations is what the table says, and the table can be coded."""
+"""The firmware's header of operations is up to date, and the table can be encoded."""
 
 from hapkit_studio.laws import machine
 from hapkit_studio.laws.machine import OPERATIONS

@@ -1,4 +1,4 @@
-"""Each mistake of the table gets its message at its line; so do its variants."""
+"""Each frequent mistake, and variants of it, gets its message and line."""
 
 import pytest
 
@@ -72,13 +72,13 @@ def test_there_are_at_least_thirty():
 
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda m: m.wrong)
-def test_a_mistake_is_answered_at_its_line(mistake, tmp_path):
+def test_each_mistake_has_its_message_and_line(mistake, tmp_path):
     error = refused(mistake.wrong, tmp_path)
     assert str(error) == f"Line {LINE}: {mistake.said}"
 
 
 @pytest.mark.parametrize(("line", "words"), VARIANTS, ids=[line for line, _ in VARIANTS])
-def test_variants_are_answered_alike(line, words, tmp_path):
+def test_variants_have_the_same_message(line, words, tmp_path):
     error = refused(line, tmp_path)
     assert words in str(error)
     assert error.line == LINE
@@ -93,7 +93,7 @@ def test_variants_are_answered_alike(line, words, tmp_path):
         ("a = {1: 2", "'{' was never closed"),
     ],
 )
-def test_what_is_no_usual_mistake_is_said_in_pythons_words(line, words, tmp_path):
+def test_other_syntax_errors_have_pythons_message(line, words, tmp_path):
     assert f"Python cannot read this line: {words}" in str(refused(line, tmp_path))
 
 
@@ -107,11 +107,11 @@ def test_what_is_no_usual_mistake_is_said_in_pythons_words(line, words, tmp_path
         "a = x; b = v;",
     ],
 )
-def test_what_only_looks_like_a_mistake_is_taken(line, tmp_path):
+def test_correct_lines_similar_to_mistakes_are_accepted(line, tmp_path):
     reading.load_source(typed(tmp_path / "fine.py", FILE.format(line=line)))
 
 
-def test_names_that_a_law_sets_or_imports_itself_are_its_own(tmp_path):
+def test_names_defined_in_a_law_are_no_mistakes(tmp_path):
     text = FILE.format(line="time = x\n    pos = time + PI\n    round = pos").replace(
         "FORCES =", "PI = math.pi\nFORCES ="
     )

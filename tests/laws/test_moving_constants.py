@@ -1,4 +1,4 @@
-"""Settings that give the same code differ by constants, which move while the law runs on the board."""
+"""Settings with the same code differ in constants only, which ramp while the law runs on the board."""
 
 import itertools
 
@@ -20,7 +20,7 @@ STEPS = 30  # of 1 ms
 
 @pytest.fixture
 def outcomes(monkeypatch):
-    """Return a list of how the comparisons went that only parameters decide, in the order they were asked."""
+    """Return the list of outcomes of parameter-only comparisons, in order of evaluation."""
     found: list[bool] = []
     asked = Specialiser.compare
 
@@ -35,7 +35,7 @@ def outcomes(monkeypatch):
 
 
 def programs(environment, chosen, rng, count, outcomes) -> list[tuple[tuple[bool, ...], Program]]:
-    """Return programs of random settings with these choices, each beside what was decided on the way."""
+    """Return programs of random settings with these choices, each with its outcomes."""
     made = []
     for values in settings(environment, chosen, rng, count):
         outcomes.clear()
@@ -45,7 +45,7 @@ def programs(environment, chosen, rng, count, outcomes) -> list[tuple[tuple[bool
 
 
 @pytest.mark.parametrize("key", wide(ENVIRONMENTS, lambda key: key in ("wall", "friction")))
-def test_only_conditions_on_parameters_decide_what_the_code_is(key, rng, outcomes):
+def test_code_depends_on_parameter_conditions_only(key, rng, outcomes):
     environment = ENVIRONMENTS[key]
     for chosen in options(environment):
         codes: dict[tuple[bool, ...], tuple[bytes, int]] = {}
@@ -57,7 +57,7 @@ def test_only_conditions_on_parameters_decide_what_the_code_is(key, rng, outcome
 
 @needs_compiler
 @pytest.mark.parametrize("key", wide(ENVIRONMENTS, lambda key: key in ("wall", "friction")))
-def test_constants_on_the_move(key, machine, rng, outcomes):
+def test_ramping_constants(key, machine, rng, outcomes):
     environment, rows = ENVIRONMENTS[key], motion(120).astype(np.float32)
     moved = 0
     for chosen in options(environment):
@@ -71,7 +71,7 @@ def test_constants_on_the_move(key, machine, rng, outcomes):
 
 
 def hold(machine: Machine, one: Program, other: Program, rows: np.ndarray) -> None:
-    """Move from one program's constants to another's; fail at a force that is none, or at another end."""
+    """Ramp from one program's constants to another's; fail on a non-finite force or a wrong final force."""
     assert machine.load(one.states, one.given, one.slots, one.code).refusal == Refusal.NONE
     forces, states = machine.run(rows[:60])
     start, aim = (np.array(p.given[p.states :], np.float32) for p in (one, other))

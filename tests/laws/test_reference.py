@@ -1,4 +1,4 @@
-"""The reference page is what the checker's tables say, and every example on it compiles."""
+"""The reference page agrees with the checker's tables, and every example on it compiles."""
 
 import ast
 import re
@@ -95,7 +95,7 @@ def test_every_example_of_a_law_compiles_for_loop_and_board_and_none_drifts(page
     assert verdict.problems == verdict.warnings == verdict.remarks == ()
 
 
-def test_every_kind_of_node_that_the_checker_takes_is_in_an_example(page):
+def test_every_accepted_node_type_has_an_example(page):
     trees = [ast.parse(text) for text in blocks(page)]
     trees += [ast.parse(f"def f():\n for n in m:\n  {line}") for line in LINES]
     shown = {type(node).__name__ for tree in trees for node in ast.walk(tree)}
@@ -103,6 +103,6 @@ def test_every_kind_of_node_that_the_checker_takes_is_in_an_example(page):
     assert taken <= shown
 
 
-def test_the_laws_file_on_the_page_is_read_as_a_person_saves_it(page, tmp_path):
+def test_the_pages_example_file_can_be_read(page, tmp_path):
     made = reading.load_source(typed(tmp_path / "clicking_wall.py", blocks(page)[0]))
     assert [p.key for p in made.parameters] == ["stiffness", "side"]

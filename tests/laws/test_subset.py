@@ -1,4 +1,4 @@
-"""The law language: what is refused, on which line, in which words."""
+"""The law language: what is rejected, on which line, with which message."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from hapkit_studio.errors import LawError
 from hapkit_studio.laws import Law, law
 from tests.laws.law_files import HEAD, PARAMETERS, environment, law_text
 
-# the offending line (the law returns 0.0 after it), and words of the message
+# the rejected line (the law returns 0.0 after it), and words of the message
 REFUSED = [
     ("while x > 0: v = 1.0", "`while` is not allowed"),
     ("try: a = 1.0\nexcept: a = 2.0", "`try` is not allowed"),
@@ -92,7 +92,7 @@ STATE = "{'last': 0.0, 'ring': (0.0, 0.0)}"
 
 
 @pytest.mark.parametrize(("line", "words"), REFUSED, ids=[line[:24] for line, _ in REFUSED])
-def test_what_no_law_may_hold_is_refused_on_its_line(tmp_path, line, words):
+def test_forbidden_code_is_rejected_with_its_line(tmp_path, line, words):
     text = law_text("a0 = 1.0\n" + line + "\nreturn 0.0", STATE, BESIDE)
     first = (HEAD + text).splitlines().index("    a0 = 1.0") + 2
     last = first + line.count("\n")
@@ -109,7 +109,7 @@ def test_what_no_law_may_hold_is_refused_on_its_line(tmp_path, line, words):
     "line",
     ["while x > 0: x = x - 1", "try: return 1.0\nexcept: pass", "with open('f') as f: pass", "class A: pass"],
 )
-def test_what_no_law_may_hold_is_named_before_a_force_that_is_missing(tmp_path, line):
+def test_forbidden_code_is_reported_before_a_missing_force(tmp_path, line):
     with pytest.raises(LawError, match="is not allowed") as error:
         environment(tmp_path, law_text(line))
     assert error.value.line == HEAD.count("\n") + 4
@@ -150,7 +150,7 @@ def test_a_law_takes_its_five_arguments(tmp_path, signature, words):
         ("help = 2.0", "'help' is not a function that a law can call"),
     ],
 )
-def test_helpers_are_held_to_the_same_language(tmp_path, helper, words):
+def test_helpers_obey_the_same_language(tmp_path, helper, words):
     with pytest.raises(LawError) as error:
         environment(tmp_path, law_text("return help(x)", STATE, helper))
     assert words in str(error.value)
@@ -182,7 +182,7 @@ def test_a_value_of_a_function_around_the_law_is_refused():
 
 
 @pytest.mark.parametrize("what", [abs, 5, print, lambda p, s, x, v, dt: 0.0, str.upper])
-def test_what_is_no_function_of_a_file_is_refused(what):
+def test_only_functions_of_a_file_are_accepted(what):
     with pytest.raises(LawError):
         Law(what).bind(PARAMETERS)
 
@@ -193,7 +193,7 @@ def test_state_starts_at_numbers(start):
         law(state={"last": start})(lambda p, s, x, v, dt: 0.0)
 
 
-def test_state_and_parameters_have_room():
+def test_large_state_and_many_parameters():
     with pytest.raises(LawError, match="up to 16 state values, not 17"):
         law(state={"ring": (0.0,) * 17})(lambda p, s, x, v, dt: 0.0)
     with pytest.raises(LawError, match="up to 32 parameters, not 33"):

@@ -1,4 +1,4 @@
-"""Tables at the top of a file, indexed in a law: the same numbers, limits and faults in all three outputs."""
+"""Tables of a file, indexed in a law: same numbers, limits and faults in all three outputs."""
 
 import math
 import sys
@@ -29,7 +29,7 @@ def own(folder, text=table_law.TEXT):
 
 
 def motion(count=400):
-    """Return rows (n, 2) of position and velocity over the whole table and beyond both of its ends."""
+    """Return rows (n, 2) of position and velocity over the whole table and beyond both ends."""
     x = np.linspace(-0.02, 0.03, count) + 1e-5
     return np.stack([x, 0.5 * np.sin(np.arange(count))], axis=1)
 
@@ -92,7 +92,7 @@ HELPER = f"{TABLE}\ndef helped(a, b=-TURNS):\n    return TABLE[1] * b * HALF * a
 
 @pytest.fixture(scope="module")
 def values(tmp_path_factory):
-    """Return one law for all of VALUES and LOOPS, which its damping chooses from."""
+    """Return one law for all of VALUES and LOOPS, chosen by its damping."""
     body = [f"if p.damping == {n}.0: return {value}" for n, (value, _) in enumerate(VALUES)]
     for n, (turns, _) in enumerate(LOOPS, len(VALUES)):
         body += [
@@ -110,7 +110,7 @@ WANTED = [wanted for _, wanted in VALUES] + [sum(1.0 + 0.01 * i for i in turns) 
 
 @needs_compiler
 @pytest.mark.parametrize("n", range(len(WANTED)), ids=[words for words, _ in [*VALUES, *LOOPS]])
-def test_values_and_turns(values, machine, n):
+def test_table_values_and_loop_counts(values, machine, n):
     given = values.values({"damping": float(n)})
     assert Compiled(values.force, given, 1e-3).call(0.01, 0.0) == pytest.approx(WANTED[n], rel=1e-14)
     program = board.compile(values.force, given, 1e-3)
@@ -118,7 +118,7 @@ def test_values_and_turns(values, machine, n):
     assert machine.run([[0.01, 0.0]])[0] == pytest.approx(WANTED[n], rel=1e-6)
 
 
-def test_values_and_turns_in_the_sketch(values, tmp_path, monkeypatch):
+def test_table_values_and_loop_counts_in_the_sketch(values, tmp_path, monkeypatch):
     row = np.array([[0.01, 0.0]])
     jobs = [Job(values, values.values({"damping": float(n)}), row) for n in range(len(WANTED))]
     assert np.concatenate(run(jobs, tmp_path, monkeypatch)) == pytest.approx(WANTED, rel=1e-12)
@@ -126,7 +126,7 @@ def test_values_and_turns_in_the_sketch(values, tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def outside(tmp_path_factory):
-    """Return a law that leaves its table in a way that its damping chooses."""
+    """Return a law that leaves its table in a way chosen by its damping."""
     body = [f"if p.damping == {n}.0: return 5.0 + entry({index})" for n, index in enumerate(OUTSIDE)]
     beside = TABLE + "\ndef entry(i):\n    return TABLE[i]\n"
     text = law_text("\n".join([*body, "return TABLE[0]"]), beside=beside)
@@ -177,7 +177,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("beside", "value", "words"), REFUSED, ids=[value for _, value, _ in REFUSED])
-def test_what_is_no_table_or_no_use_of_one_is_refused_on_its_line(tmp_path, beside, value, words):
+def test_invalid_tables_and_uses_are_rejected_with_their_line(tmp_path, beside, value, words):
     text = law_text(f"a = {value}\nreturn a", beside=beside)
     with pytest.raises(LawError) as error:
         environment(tmp_path, text)
@@ -197,7 +197,7 @@ def test_a_loop_counts_to_whole_constants(tmp_path, turns):
 
 def test_two_files_may_each_have_a_table_of_the_same_name(tmp_path, monkeypatch):
     other = module(tmp_path, "TABLE = (7.0, 8.0)\n\ndef lent(a):\n    return TABLE[a]\n")
-    other.lent.__module__ = "hapkit_studio.dynamics.lent"  # a law may call the studio's own
+    other.lent.__module__ = "hapkit_studio.dynamics.lent"  # a law may call the studio's own functions
     monkeypatch.setitem(sys.modules, "lent_to_laws", other)
     beside = "from lent_to_laws import lent\n\nTABLE = (1.0, 2.0)\n"
     made = environment(tmp_path, law_text("return TABLE[0] + lent(1.0)", beside=beside))

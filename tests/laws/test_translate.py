@@ -1,4 +1,4 @@
-"""Compiled laws: the same numbers as the plain Python function, kept where numba keeps them."""
+"""Compiled laws: same results as the plain Python function, cached by numba."""
 
 import gc
 import math
@@ -50,7 +50,7 @@ def option(side, a):
 
 from math import hypot
 """
-# each body uses another part of the language; laws of polynomials, branches, loops, helpers, state
+# each body uses another part of the language
 BODIES = [
     "return -p.stiffness * x - p.damping * v",
     """
@@ -142,7 +142,7 @@ numbers = st.floats(-3.0, 3.0, allow_nan=False).filter(lambda a: a == 0.0 or abs
 
 
 def call(compiled, values, x, v, dt=1e-3):
-    """Return (force, state, fault) of one call by address at the law's first state."""
+    """Return (force, state, fault) of one call by address in the law's initial state."""
     p, s = np.array(values, dtype=float), compiled.initial_state.copy()
     fault = np.zeros(native.FAULT_WORDS, dtype=np.int64)
     return native.call(compiled.address, p, np.append(s, 0.0), x, v, dt, fault), fault
@@ -160,7 +160,7 @@ def laws(tmp_path_factory):
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(x=numbers, v=numbers, k=st.floats(0.0, 5e3), b=numbers, side=st.sampled_from([0.0, 1.0]))
 def test_is_the_plain_function(laws, which, x, v, k, b, side):
-    """Python's own arithmetic, to 1e-15 of the largest term (other libraries' sin and exp differ so much)."""
+    """Python's own arithmetic, to 1e-15 of the largest term, the accuracy of other libraries' sin and exp."""
     law = laws[which]
     want = law.plain({"stiffness": k, "damping": b, "side": side}, x, v)
     got, fault = call(law.compiled(), (k, b, side), x, v)
@@ -174,7 +174,7 @@ def test_is_the_plain_function(laws, which, x, v, k, b, side):
 RING = "{'ring': (0.0, 0.0, 0.0), 'last': 0.0}"
 
 
-def test_state_is_kept_from_sample_to_sample_and_starts_afresh(tmp_path):
+def test_state_is_kept_between_samples_and_reset_for_a_run(tmp_path):
     body = "s.count += 1\ns.ring[int(s.count) % 3] = x\nreturn 0.001 * s.count"
     made = environment(tmp_path, law_text(body, "{'count': 0.0, 'ring': (0.0,) * 3}"))
     assert made.state_names == ("count", "ring[0]", "ring[1]", "ring[2]")
@@ -187,7 +187,7 @@ def test_state_is_kept_from_sample_to_sample_and_starts_afresh(tmp_path):
 
 
 def test_plain_is_nan_where_the_function_has_no_value(tmp_path):
-    """The curve beneath a plot must not end a window."""
+    """The curve in a plot must not crash the window."""
     for value in ("1.0 / (x - x)", "math.sqrt(-1.0)", "math.exp(1e9)", "s.ring[7]"):
         made = environment(tmp_path, law_text(f"return {value}", RING))
         assert math.isnan(made.force.plain(made.values(), 0.0, 0.0))
@@ -207,8 +207,8 @@ def test_an_edited_helper_or_constant_is_another_file(tmp_path):
     assert len(sources) == 4
 
 
-def test_generated_files_that_nobody_loads_are_cleared_away(tmp_path, monkeypatch):
-    """With their machine code, once another law is written; one that was loaded of late stays."""
+def test_unused_generated_files_are_removed(tmp_path, monkeypatch):
+    """Including machine code, when another law is written; recently loaded ones are kept."""
     monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path / "cache"))
     both = [environment(tmp_path, law_text(f"return x * {n}.5")).force for n in (7, 8)]
     files = [Path(law.compiled().keepalive.__file__) for law in both]
@@ -222,10 +222,10 @@ def test_generated_files_that_nobody_loads_are_cleared_away(tmp_path, monkeypatc
 
 
 @pytest.mark.skipif(native.INTERPRETED, reason="Nothing is compiled.")
-def test_machine_code_is_ours_where_all_of_it_is_there_by_the_same_numba(tmp_path, monkeypatch):
-    """numba writes the index first: a law whose data are still missing would be compiled here.
+def test_cached_code_must_be_complete_and_of_the_same_numba(tmp_path, monkeypatch):
+    """numba writes the index first: without its data the law would be compiled here.
 
-    Some versions of numba take a file of another time for another file: loading leaves it as old as it is.
+    Some versions of numba compare time stamps: loading must not change them.
     """
     monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path / "kept"))
     law, twin = (environment(tmp_path, law_text("return -2.0 * x")).force for _ in range(2))
@@ -251,8 +251,8 @@ def let_others_run(*_):
     time.sleep(1e-5)
 
 
-def test_syntax_is_read_in_one_thread_at_a_time():
-    """CPython 3.11 fails where garbage collection lets another thread parse amid a tree."""
+def test_parsing_is_limited_to_one_thread():
+    """CPython 3.11 fails if garbage collection lets another thread parse at the same time."""
     gc.callbacks.append(let_others_run)
     before = gc.get_threshold()
     gc.set_threshold(50)

@@ -1,4 +1,4 @@
-"""A law on the board's machine, built for this computer, held row by row to the law in double precision."""
+"""Compare a law on the board's machine, built for this computer, with the law in double precision."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ from tests.laws.machine_pc import Machine
 
 
 class NoNumber(Exception):
-    """Plain Python raises where compiled code goes on with inf or nan."""
+    """Plain Python raised where compiled code continues with inf or NaN."""
 
 
 class Compiled:
@@ -38,7 +38,7 @@ class Compiled:
         self._s[:-1] = values
 
     def call(self, x: float, v: float) -> float:
-        """Return the force in N, nan where the law latches a fault."""
+        """Return the force in N, NaN if the law latches a fault."""
         self._fault[:] = 0
         force = self._function(
             self._p.ctypes.data, self._s.ctypes.data, x, v, self.period, self._fault.ctypes.data
@@ -47,7 +47,7 @@ class Compiled:
 
 
 class Plain:
-    """The law as the Python function that a person wrote."""
+    """The law as the plain Python function."""
 
     def __init__(self, law: Law, values: Mapping[str, float], period: float):
         self._law, self.period = law, period
@@ -74,7 +74,7 @@ class Plain:
             left = left[size or 1 :]
 
     def call(self, x: float, v: float) -> float:
-        """Return the force in N, nan where the law latches a fault; raise NoNumber."""
+        """Return the force in N, NaN if the law latches a fault; raise NoNumber."""
         try:
             force = float(self._law.function(self._p, self._s, x, v, self.period))
         except ZeroDivisionError as error:
@@ -90,7 +90,7 @@ class Plain:
 
 @dataclass
 class Found:
-    """What a comparison saw: rows in all, rows compared, faults among those, the worst of them in N."""
+    """Result of a comparison: rows, compared rows, faults among them, largest difference in N."""
 
     rows: int = 0
     compared: int = 0
@@ -102,7 +102,7 @@ class Found:
 
 @dataclass
 class _Row:
-    """One call: what the law says, and how far the board may be from it; clear where they can be compared."""
+    """One call: the law's result, and the error bound of the board; clear: can be compared."""
 
     force: float
     bound: float
@@ -112,7 +112,7 @@ class _Row:
 
 
 class Apart(AssertionError):
-    """The board and the law differ by more than rounding explains."""
+    """The difference between board and law exceeds rounding."""
 
 
 def compare(
@@ -120,9 +120,9 @@ def compare(
 ) -> Found:
     """Run the same rows of position and velocity on both; raise Apart.
 
-    program has its constants unrounded; a row is compared where no comparison lies within its error of its
-    threshold and the force's bound is at most useful(force) in N. Behind a row that is not, and where the
-    errors have grown, both begin again with one state.
+    program: with unrounded constants. A row is compared if no comparison in it is within its error of the
+    threshold and the force's error bound is at most useful(force) in N. After other rows, and if errors have
+    grown, both restart with the same state.
     """
     given = [single(g) for g in program.given]
     loaded = machine.load(program.states, given, program.slots, program.code)
@@ -157,7 +157,7 @@ def compare(
 
 
 def _until_unclear(analysis: Analysis, truth, rows, useful) -> list[_Row]:
-    """Return the rows up to one behind which both have to begin again."""
+    """Return the rows up to the next restart."""
     found: list[_Row] = []
     for x, v in rows:
         before = truth.state
@@ -189,14 +189,14 @@ def _until_unclear(analysis: Analysis, truth, rows, useful) -> list[_Row]:
 
 
 def _same(mine: float, wanted: float, bound: float) -> bool:
-    """Return whether double precision explains what two numbers differ by: operations in another order."""
+    """Return True if two numbers differ by no more than double-precision rounding in another order."""
     if not math.isfinite(wanted):
         return not math.isfinite(mine)
     return abs(mine - wanted) <= 1e-6 * bound + 1e-12 * abs(wanted)
 
 
 def _is_uncertain(truth, before, x, v, wanted) -> bool:
-    """Return whether the law itself gives something else as its input moves by the last places."""
+    """Return True if changing the law's input by a few last places changes its result."""
     after, period = truth.state, truth.period
     moved = False
     for factor in (1.0 + k * 2e-16 for k in (-9, -5, -4, -2, -1, 1, 2, 4, 5, 9)):

@@ -1,9 +1,9 @@
-"""Fuzz both ends of the wire: `make fuzz`. Reproducible; prints what ran and how long it took.
+"""Fuzz both ends of the protocol: `make fuzz`. Reproducible; prints what ran and its duration.
 
-The firmware's parser and controller, and its verifier and machine, run under libFuzzer where clang is there,
-else under a driver that changes the corpus by chance, with AddressSanitizer and UndefinedBehaviorSanitizer.
-The computer's two decoders and the firmware's see the same damaged lines. Noise counts how often a CRC-16 is
-right by chance.
+The firmware's parser and controller, and its verifier and machine, run under libFuzzer if clang is available,
+else under a driver with random mutations, with AddressSanitizer and UndefinedBehaviorSanitizer. The
+computer's two decoders and the firmware's decoder get the same damaged lines. Noise measures how often a
+CRC-16 is right by chance.
 """
 
 import argparse
@@ -33,7 +33,7 @@ KINDS = 5
 
 
 def build(*targets: str) -> Path:
-    """Build what runs on the PC, all of it or some, beside the virtual board; return the folder."""
+    """Build all or some of the PC programs, in the folder of the virtual board; return the folder."""
     folder = virtual_board.program().parent / "fuzz"
     words = ["make", "-s", "-j2", "-C", str(FOLDER), f"BUILD={folder}"]
     subprocess.run([*words, *targets], check=True, capture_output=True, text=True)
@@ -41,12 +41,12 @@ def build(*targets: str) -> Path:
 
 
 def firmware(count: int, seed: int, folder: Path) -> str:
-    """Run parser and controller on so many inputs; return which program did; raise if one fails."""
+    """Run parser and controller on ``count`` inputs; return the program used; raise on a failure."""
     return _run("", count, seed, folder, FOLDER / "corpus")
 
 
 def machine(count: int, seed: int, folder: Path) -> str:
-    """Run verifier and machine on so many inputs; return which program did; raise if one fails."""
+    """Run verifier and machine on ``count`` inputs; return the program used; raise on a failure."""
     with tempfile.TemporaryDirectory() as corpus:
         fuzz_seeds.write(fuzz_seeds.machine_inputs(), Path(corpus))
         return _run("machine_", count, seed, folder, Path(corpus))
@@ -55,7 +55,7 @@ def machine(count: int, seed: int, folder: Path) -> str:
 def _run(prefix: str, count: int, seed: int, folder: Path, corpus: Path) -> str:
     fuzzer = folder / f"{prefix}fuzzer"
     if fuzzer.exists():
-        # the firmware asks for no memory; the fuzzer's own grows on a machine that lets it wait
+        # the firmware allocates no memory; the fuzzer's own use grows on a slow machine
         options = [f"-runs={count}", f"-seed={seed}", "-max_len=200", "-rss_limit_mb=8192"]
         options.append(f"-artifact_prefix={folder}/")
         words = [str(fuzzer), *options]
@@ -93,9 +93,9 @@ def _damaged(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def pool(seed: int, size: int = 4096) -> tuple[list[bytes], set[bytes]]:
-    """Return pieces of lines and the bodies that were meant.
+    """Return parts of lines and the bodies they contain.
 
-    Piece k is, by k mod 5: a good frame, one of no message, either of these damaged, noise.
+    Part k is, by k mod 5: a good frame, a frame without message, either of these damaged, noise.
     """
     rng = np.random.default_rng(seed)
     found, meant = [], set()
@@ -126,7 +126,7 @@ class Three:
         return bodies, bad.value
 
     def check(self, line: bytes) -> list[bytes]:
-        """Compare all three on a line that ends with a delimiter; return the bodies in it."""
+        """Compare all three on a line that ends with a delimiter; return its bodies."""
         plain = Decoder()
         bodies = plain.bodies(line)
         short = [body for body in bodies if len(body) <= 1 + LARGEST_TO_BOARD]
@@ -145,7 +145,7 @@ class Three:
 
 @dataclass
 class Lines:
-    """How many frames were compared, how many of them damaged, how many of these taken for others."""
+    """Numbers of frames compared, of damaged ones, and of damaged ones accepted."""
 
     frames: int = 0
     damaged: int = 0
@@ -153,7 +153,7 @@ class Lines:
 
 
 def agreement(count: int, seed: int, folder: Path) -> Lines:
-    """Compare the decoders on so many frames, whole and damaged."""
+    """Compare the decoders on ``count`` frames, whole and damaged."""
     three, (pieces, meant) = Three(folder), pool(seed)
     rng, found = np.random.default_rng(seed), Lines()
     while found.frames < count:
@@ -166,7 +166,7 @@ def agreement(count: int, seed: int, folder: Path) -> Lines:
 
 
 def _damaged_again(piece: bytes, kind: int, rng: np.random.Generator) -> bytes:
-    """Return a piece that was damaged, damaged once more in a new place."""
+    """Return a damaged part with further damage elsewhere."""
     if kind < 2:
         return piece
     at = int(rng.integers(len(piece) + 1))
@@ -175,25 +175,25 @@ def _damaged_again(piece: bytes, kind: int, rng: np.random.Generator) -> bytes:
 
 # --- noise on the line: how often it is taken for a frame
 NOISE_LENGTH = 12
-"""Bytes of a line of noise: those of a Force. COBS always takes them, so only the CRC stands in the way."""
+"""Bytes of a line of noise, those of a Force. COBS always accepts them, so only the CRC rejects."""
 
 CRC_CHANCE = 2.0**-16
 DOUBT = 1e-9
-"""Probability that a run is called wrong although the CRC does what a CRC can."""
+"""Significance level of the statistical tests."""
 
 
 def at_most(lines: int) -> int:
-    """Return how many of so many damaged frames a CRC-16 may let pass by chance."""
+    """Return the upper limit of damaged frames that pass a CRC-16 by chance."""
     return int(binom.isf(DOUBT, lines, CRC_CHANCE))
 
 
 def at_least(lines: int) -> int:
-    """Return how many of so many lines of noise have the right CRC by chance, at least."""
+    """Return the lower limit of noise lines with the right CRC by chance."""
     return int(binom.ppf(DOUBT, lines, CRC_CHANCE))
 
 
 def noise(count: int, seed: int, folder: Path) -> int:
-    """Return how many lines of noise the firmware's parser takes; the other decoders agree with it."""
+    """Return the number of noise lines that the firmware's parser accepts; other decoders agree."""
     function = ctypes.CDLL(str(folder / "parser.so")).parse_noise
     function.restype = ctypes.c_uint64
     function.argtypes = [ctypes.c_uint64, ctypes.c_size_t, ctypes.c_uint64]

@@ -1,4 +1,4 @@
-"""First inputs for the fuzzers: every message to the board, as body and as line; laws and kits; code."""
+"""Initial inputs of the fuzzers: every message to the board, as body and as line; laws and kits; code."""
 
 import argparse
 import struct
@@ -43,7 +43,7 @@ def inputs() -> dict[str, bytes]:
     for kit in profiles.KITS:
         found[f"kit-{kit.key}"] = bytes([FRAMED]) + stream_on + _bodies(kit.board, Force(1, 0, -9.0), Save())
     for kind in Estimator:
-        kit = profiles.named("hapkit-encoder").board  # the one that believes every reading
+        kit = profiles.named("hapkit-encoder").board  # it trusts every reading
         loop = _messages(SPRING, kind, 0.35, 120.0)
         found[f"estimator-{kind.name.lower()}"] = bytes([FRAMED]) + stream_on + _bodies(kit, *loop)
     tune = Tune(1, 2, 1, (2, 0, 0, 0, 0, 0), (-500.0, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -52,7 +52,7 @@ def inputs() -> dict[str, bytes]:
 
 
 def machine_inputs() -> dict[str, bytes]:
-    """Return code, most of which the verifier passes; see the head of machine_target.cpp for the form."""
+    """Return code, mostly valid; see the head of machine_target.cpp for the form."""
     rng, found = np.random.default_rng(6), {}
     for k in range(800):
         law = random_code(rng, wild=0.2)
@@ -70,7 +70,7 @@ def machine_inputs() -> dict[str, bytes]:
 
 
 def _messages(law: RandomCode, estimator=Estimator.DIFFERENCE, first=0.0, second=0.0) -> list[Message]:
-    """Return what sends a law."""
+    """Return the messages that send a law."""
     data = struct.pack(f"<{len(law.given)}f", *law.given) + law.code
     shape = (law.states, len(law.given), law.slots, len(law.code), crc16(data))
     pieces = [data[at : at + PIECE].ljust(PIECE, b"\0") for at in range(0, len(data), PIECE)]
@@ -79,7 +79,7 @@ def _messages(law: RandomCode, estimator=Estimator.DIFFERENCE, first=0.0, second
 
 
 def _bodies(*messages: Message) -> bytes:
-    """Return messages as the fuzzer's framed inputs have them, each after its length."""
+    """Return messages in the form of the fuzzer's framed inputs, each after its length."""
     bodies = [message.pack() for message in messages]
     return b"".join(bytes([len(body)]) + body for body in bodies)
 

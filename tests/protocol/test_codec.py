@@ -43,7 +43,7 @@ class Reader:
 
     def _rows(self, chunk):
         out = np.full((codec.rows_for(len(chunk)), codec.SAMPLE_WIDTH), np.nan)
-        data = np.frombuffer(chunk + b"\x55" * 5, np.uint8).copy()  # n says where the chunk ends
+        data = np.frombuffer(chunk + b"\x55" * 5, np.uint8).copy()  # n is the chunk's length
         return out[: codec.feed(self.state, self.buffer, data, len(chunk), out)]
 
 
@@ -89,7 +89,7 @@ OWN = {
 
 
 @given(st.lists(messages_of(Sample) | messages_of(Telemetry), max_size=10), st.integers(1, 60))
-def test_rows_hold_what_the_plain_codec_reads(messages, cut):
+def test_rows_agree_with_the_plain_codec(messages, cut):
     rows = Reader()(stream(*messages), cut)
     assert len(rows) == len(messages)
     for row, message in zip(rows, messages, strict=True):
@@ -127,7 +127,7 @@ def test_agrees_with_the_plain_codec_on_anything(parts, cut):
     assert reader.state[codec.OTHER_FRAMES] == len(found) - len(expected)
 
 
-def test_what_is_missing_is_counted_across_the_overflow_but_no_ticks_and_no_change_of_who_renders():
+def test_lost_samples_are_counted_across_overflow():
     reader = Reader()
     rows = reader(stream(sample(65533), sample(65534), sample(1), sample(2), sample(12)))
     assert rows[:, codec.LOST].tolist() == [0, 0, 2, 0, 9]
@@ -138,16 +138,16 @@ def test_what_is_missing_is_counted_across_the_overflow_but_no_ticks_and_no_chan
     assert reader.state[codec.LOST_FRAMES] == 11
 
 
-def test_time_goes_on_where_the_microseconds_overflow():
+def test_time_is_unwrapped():
     start = 2**32 - 1500
     times = [start + 1000 * k for k in range(4)]
     rows = Reader()(stream(*(sample(k, t) for k, t in enumerate(times))))
     np.testing.assert_allclose(rows[:, codec.BOARD_TIME], np.array(times) * 1e-6, rtol=0, atol=1e-9)
 
 
-def test_rows_beyond_the_room_are_skipped_and_counted():
+def test_rows_beyond_the_output_are_skipped_and_counted():
     state, buffer = codec.new_reader()
-    data = np.frombuffer(stream(*(sample(k) for k in range(5))), np.uint8).copy()  # as the loop has them
+    data = np.frombuffer(stream(*(sample(k) for k in range(5))), np.uint8).copy()  # as in the loop
     out = np.full((2, codec.SAMPLE_WIDTH), np.nan)
     assert codec.feed(state, buffer, data, len(data), out) == 2
     assert state[codec.SKIPPED] == 3
@@ -183,7 +183,7 @@ def test_law(law):
 
 @given(st.binary(min_size=1, max_size=300), st.integers(0, 255), st.data())
 def test_pieces(program, generation, data):
-    words = law_frames.packed(program, 38)  # the last piece may reach over the end of the words
+    words = law_frames.packed(program, 38)  # the last piece may extend beyond the words
     at = data.draw(st.integers(0, len(program) - 1))
     taken = program[at : at + PIECE].ljust(PIECE, b"\0")
     assert told(law_frames.encode_piece, generation, at, words) == encode(Piece(generation, at, tuple(taken)))
@@ -220,7 +220,7 @@ LONGEST = (Board, Alive), (Piece, Piece, Piece, Alive), (Law, Force, Alive), (Tu
 
 
 @pytest.mark.parametrize("kinds", LONGEST)
-def test_the_longest_answer_has_room(kinds):
+def test_the_longest_reply_fits(kinds):
     whole = (frame(bytes([kind.ID]) + b"\1" * kind.size()) for kind in kinds)
     assert len(b"".join(whole)) + codec.FRAME_SIZE <= law_frames.ROOM
 

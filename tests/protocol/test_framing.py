@@ -1,4 +1,4 @@
-"""Plain frames: COBS examples of its authors, the CRC's catalogue value, every message there and back."""
+"""Plain frames: the COBS authors' examples, the CRC's catalogue value, round trips of every message."""
 
 import pytest
 from hypothesis import given, settings
@@ -32,14 +32,14 @@ def test_cobs_examples(raw, coded):
 
 
 @given(st.binary(max_size=600))
-def test_cobs_there_and_back(raw):
+def test_cobs_round_trip(raw):
     coded = cobs_encode(raw)
     assert 0 not in coded
     assert cobs_decode(coded) == raw
     assert len(coded) <= len(raw) + 1 + len(raw) // 254
 
 
-def test_ids_are_distinct_and_tell_the_direction():
+def test_ids_are_distinct_and_encode_the_direction():
     ids = [m.ID for m in MESSAGES]
     assert len(set(ids)) == len(ids)
     told = {Hello, Sample, Telemetry, Settings}
@@ -47,7 +47,7 @@ def test_ids_are_distinct_and_tell_the_direction():
 
 
 @given(st.lists(any_message, max_size=8), st.integers(1, 30))
-def test_messages_survive_any_cutting(messages, cut):
+def test_messages_survive_any_chunking(messages, cut):
     stream = b"".join(map(encode, messages))
     decoder = Decoder()
     found = [m for at in range(0, len(stream), cut) for m in decoder.feed(stream[at : at + cut])]
@@ -76,7 +76,7 @@ def test_one_damaged_byte_is_always_noticed(message):
             assert Decoder().feed(bytes(bad)) == []
 
 
-def test_in_step_again_with_the_next_frame():
+def test_resynchronisation_at_the_next_frame():
     decoder = Decoder()
     assert decoder.feed(encode(Force(1, 0, 2.0))[3:]) == []
     assert decoder.feed(b"noise\x00\x00\x07") == []
@@ -85,7 +85,7 @@ def test_in_step_again_with_the_next_frame():
 
 
 def test_largest_sample_and_command_fit_their_periods():
-    """At 1 Mbaud a byte takes 10 us; both directions must be done well within 1 ms."""
+    """At 1 Mbaud a byte takes 10 us; both directions must take much less than 1 ms."""
     sample = Sample(0xFFFF, 0xFFFFFFFF, -1, *3 * (0xFFFF,), 255, -1, 255, 255, 255, 0xFFFF, 255)
     assert len(encode(sample)) <= 32
     assert len(encode(Force(0xFFFF, 255, 1.1))) <= 12

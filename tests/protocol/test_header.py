@@ -1,4 +1,4 @@
-"""The firmware's header is what the declaration says, and a C++ compiler reads it the same way."""
+"""The firmware's header matches the declarations, and a C++ compiler uses the same offsets."""
 
 import shutil
 import subprocess

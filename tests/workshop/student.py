@@ -1,4 +1,4 @@
-"""Files as a student writes them, whole, and the line on which something stands."""
+"""Complete files as a student writes them, and line numbers in them."""
 
 import textwrap
 
@@ -28,9 +28,9 @@ ENVIRONMENT = Environment(
 
 
 def text(body="return -p.stiffness * x", state="", beside="", end=END):
-    """Return a whole file's text: the law with this body, what stands beside it, the ENVIRONMENT.
+    """Return a whole file: the law with this body, further code ``beside`` it, the ENVIRONMENT.
 
-    What stands beside it stands below it: a law on other lines is another law to compile.
+    Further code is below the law: a law on other lines would be compiled again.
     """
     decorator = f"@law(state={state})" if state else "@law"
     body = textwrap.indent(textwrap.dedent(body).strip("\n"), "    ")
@@ -38,7 +38,7 @@ def text(body="return -p.stiffness * x", state="", beside="", end=END):
 
 
 def line_of(whole, words):
-    """Return the number of the first line that holds these words."""
+    """Return the number of the first line that contains these words."""
     return next(n for n, line in enumerate(whole.split("\n"), 1) if words in line)
 
 
@@ -50,5 +50,5 @@ def write(folder, whole, name="mine.py"):
 
 
 def saved(folder, whole, name="mine.py"):
-    """Write a file and return it as it was read."""
+    """Write a file and return its content as a Source."""
     return read(write(folder, whole, name))

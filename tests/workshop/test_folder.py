@@ -1,4 +1,4 @@
-"""The folder of own environments: made when needed, nothing in it is ever overwritten by chance or half."""
+"""The folder of own environments: created on demand; files are never overwritten by accident or partially."""
 
 import os
 
@@ -9,7 +9,7 @@ from hapkit_studio.workshop import folder, reading, trying
 from tests.workshop.student import saved, write
 
 
-def test_the_folder_is_where_the_variable_says_and_made_on_demand(tmp_path):
+def test_the_folder_is_that_of_the_variable_created_on_demand(tmp_path):
     assert folder.own_files() == []
     assert not (tmp_path / "studio").exists()
     assert folder.own_folder() == tmp_path / "studio" / "environments"
@@ -36,7 +36,7 @@ def test_a_title_makes_a_file_name(title, name):
     assert not path.exists()
 
 
-def test_a_new_name_is_nobody_elses():
+def test_a_new_name_is_unused():
     names = []
     for _ in range(3):
         path = folder.new_path("My spring")
@@ -57,7 +57,7 @@ def test_saving_writes_the_text_and_nothing_else():
 
 
 @pytest.mark.parametrize("fails", ["replace", "fsync"])
-def test_where_saving_fails_the_old_file_stays(monkeypatch, fails):
+def test_the_old_file_survives_a_failed_save(monkeypatch, fails):
     path = folder.new_path("mine")
     folder.save(path, "old\n")
 

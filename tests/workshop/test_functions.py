@@ -1,4 +1,4 @@
-"""A file's functions in a program of their own: they may take what they like, the studio goes on."""
+"""A file's functions run in a separate process: they cannot block the studio."""
 
 import json
 import math
@@ -39,7 +39,7 @@ OFF = (
 
 
 def made(folder, beside=GOOD):
-    """Return the environment of a file whose functions are GIVEN."""
+    """Return the environment of a file with the functions GIVEN."""
     return reading.load_source(saved(folder, with_functions(beside)))
 
 
@@ -48,7 +48,7 @@ def with_functions(beside):
 
 
 def with_check(statement):
-    """Return a check that does something between 123 and 124 only, where no corner is."""
+    """Return a check that runs a statement between 123 and 124 only, not at corner values."""
     return f"""
 import os
 
@@ -63,7 +63,7 @@ GIVEN = {{'check': check}}
 """
 
 
-def test_they_are_given_and_give_what_they_do_at_home(tmp_path):
+def test_arguments_and_results_are_unchanged_in_the_process(tmp_path):
     own = made(tmp_path)
     assert own.check(VALUES) == ""
     assert own.check({**VALUES, "mass": 0.0}) == "no mass"
@@ -86,26 +86,26 @@ TAKES_TOO_MUCH = {
 
 
 @pytest.mark.parametrize("how", wide(TAKES_TOO_MUCH, lambda how: how in ("a loop", "crashes", "memory")))
-def test_what_takes_too_much_is_switched_off_and_named_in_one_line(tmp_path, how):
+def test_excessive_functions_are_disabled_with_a_one_line_message(tmp_path, how):
     own = made(tmp_path, with_check(TAKES_TOO_MUCH[how]))
     assert own.check(VALUES) == ""
     begin = time.monotonic()
     run = hs.simulate(own, {"stiffness": 123.5}, hand="press", seconds=0.3)
-    assert time.monotonic() - begin < PATIENCE  # on its own it would take hours
+    assert time.monotonic() - begin < PATIENCE  # otherwise it would take hours
     assert run.warnings == (OFF,)
     assert np.allclose(run.force, -123.5 * run.position)
     assert own.check({**VALUES, "stiffness": 123.5}) == ""
     assert own.warnings(VALUES, Conditions()) == (OFF,)
 
 
-def test_what_it_prints_disturbs_no_answer(tmp_path):
+def test_printed_output_does_not_disturb_replies(tmp_path):
     own = made(tmp_path, with_check("os.write(1, b'{}'); print('a'); return 'odd'"))
     assert own.check({**VALUES, "stiffness": 123.5}) == "odd"
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [5.0, 123.5], ids=["idle", "in a loop"])
-def test_the_program_ends_where_nobody_is_left_to_end_it(tmp_path, stiffness):
+def test_the_process_ends_with_its_parent(tmp_path, stiffness):
     tried = saved(tmp_path, with_functions(with_check("while True: pass")))
     process = isolated.begin("hapkit_studio.workshop.function_process", str(tried.path))
     words = [tried.text, ["check", {**VALUES, "stiffness": stiffness}]]

@@ -1,4 +1,4 @@
-"""A student's file from end to end: on the command line, in a notebook, as an installed package."""
+"""A student's file in every use: command line, notebook, installed package."""
 
 import json
 import os
@@ -62,11 +62,11 @@ def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys):
 
 
 def leaving_a_mark(folder):
-    """Return a file that leaves a mark when it is executed."""
+    """Return a file that leaves a trace when it is executed."""
     return text(beside=f"import pathlib\npathlib.Path({str(folder / 'mark')!r}).touch()\n")
 
 
-def test_a_strangers_file_is_not_executed_unread(tmp_path, capsys):
+def test_an_untrusted_file_is_not_executed(tmp_path, capsys):
     write(tmp_path, leaving_a_mark(tmp_path))
     code, out, err = run(capsys, "mine.py")
     assert (code, out, err.count("\n")) == (2, "", 1)

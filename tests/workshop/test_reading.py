@@ -1,4 +1,4 @@
-"""Reading a file: always its present text, as an environment of one's own."""
+"""Reading a file: always its present text, as a user's own environment."""
 
 import math
 import os
@@ -30,8 +30,8 @@ def test_a_file_becomes_an_environment_of_ones_own(tmp_path):
     assert not any(isinstance(e, OwnEnvironment) for e in environments.discover().values())
 
 
-def test_an_edited_file_is_read_afresh(tmp_path):
-    """Even within one clock tick of the file system, and of the same length."""
+def test_an_edited_file_is_read_again(tmp_path):
+    """Even within one tick of the file system's clock, and with the same length."""
     path = write(tmp_path, text("return -1.0 * x"))
     before = os.stat(path)
     first = reading.load(path)
@@ -41,12 +41,12 @@ def test_an_edited_file_is_read_afresh(tmp_path):
     assert (force_at(first, 1.0), force_at(second, 1.0)) == (-1.0, -2.0)
 
 
-def test_a_file_may_go_while_its_environment_is_used(tmp_path):
+def test_a_file_may_be_deleted_while_in_use(tmp_path):
     path = write(tmp_path, text("return -helped(x)", beside="def helped(a):\n    return 3.0 * a\n"))
     made = reading.load(path)
     path.unlink()
     assert force_at(made, 1.0) == -3.0
-    made.force.bind(made.parameters[:1])  # others than before: the law is translated again
+    made.force.bind(made.parameters[:1])  # with other parameters the law is translated again
     assert force_at(made, 1.0) == -3.0
 
 
@@ -71,7 +71,7 @@ def test_files_of_every_editor(tmp_path, change):
     assert force_at(reading.load(path), 0.01) == pytest.approx(-2.0)
 
 
-def test_own_functions_that_raise_or_lie_disturb_nobody(tmp_path):
+def test_failing_functions_fall_back_to_defaults(tmp_path):
     wrong = END.replace(
         "    force=force,\n",
         "    force=force,\n    impedance=lambda p: None,\n    check=lambda p: 1 / 0,\n"
@@ -91,7 +91,7 @@ def test_own_functions_that_raise_or_lie_disturb_nobody(tmp_path):
     assert made.shortcut == ""
 
 
-def test_a_law_without_end_does_not_hold_up_its_curve(tmp_path):
+def test_an_endless_law_does_not_block_its_curve(tmp_path):
     body = "for i in range(2000000000):\n    a = i\nreturn 1.0"
     assert math.isnan(force_at(reading.load(write(tmp_path, text(body))), 0.0))
 
@@ -107,7 +107,7 @@ def wrong(folder, whole):
     return caught.value
 
 
-# (what is replaced, by what, what the line with the error holds, what is said)
+# (old text, new text, content of the line with the error, message)
 MISTAKES = [
     (LAW, LAW[:-1], "def force", "a colon is missing at the end of this line"),
     ("return -p", "  return (-p", "return (-p", "'(' was never closed"),
@@ -151,7 +151,7 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("old", "new", "where", "said"), MISTAKES)
-def test_a_mistake_is_said_at_its_line(tmp_path, old, new, where, said):
+def test_a_mistake_is_reported_with_its_line(tmp_path, old, new, where, said):
     assert old in WHOLE
     whole = WHOLE.replace(old, new, 1)
     error = wrong(tmp_path, whole)
@@ -176,7 +176,7 @@ def test_a_mistake_is_said_at_its_line(tmp_path, old, new, where, said):
     ],
     ids=["empty", "blank", "latin", "utf-16", "null", "huge", "brackets", "signs", "digits"],
 )
-def test_what_is_no_environment_at_all(tmp_path, data, said, line):
+def test_files_without_environment(tmp_path, data, said, line):
     path = tmp_path / "mine.py"
     path.write_bytes(data)
     with pytest.raises(LawError) as caught:
@@ -196,8 +196,8 @@ LINE = "return -p.stiffness * (x - p.center) - p.damping * v"
 
 
 @pytest.mark.parametrize("key", TEMPLATE)
-def test_a_templates_formula_stands_as_long_as_its_law_does(key):
-    """Another title, a remark, a limit and a word more leave the law as it was."""
+def test_a_templates_formula_is_kept_with_its_law(key):
+    """Another title, comment, limit or docstring leaves the law unchanged."""
     whole = TEMPLATE[key]
     before = of_text(whole).formula
     assert before in whole
@@ -217,7 +217,7 @@ def of_text(whole):
     [
         ("spring", LINE, "return -p.stiffness * math.sin(x)"),
         ("spring", LINE, LINE + " ** 3"),
-        ("two_walls", "max(rate, 0.0)", "rate"),  # in a function beside the law
+        ("two_walls", "max(rate, 0.0)", "rate"),  # in a helper function of the law
         ("wall", "push += p.damping * rate", "push += p.damping * rate * rate"),
         ("mass_on_a_spring", '"object": 0.0', '"object": 0.01'),
     ],

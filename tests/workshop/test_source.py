@@ -1,4 +1,4 @@
-"""Trust is in a file's bytes, not in its name: one letter more is another file."""
+"""Trust depends on a file's bytes, not on its name: any change needs new consent."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ def of(text, name="mine.py"):
     return typed(Path(name), text)
 
 
-def test_any_other_text_is_not():
+def test_any_other_text_is_untrusted():
     trust_source(of(TEXT))
     for other in (TEXT + " ", TEXT[1:], TEXT.replace("−", "-"), "", TEXT.replace("\n", "\n\n")):
         assert not is_trusted(of(other))
@@ -22,7 +22,7 @@ def test_the_same_bytes_are_trusted_wherever_they_lie():
     assert is_trusted(of(TEXT, "other.py"))
 
 
-def test_a_list_that_cannot_be_read_trusts_nobody(tmp_path):
+def test_an_unreadable_list_trusts_no_file(tmp_path):
     trust_source(of(TEXT))
     (file,) = (tmp_path / "data").rglob("trusted")
     file.write_bytes(b"\xff\xfe\x00")

@@ -1,4 +1,4 @@
-"""The trial in a program of its own: whatever a file does, there is a verdict, and nothing runs on."""
+"""The trial in a separate process: for every file there is a verdict, and nothing keeps running."""
 
 import os
 import subprocess
@@ -19,7 +19,7 @@ on_posix = pytest.mark.skipif(sys.platform == "win32", reason="processes are ask
 
 
 def alive(number):
-    """Say whether a process of this number still runs."""
+    """Return True if a process with this id still runs."""
     try:
         os.kill(number, 0)
         with open(f"/proc/{number}/stat", encoding="ascii") as file:
@@ -29,7 +29,7 @@ def alive(number):
 
 
 @on_posix
-def test_a_file_without_end_is_killed_with_what_it_started(tmp_path):
+def test_an_endless_file_is_killed_with_its_children(tmp_path):
     child = tmp_path / "child"
     endless = (
         "import os, subprocess, sys\n"
@@ -48,7 +48,7 @@ def test_a_file_without_end_is_killed_with_what_it_started(tmp_path):
 
 
 @on_posix
-def test_what_holds_the_pipe_open_is_not_waited_for(tmp_path):
+def test_a_child_holding_the_pipe_is_not_waited_for(tmp_path):
     child = tmp_path / "child"
     beside = (
         "import os\n"
@@ -56,11 +56,11 @@ def test_what_holds_the_pipe_open_is_not_waited_for(tmp_path):
         "if number == 0:\n    import time\n    time.sleep(600)\n"
         f"open({str(child)!r}, 'w').write(str(number))\n"
     )
-    assert trial.check(saved(tmp_path, text(beside=beside))).ok  # one waited for to the end is not
+    assert trial.check(saved(tmp_path, text(beside=beside))).ok  # waiting to its end would fail
     wait_until(lambda: not alive(int(child.read_text(encoding="ascii"))))
 
 
-def test_a_trial_that_nobody_waits_for_ends_by_itself():
+def test_an_abandoned_trial_ends_by_itself():
     endless = text(beside="while True:\n    pass\n").encode()
     program = "from hapkit_studio.workshop import trial\ntrial.TIMEOUT = 0.2\ntrial.main('mine.py')"
     done = subprocess.run(
@@ -91,8 +91,8 @@ def test_a_file_that_takes_all_memory(tmp_path):
     assert problem == Problem(line_of(whole, "A = bytes"), "this takes more memory than there is")
 
 
-def test_it_leaves_nothing_beside_the_file_and_is_kept_from_its_neighbours(tmp_path, monkeypatch):
-    """A file beside it named like one of Python's modules is not that module."""
+def test_a_trial_leaves_no_files_and_ignores_neighbouring_files(tmp_path, monkeypatch):
+    """A file next to it with the name of a Python module is not imported."""
     folder = tmp_path / "mine"
     folder.mkdir()
     write(folder, "raise SystemExit('mistaken for the module')\n", "random.py")
@@ -102,7 +102,7 @@ def test_it_leaves_nothing_beside_the_file_and_is_kept_from_its_neighbours(tmp_p
     assert sorted(f.name for f in folder.rglob("*")) == ["my file.py", "random.py"]
 
 
-def test_a_verdict_that_makes_no_sense_is_a_problem():
+def test_an_invalid_verdict_is_a_problem():
     for words in ("", "{}", "[]", "null", '{"problems": [1]}'):
         process = subprocess.Popen(
             [sys.executable, "-c", f"print({words!r}, end='')"], stdout=subprocess.PIPE
@@ -113,7 +113,7 @@ def test_a_verdict_that_makes_no_sense_is_a_problem():
 FILE = Path("mine.py")
 
 
-def test_what_failed_is_known_until_it_passes():
+def test_a_failure_is_remembered_until_it_passes():
     first, second, third = (typed(FILE, f"a = {n}\n") for n in range(3))
     trial.remember(first, False)
     trial.remember(second, False)
@@ -127,7 +127,7 @@ def test_what_failed_is_known_until_it_passes():
     assert not trial.has_passed(first)
 
 
-def test_records_of_long_ago_go(tmp_path, monkeypatch):
+def test_old_records_are_removed(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     fresh = typed(FILE, "a = 1")
     trial.remember(typed(Path("old.py"), "a = 1"), True)

@@ -1,4 +1,4 @@
-"""The first 10,000 calls of a law, in a row and one at a time: a fault at a corner is refused."""
+"""The first 10,000 calls of a law, in sequence and single: a fault at corner values is reported."""
 
 import math
 
@@ -12,7 +12,7 @@ from tests.workshop.student import END, line_of, saved, text, write
 RING = '{"ring": (0.0, 0.0, 0.0), "n": 0.0, "on": 0.0}'
 GROW = "s.n += 1.0\nif s.n > 50.0:\n    return s.ring[s.n - 48.0]\nreturn 0.0"
 LATE = "if x != s.on:\n    s.n += 1.0\ns.on = x\nreturn 1.0 / (s.n - 60.5) / (9.0 - s.n)"
-# (law, its state, the line that faults, what is said of it)
+# (law, its state, the faulty line, message)
 FAULTS = [
     ("return 1.0 / (x - x)", "", "x - x", "a division by zero at x = 0 mm, v = 0 m/s:"),
     ("return x / p.mass", "", "p.mass", "zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the divisor"),
@@ -30,7 +30,7 @@ FAULTS = [
 
 
 @pytest.mark.parametrize(("body", "state", "where", "said"), FAULTS)
-def test_a_fault_at_a_corner_is_refused_at_its_line(tmp_path, body, state, where, said):
+def test_a_fault_at_corner_values_is_reported_with_its_line(tmp_path, body, state, where, said):
     whole = text(body, state)
     verdict = trying.try_out(saved(tmp_path, whole))
     assert not verdict.ok
@@ -48,7 +48,7 @@ def test_a_guarded_law_passes(tmp_path):
     assert verdict.ns_per_call > 0.0
 
 
-# (what Environment is given besides, the line of the error, what is said)
+# (further arguments of Environment, line of the error, message)
 FUNCTIONS = [
     ("impedance=lambda p: (1.0 / p['mass'], 0.0),", "a division by zero"),
     ("impedance=lambda p: (p['stifness'], 0.0),", "there is no 'stifness'"),
@@ -69,7 +69,7 @@ def test_the_environments_other_functions_are_tried_too(tmp_path, given, said):
     assert problem.line == line_of(whole, given)
 
 
-def test_the_calls_cover_every_limit_and_what_the_loop_can_see():
+def test_calls_cover_all_limits_and_motions():
     parameters = (
         Parameter("a", "A", "N/m", 2.0, 1.0, 3.0),
         Parameter("b", "B", "m", 0.01, -0.02, 0.03),
@@ -100,7 +100,7 @@ def law_of(folder, *given):
 
 
 def run(law, x, fault, state=None):
-    """Return (the call that failed, forces) at positions x (n,) in m, at rest."""
+    """Return (index of the failed call, forces) at positions x (n,) in m, at rest."""
     x, p, force = np.array(x), np.array([200.0, 0.1, 0.0, 0.0]), np.zeros(len(x))
     state = own.law_memory(law)[0] if state is None else state
     return own.call_law(law.address, p, state, x, 0.0 * x, 1e-3, fault, force), force
@@ -118,8 +118,8 @@ def test_the_first_call_that_fails_is_the_last(tmp_path):
 @pytest.mark.parametrize(
     "body", [FULL, "return 1.0 / (x - x)", "for i in range(2000000000):\n    pass\nreturn x"]
 )
-def test_a_law_writes_into_no_more_words_than_it_has(tmp_path, body):
-    """The words come from here, the law from elsewhere: it must not write beyond them."""
+def test_a_law_does_not_write_beyond_its_memory(tmp_path, body):
+    """The memory belongs to the studio, the law to the user: it must not write beyond it."""
     law = law_of(tmp_path, body)
     fault = np.full(16, 77)
     fault[: own.FAULT_WORDS] = 0
@@ -130,7 +130,7 @@ def test_a_law_writes_into_no_more_words_than_it_has(tmp_path, body):
     assert (len(state), len(words)) == (1, own.FAULT_WORDS)
 
 
-def test_each_place_of_a_curve_begins_at_the_start_and_is_nan_where_it_faults(tmp_path):
+def test_each_point_of_a_curve_starts_anew_and_faults_give_nan(tmp_path):
     body = "s.n += 1.0\nreturn s.n * x / (0.02 - x)"
     made = reading.load(write(tmp_path, text(body, '{"n": 1.0}')))
     curve = made.curve(made.values(), np.array([0.01, 0.01, 0.02, 0.01]))
