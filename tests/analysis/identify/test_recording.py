@@ -83,7 +83,7 @@ def first_as(words):
         ),
         (
             lambda header, names, rows: [*header, names, *rows[:50], "1,2,three"],
-            "not a table of numbers: line 70, velocity_m_per_s is 'three'",
+            "not a table of numbers: line 71, velocity_m_per_s is 'three'",
         ),
         (lambda header, names, rows: [*header, names + ",more", *rows], "numbers for 11 names"),
         (
@@ -92,24 +92,24 @@ def first_as(words):
         ),
         (
             lambda header, names, rows: [*header, names, *rows[:20], rows[19], *rows[20:]],
-            r"times that go back or stand: 0\.019 s follows 0\.019 s in line 40",
+            r"times that go back or stand: 0\.019 s follows 0\.019 s in line 41",
         ),
         (
             lambda header, names, rows: [*header, names, *rows[:20], rows[3], *rows[20:]],
-            r"times that go back or stand: 0\.003 s follows 0\.019 s in line 40",
+            r"times that go back or stand: 0\.003 s follows 0\.019 s in line 41",
         ),
         (
             lambda header, names, rows: [*header, names, *rows[:20], first_as("nan")(rows[20]), *rows[21:]],
-            "values that are no numbers, first in line 40",
+            "values that are no numbers, first in line 41",
         ),
         (
             lambda header, names, rows: [*header, names, *rows, "9" * 70_000],
-            "line 2020 has 70,000 characters",
+            "line 2021 has 70,000 characters",
         ),
     ],
 )
 def test_a_file_that_is_no_recording_is_refused_in_one_line(saved, change, words):
-    assert len(lines_of(saved)[0]) == 18
+    assert len(lines_of(saved)[0]) == 19
     with pytest.raises(ParameterError, match=words) as raised:
         from_csv(damaged(saved, change))
     assert "\n" not in str(raised.value)
