@@ -1,4 +1,4 @@
-"""Boards that a test scripts."""
+"""Scripted boards for tests."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from tests.devices.fake_board import FakeLine
 
 @pytest.fixture
 def lined(monkeypatch):
-    """Return a maker of lines: the next boards are opened on what it made last."""
+    """Return a function that makes a fake serial line; boards are opened on the last one made."""
 
     def make(answer):
         line = FakeLine(answer)
@@ -23,7 +23,7 @@ def lined(monkeypatch):
 
 @pytest.fixture
 def opened(lined):
-    """Return a maker of open boards, each with the line to the scripted one behind it."""
+    """Return a function that opens a board on a fake line and returns both."""
     boards = []
 
     def make(answer):

@@ -1,4 +1,4 @@
-"""A scripted board behind a pseudo-terminal, and the answers of the firmware without it."""
+"""A scripted board behind a pseudo-terminal or a fake line, with the firmware's replies."""
 
 import os
 import select
@@ -32,9 +32,9 @@ UNPLUG = b"unplug"
 
 
 class FakeBoard:
-    """Calls ``answer(message)`` for every message received; what that returns is sent back.
+    """Calls ``answer(message)`` for every message received and sends its result.
 
-    The answer UNPLUG hangs up, as a pulled cable does.
+    The answer UNPLUG hangs up, like a pulled cable.
     """
 
     def __init__(self, answer):
@@ -51,11 +51,11 @@ class FakeBoard:
         self._thread.start()
 
     def say(self, data):
-        """Send bytes unasked."""
+        """Send unsolicited bytes."""
         os.write(self._master, data)
 
     def wait_for(self, count):
-        """Return the messages received once there are count of them."""
+        """Return the messages received once there are ``count`` of them."""
         with self._arrived:
             assert self._arrived.wait_for(lambda: len(self.received) >= count, PATIENCE), self.received
             return list(self.received)
@@ -93,9 +93,9 @@ class FakeBoard:
 
 
 class FakeLine:
-    """A serial line in this process, as serial.Serial, and the clock beside it, as the module time.
+    """Replaces serial.Serial and the time module within this process.
 
-    The board behind it answers at once; nothing else takes time but a read that finds nothing.
+    The board replies at once; only a read without data advances the time.
     """
 
     def __init__(self, answer):
@@ -136,20 +136,20 @@ class FakeLine:
 KIT = replace(profiles.default().board, quantum=2e-5, max_force=2.5, label="fake kit")
 ARENA = 760
 MOST_FORCE = 20.0
-"""N: a fake board refuses more."""
+"""N: force limit of a fake board."""
 
 
 def sample(seq, count=0, **fields):
-    """Return the sample of tick seq of a board that has just started at 1 kHz."""
+    """Return the sample of tick ``seq`` of a board started at time 0 with 1 kHz."""
     values = dict.fromkeys([w.name for w in Sample.layout()[3:]], 0) | fields
     return Sample(seq=seq & 0xFFFF, time_us=(1000 * seq) & 0xFFFFFFFF, count=count, **values)
 
 
 class FakeKit:
-    """Give it to FakeBoard as its answer: ``FakeBoard(FakeKit())``.
+    """The firmware's replies, for ``FakeBoard(FakeKit())``.
 
-    burst: samples that follow Stream(1). ``settings`` in force, ``stored`` in its EEPROM, ``deaf``: kinds of
-    message that it does not hear, and how often.
+    burst: samples after Stream(1). settings: in force; stored: in the EEPROM; deaf: number of messages to
+    ignore, by type.
     """
 
     def __init__(self, settings=KIT, arena=ARENA, burst=0, deaf=None):

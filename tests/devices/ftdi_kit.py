@@ -1,4 +1,4 @@
-"""A fake kit behind an FTDI chip, in the board's own time: it waits for answers, never for a clock."""
+"""A fake kit behind an FTDI chip in simulated board time, independent of real time."""
 
 from hapkit_studio.protocol.framing import encode
 from tests.devices.fake_board import FakeKit, sample
@@ -10,10 +10,10 @@ PERIOD = 1e-3
 
 
 class FtdiKit(FakeKit):
-    """latency: the chip's timer in s. turnaround: s from a packet to its answer in the PWM register.
+    """latency: the chip's timer in s. turnaround: s from a packet until its force is in the PWM register.
 
-    The chip sends a packet when 62 bytes are there or its timer ends, anew with each packet (AN232B-04).
-    ``ages``: the mean age of the force in effect, period by period, integrated from what really happened.
+    The chip sends a packet after 62 bytes or when its timer ends, restarted by each packet (AN232B-04).
+    ``ages``: mean age of the force in effect per period, integrated exactly.
     """
 
     def __init__(self, latency=0.016, turnaround=0.4e-3, **options):
@@ -39,7 +39,7 @@ class FtdiKit(FakeKit):
         return self._until_an_answer_is_due()
 
     def _until_an_answer_is_due(self):
-        """Return the packets up to the first that ends a frame."""
+        """Return the packets up to the first that completes a frame."""
         out, before = b"", self.whole
         while self.whole == before:
             while len(self.line) < PACKET and self._next_byte_at() <= self.packet_at + self.latency:
@@ -57,7 +57,7 @@ class FtdiKit(FakeKit):
         return max(self.tick * PERIOD, self.sent_at)
 
     def _sample(self):
-        """Sample at the next tick, seeing the answers that arrived by then, and put the frame on the wire."""
+        """Sample at the next tick, with the replies received so far, and send the frame."""
         k, time = self.tick, self.tick * PERIOD
         there = [(at, seq) for at, seq in self.applied if at <= time]
         at, seq = there[-1] if there else (0.0, 0)
@@ -75,7 +75,7 @@ class FtdiKit(FakeKit):
         self.tick += 1
 
     def _integrate(self, start, stop):
-        """Note the mean age of the force over a period: time since the sampling of what it answered."""
+        """Store the mean age of the force over a period: time since the sample that it answered."""
         before = [f for f in self.applied if f[0] <= start]
         if not before:
             return

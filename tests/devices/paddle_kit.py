@@ -1,4 +1,4 @@
-"""A kit in this process: board, motor, sensor, paddle, and a hand that a test moves. No port, no waiting."""
+"""A simulated kit in this process: board, motor, sensor, paddle, and a hand moved by the test."""
 
 import math
 import time
@@ -15,19 +15,19 @@ from tests.devices.fake_board import HELLO_FIELDS
 
 PERIOD = 1e-3
 HANDLE, STOP = 0.090, 0.055
-"""m: the handle's radius, and where it ends."""
+"""m: the handle's radius, and the position of its end stops."""
 EVERY = 20
 ANSWER = 0.4e-3
-"""s from a sample to its force in effect: the wire and the board."""
+"""s from a sample until its force takes effect: serial line and board."""
 
 
 class PaddleKit(Device):
-    """Truth by keyword; ``settings`` is what its board believes. Called as a HapkitBoard is.
+    """True properties by keyword; ``settings`` are those stored on its board. Same interface as HapkitBoard.
 
-    mass, viscous, coulomb: the paddle. sense: -1 with the magnet turned round. direction: -1 with the motor's
-    wires crossed. supply: 0 without. dead: duty below which the motor gives nothing. noise: counts, sigma.
-    weight: N that pull. spring: N/m of one between handle and middle. pace: s that a period takes.
-    student(kit): called every period, may set ``hand`` to a place in m, or None.
+    mass, viscous, coulomb: the paddle. sense: -1 for a reversed magnet. direction: -1 for swapped motor
+    wires. supply: 0 for none. dead: duty below which the motor gives no torque. noise: standard deviation in
+    counts. weight: N of pull. spring: N/m between handle and middle. pace: real s per period. student(kit):
+    called every period, may set ``hand`` to a position in m, or None.
     """
 
     title = "Hapkit on test"
@@ -55,7 +55,7 @@ class PaddleKit(Device):
         self.turns, self.last, self.silent = 0, None, True
         self.stopped, self.streaming, self.forces = False, False, []
 
-    # --- as a HapkitBoard
+    # --- interface of HapkitBoard
     def open(self):
         self.hello = HELLO_FIELDS
 
@@ -143,9 +143,9 @@ class PaddleKit(Device):
         self.answered, self.delay, self.silent = message.seq, round(1e6 * ANSWER), False
         self.forces.append(force)
 
-    # --- world
+    # --- physics
     def motor_force(self, pwm):
-        """Return the force in N that the motor really makes."""
+        """Return the motor's true force in N."""
         live = max(abs(pwm) - self.dead, 0) / (255 - self.dead)
         sign = math.copysign(1.0, pwm) * self.direction * self.settings_now.direction
         return sign * self.supply * self.full * live * live if pwm else 0.0
@@ -175,14 +175,14 @@ class PaddleKit(Device):
         if abs(self.x) > STOP:
             self.x, self.v = math.copysign(STOP, self.x), 0.0
 
-    # --- what a test asks
+    # --- for tests
     @property
     def position(self):
-        """Return where the board believes the handle is, in m."""
+        """Return the position in m according to the board's settings."""
         return self._sample().count * self.settings_now.quantum
 
     def restart(self):
-        """Switch off and on: what was not saved is gone, the zero's nearest repeat counts."""
+        """Power-cycle: unsaved settings are lost, the zero is found again."""
         self.last = None
         if self.stored is not None:
             self.settings_now = self.stored

@@ -1,4 +1,4 @@
-"""The runner: every force bounded, zero if anything is wrong and at the end, E-stop from another thread."""
+"""The runner: bounded forces, zero force on any fault and at the end, E-stop from another thread."""
 
 import math
 import threading
@@ -30,7 +30,7 @@ def runner():
     return made
 
 
-def test_a_force_beyond_the_limit_is_cut_and_watching_asks_for_none(runner):
+def test_forces_are_limited_and_recording_uses_none(runner):
     runner.record(0.1)
     assert set(runner.board.forces) == {0.0}
     runner.run(lambda t, x, v: 5.0, 0.02, Limits(0.3))
@@ -47,7 +47,7 @@ def test_a_force_beyond_the_limit_is_cut_and_watching_asks_for_none(runner):
         (lambda t, x, v: 1.0, Limits(1.0, 1.0, 0.2), "0.20 m/s"),
     ],
 )
-def test_what_is_wrong_ends_the_run_with_the_motor_off(runner, move, limits, words):
+def test_each_fault_ends_the_run_with_the_motor_off(runner, move, limits, words):
     seen = []
 
     def watched(t, x, v):
@@ -103,7 +103,7 @@ def test_a_wrong_direction_never_lets_a_sweep_run_away():
     assert kit.pwm == 0
 
 
-def test_a_track_counts_time_on_over_the_clocks_wrap():
+def test_a_tracks_time_is_unwrapped():
     around = [
         Sample(seq=i, time_us=(2**32 - 1500 + 1000 * i) % 2**32, count=i, raw=i, answered=0, delay_us=65535,
                flags=0, pwm=0, rx_errors=0, stale=0, generation=0, received=0, refusal=0)
@@ -129,7 +129,7 @@ def test_cancel_ends_a_run_and_a_recording_until_the_next_job(runner):
     assert len(runner.record(0.05)) > 40
 
 
-def test_a_board_whose_clock_stands_still_ends_a_run(monkeypatch):
+def test_a_stopped_board_clock_ends_a_run(monkeypatch):
     monkeypatch.setattr(board_runner, "_SPARE_SECONDS", 0.05)
     monkeypatch.setattr(board_runner, "_SLOWEST", 0.0)
     kit = PaddleKit()
@@ -149,7 +149,7 @@ def test_idle_keeps_the_motor_off_and_no_more_samples_than_are_drawn(runner):
     assert not runner.board.streaming
 
 
-def test_one_order_to_stream_may_be_missed(runner):
+def test_a_lost_stream_command_is_repeated(runner):
     samples, deaf = runner.board.samples, [1]
 
     def once_more(silence=1.0):

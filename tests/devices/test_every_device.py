@@ -1,4 +1,4 @@
-"""Every device whose handle is simulated: listed, headless, in the loop, recorded, judged, and by command."""
+"""Every device with a simulated handle: listed, headless, in the loop, recorded, judged, by command."""
 
 import json
 import math
@@ -37,7 +37,7 @@ def test_is_listed_and_found_by_its_key(entry, capsys):
 
 
 @every_device
-def test_a_model_is_what_the_device_says_of_its_handle(entry):
+def test_a_model_agrees_with_the_devices_properties(entry):
     device = entry.make()
     for name in ("mass", "viscous", "coulomb_force", "quantum", "max_force"):
         assert getattr(device.model, name) == getattr(device, name), name

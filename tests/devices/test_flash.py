@@ -1,4 +1,4 @@
-"""Finding avrdude, checking an image, reading what avrdude says, trying again: without a chip."""
+"""Finding avrdude, checking an image, parsing avrdude's output, retrying: without a chip."""
 
 import os
 import stat
@@ -35,7 +35,7 @@ def program(path, text="#!/bin/sh\n"):
 
 @pytest.fixture
 def nothing_there(tmp_path, monkeypatch):
-    """Have an empty path and an empty home."""
+    """Set an empty path and an empty home."""
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setattr(avrdude, "_FOLDERS", {"linux": avrdude._FOLDERS["linux"][:2]})
@@ -44,7 +44,7 @@ def nothing_there(tmp_path, monkeypatch):
 
 # --- finding
 @posix
-def test_the_one_given_comes_first_and_must_be_one(nothing_there):
+def test_a_given_program_has_priority_and_must_exist(nothing_there):
     own = program(nothing_there / "own" / "avrdude")
     program(nothing_there / "bin" / "avrdude")
     assert avrdude.find(own).program == own
@@ -61,7 +61,7 @@ def test_the_path_comes_before_the_arduino_ide(nothing_there):
     assert avrdude.find(system="linux") == avrdude.Avrdude(old)
     on_path = program(nothing_there / "bin" / "avrdude")
     assert avrdude.find(system="linux").words == [str(on_path)]
-    chips = nothing_there / "etc" / "avrdude.conf"  # of a program built for another place
+    chips = nothing_there / "etc" / "avrdude.conf"  # a program built for another folder
     chips.parent.mkdir()
     chips.touch()
     assert avrdude.find(system="linux").words == [str(on_path), f"-C{chips}"]
@@ -71,7 +71,7 @@ def test_the_path_comes_before_the_arduino_ide(nothing_there):
 @pytest.mark.parametrize(
     ("system", "remedy"), [("linux", "apt install avrdude"), ("darwin", "brew install"), ("win32", "winget")]
 )
-def test_how_to_get_it_is_one_line_for_each_system(nothing_there, system, remedy):
+def test_installation_advice_is_one_line_per_system(nothing_there, system, remedy):
     with pytest.raises(AvrdudeMissingError, match=f"not found.*{remedy}") as error:
         avrdude.find(system=system)
     assert "\n" not in str(error.value)
@@ -102,7 +102,7 @@ def test_an_image_has_its_bytes_where_they_belong(tmp_path):
     )
     data = flash.read_image(image(tmp_path, *lines))
     assert data == b"\xff\xff\xff\xffabcd" + b"\xff" * 248 + b"xy"
-    # just fits
+    # exactly full
     assert len(flash.read_image(image(tmp_path, record(0x7DFE, 0, b"ab"), END))) == flash.FLASH_BYTES
 
 
@@ -124,7 +124,7 @@ def test_a_bad_image_is_refused_in_one_line(tmp_path, lines, words):
     assert "\n" not in str(error.value)
 
 
-def test_an_image_that_is_not_there_or_not_to_be_read_is_said_in_one_line(tmp_path, monkeypatch):
+def test_missing_or_unreadable_images_give_a_one_line_error(tmp_path, monkeypatch):
     with pytest.raises(ParameterError, match=r"^Cannot read .*mine\.hex: No such file or directory\.$"):
         flash.image_of(tmp_path / "mine.hex")
     with pytest.raises(ParameterError, match=r"^Cannot read .*: Is a directory\.$"):
@@ -136,7 +136,7 @@ def test_an_image_that_is_not_there_or_not_to_be_read_is_said_in_one_line(tmp_pa
         flash.image_of()
 
 
-# --- what avrdude says
+# --- avrdude's output
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -150,7 +150,7 @@ def test_an_image_that_is_not_there_or_not_to_be_read_is_said_in_one_line(tmp_pa
         (SIGNED + "avrdude error: cannot do it\n", r"gave up on ttyUSB0: cannot do it\. Flash again"),
     ],
 )  # fmt: skip
-def test_each_failure_has_its_words(text, words):
+def test_each_failure_has_its_message(text, words):
     said = Output(lambda stage, part: None)
     said.feed(text)
     assert not said.no_sync
@@ -211,7 +211,7 @@ OLD_ONLY = (
 
 @pytest.fixture
 def talker(tmp_path):
-    """Return a function that makes an avrdude with that body; its log holds the speeds it was called at."""
+    """Return a function that makes a fake avrdude; its log contains the speeds of the calls."""
 
     def make(body):
         text = TALKER.format(log=str(tmp_path / "log"), body=body)
@@ -222,7 +222,7 @@ def talker(tmp_path):
 
 @pytest.fixture
 def port():
-    """Have a serial port that nobody uses."""
+    """Return a serial port that is not in use."""
     ends = os.openpty()
     yield os.ttyname(ends[1])
     for end in ends:
@@ -244,14 +244,14 @@ def test_the_older_boot_loaders_speed_is_tried_second(talker, port, tmp_path):
     ):
         flash.flash(port, small, talker(DEAF))
     assert calls(tmp_path)[2:] == [115200, 57600] * flash.ROUNDS
-    large = image(tmp_path, record(flash.OLD_FLASH_BYTES, 0, b"a"), END)  # would hit the old boot loader
+    large = image(tmp_path, record(flash.OLD_FLASH_BYTES, 0, b"a"), END)  # would overlap the old boot loader
     with pytest.raises(FlashError, match="does not answer at 115,200 baud"):
         flash.flash(port, large, talker(OLD_ONLY))
     assert calls(tmp_path)[2 + 2 * flash.ROUNDS :] == [115200] * flash.ROUNDS
 
 
 @posix
-def test_an_avrdude_that_goes_silent_is_ended(talker, port, tmp_path, monkeypatch):
+def test_a_silent_avrdude_is_killed(talker, port, tmp_path, monkeypatch):
     monkeypatch.setattr(flash, "SILENCE", 0.3)
     silent = talker('print("Writing | ###", flush=True)\ntime.sleep(60)')
     with pytest.raises(FlashError, match=r"said nothing for 0\.3 s"):
@@ -259,7 +259,7 @@ def test_an_avrdude_that_goes_silent_is_ended(talker, port, tmp_path, monkeypatc
 
 
 @posix
-def test_a_port_in_use_or_gone_is_said_before_avrdude_is_run(talker, port, tmp_path):
+def test_a_busy_or_missing_port_is_reported_before_avrdude_runs(talker, port, tmp_path):
     small, tool = image(tmp_path, record(0, 0, b"ab"), END), talker(DEAF)
     with serial.Serial(port, exclusive=True), pytest.raises(PortBusyError):
         flash.flash(port, small, tool)

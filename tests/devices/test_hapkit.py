@@ -1,4 +1,4 @@
-"""The serial Hapkit against a scripted board on a pseudo-terminal: opening, questions, samples, closing."""
+"""The serial Hapkit against a scripted board on a pseudo-terminal: opening, requests, samples, closing."""
 
 import itertools
 import math
@@ -35,7 +35,7 @@ def says_hello(message, hello=HELLO):
 
 
 def near(got, want):
-    """Compare field by field: what is a float travels in 32 bits."""
+    """Compare field by field, floats in single precision."""
     for f in Board.layout():
         a, b = getattr(got, f.name), getattr(want, f.name)
         assert a == (pytest.approx(b, rel=1e-6) if f.code == "f" else b), f.name
@@ -60,7 +60,7 @@ def test_every_constant_comes_from_the_board(opened):
     assert board.hello.build == "test"
     assert (board.max_force, board.rate, board.motor) == (2.5, 1000.0, True)
     assert board.quantum == pytest.approx(2e-5, rel=1e-7)
-    # torque 0.0183 N·m at the motor, times the gear 74/5, over the handle's 90 mm
+    # motor torque 0.0183 N·m, gear 74/5, handle radius 90 mm
     assert board.full_force == pytest.approx(0.0183 * 74 / 5 / 0.090, rel=1e-6)
     assert board.title == f"Hapkit on {board.port.removeprefix('/dev/')}"
 
@@ -75,7 +75,7 @@ def test_every_constant_comes_from_the_board(opened):
         ("sample_rate", 0, "samples per second"),
     ],
 )
-def test_numbers_that_no_hapkit_has_are_refused(lined, name, value, said):
+def test_impossible_numbers_are_rejected(lined, name, value, said):
     lined(lambda m: says_hello(m, replace(HELLO, **{name: value})))
     error = refused(errors.NotAHapkitError, f"{value:g}")
     assert said in str(error)
@@ -85,7 +85,7 @@ def test_numbers_that_no_hapkit_has_are_refused(lined, name, value, said):
 @pytest.mark.parametrize(
     ("name", "value"), [("max_force", 5.0), ("quantum", 1e-7), ("quantum", 2e-3), ("handle_radius", 0.3)]
 )
-def test_numbers_at_the_limit_are_taken(opened, name, value):
+def test_numbers_at_the_limits_are_accepted(opened, name, value):
     board, _ = opened(lambda m: says_hello(m, replace(HELLO, **{name: value})))
     assert getattr(board.hello, name) == pytest.approx(value, rel=1e-6)
 
@@ -105,7 +105,7 @@ def test_open_and_close_leave_the_motor_free_and_the_samples_off(opened):
         _ = board.hello
 
 
-def test_asks_again_while_the_board_starts_past_half_a_frame_and_noise(opened):
+def test_hello_is_repeated_during_start_despite_noise(opened):
     asked = []
 
     def slow(message):
@@ -121,7 +121,7 @@ def test_asks_again_while_the_board_starts_past_half_a_frame_and_noise(opened):
 @pytest.mark.parametrize(
     "noise", [None, b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x04\x00abc")]
 )
-def test_something_else_answers_or_nothing(lined, noise):
+def test_other_devices_and_silence(lined, noise):
     what = "answers, but not as a Hapkit" if noise else "does not answer"
     line = lined(lambda m: noise)
     refused(errors.NotAHapkitError, f"{{}} {what}. Flash the firmware, or choose another port.")
@@ -139,21 +139,21 @@ def test_another_version_of_the_protocol(lined, version, remedy, step, rest):
     assert refused(errors.WrongProtocolError, words).step == step
 
 
-def test_a_port_in_use_missing_or_none_at_all(fake_board, tmp_path):
+def test_busy_missing_and_invalid_ports(fake_board, tmp_path):
     first = HapkitBoard(fake_board(says_hello).path)
     first.open()
     refused(errors.PortBusyError, "{} is used by another program. Close it, then try again.", first.port)
-    first.start_stream()  # the first one is none the worse for it
+    first.start_stream()  # the first one is unaffected
     first.close()
     words = "ttyNONE7 is not there. Plug the board in, or see `hapkit-studio devices`."
     error = refused(errors.PortGoneError, words, "/dev/ttyNONE7")
-    assert "Looking again every second" in error.brief  # what a window does, and a command does not
+    assert "Looking again every second" in error.brief  # the window does, a command does not
     file = tmp_path / "notes.txt"
     file.touch()
     refused(errors.NotAHapkitError, "{} is not a serial port. Choose another port.", file)
 
 
-def test_unplugged_during_the_handshake_a_question_or_while_open(fake_board):
+def test_unplugging_during_handshake_request_or_while_open(fake_board):
     words = "Hapkit on {} is gone. Force is zero. Plug it in, then try again."
     refused(errors.PortGoneError, words, fake_board(lambda m: UNPLUG).path)
     kit = FakeKit()
@@ -172,7 +172,7 @@ def test_unplugged_during_the_handshake_a_question_or_while_open(fake_board):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux tells who may open a port")
-def test_others_are_kept_off_while_it_is_open(fake_board):
+def test_an_open_port_is_exclusive(fake_board):
     def claimed():
         answer = fcntl.ioctl(line, 0x80045440, struct.pack("i", 0))  # TIOCGEXCL
         return struct.unpack("i", answer)[0] != 0
@@ -188,8 +188,8 @@ def test_others_are_kept_off_while_it_is_open(fake_board):
     os.close(line)
 
 
-# --- questions
-def test_configure_is_in_force_at_once_and_not_saved(opened):
+# --- requests
+def test_configure_applies_at_once_without_saving(opened):
     kit = FakeKit()
     board, peer = opened(kit)
     assert (board.mass, board.viscous, board.coulomb_force) == (0.044, 0.5, 0.10)
@@ -200,14 +200,14 @@ def test_configure_is_in_force_at_once_and_not_saved(opened):
     assert near(settings, wanted)
     assert settings.origin == Origin.UNSAVED
     assert kit.stored is None
-    assert board.max_force == 1.25  # what the computer reckons with follows the board
+    assert board.max_force == 1.25  # the computer's constants follow the board
     assert (board.quantum, board.mass, board.viscous) == pytest.approx((1.5e-5, 0.031, 0.25), rel=1e-6)
     assert board.save().origin == Origin.STORED
     assert near(kit.stored, wanted)
     assert any(isinstance(m, Save) for m in peer.received)
 
 
-def test_what_the_board_refuses_changes_nothing(opened):
+def test_rejected_settings_change_nothing(opened):
     board, _ = opened(FakeKit())
     with pytest.raises(errors.ParameterError, match=r"refused these settings.*Nothing was changed") as error:
         board.configure(replace(KIT, max_force=1000.0))
@@ -216,13 +216,13 @@ def test_what_the_board_refuses_changes_nothing(opened):
     assert near(board.settings(), KIT)
 
 
-def test_a_lost_question_is_asked_again_and_the_late_answer_is_nobody_elses(opened):
+def test_a_lost_request_is_repeated_and_a_late_reply_discarded(opened):
     asked, kit = [], FakeKit()
 
     def slow(message):
         if isinstance(message, SettingsRequest):
             asked.append(message)
-            # the first answer comes with the second: one of both is too many
+            # the first reply arrives with the second
             return kit(message) * 2 if len(asked) == 2 else None
         return kit(message)
 
@@ -233,8 +233,8 @@ def test_a_lost_question_is_asked_again_and_the_late_answer_is_nobody_elses(open
     assert near(board.configure(changed), changed)
 
 
-def test_a_stream_that_is_on_does_not_keep_an_answer_back(opened):
-    """A line that never falls silent: what a read takes then is the time of a sample."""
+def test_a_running_stream_does_not_delay_a_reply(opened):
+    """On a line that is never silent, a read takes one sample period."""
     asked, kit = [], FakeKit()
 
     def answer(message):
@@ -253,13 +253,13 @@ def test_a_stream_that_is_on_does_not_keep_an_answer_back(opened):
     assert near(board.request(SettingsRequest(), Settings, 0.2), KIT)
 
 
-def test_no_answer_has_a_text_of_its_own(opened):
+def test_a_missing_reply_has_its_own_message(opened):
     board, _ = opened(FakeKit(deaf={SettingsRequest: 2}))
     with pytest.raises(errors.NoDataError, match=r"did not answer when asked for its settings within 0\.2 s"):
         board.request(SettingsRequest(), Settings, seconds=0.2)
 
 
-def test_samples_come_one_by_one_until_silence_and_can_be_left(opened):
+def test_samples_are_yielded_until_silence(opened):
     board, _ = opened(FakeKit(burst=20))
     board.start_stream()
     assert list(itertools.islice(board.samples(), 20)) == [sample(k, count=k) for k in range(20)]
@@ -270,6 +270,6 @@ def test_samples_come_one_by_one_until_silence_and_can_be_left(opened):
 
 
 @pytest.mark.parametrize("use", [HapkitBoard.settings, HapkitBoard.save, lambda b: next(b.samples())])
-def test_a_closed_board_says_that_it_is_closed(use):
+def test_a_closed_board_raises_an_error(use):
     with pytest.raises(errors.DeviceError, match="is not open"):
         use(HapkitBoard("/dev/ttyNONE7"))

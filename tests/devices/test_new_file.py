@@ -1,4 +1,4 @@
-"""A new device is one file: nothing else is touched, and the tests of every device take it too."""
+"""A new device is one module: no other file changes, and the tests of every device include it."""
 
 import pytest
 
@@ -31,7 +31,7 @@ DEVICE = DeviceKind(10, lambda: [DeviceEntry("heavy-paddle", HeavyPaddle.title, 
 
 
 @pytest.mark.slow
-def test_a_file_of_its_own_is_all_that_a_new_device_takes(tmp_path):
+def test_a_new_device_needs_one_module(tmp_path):
     copy = copy_with(tmp_path, "hapkit_studio/devices/heavy_paddle.py", NEW)
     files = "tests/devices/test_every_device.py", "tests/gui/test_every_device.py"
     said = run_tests(copy, "-m", "not slow and not alone", *files)

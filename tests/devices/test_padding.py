@@ -1,4 +1,4 @@
-"""The delay that a USB chip makes, measured and compared with what really happened, plain and padded."""
+"""The delay caused by a USB chip, measured and compared with the true one, plain and padded."""
 
 from dataclasses import replace
 from functools import cache
@@ -18,7 +18,7 @@ from tests.firmware.vb import opened as opened_board
 
 
 def loop_with(delay, every=1, samples=400):
-    """Return the samples of a loop that answers each or every n-th sample after a delay in periods."""
+    """Return the samples of a loop that answers every n-th sample after a delay in periods."""
     arrivals = [(seq + delay, seq) for seq in range(0, samples, every)]
     out = []
     for k in range(samples):
@@ -29,13 +29,13 @@ def loop_with(delay, every=1, samples=400):
 
 
 @pytest.mark.parametrize("delay", [0.2, 0.999, 1.0, 3.25, 60.0])
-def test_a_loop_that_answers_every_sample_has_the_delay_it_has(delay):
+def test_delay_of_a_loop_that_answers_every_sample(delay):
     assert effective_delay(loop_with(delay), PERIOD) == pytest.approx(delay * PERIOD, abs=1e-6)
 
 
 @pytest.mark.parametrize("every", [2, 5, 16])
-def test_a_force_that_stays_counts_with_the_age_it_reaches(every):
-    """Held for n periods instead of one it is older by (n - 1)/2 periods on the average."""
+def test_a_held_force_counts_with_its_age(every):
+    """Held for n periods instead of one, its mean age is (n - 1)/2 periods higher."""
     samples = loop_with(0.4, every)[2 * every : 2 * every + 10 * every + 1]
     assert effective_delay(samples, PERIOD) == pytest.approx((0.4 + (every - 1) / 2) * PERIOD, abs=1e-6)
 
@@ -61,14 +61,14 @@ def test_a_usb_chip_that_collects_samples(latency, padded):
     assert effective_delay(taken[60:], PERIOD) == pytest.approx(truth, rel=0.02)
 
 
-def test_a_zero_force_that_answers_no_sample_is_no_delay_of_a_minute():
+def test_an_unsolicited_zero_force_is_no_delay():
     samples = loop_with(1.5, samples=50)
     samples[30] = replace(samples[30], answered=0, delay_us=29_500)
     assert effective_delay(samples, PERIOD) < 3.0 * PERIOD
 
 
 @pytest.mark.parametrize("latency", [0.001, 0.016])
-def test_filled_frames_fall_to_what_the_packets_of_62_bytes_allow(opened, latency):
+def test_padded_frames_reach_the_packets_minimum_delay(opened, latency):
     truths = []
 
     class Kit(FtdiKit):
@@ -79,11 +79,11 @@ def test_filled_frames_fall_to_what_the_packets_of_62_bytes_allow(opened, latenc
 
     board, peer = opened(Kit(latency))
     found = measure_padding(board, 0.4)
-    board.settings()  # by then it has read everything before
+    board.settings()  # everything before has been read by then
     plain, padded = [t for t in truths if t is not None]
     assert found.plain == pytest.approx(plain, rel=0.03)
     assert found.padded == pytest.approx(padded, rel=0.03)
-    # a filled frame goes with its own last byte: 0.62 ms on the wire, then the turnaround
+    # a padded frame is sent with its last byte: 0.62 ms on the wire, then the turnaround
     assert found.padded == pytest.approx(62 * 10e-6 + 0.4e-3, rel=0.03)
     assert found.padded < found.plain
     assert found.better == PACKET
@@ -107,13 +107,14 @@ def test_padding_must_be_worth_its_bytes():
     assert found == [PACKET, 0, 0]
 
 
-# --- the real firmware behind the virtual board's FTDI chip
+# --- the firmware behind the virtual board's FTDI chip
 BYTE = 10e-6
 FILLING = BYTE / 10 + 6 / 16e6
-"""s a byte of filling takes besides its own bits: the line rests for two bits after every second byte, and
-the board's main program queues a byte in 6 cycles."""
+"""s per padding byte besides its own bits: two bit times of silence after every second byte, and 6 cycles of
+the board's main program to queue it.
+"""
 BUSY = 0.2e-3
-"""s for which the board's main program makes and fills its next frame before it reads an answer."""
+"""s that the board's main program needs to build and pad its next frame before it reads a reply."""
 FRAME = len(encode(sample(1)))
 
 
@@ -124,18 +125,18 @@ def measured(latency):
 
 
 @needs_board
-def test_filling_saves_what_the_latency_timer_costs():
+def test_padding_saves_the_latency_timers_delay():
     direct = measured(0.0)
-    rest = direct.plain - FRAME * BYTE  # all that is not the frame's own way down the wire
+    rest = direct.plain - FRAME * BYTE  # everything except the frame's time on the wire
     behind = measured(0.016)
-    # a filled frame ends its own packet
+    # a padded frame completes its packet
     filling = (PACKET - FRAME) * FILLING
     arrival = PACKET * BYTE + filling + rest
-    # which comes when the board makes its next frame
+    # until the board builds its next frame
     assert PERIOD < arrival < PERIOD + BUSY
     assert 0.98 * arrival < behind.padded < arrival + BUSY
-    # A plain packet is full in the middle of a frame, but for one in FRAME: the newest whole one is a period
-    # older. And it is answered only every 62 / FRAME periods.
+    # A plain packet usually ends inside a frame: the newest complete one is a period older. And replies come
+    # only every 62 / FRAME periods.
     age = PERIOD * (FRAME - 1) / FRAME + FRAME * BYTE / 2
     held = (PACKET / FRAME - 1) * PERIOD / 2
     assert behind.plain == pytest.approx(age + rest + held, rel=0.04)

@@ -1,4 +1,4 @@
-"""Serial ports: which there are, who holds them, who answers, what a failure says, the latency timer."""
+"""Serial ports: list, users, probing, error messages, latency timer."""
 
 import errno
 import json
@@ -27,7 +27,7 @@ PATH = "/dev/ttyTEST"
 
 @pytest.fixture
 def plugged(monkeypatch, lined):
-    """Return a function that plugs a board in and returns its line of the list, and the line to it."""
+    """Return a function that plugs a board in and returns its port's entry and its line."""
 
     def plug(answer, numbers=FT232):
         list_ports(monkeypatch, info(PATH, numbers, "AAA"))
@@ -37,8 +37,8 @@ def plugged(monkeypatch, lined):
     return plug
 
 
-# --- which there are
-def test_kits_come_first_and_what_is_surely_else_last(monkeypatch):
+# --- list
+def test_kits_are_first_and_other_devices_last(monkeypatch):
     nothing = info("/dev/ttyS4")
     nothing.hwid = "n/a"
     list_ports(
@@ -50,8 +50,8 @@ def test_kits_come_first_and_what_is_surely_else_last(monkeypatch):
         info("/dev/ttyACM0", UNO),
         info("/dev/ttyUSB0", FT232, "AB0LB3DQ", "1-2", "FT232R USB UART"),
         info("/dev/ttyACM2", (0x1234, 0x5678), product="Strange device"),
-        info("/dev/ttyACM3", (0x2341, 0x0042)),  # a vendor's other product
-        info("/dev/cu.debug-console"),  # a Mac's
+        info("/dev/ttyACM3", (0x2341, 0x0042)),  # another product of the vendor
+        info("/dev/cu.debug-console"),  # macOS
         nothing,
     )
     assert [(entry.key, entry.title) for entry in hapkit.entries()] == [
@@ -67,7 +67,7 @@ def test_kits_come_first_and_what_is_surely_else_last(monkeypatch):
     ]
 
 
-def test_no_row_of_the_table_is_hidden_by_another():
+def test_every_row_of_the_chip_table_is_reachable():
     rows = [numbers for chip in serial_ports.CHIPS for numbers in chip.numbers]
     assert len(set(rows)) == len(rows)
 
@@ -81,7 +81,7 @@ BARE = Identity(*CH340, "", "1-1")
     [
         (A, {"u1": B, "u2": A}, "u2"),
         (A, {"u1": A._replace(place="3-4")}, "u1"),  # another socket, the same board
-        (A, {"u0": B}, None),  # another kit never takes its place
+        (A, {"u0": B}, None),  # another kit must not replace it
         (A, {}, None),
         (BARE, {"u0": BARE._replace(place="1-9"), "u1": BARE}, "u1"),
         (BARE, {"u3": BARE._replace(place="1-9")}, "u3"),
@@ -95,7 +95,7 @@ def test_the_same_board_is_found_again(wanted, there, path):
     assert (found.path if found else None) == path
 
 
-def test_another_kit_under_its_name_is_left_alone(plugged, monkeypatch):
+def test_another_kit_on_the_same_port_is_not_used(plugged, monkeypatch):
     entry, peer = plugged(FakeKit())
     board = entry.make()
     list_ports(monkeypatch, info(PATH, FT232, "BBB"))
@@ -104,8 +104,8 @@ def test_another_kit_under_its_name_is_left_alone(plugged, monkeypatch):
     assert peer.received == []
 
 
-# --- who answers
-def test_a_kit_says_firmware_and_settings_in_words_and_in_the_command(plugged, capsys, monkeypatch):
+# --- probing
+def test_probing_a_kit_gives_firmware_and_settings(plugged, capsys, monkeypatch):
     entry, _ = plugged(FakeKit())
     found = entry.make().probe()
     assert found["ok"]
@@ -126,13 +126,13 @@ def test_a_kit_says_firmware_and_settings_in_words_and_in_the_command(plugged, c
     assert "Kit 'fake kit'" in out
 
 
-def test_a_kit_that_does_not_know_its_settings_is_there_all_the_same(plugged):
+def test_an_uncalibrated_kit_is_listed(plugged):
     found = plugged(FakeKit(deaf={SettingsRequest: 9}))[0].make().probe()
     assert found["ok"]
     assert "did not answer when asked for its settings" in found["text"]
 
 
-def test_what_is_not_a_hapkit_is_not_even_opened_by_probe_and_never_flashed(plugged):
+def test_other_devices_are_neither_probed_nor_flashed(plugged):
     entry, peer = plugged(lambda m: b"OK\r\n", MODEM)
     assert entry.make().probe() == {"ok": False, "text": "Not asked: not a Hapkit."}
     assert peer.received == []
@@ -160,10 +160,10 @@ def test_a_kit_without_firmware_is_offered_to_be_flashed(plugged, heard, text):
     assert caught.value.step == "flash"
 
 
-# --- who holds one
+# --- users of a port
 @pytest.mark.slow
 @linux
-def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake_board):
+def test_a_ports_user_is_named_with_or_without_lock(fake_board):
     peer = fake_board(lambda message: None)
     words = (
         "import sys, os; os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY); print(flush=True); sys.stdin.read()"
@@ -176,7 +176,7 @@ def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake_board):
         name = f"{os.path.basename(sys.executable)} (process {child.pid})"
         assert serial_ports.holder(peer.path) == name
         with pytest.raises(errors.PortBusyError) as caught:
-            HapkitBoard(peer.path).open()  # it reads what is meant for us
+            HapkitBoard(peer.path).open()  # it reads the bytes meant for us
         assert str(caught.value) == f"{port_name(peer.path)} is used by {name}. Close it, then try again."
         refused = unopened(peer.path, serial.SerialException(errno.EBUSY, "busy"))
         assert str(refused) == str(caught.value)
@@ -195,7 +195,7 @@ def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake_board):
         ("/usr/bin/minicom\0-D\0/dev/ttyUSB0\0", "minicom"),
     ],
 )
-def test_who_holds_it_has_its_own_name_and_the_studio_is_not_called_python(monkeypatch, tmp_path, line, name):
+def test_a_ports_user_has_its_program_name(monkeypatch, tmp_path, line, name):
     monkeypatch.setattr(serial_ports, "PROCESSES", tmp_path)
     (tmp_path / "41" / "fd").mkdir(parents=True)
     (tmp_path / "41" / "cmdline").write_text(line)
@@ -204,7 +204,7 @@ def test_who_holds_it_has_its_own_name_and_the_studio_is_not_called_python(monke
     assert serial_ports.holder("/dev/ttyUSB1") == ""
 
 
-# --- who may not open one
+# --- permissions
 def forbidden(monkeypatch, group, joined=False):
     monkeypatch.setattr(port_errors.sys, "platform", "linux")
     monkeypatch.setattr(port_errors, "_group", lambda path: group)
@@ -212,7 +212,7 @@ def forbidden(monkeypatch, group, joined=False):
     return unopened("/dev/ttyUSB0", serial.SerialException(errno.EACCES, "Permission denied"))
 
 
-def test_a_forbidden_port_comes_with_the_line_to_run(monkeypatch):
+def test_a_forbidden_port_comes_with_the_command(monkeypatch):
     error = forbidden(monkeypatch, "dialout")
     assert isinstance(error, errors.PortPermissionError)
     assert error.command == "sudo usermod -a -G dialout $USER"
@@ -224,7 +224,7 @@ def test_a_forbidden_port_comes_with_the_line_to_run(monkeypatch):
 
 
 @linux
-def test_where_no_group_helps_a_udev_rule_for_this_chip_does(monkeypatch, tmp_path):
+def test_without_a_group_a_udev_rule_is_offered(monkeypatch, tmp_path):
     list_ports(monkeypatch, info("/dev/ttyUSB0", FT232))
     error = forbidden(monkeypatch, "")
     rule = 'SUBSYSTEM=="tty", ATTRS{idVendor}=="0403", MODE="0660", TAG+="uaccess"'
@@ -235,15 +235,15 @@ def test_where_no_group_helps_a_udev_rule_for_this_chip_does(monkeypatch, tmp_pa
     monkeypatch.undo()
     port = tmp_path / "ttyUSB0"
     port.touch()
-    port.chmod(0o600)  # a group counts only where it may read and write
+    port.chmod(0o600)  # a group counts only with read and write permission
     assert 'KERNEL=="ttyUSB*|ttyACM*"' in port_errors.permission_remedy(str(port), None)[1]
-    monkeypatch.setattr(port_errors.sys, "platform", "darwin")  # no udev, nothing to run
+    monkeypatch.setattr(port_errors.sys, "platform", "darwin")  # no udev: no command
     assert port_errors.permission_remedy("/dev/cu.x", None) == ("Ask for the right to use it.", "")
 
 
-# --- the latency timer of the USB chip
+# --- latency timer of the USB chip
 class Line:
-    """A port that notes what is asked of it."""
+    """A port that records calls."""
 
     def __init__(self, refuses=None):
         self.asked, self.refuses = [], refuses
@@ -256,7 +256,7 @@ class Line:
 
 @pytest.fixture
 def timer(monkeypatch, tmp_path):
-    """Return a function that sets what the system shows for ttyUSB0."""
+    """Return a function that sets the system's latency file of ttyUSB0."""
     monkeypatch.setattr(serial_ports, "TIMERS", tmp_path)
     monkeypatch.setattr(serial_ports.sys, "platform", "linux")
 
@@ -267,7 +267,7 @@ def timer(monkeypatch, tmp_path):
     return show
 
 
-def test_a_short_timer_is_nothing_to_speak_of(timer):
+def test_a_short_timer_needs_no_remedy(timer):
     line = Line()
     timer("1\n")
     latency = shorten_latency(line, "/dev/ttyUSB0", A)
@@ -277,7 +277,7 @@ def test_a_short_timer_is_nothing_to_speak_of(timer):
 
 
 @pytest.mark.parametrize("refuses", [OSError(1, "Operation not permitted"), ValueError(), AttributeError()])
-def test_a_refusal_is_said_with_what_can_be_done(timer, refuses):
+def test_a_refusal_is_reported_with_a_remedy(timer, refuses):
     timer("16\n")
     latency = shorten_latency(Line(refuses), "/dev/ttyUSB0", A)
     assert latency == Latency(0.016, True, "/dev/ttyUSB0")
@@ -286,7 +286,7 @@ def test_a_refusal_is_said_with_what_can_be_done(timer, refuses):
     assert "render on the board" in latency.words
 
 
-def test_what_cannot_be_read_is_taken_for_the_usual_and_other_chips_have_none(timer, monkeypatch):
+def test_an_unreadable_timer_is_the_default_and_other_chips_have_none(timer, monkeypatch):
     latency = shorten_latency(Line(), "/dev/ttyUSB0", A)
     assert latency == Latency(0.016, False, "/dev/ttyUSB0")
     assert "as far as known" in latency.words

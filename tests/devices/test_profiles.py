@@ -1,4 +1,4 @@
-"""Kits: complete, different, as the reference says; and calibrated, in files that are read as written."""
+"""Kits: complete, distinct, as in the reference; calibration files are read as written."""
 
 import math
 import re
@@ -16,7 +16,7 @@ from hapkit_studio.protocol.messages import Board
 HEADER = Path(__file__).resolve().parents[2] / "firmware" / "hapkit" / "profile.h"
 
 
-def test_kits_differ_can_travel_on_the_wire_and_are_plausible():
+def test_kits_are_distinct_encodable_and_plausible():
     for of in (lambda k: k.key, lambda k: k.board.profile, lambda k: k.board.label, lambda k: k.title):
         assert len({of(kit) for kit in profiles.KITS}) == len(profiles.KITS)
     for kit in profiles.KITS:
@@ -43,7 +43,7 @@ def test_the_default_is_the_firmwares_own(constant, field):
         ("hapkit3-short", 16.1e-6, 3.87),
         ("hapkit3-maxon", 20.7e-6, 4.93),
         ("hapkit2013", 12.8e-6, 7.98),
-        # sensors that repeat every turn have twice the travel between repeats
+        # sensors that repeat every full turn have twice the travel between repeats
         ("hapkit-hall", 2.0 * 20.7e-6 * 921 / 16384, 3.01),
         ("hapkit-encoder", 2.0 * math.pi * 0.090 * 0.005 / 0.075 / 48, 0.0167 * 0.075 / 0.00045),
     ],
@@ -54,7 +54,7 @@ def test_travel_per_count_and_full_force_are_those_of_the_reference(key, quantum
     assert profiles.full_force(board) == pytest.approx(force, rel=0.002)
 
 
-def test_an_unknown_kit_is_named_with_those_there_are():
+def test_an_unknown_kit_lists_the_known_ones():
     with pytest.raises(ParameterError, match=r"hapkit9.*hapkit3"):
         profiles.named("hapkit9")
     assert profiles.numbered(200) is None
@@ -67,7 +67,7 @@ def own(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_what_was_written_is_read_again_and_nothing_is_written_over(own):
+def test_files_are_read_as_written_and_never_overwritten(own):
     board = replace(
         profiles.named("hapkit2013").board, zero=-4711, sense=-1, mass=0.0431234567, label='a "7"'
     )
@@ -75,12 +75,12 @@ def test_what_was_written_is_read_again_and_nothing_is_written_over(own):
     path = calibration_file.write(board, {"Sensor": "fine", "Strength": "left out"}, day)
     assert path == own / "calibrations" / "a-7 2026-02-03.toml"
     again = calibration_file.read(path)
-    assert again.mass == pytest.approx(board.mass, rel=1e-7)  # a board keeps 32 bits
+    assert again.mass == pytest.approx(board.mass, rel=1e-7)  # a board stores 32 bits
     assert replace(again, mass=board.mass, quantum=board.quantum) == board
     text = path.read_text(encoding="utf-8")
     assert "# Sensor: fine" in text
     assert "# Written on 2026-02-03" in text
-    assert "coulomb = 0.1 " in text  # no digits that the board has not
+    assert "coulomb = 0.1 " in text  # no more digits than the board has
     assert "# kg: of the paddle at the handle" in text
     other = calibration_file.write(replace(board, zero=2), {}, day)
     assert other.name == "a-7 2026-02-03 2.toml"
@@ -88,7 +88,7 @@ def test_what_was_written_is_read_again_and_nothing_is_written_over(own):
 
 
 @pytest.mark.parametrize("text", ["", "[board]\n", "[[", "[board]\nprofile = 1\n", None])
-def test_what_is_no_calibration_is_said_in_one_line(own, text):
+def test_invalid_calibrations_give_a_one_line_error(own, text):
     path = own / "x.toml"
     if text is None:
         whole = calibration_file.write(profiles.default().board, {}).read_text(encoding="utf-8")
@@ -129,7 +129,7 @@ EDITED = {
 
 @pytest.fixture
 def edited(own):
-    """Return a maker of calibrations in which one line is replaced."""
+    """Return a function that writes a calibration with one line replaced."""
     path = calibration_file.write(profiles.default().board, {})
     whole = path.read_text(encoding="utf-8")
 
@@ -144,7 +144,7 @@ def edited(own):
 
 
 @pytest.mark.parametrize("line", EDITED)
-def test_a_value_that_the_board_cannot_keep_is_refused_in_the_file_s_own_terms(edited, line):
+def test_values_out_of_the_boards_range_are_rejected(edited, line):
     path = edited(line)
     with pytest.raises(FileError) as error:
         calibration_file.read(path)
@@ -152,8 +152,8 @@ def test_a_value_that_the_board_cannot_keep_is_refused_in_the_file_s_own_terms(e
     assert "\n" not in str(error.value)
 
 
-def test_numbers_are_read_if_and_only_if_their_type_on_the_wire_can_carry_them(edited):
-    """Which ones it can, Python's struct decides."""
+def test_numbers_are_accepted_if_their_wire_type_fits(edited):
+    """Python's struct module decides which numbers fit."""
     for field in Board.layout():
         if field.code.endswith("s") or field.name in ("pins", "sensor", "motor_map", "sense", "direction"):
             continue

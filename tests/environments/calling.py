@@ -1,4 +1,4 @@
-"""Calls an environment's compiled law, sample by sample or along a path; runs under an imposed motion."""
+"""Calls an environment's compiled law, single or along a path; runs with imposed motion."""
 
 import itertools
 import math
@@ -24,9 +24,9 @@ def call(environment, values, x, v, state=None):
 
 
 def corners(environment):
-    """Return every combination of the least, the default and the largest value of each parameter.
+    """Return every combination of the smallest, default and largest value of each parameter.
 
-    Those that do not go together are left out; of more than 800 every so manieth is taken.
+    Without incompatible ones; if there are more than 800, evenly thinned out.
     """
     each = []
     for p in environment.parameters:
@@ -38,7 +38,7 @@ def corners(environment):
 
 
 def drawn(environment, rng):
-    """Return values anywhere within the limits, whether they go together or not."""
+    """Return random values within the limits, possibly incompatible."""
     return {
         p.key: float(rng.integers(len(p.options))) if isinstance(p, Choice) else rng.uniform(p.low, p.high)
         for p in environment.parameters
@@ -46,7 +46,7 @@ def drawn(environment, rng):
 
 
 def anywhere(environment, rng):
-    """Return values anywhere within the limits that go together."""
+    """Return random compatible values within the limits."""
     while environment.check(values := drawn(environment, rng)):
         pass
     return values
@@ -59,7 +59,7 @@ def warned(key, conditions=None, **given):
 
 
 def force(key, x, v=0.0, **given):
-    """Return the force in N at one position and velocity, the law's state at its start."""
+    """Return the force in N at one position and velocity, in the law's initial state."""
     return call(LIBRARY[key], LIBRARY[key].values(given), x, v)[0]
 
 
@@ -69,7 +69,7 @@ def forces(key, positions, **given):
 
 
 def along(key, positions, velocities=None, **given):
-    """Return forces (n,) and states (n, values) at positions (n,) in m, one after the other, 1 ms apart."""
+    """Return forces (n,) and states (n, values) at consecutive positions (n,) in m, 1 ms apart."""
     values, state, out, states = LIBRARY[key].values(given), None, [], []
     velocities = np.zeros(len(positions)) if velocities is None else velocities
     for x, v in zip(positions, velocities, strict=True):
@@ -81,7 +81,7 @@ def along(key, positions, velocities=None, **given):
 
 
 def frequency(signal, rate):
-    """Return the strongest frequency in Hz of a signal (n,), its mean left out."""
+    """Return the strongest frequency in Hz of a signal (n,), without its mean."""
     spectrum = np.abs(np.fft.rfft(signal - np.mean(signal)))
     return np.fft.rfftfreq(len(signal), 1.0 / rate)[np.argmax(spectrum)]
 
@@ -90,7 +90,7 @@ IDEAL = hs.SimulatedHapkit(quantum=0.0, max_force=math.inf)
 
 
 def imposed(key, values, position, seconds, rate=1000.0):
-    """Return a run in which the handle moves as told."""
+    """Return a run with imposed handle motion."""
     return hs.simulate(key, values, hand=hs.Prescribed(position), device=IDEAL, rate=rate, seconds=seconds)
 
 

@@ -1,4 +1,4 @@
-"""Bump and valley: work, symmetry, edges, what stands and what falls, and the picture that may lie."""
+"""Bump and valley: work, symmetry, edges, stable and unstable points, and the misleading drawing."""
 
 import itertools
 
@@ -34,7 +34,7 @@ def test_crossing_costs_no_work(profile, centre, width):
 @shapes
 @pytest.mark.parametrize("law", ["gradient", "height"])
 def test_peak_edges_and_slopes(profile, law):
-    """The peak is the parameter; 1 nm inside the edge nothing is left of it, and beyond it nothing at all."""
+    """The peak equals the parameter; 1 nm inside the edge the force is nearly 0, outside exactly 0."""
     given = {"profile": profile, "law": law, "peak_force": 2.0, "width": 0.01}
     x = np.linspace(BUMP - 0.005, BUMP + 0.005, 20_001)
     got = forces("bump_valley", x, **given)
@@ -48,7 +48,7 @@ def test_peak_edges_and_slopes(profile, law):
 
 
 def test_gaussian_is_a_gaussian_of_a_sixth_of_the_width():
-    """The slope of exp(−u²/2σ²), what is left of the exponential at 3 σ taken off, scaled to its peak."""
+    """The slope of exp(−u²/2σ²), minus its value at 3 σ, scaled to its peak."""
     t = np.linspace(-3.0, 3.0, 2001)
     slope = t * (np.exp(-0.5 * t**2) - np.exp(-4.5))
     got = forces("bump_valley", BUMP + t * 0.02 / 6.0)
@@ -66,7 +66,7 @@ def test_the_relief_is_the_potential_of_the_force_for_a_weight_of_1_n(profile):
 
 
 @shapes
-def test_the_picture_is_another_matter_than_the_force(profile):
+def test_the_drawing_is_independent_of_the_force(profile):
     x = np.linspace(-0.05, 0.05, 201)
     same, opposite, flat = (
         (forces("bump_valley", x, profile=profile, picture=p), relief(x, profile=profile, picture=p))
@@ -82,7 +82,7 @@ def test_the_picture_is_another_matter_than_the_force(profile):
 
 @shapes
 def test_the_height_law_is_in_proportion_to_height(profile):
-    """It opposes a handle that goes to the right on the bump, and helps it in the valley."""
+    """It opposes motion to the right on the bump, and assists it in the valley."""
     given = {"profile": profile, "law": "height", "peak_force": 0.9}
     assert force("bump_valley", BUMP, **given) == pytest.approx(-0.9)
     assert force("bump_valley", VALLEY, **given) == pytest.approx(0.9)

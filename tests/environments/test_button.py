@@ -1,4 +1,4 @@
-"""Button: its reference curve, its play, its clicks, and that no path jumps or gains energy."""
+"""Button: its reference curve, hysteresis, clicks, continuity and passivity."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def named(numbers, **more):
 
 
 def pushed(places, **given):
-    """Return the force (n,) in N against the handle at places (n,) in m, where the play begins: at rest."""
+    """Return the static force (n,) in N against the handle at places (n,) in m, on pressing."""
     return -forces("button", places, **given)
 
 
@@ -41,8 +41,8 @@ def test_follows_the_reference_curve(numbers, first, drop, energy):
 
 
 @pytest.mark.parametrize("position", [-0.03, 0.005])
-def test_the_way_in_lies_above_the_way_out_by_twice_the_hysteresis(position):
-    """And both are what is drawn; after turning, over 2 h / 1500 N/m, the force changes sides."""
+def test_press_and_release_differ_by_twice_the_hysteresis(position):
+    """Both are drawn; after a reversal, the force changes sides within 2 h / 1500 N/m."""
     given = {"hysteresis": 0.3, "position": position}
     there = position + np.arange(-200, 1000) * 1e-5
     got, _ = along("button", np.concatenate([there, there[::-1]]), **given)
@@ -57,7 +57,7 @@ def test_the_way_in_lies_above_the_way_out_by_twice_the_hysteresis(position):
 
 
 def paths(rng, count):
-    """Return random paths (n,) in m around a button at 0: small steps, pauses, and leaps."""
+    """Return random paths (n,) in m around a button at 0: small steps, pauses, and jumps."""
     for scale in np.geomspace(1e-6, 5e-3, count):
         steps = rng.normal(0.0, scale, 600) * (rng.random(600) > 0.2)
         yield 0.004 + 0.011 * np.sin(np.cumsum(steps) / 0.011)
@@ -66,7 +66,7 @@ def paths(rng, count):
 @pytest.mark.parametrize("hysteresis", [0.0, 0.1, 0.5])
 @pytest.mark.parametrize("numbers", [r[0] for r in REFERENCE])
 def test_is_continuous_on_every_path(numbers, hysteresis, rng):
-    """No step of the handle changes the force by more than the steepest slope of curve, stop and play."""
+    """No step changes the force by more than the steepest slope of curve, stop and hysteresis."""
     peak, snap, start, travel = numbers
     slope = max(2.0 * peak / start, 1.5 * (peak - snap) / (travel - start), 500.0)
     bound = slope + STIFFNESS + hysteresis / FADE
@@ -81,7 +81,7 @@ def dissipated(path, got):
 
 @pytest.mark.parametrize("hysteresis", [0.0, 0.1, 0.5])
 def test_no_closed_path_gains_energy(hysteresis, rng):
-    """Begun and ended outside: what comes back is never more than what went in, within the rule of sums."""
+    """From outside back to outside: energy out never exceeds energy in, within the summation error."""
     for reach in (2e-4, 6e-4, 2e-3, 5e-3, 1e-2):
         knots = np.append(rng.uniform(-0.2 * reach, reach, 9), -2e-3)
         path = np.array([-2e-3])
@@ -107,14 +107,14 @@ def test_clicks_down_past_the_middle_of_the_snap_and_up_below_half_of_its_start(
     assert counts(pressed) == [(0, 0, 0), (1, 1, 0), (1, 1, 0), (0, 1, 1)]
 
 
-def test_a_snap_that_starts_behind_its_end_is_refused():
+def test_a_snap_that_starts_after_its_end_is_rejected():
     BUTTON.values({"snap_start": 0.99 * 0.007})
     for start in (0.007, 1.01 * 0.007):
         with pytest.raises(ParameterError, match=r"snap starts .* below 7 mm, not at 7"):
             BUTTON.values({"snap_start": start})
 
 
-def test_a_snap_that_does_not_drop_is_warned_of():
+def test_a_snap_without_drop_gets_a_warning():
     assert not warned("button", snap_force=0.99)
     for snap in (1.0, 1.01):
         (line,) = warned("button", snap_force=snap)

@@ -1,4 +1,4 @@
-"""The cat's mood: what it likes by the way and the pace, and the same story every time."""
+"""The cat's mood as a function of direction and speed, reproducibly."""
 
 import math
 
@@ -15,16 +15,16 @@ STROKE = {"pet": 1.2, "rub": 0.3}  # s from one end to the other
 
 
 def grown(gain, speed, start, seconds):
-    """Solve dc/dt = gain speed from where it is content, dc/dt = gain speed - c / 10 s from where it is not.
+    """Solve dc/dt = gain speed while content, dc/dt = gain speed - c / 10 s otherwise.
 
-    A hand that rests (gain 0 below 3 mm/s) leaves it to forget as well.
+    A resting hand (gain 0 below 3 mm/s) also leads to forgetting.
     """
     if start > 0.0 and speed > 0.003:
         return start + gain * speed * seconds
     return start * math.exp(-seconds / 10.0) + 10.0 * gain * speed * -math.expm1(-seconds / 10.0)
 
 
-# speed in m/s along the nap, contentment per metre of an easy cat
+# speed in m/s with the nap, contentment per metre of an easy cat
 BANDS = [
     (0.05, 3.0), (0.00495, 0.0), (0.00505, 3.0), (0.1188, 3.0), (0.1212, 0.0), (0.2475, 0.0),
     (0.2525, -3.5), (-0.05, -0.8), (-0.0099, -0.8), (-0.1188, -0.8), (-0.1212, -3.5), (-0.2475, -3.5),
@@ -40,8 +40,8 @@ BANDS = [
     ),
 )
 @pytest.mark.parametrize(("speed", "gain"), BANDS)
-def test_mood_goes_by_the_way_and_by_the_pace(speed, gain, temper, liking, dislike):
-    """After 0.15 s at one speed nothing is left of how it began."""
+def test_mood_depends_on_distance_and_speed(speed, gain, temper, liking, dislike):
+    """After 0.15 s at one speed the initial state has no effect."""
     seconds = 0.15 + min(0.5, 0.05 / abs(speed))
     run = moved(lambda t: speed * t, seconds + 1e-3, temperament=temper)
     c = column(run, "contentment")
@@ -64,7 +64,7 @@ EVERY_LOOP = wide(
 
 
 def strokes(run, hand):
-    """Return for each sample how many times the hand had been there and back, from the head on."""
+    """Return the number of strokes to and fro at each sample, counted from the head."""
     return (run.time - STROKE[hand] / 2) / (2 * STROKE[hand])
 
 
@@ -93,7 +93,7 @@ def test_it_swats_at_the_third_rub(rate, delay, estimator):
     assert not column(run, "phase").any()
 
 
-def test_it_sulks_for_five_seconds_and_no_stroke_pleases_it():
+def test_it_sulks_for_five_seconds_whatever_the_stroke():
     def rub_then_pet(t):
         return SCRIPTS["rub"].target(np.minimum(t, 2.1)) + SCRIPTS["pet"].target(np.maximum(t - 2.1, 0.0))
 
@@ -109,7 +109,7 @@ def test_it_sulks_for_five_seconds_and_no_stroke_pleases_it():
     assert np.count_nonzero(np.diff((column(run, "swat") > 0.0).astype(int)) > 0) == 1
 
 
-def test_left_alone_it_does_not_swat_however_cross_it_is():
+def test_left_alone_it_never_swats():
     def rubbed_for_long(t):
         flicker = 20.7e-6 * (np.fmod(np.round(np.asarray(t) * 1000.0), 2.0) == 0.0)
         return SCRIPTS["rub"].target(np.minimum(t, 6.45)) + flicker
@@ -138,7 +138,7 @@ def test_purr_is_higher_and_louder_breathing_out(frequency):
 
 
 def test_theory_is_a_slow_stroke():
-    """Both branches, once the hair is bent; the tufts ripple around them."""
+    """Both branches with bent hair; the tufts oscillate around them."""
     for branch, sign in ((0, 1.0), (1, -1.0)):
         quiet = {"fur_damping": 0.0, "purr_force": 0.0, "nap_ratio": 2.5}
         run = moved(lambda t, sign=sign: sign * (-0.02 + 0.005 * t), 6.0, **quiet)
@@ -167,8 +167,8 @@ def test_the_swat_is_one_push_back_the_way_the_hand_came():
         assert np.all(sign * push[swat > 0.0] <= 1e-9)
 
 
-def test_the_fur_alone_only_takes():
-    """Energy given by the device never exceeds what the bent hair and the tufts hold."""
+def test_the_fur_is_passive():
+    """The energy given by the device never exceeds that stored in bent hair and tufts."""
     run = hs.simulate("cat", {"purr_force": 0.0}, hand="pet", seconds=10.0)
     stored = (0.35 * 1.8) ** 2 / (2.0 * cat.FUR_STIFFNESS) + 0.06 * 0.003 / math.pi
     assert run.energy.max() <= stored
@@ -176,13 +176,13 @@ def test_the_fur_alone_only_takes():
 
 
 def moved(position, seconds, **values):
-    """Return the run of a handle that is led along position(t), whatever the cat does."""
+    """Return the run of a handle moved along position(t), for any force of the cat."""
     return imposed("cat", values, position, seconds)
 
 
 def contented(t):
-    """Move as five pets and a half, end on a stroke with the nap and stay there."""
+    """Five and a half pets, ending with the nap, then at rest."""
     return SCRIPTS["pet"].target(np.minimum(t, 0.6 + 11 * 1.2))
 
 
-RESTED = 0.6 + 11 * 1.2 + 0.2  # s, when the hand has been still for long enough
+RESTED = 0.6 + 11 * 1.2 + 0.2  # s, when the hand has rested for long enough

@@ -1,4 +1,4 @@
-"""The contract of every environment that is discovered: its words, its law at every corner, its runs."""
+"""Requirements on every discovered environment: texts, law at every corner, runs."""
 
 import itertools
 import math
@@ -34,7 +34,8 @@ def test_is_described(key):
     assert len(e.explanation) > 80
     assert 0 < len(e.summary) < 40
     assert "\n" not in e.summary + e.title
-    if e.scene != key:  # its own key is the default: without an icon and a drawing it gets plain ones
+    # another environment's key as scene: own icon and drawing; with the default it gets plain ones
+    if e.scene != key:
         assert resources.path("icons", f"{e.scene}.svg").exists()
     for p in e.parameters:
         assert p.label
@@ -79,7 +80,7 @@ def test_theory_has_branches_over_its_axis(key, rng):
 
 @every
 def test_impedance_bounds_the_slopes_of_the_law(key, rng):
-    """No faster rise of force with position or speed than it says, anywhere but at a jump, at any corner."""
+    """The force changes no faster with position or speed than stated, except at jumps, at any corner."""
     e = LIBRARY[key]
     if e.impedance is None:
         return
@@ -95,7 +96,7 @@ def test_impedance_bounds_the_slopes_of_the_law(key, rng):
 
 @every
 def test_warns_in_whole_sentences_only_when_pushed(key, rng):
-    """One line each, for any values and conditions; none at the defaults of a slow hand."""
+    """One line each, for any values and conditions; none at the defaults with a slow hand."""
     e = LIBRARY[key]
     assert tuple(e.warnings(e.values(), Conditions(speed=0.1))) == ()
     for _ in range(50):
@@ -112,8 +113,8 @@ def test_warns_in_whole_sentences_only_when_pushed(key, rng):
 
 
 @every
-def test_values_that_do_not_go_together_are_refused_in_one_line(key, rng):
-    """Whatever check complains about, simulate and the window refuse with its words."""
+def test_incompatible_values_give_a_one_line_error(key, rng):
+    """``simulate`` and the window reject values with the text of ``check``."""
     e = LIBRARY[key]
     for values in (drawn(e, rng) for _ in range(200)):
         if complaint := e.check(values):
@@ -125,7 +126,7 @@ def test_values_that_do_not_go_together_are_refused_in_one_line(key, rng):
 
 
 def felt(e, values, rng):
-    """Return the force along some way, from some state or the law's own, always the same for a seed."""
+    """Return the force along a random path from a random or initial state, reproducible by the seed."""
     way = np.cumsum(rng.uniform(-1.0, 1.0, 300)) * 10.0 ** rng.uniform(-6.0, -2.5)
     x = np.clip(way + rng.uniform(-0.03, 0.03), -REACH, REACH)
     v = np.diff(x, prepend=x[0]) / 1e-3
@@ -139,14 +140,14 @@ def felt(e, values, rng):
 
 
 def feels_another(e, values, changed, rng):
-    """Return whether the force along some way, the same for both, differs."""
+    """Return True if the forces along the same path differ."""
     seed = int(rng.integers(2**32))
     before, after = (felt(e, v, np.random.default_rng(seed)) for v in (values, changed))
     return bool((before != after).any())
 
 
 def another(e, values, name, rng):
-    """Return the values with another number for one parameter, such as goes together with the rest."""
+    """Return compatible values with another number for one parameter."""
     while True:
         changed = values | {name: anywhere(e, rng)[name]}
         if changed != values and not e.check(changed):
@@ -154,7 +155,7 @@ def another(e, values, name, rng):
 
 
 @every
-def test_what_is_unused_changes_no_force(key, rng):
+def test_unused_parameters_change_no_force(key, rng):
     e = LIBRARY[key]
     for _ in range(60):
         values = anywhere(e, rng)
@@ -166,8 +167,8 @@ def test_what_is_unused_changes_no_force(key, rng):
 
 
 @every
-def test_what_is_used_changes_the_force_or_the_drawing(key, rng):
-    """Under every option of every choice, each parameter not named as unused has an effect somewhere."""
+def test_used_parameters_change_the_force_or_the_drawing(key, rng):
+    """Under every option of every choice, each parameter not listed as unused has an effect."""
     e = LIBRARY[key]
     choices = [p for p in e.parameters if isinstance(p, Choice)]
     for options in itertools.product(*(range(len(c.options)) for c in choices)):
@@ -177,7 +178,7 @@ def test_what_is_used_changes_the_force_or_the_drawing(key, rng):
 
 
 def has_effect(e, name, chosen, rng):
-    """Say whether one more number for a parameter is felt or seen, or may have no effect by its own word."""
+    """Return True if changing a parameter has an effect, or is declared without one."""
     values = anywhere(e, rng) | chosen
     if e.check(values):
         return False
@@ -196,7 +197,7 @@ STILL_AT_THE_END = ("press", "hold", "pluck", "released")
 
 @every
 def test_a_new_run_starts_from_the_first_state(key):
-    """A run in between, as violent as the device allows, changes nothing of the next."""
+    """A violent run in between does not change the next one."""
     e = LIBRARY[key]
     first = hs.simulate(e, hand="shake", seconds=0.3)
     hs.simulate(e, device=hs.SimulatedHapkit(initial_velocity=2.0, max_force=math.inf), seconds=0.3)
@@ -207,7 +208,7 @@ def test_a_new_run_starts_from_the_first_state(key):
 
 
 def assert_settles(run, environment):
-    """No fault, clamp or warning; still at the end, or bounded where the scene says it goes on moving."""
+    """No fault, clamp or warning; at rest at the end, or bounded if the scene is declared restless."""
     assert run.faults == ()
     assert run.warnings == ()
     assert not run.flags.any()
@@ -224,7 +225,7 @@ def assert_settles(run, environment):
 @every
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
 def test_defaults_come_to_rest_in_every_grip(key, delay):
-    """At 1 kHz, held still after a push, and let go at 6 mm, inside what stands around the centre."""
+    """At 1 kHz, held still after a push, and released at 6 mm, inside the structures at the centre."""
     for held in GRIPS.values():
         hand, start = Hand(release=0.0), hs.SimulatedHapkit(initial_position=0.006)
         if held is not None:
@@ -270,7 +271,7 @@ def test_no_setting_a_person_can_choose_breaks_a_run(key, count, rng):
 
 @every
 def test_the_live_loop_and_simulate_render_the_same_bits(key):
-    """What the live loop measured, given to a headless run: same velocity, force asked and state."""
+    """Positions of the live loop given to a headless run: same velocity, force and state."""
     e = LIBRARY[key]
     engine = Engine(hs.SimulatedHapkit(initial_position=0.004), e, realtime=False)
     reader = engine.reader()

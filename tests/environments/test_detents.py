@@ -1,4 +1,4 @@
-"""Detents: notches that hold at each multiple of the pitch, and nothing between."""
+"""Detents: notches that hold at each multiple of the pitch, no force in between."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def test_damping_acts_inside_only():
 
 
 def test_notches_wider_than_the_pitch_meet_halfway():
-    """Every place belongs to the nearest centre: no gap, and no more than k pitch / 2."""
+    """Every position belongs to the nearest centre: no gap, and at most k pitch / 2."""
     x = np.linspace(-0.02, 0.02, 1601)
     nearest = 0.006 * np.round(x / 0.006)
     between = np.abs(np.abs(x - nearest) - 0.003) > 1e-9

@@ -1,4 +1,4 @@
-"""Friction on a handle: who holds, who chatters and creeps, what a slide feels like."""
+"""Friction on a handle: sticking, chatter, creep, and the force of sliding."""
 
 import math
 
@@ -21,7 +21,7 @@ COUNT = 20e-6
 
 
 def chatter(ratio, late, mass=0.02):
-    """Return the greatest p-p in counts over four starts, friction being ratio m Δ / T^2."""
+    """Return the largest p-p in counts over four starts, for friction of ratio m Δ / T^2."""
     level = ratio * mass * COUNT / 1e-6
     found = []
     for x, v in ((0.0, 0.1234), (3e-6, 0.05), (7e-6, 0.2), (1.3e-5, -0.08)):
@@ -37,19 +37,19 @@ def chatter(ratio, late, mass=0.02):
     [(0.2, 0, 0.1, 0.4), (0.9, 0, 0.8, 1.2), (2.0, 0, 2.9, 4.7), (0.5, 1, 0.5, 1.3), (1.0, 1, 3.0, 20.0)],
 )
 def test_the_sign_of_a_counted_velocity_chatters_above_a_ratio(ratio, late, low, high):
-    """F_c T^2 / (m Δ) of 1.5, or 0.7 with a period of delay; below, no more than about a count's flicker."""
+    """F_c T^2 / (m Δ) of 1.5, or 0.7 with a period of delay; below, jitter of about one count."""
     assert low <= chatter(ratio, late) <= high
 
 
 def trembling(model, seconds=3.0, **given):
-    """Return the run of a soft hand that comes to pull with 0.3 N, more and less by 0.12 N at 5 Hz."""
+    """Return the run of a soft hand that pulls with 0.3 N and a tremor of 0.12 N at 5 Hz."""
     hand = Hand(0.0, 0.1, 20.0, lambda t: min(t, 1.0) * (0.015 + 0.006 * np.sin(10.0 * np.pi * t)))
     device = hs.SimulatedHapkit(coulomb_force=0.0)
     return hs.simulate("friction", {"model": model, **given}, hand=hand, device=device, seconds=seconds)
 
 
 def drift(run):
-    """Return how far the handle is carried in a second, m."""
+    """Return the drift of the handle in m/s."""
     x = run.true_position
     return np.mean(x[-1000:]) - np.mean(x[-2000:-1000])
 
@@ -64,7 +64,7 @@ def test_holding_models_hold_without_drift(model):
 
 
 def test_bristles_creep_under_a_tremor():
-    """Up and down the bristle's curve is no way back: 3.5 mm/s for 0.6 N, less as the hand comes nearer."""
+    """A tremor does not retrace the bristle's curve: 3.5 mm/s for 0.6 N, less as the hand comes nearer."""
     turn = math.log(1.0 - (0.18 / 0.6) ** 2) - math.log(1.0 - (0.42 / 0.6) ** 2)
     most = 5.0 * 0.6 / 500.0 * turn
     assert 0.5 * most < drift(trembling("lugre")) < most
@@ -72,7 +72,7 @@ def test_bristles_creep_under_a_tremor():
 
 @pytest.mark.parametrize("model", ["coulomb", "smoothed"])
 def test_models_by_speed_alone_let_go(model):
-    """Under the same pull the handle gives way, towards the hand's 15 mm."""
+    """Under the same pull the handle moves towards the hand's 15 mm."""
     held, loose = (np.mean(trembling(m, 6.0).true_position[-1000:]) for m in ("tether", model))
     assert held < 1e-3
     assert loose > 5e-3
@@ -81,7 +81,7 @@ def test_models_by_speed_alone_let_go(model):
 def dragged(path, static, kinetic, stiffness, shock):
     """Return the force (n,) in N of a tether whose anchor is dragged along at every sample of a path (n,).
 
-    shock: N per m from sample to sample, by the damping. The implicit step of Kikuuwe et al. 2006.
+    shock: N per m between samples, by the damping. The implicit step of Kikuuwe et al. 2006.
     """
     anchor = before = path[0]
     out, stuck = [], True
@@ -107,10 +107,8 @@ def dragged(path, static, kinetic, stiffness, shock):
         ("projection", 0.6, 0.4, 500.0, 1e-4),
     ],
 )
-def test_whoever_holds_it_feels_an_anchor_that_is_dragged_along(
-    hand, model, static, kinetic, stiffness, most
-):
-    """Where the anchor is need not be known while it slides: far less than 15 mN apart."""
+def test_tether_equals_a_dragged_anchor_to_the_hand(hand, model, static, kinetic, stiffness, most):
+    """The anchor's exact position while sliding is irrelevant: differences far below 15 mN."""
     device = hs.SimulatedHapkit(initial_velocity=0.4)
     given = {"static_force": static, "kinetic_force": kinetic, "tether_stiffness": stiffness}
     run = hs.simulate("friction", {"model": model, **given}, hand=hand, device=device, seconds=3.0)
@@ -121,7 +119,7 @@ def test_whoever_holds_it_feels_an_anchor_that_is_dragged_along(
 
 
 def test_the_board_renders_a_tether_at_3_900_hz():
-    """1,367 cycles and 2 kHz where the anchor was dragged along; delays of 143 and 142 µs."""
+    """1,367 cycles and 2 kHz with an anchor dragged at every sample; delays of 143 and 142 µs."""
     plan = BoardPlanner(ARENA).plan(PlanRequest(FRICTION, FRICTION.values({"model": "tether"})))
     assert plan.rate == pytest.approx(3900, rel=1e-3)
     gained = [
@@ -132,8 +130,8 @@ def test_the_board_renders_a_tether_at_3_900_hz():
 
 @pytest.mark.parametrize(("hand", "late"), [("stroke", 0.0), ("pluck", 0.5e-3), ("shake", 0.5e-3)])
 @pytest.mark.parametrize("model", HOLDING)
-def test_it_takes_more_than_its_sampling_gives(model, hand, late):
-    """What the motor gives to the handle, at any time, is less than the paddle's own damping has taken."""
+def test_friction_dissipates_more_than_sampling_adds(model, hand, late):
+    """The energy from the motor is at any time less than that dissipated by the paddle's own damping."""
     device = hs.SimulatedHapkit(coulomb_force=0.0)
     run = hs.simulate("friction", {"model": model}, hand=hand, device=device, delay=late, seconds=3.0)
     half = late > 0.0
@@ -148,7 +146,7 @@ def test_it_takes_more_than_its_sampling_gives(model, hand, late):
 @pytest.mark.parametrize("speed", [0.006, 0.04, 0.15, -0.15])
 @pytest.mark.parametrize("model", MODELS)
 def test_a_steady_slide_feels_as_the_curve_says(model, speed):
-    """An ideal sensor, 40 mm at most: the last quarter."""
+    """An ideal sensor, at most 40 mm: the last quarter."""
     device = hs.SimulatedHapkit(quantum=0.0)
     seconds = min(0.03 / abs(speed), 2.0)
     hand = Prescribed(lambda t: speed * t)
@@ -171,14 +169,14 @@ def test_curves_have_stribecks_shape_where_the_model_has():
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_it_takes_hold_where_the_handle_is(model):
+def test_sticking_begins_at_the_handles_position(model):
     got, states = along("friction", [0.03, 0.03], model=model)
     assert not got.any()
     assert (states[:, 0] == 0.03).all()
 
 
 @pytest.mark.parametrize("model", ["coulomb", "smoothed"])
-def test_a_tether_that_takes_over_at_rest_pulls_nowhere(model):
+def test_a_change_of_model_at_rest_causes_no_force(model):
     state = None
     for chosen in (model, model, "tether"):
         got, state, _ = call(FRICTION, FRICTION.values({"model": chosen}), 0.01, 0.0, state)
@@ -190,7 +188,7 @@ def test_without_friction_only_the_viscous_part_is_left(model):
     path = 0.01 * np.sin(np.arange(400) / 20.0)
     speeds = np.gradient(path) * 1e3
     got, _ = along("friction", path, speeds, model=model, kinetic_force=0.0, static_force=0.0, viscous=3.0)
-    assert got == pytest.approx(-3.0 * speeds, abs=1.001e-3)  # a thousandth of a newton tells the direction
+    assert got == pytest.approx(-3.0 * speeds, abs=1.001e-3)  # a force of 1 mN indicates the direction
 
 
 @pytest.mark.parametrize("model", ["stribeck", "projection", "tether", "lugre"])
@@ -209,7 +207,7 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
         ({"model": "karnopp", "stick_velocity": 0.0209}, {"stick_velocity": 0.0205}, "20.7 mm/s"),
     ],
 )
-def test_what_is_beyond_a_models_limit_is_said_in_one_line(inside, outside, words):
+def test_a_models_limit_has_a_one_line_warning(inside, outside, words):
     """Theory §1: for the smoothed 2 m/T + 4 b/3, where B n0 / T is 1."""
     assert not any(words in line.replace("Above", "above") for line in warned("friction", **inside))
     (line,) = [
@@ -219,7 +217,7 @@ def test_what_is_beyond_a_models_limit_is_said_in_one_line(inside, outside, word
 
 
 def slide(speed, **given):
-    """Return the run of a slow slide under a sensor of usual counts, without the viscous part."""
+    """Return the run of a slow slide with a usual sensor, without the viscous part."""
     loop = {key: given.pop(key) for key in ("rate", "estimator") if key in given}
     hand = Prescribed(lambda t: speed * t)
     return hs.simulate("friction", {"viscous": 0.0, **given}, hand=hand, seconds=0.009 / speed, **loop)
@@ -228,8 +226,8 @@ def slide(speed, **given):
 @pytest.mark.parametrize(("rate", "stribeck_velocity"), [(1000.0, 0.01), (4000.0, 0.02)])
 @pytest.mark.parametrize("estimator", ["difference", "kalman", "iir", "butterworth", "foaw"])
 @pytest.mark.parametrize("model", ["stribeck", "lugre"])
-def test_the_friction_that_a_slow_slide_lacks_is_what_is_said(model, rate, estimator, stribeck_velocity):
-    """A tenth of a count a period: what is measured of 0.6 N, to 1 %; nothing is said up to 1 %."""
+def test_missing_friction_of_slow_sliding_is_as_warned(model, rate, estimator, stribeck_velocity):
+    """A tenth of a count a period: the error is the warned one to 1 %; errors up to 1 % have no warning."""
     run = slide(7e-4, model=model, rate=rate, estimator=estimator, stribeck_velocity=stribeck_velocity)
     want = 0.4 + 0.2 * math.exp(-((7e-4 / stribeck_velocity) ** 2))
     lack = 100.0 * (1.0 + np.mean(run.force[-len(run.force) // 4 :]) / want)
@@ -242,7 +240,7 @@ def test_the_friction_that_a_slow_slide_lacks_is_what_is_said(model, rate, estim
 
 
 def test_a_finer_estimate_lets_karnopp_hold_in_a_narrower_band():
-    """A count of the Kalman filter's is 6.8 mm/s, of the difference's 20.7: 10 mm/s are enough for one."""
+    """A count is 6.8 mm/s for the Kalman filter, 20.7 for the difference: a band of 10 suits one only."""
     found = {}
     for estimator in ("difference", "kalman"):
         run = slide(1e-3, model="karnopp", stick_velocity=0.01, estimator=estimator)
@@ -251,8 +249,8 @@ def test_a_finer_estimate_lets_karnopp_hold_in_a_narrower_band():
 
 
 @pytest.mark.parametrize(("late", "limit"), [(0, 1.5), (1, 0.75), (3, 0.375)])
-def test_plain_friction_chatters_the_sooner_the_later_it_comes(late, limit):
-    """F_c T² / (m Δ) of 1.5, about 0.7 with a period of delay (theory §3.2): said there, seen near it."""
+def test_delay_lowers_the_chatter_limit_of_plain_friction(late, limit):
+    """F_c T² / (m Δ) of 1.5, or 0.7 with a period of delay (theory §3.2): warned and observed there."""
     level = 0.044 * 20.7e-6 / 1e-6
     conditions = Conditions(delay=late * 1e-3)
     for share, said in ((0.99, "flips"), (1.01, "several counts")):
@@ -264,25 +262,25 @@ def test_plain_friction_chatters_the_sooner_the_later_it_comes(late, limit):
 
 
 def creep(model, pull, **given):
-    """Return the mean speed in m/s of a handle pulled steadily, by a soft spring that hardly slackens."""
+    """Return the mean speed in m/s under a steady pull by a soft spring of nearly constant force."""
     hand = Hand(0.0, 1.0, 1.0, lambda t: pull)
     device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=given.pop("quantum", 20.7e-6))
     run = hs.simulate("friction", {"model": model, **given}, hand=hand, device=device, seconds=3.0)
     return (run.true_position[3000 - 1] - run.true_position[1000]) / 2.0
 
 
-def test_the_creep_that_is_said_of_smoothed_friction_is_that_of_a_rendered_pull():
+def test_warned_creep_of_smoothed_friction_is_the_rendered_one():
     (said,) = warned("friction", model="smoothed")
     assert "a pull of 0.2 N creeps at 15 mm/s" in said
     got = creep("smoothed", 0.2, viscous=1.0)
-    # the hand's own damper of 1 N·s/m and the slackening of its spring take a share of the pull
+    # the hand's damper of 1 N·s/m and the shortening of its spring reduce the pull
     assert 0.010 < got < 0.0155
 
 
 @pytest.mark.parametrize("stick_velocity", [0.001, 0.003, 0.03, 0.2])
 @pytest.mark.parametrize("kinetic_force", [0.02, 0.1, 0.3, 0.4, 3.0])
 def test_smoothed_friction_without_viscous_friction_creeps_as_tanh_says(kinetic_force, stick_velocity):
-    """At half the kinetic force tanh(v / width) = 0.5; rounding made this an error."""
+    """At half the kinetic force tanh(v / width) = 0.5; rounding must not cause an error."""
     values = environments.named("friction").values(
         {
             "model": "smoothed", "viscous": 0.0, "kinetic_force": kinetic_force,
@@ -293,7 +291,7 @@ def test_smoothed_friction_without_viscous_friction_creeps_as_tanh_says(kinetic_
     assert speed == pytest.approx(stick_velocity * 0.5 * math.log(3.0), rel=1e-6)
 
 
-def test_lugre_creeps_where_there_are_sensor_steps_and_says_so():
+def test_lugre_creeps_with_quantisation_and_warns():
     said = warned("friction", model="lugre")
     assert any("LuGre creeps by some 0.5 mm/s" in line for line in said)
     assert not any("creeps" in line for line in warned("friction", Conditions(quantum=0.0), model="lugre"))

@@ -1,4 +1,4 @@
-"""Hard surface: the ringing at the sample instants, once for each entry, and a wall that never pulls."""
+"""Hard surface: the vibration at the samples, once per entry, and a wall that never pulls."""
 
 import math
 
@@ -20,7 +20,7 @@ MATERIALS = {"rubber": (116.7, 60.0, 18.0), "wood": (150.0, 80.0, 100.0), "alumi
 
 
 def entered(speed, rate=1000.0, seconds=0.25, **given):
-    """Return a run into it at constant speed, over a sensor without steps, and its first row in."""
+    """Return a run into it at constant speed with an ideal sensor, and its first row inside."""
     motion = hs.Prescribed(lambda t: 0.003 + speed * t)
     device = hs.SimulatedHapkit(quantum=0.0, max_force=math.inf)
     run = hs.simulate("hard_surface", given, hand=motion, device=device, rate=rate, seconds=seconds)
@@ -28,7 +28,7 @@ def entered(speed, rate=1000.0, seconds=0.25, **given):
 
 
 def sounds(run, first, amplitude, decay, frequency, speed, stiffness=250.0):
-    """Return wall and ringing (n,) in N by their formula, at the sample instants from the entry on."""
+    """Return wall and vibration (n,) in N by their formula, at the samples from the entry on."""
     tau = run.time[first:] - run.time[first]
     ringing = amplitude * speed * np.exp(-decay * tau) * np.sin(2.0 * np.pi * frequency * tau)
     return -stiffness * (run.position[first:] - 0.005) - ringing
@@ -64,7 +64,7 @@ def test_peaks_when_theory_says(material, t_peak, peak):
     assert -run.force[highest] == pytest.approx(0.1 * 0.044 * peak, rel=0.01)
 
 
-def test_the_limit_is_on_the_ringing_alone():
+def test_the_amplitude_limit_applies_to_the_vibration_only():
     run, first = entered(0.5, seconds=0.06, amplitude=100.0, limit=0.8)
     ringing = run.force[first:] + 250.0 * (run.position[first:] - 0.005)
     assert ringing.min() == pytest.approx(-0.8, abs=1e-12)
@@ -75,7 +75,7 @@ def test_the_limit_is_on_the_ringing_alone():
 
 
 def test_the_wall_part_never_pulls(rng):
-    """Without the ringing the force is at most 0 on any path, and −k d − b v on the way in."""
+    """Without the vibration the force is at most 0 on any path, and −k d − b v on entry."""
     x, v = rng.uniform(-0.06, 0.06, 500), rng.uniform(-3.0, 3.0, 500)
     got, _ = along("hard_surface", x, v, amplitude=0.0, damping=30.0)
     assert (got <= 0.0).all()
@@ -99,7 +99,7 @@ def test_rings_again_only_after_leaving_by_two_counts(counts, again):
 
 
 def by_formula(run, rate, decay, hertz):
-    """Return the force (n,) in N at every sample of a run, the ringing by its formula over time."""
+    """Return the force (n,) in N at every sample of a run, with the vibration by its formula."""
     out, since, speed = [], None, 0.0
     for x, v in zip(run.position - 0.005, run.velocity, strict=True):
         since = None if since is None or x <= -2.0 * COUNT else since + 1
@@ -116,8 +116,8 @@ def by_formula(run, rate, decay, hertz):
 @pytest.mark.parametrize(
     ("rate", "decay", "hertz"), [(1000.0, 60.0, 50.0), (4000.0, 5.0, 400.0), (500.0, 300.0, 5.0)]
 )
-def test_whoever_holds_it_feels_the_formula(hand, rate, decay, hertz):
-    """A step from sample to sample is no approximation: six orders of magnitude below 15 mN."""
+def test_recursion_equals_the_formula_to_the_hand(hand, rate, decay, hertz):
+    """The recursion is exact: differences are six orders of magnitude below 15 mN."""
     device = hs.SimulatedHapkit(initial_velocity=0.3)
     given = {"damping": 3.0, "decay": decay, "frequency": hertz}
     run = hs.simulate("hard_surface", given, hand=hand, device=device, rate=rate, seconds=3.0)
@@ -125,7 +125,7 @@ def test_whoever_holds_it_feels_the_formula(hand, rate, decay, hertz):
     assert run.force == pytest.approx(by_formula(run, rate, decay, hertz), abs=1e-8)
 
 
-def test_half_the_cycles_on_the_board():
+def test_recursion_halves_the_cycles_on_the_board():
     """2,999 with sine and exponential at every tick."""
     program = BoardPlanner(ARENA).plan(PlanRequest(SURFACE, SURFACE.values())).program
     assert program.usual <= 2999 / 2
@@ -133,7 +133,7 @@ def test_half_the_cycles_on_the_board():
 
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
 def test_a_tapping_hand_rings_it_once_a_tap(delay):
-    """Four taps in 3 s, each entered once: no bounce and no flicker rings it again."""
+    """Four taps in 3 s, each with one entry: bounces and sensor jitter cause no further vibration."""
     run = hs.simulate("hard_surface", hand="tap", delay=delay, seconds=3.0)
     assert np.count_nonzero(run.state[:, 0] == 0.0) == 4
 

@@ -1,4 +1,4 @@
-"""Where a run says that the handle swings by itself, it does; elsewhere it does not."""
+"""A run's warning that the handle oscillates by itself agrees with its motion."""
 
 import math
 
@@ -9,7 +9,7 @@ import hapkit_studio as hs
 
 MASS, VISCOUS, COUNT = 0.044, 0.5, 20.7e-6
 
-# scene, what else is set, the values for a stiffness in N/m, where it pulls to
+# scene, further settings, the values for a stiffness in N/m, centre of the force
 PLACES = {
     "grating": (
         "texture",
@@ -33,7 +33,7 @@ PLACES = {
 
 
 def swings(run):
-    """Return whether the handle swings farther at the end than in the beginning."""
+    """Return True if the amplitude is larger at the end than at the beginning."""
     tenth = len(run.time) // 10
     return np.ptp(run.true_position[-tenth:]) > np.ptp(run.true_position[:tenth])
 
@@ -45,8 +45,8 @@ def said(run):
 
 @pytest.mark.parametrize("late", [0.0, 0.5e-3, 1e-3])
 @pytest.mark.parametrize("place", PLACES)
-def test_a_handle_swings_just_where_it_is_warned_of(place, late):
-    """Without dry friction and counts: b / (T/2 + delay), within 0.3 % of it (theory §1.3); 1 % off it."""
+def test_the_handle_oscillates_exactly_if_warned(place, late):
+    """Limit b / (T/2 + delay) without friction and quantisation, to 0.3 % (theory §1.3); tested 1 % off."""
     key, others, given, centre = PLACES[place]
     rule = VISCOUS / (0.5e-3 + late)
     for share in (0.99, 1.01):
@@ -61,8 +61,8 @@ def test_a_handle_swings_just_where_it_is_warned_of(place, late):
 
 @pytest.mark.parametrize("late", [0.0, 1e-3])
 @pytest.mark.parametrize("estimator", ["difference", "kalman", "iir"])
-def test_damping_that_is_seen_late_counts_for_what_it_is(estimator, late):
-    """A tether beside 5 N·s/m, which a filter makes worth less: 3 % either side of its stable stiffness."""
+def test_late_damping_counts_with_its_effective_value(estimator, late):
+    """A tether with 5 N·s/m, less effective with a filter: 3 % on either side of its stable stiffness."""
     limit = hs.stiffness_limit(MASS, VISCOUS, damping=5.0, delay=late, estimator=estimator)
     device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=0.0, initial_velocity=1e-4)
     for share in (0.97, 1.03):
@@ -72,7 +72,7 @@ def test_damping_that_is_seen_late_counts_for_what_it_is(estimator, late):
 
 
 def balance(stiffness, late, viscous):
-    """Return what lateness gives a swing that stretches a tether to 0.4 N, over what 0.1 N take of it."""
+    """Return energy added by lateness over that dissipated by 0.1 N, at a tether force of 0.4 N."""
     limit = hs.stiffness_limit(MASS, VISCOUS, damping=viscous, delay=late)
     amplitude = 0.4 / stiffness
     given = math.pi * math.sqrt(stiffness / MASS) * amplitude**2 * (stiffness - limit) * (0.5e-3 + late)
@@ -80,7 +80,7 @@ def balance(stiffness, late, viscous):
 
 
 def hunts(values, late):
-    """Return whether a handle that is flicked, ever so softly or hard, goes on; a warning says the same."""
+    """Return True if the handle keeps oscillating after a flick of any strength; a warning must agree."""
     hunted = []
     for speed in (0.01, 0.05, 0.2, 0.5):
         device = hs.SimulatedHapkit(initial_velocity=speed)
@@ -91,8 +91,8 @@ def hunts(values, late):
 
 
 @pytest.mark.parametrize(("late", "viscous"), [(1e-3, 1.0), (2e-3, 1.0), (2e-3, 0.0)])
-def test_a_tether_hunts_where_it_gives_more_than_the_handle_takes(late, viscous):
-    """Silent and at rest where 90 % of what friction takes is given; said, and true, at twice as much."""
+def test_a_tether_oscillates_if_it_adds_more_energy_than_dissipated(late, viscous):
+    """At 90 % of the dissipated energy no oscillation and no warning; at twice as much both."""
     stiff = np.geomspace(200.0, 2e4, 400)
     gives = np.array([balance(k, late, viscous) for k in stiff])
     for share in (0.9, 2.0):
@@ -110,14 +110,14 @@ def test_a_tether_hunts_where_it_gives_more_than_the_handle_takes(late, viscous)
         ("lugre", 10_000.0, 2e-3, True),
     ],
 )
-def test_what_lets_go_or_turns_back_another_way_hunts_less_than_a_tether(model, stiffness, late, goes_on):
-    """Karnopp's in a band of 22 mm/s swings with no more than 0.31 N, bristles take some of every swing."""
+def test_bands_and_bristles_oscillate_less_than_a_tether(model, stiffness, late, goes_on):
+    """Karnopp's band of 22 mm/s limits the force to 0.31 N; bristles dissipate in every oscillation."""
     values = {"model": model, "tether_stiffness": stiffness, "stick_velocity": 0.022}
     assert hunts(values, late) == goes_on
 
 
-def test_a_projection_is_as_stiff_as_its_own_damping_allows():
-    """Its damper is K T: where K is the limit at that damping, 4 % either side."""
+def test_a_projections_limit_is_that_of_its_own_damping():
+    """Its damper is K T: 4 % on either side of the limit K at that damping."""
     stiff = np.geomspace(300.0, 3000.0, 300)
     limit = next(k for k in stiff if hs.stiffness_limit(MASS, VISCOUS, damping=k * 1e-3, delay=1e-3) < k)
     device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=0.0, initial_velocity=1e-4)
@@ -128,7 +128,7 @@ def test_a_projection_is_as_stiff_as_its_own_damping_allows():
 
 
 def test_the_handles_own_friction_decides_on_ridges_of_a_third_of_a_newton():
-    """0.3 N on 5 mm at 1 ms: 377 N/m, above 333. Bare it wanders by 1.5 mm, 0.1 N of friction holds it."""
+    """0.3 N on 5 mm at 1 ms: 377 N/m, above 333. It drifts by 1.5 mm; 0.1 N of friction holds it."""
     for friction in (0.0, 0.1):
         device = hs.SimulatedHapkit(coulomb_force=friction, initial_position=0.002)
         grating = {"kind": "grating", "amplitude": 0.3}

@@ -1,4 +1,4 @@
-"""The library: found by its files, and by the entry points of other packages."""
+"""The library: discovery by modules, and by the entry points of other packages."""
 
 from dataclasses import replace
 from importlib.metadata import EntryPoint
@@ -14,7 +14,7 @@ from hapkit_studio.errors import ParameterError
 from tests.environments.calling import LIBRARY
 
 
-def test_finds_the_files_of_its_folder_by_themselves():
+def test_discovers_the_modules_of_its_folder():
     folder = environments.__path__[0]
     files = {path.stem for path in Path(folder).glob("*.py") if "\nENVIRONMENT = " in path.read_text("utf-8")}
     assert set(LIBRARY) == files
@@ -31,13 +31,13 @@ def test_an_environment_without_a_shortcut_gets_a_free_letter():
     base = LIBRARY["free"]
     some = [replace(base, key=f"e{n}", title="Fabric", shortcut="") for n in range(30)]
     given = [e.shortcut for e in with_shortcuts([LIBRARY["cat"], *some])]
-    assert given[:3] == ["C", "I", "D"]  # F, A, B, R belong to the window, C to the cat
+    assert given[:3] == ["C", "I", "D"]  # F, A, B, R are reserved for the window, C is the cat's
     letters = [s for s in given if s]
     assert sorted(letters) == sorted(set(ascii_uppercase) - set("ABFGHLRT"))
     assert given[len(letters) :] == [""] * (31 - len(letters))
 
 
-def test_unknown_environments_are_named_with_those_there_are():
+def test_an_unknown_environment_lists_the_known_ones():
     for wrong in ("wal", "", 5, None, ["wall"], {"wall"}):
         with pytest.raises(
             ParameterError, match=r"There is no environment .*; there are: free, spring, wall"

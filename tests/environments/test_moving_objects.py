@@ -19,7 +19,7 @@ CONTRACT = {"object", "object_velocity", "object_acceleration", "started"}
 
 
 def pushed_and_held(t):
-    """From the rest position to 20 mm beyond, so gently that the object stays in touch."""
+    """From the rest position to 20 mm beyond, slowly enough to stay in contact."""
     return smoothly(t, 0.01, 0.03, 0.4)
 
 
@@ -33,7 +33,7 @@ def pushed_and_left(t):
     [(0, pushed_and_left, 1000.0), (1, pushed_and_held, 1000.0), (2, pushed_and_held, 230.0)],
 )
 def test_the_course_s_mass_grows_in_the_scene_as_its_table_says(method, case, motion, rate):
-    """m = 2 kg, b = 1 N·s/m, k = 300 N/m, free or held in touch by 1000 N/m."""
+    """m = 2 kg, b = 1 N·s/m, k = 300 N/m, free or in contact with 1000 N/m."""
     values = {"contact_stiffness": 1000.0, "integrator": method}
     run = imposed("mass_spring_damper", values, motion, 1.5, rate)
     after = run.time > 0.45
@@ -46,20 +46,20 @@ def test_the_course_s_mass_grows_in_the_scene_as_its_table_says(method, case, mo
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_the_scene_is_the_integrator(method):
-    """Once the handle is gone, sample by sample; the row's acceleration is that before the last step."""
+    """After the handle has left, sample by sample; the row's acceleration is that before the last step."""
     run = imposed("mass_spring_damper", {"integrator": method, "mass": 0.2}, pushed_and_left, 0.6)
     x, v = column(run, "object"), column(run, "object_velocity")
     first = 400
     given = {"mass": 0.2, "damping": 1.0, "stiffness": 300.0, "force": 3.0, "dt": 1e-3, "seconds": 0.199}
     _, want, speed = hs.integrate(method, x0=x[first], v0=v[first], **given)
-    if method != "lecture":  # that one remembers an acceleration that integrate starts without
+    if method != "lecture":  # the lecture's rule starts with a stored acceleration
         assert x[first:] == pytest.approx(want, abs=1e-13)
         assert v[first:] == pytest.approx(speed, abs=1e-11)
     acceleration = (3.0 - v[first - 1] - 300.0 * x[first - 1]) / 0.2
     assert column(run, "object_acceleration")[first] == pytest.approx(acceleration, rel=1e-12)
 
 
-def test_objects_begin_at_rest_where_they_belong():
+def test_objects_start_at_rest_at_their_positions():
     for values in ({}, {"rest_position": -0.02}):
         run = imposed("mass_spring_damper", values, lambda t: -0.05, 0.01)
         assert np.all(column(run, "object") == values.get("rest_position", 0.01))
@@ -112,12 +112,12 @@ def test_the_board_is_faster_without_contact_damping(key, method, without, dampe
 
 
 def warned(key, period=1e-3, **values):
-    """Return what is said of the integrator, the handle held too firmly to swing."""
+    """Return the warnings on the integrator, with the handle held too firmly to oscillate."""
     return calling.warned(key, Conditions(period=period, viscous=100.0), **values)
 
 
-def test_an_integrator_that_grows_is_warned_of():
-    """The course's mass in contact has 0.77 ms for explicit Euler, 77.7 ms for semi-implicit Euler."""
+def test_an_unstable_integrator_gets_a_warning():
+    """The course's mass in contact: 0.77 ms for explicit Euler, 77.7 ms for semi-implicit Euler."""
     course = {"contact_stiffness": 1000.0}
     (line,) = warned("mass_spring_damper", integrator="explicit_euler", **course)
     assert line.startswith("Explicit Euler adds energy")
@@ -137,8 +137,8 @@ def test_an_integrator_that_grows_is_warned_of():
 @pytest.mark.parametrize("rate", [100.0, 1000.0])
 @pytest.mark.parametrize("key", ["mass_spring_damper", "puck"])
 @pytest.mark.parametrize("method", INTEGRATORS)
-def test_what_flies_apart_begins_anew_and_the_force_stays_finite(key, method, rate):
-    """A light object between stiff springs: the explicit rules leave, the implicit ones never do."""
+def test_diverging_objects_restart_and_the_force_stays_finite(key, method, rate):
+    """A light object between stiff springs: only explicit integrators diverge."""
     values = {"mass": 0.05, "contact_stiffness": 5000.0, "integrator": method}
     if key == "mass_spring_damper":
         values |= {"stiffness": 2000.0, "damping": 0.0}
@@ -157,13 +157,13 @@ def test_what_flies_apart_begins_anew_and_the_force_stays_finite(key, method, ra
 
 
 def shove(t):
-    """Against the puck from the left, and far away before it comes back."""
+    """Push the puck from the left, and retract before it returns."""
     return smoothly(t, -0.01, 0.018, 0.12) if t < 0.12 else smoothly(t - 0.12, 0.018, -0.3, 0.1)
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_a_push_gives_the_puck_its_impulse(method):
-    """m v = the force summed over the samples; to the last digit where a step takes just that force."""
+    """m v equals the sum of the force over the samples; exactly if a step applies just that force."""
     run = imposed("puck", {"integrator": method}, shove, 0.16)
     momentum = 0.5 * column(run, "object_velocity")[-1]
     impulse = -run.force.sum() * 1e-3
@@ -174,7 +174,7 @@ def test_a_push_gives_the_puck_its_impulse(method):
 
 
 def bounces(method, wall, rate=1000.0, seconds=8.0):
-    """Return the energies of a puck of 0.05 kg between its bounces off two walls, after one shove."""
+    """Return the energies of a puck of 0.05 kg between its bounces off two walls, after one push."""
     values = {"integrator": method, "mass": 0.05, "wall_stiffness": wall}
     run = imposed("puck", values, shove, seconds, rate)
     x, v = column(run, "object"), column(run, "object_velocity")
@@ -205,7 +205,7 @@ def test_energy_of_a_bounce_between_the_walls(method, gain, tolerance):
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_friction_stops_the_puck_and_it_stays(method):
-    """Off the handle it slides on by m v^2 / (2 F_c); where a step is only projected, to half a step of v."""
+    """Free sliding over m v^2 / (2 F_c); for projected friction, accurate to half a step of v."""
     run = imposed("puck", {"integrator": method, "friction": 2.0, "mass": 0.1}, shove, 1.0)
     x, v = column(run, "object"), column(run, "object_velocity")
     off = np.flatnonzero(run.force)[-1] + 2
@@ -218,7 +218,7 @@ def test_friction_stops_the_puck_and_it_stays(method):
 
 
 def test_the_handle_keeps_its_side_inside_the_puck():
-    """Through the middle it pushes on to where it came from; beyond the far edge it is on the other side."""
+    """Through the middle it pushes back to its side; beyond the far edge it is on the other side."""
     values = PUCK.values()
     for sign in (1.0, -1.0):
         _, state, _ = call(PUCK, values, 0.010 - sign * 0.006, 0.0)
@@ -232,7 +232,7 @@ def test_the_handle_keeps_its_side_inside_the_puck():
 
 
 @pytest.mark.parametrize("pad", [0.0, 4.0])
-def test_the_mass_is_pushed_by_what_the_handle_felt(pad):
+def test_action_equals_reaction(pad):
     """m (v_k+1 - v_k) / dt = -F_k - b v_k - k (x_k - x_eq): action and reaction, sample by sample."""
     run = imposed("mass_spring_damper", {"contact_damping": pad}, pushed_and_left, 0.5)
     x, v = column(run, "object"), column(run, "object_velocity")

@@ -1,4 +1,4 @@
-"""A new environment is one file: nothing else is touched, and the tests of every environment take it too."""
+"""A new environment is one module: no other file changes, and the tests of every environment include it."""
 
 import pytest
 
@@ -40,7 +40,7 @@ LOOK_AT_EACH = ("environments", "analysis", "laws", "gui")
 
 
 @pytest.mark.slow
-def test_a_file_of_its_own_is_all_that_a_new_environment_takes(tmp_path):
+def test_a_new_environment_needs_one_module(tmp_path):
     copy = copy_with(tmp_path, "hapkit_studio/environments/magnet.py", NEW)
     folders = [f"tests/{folder}" for folder in LOOK_AT_EACH]
     said = run_tests(copy, "-m", "not slow and not alone", *folders, "-k", f"magnet or {OF_ALL}")

@@ -1,4 +1,4 @@
-"""Texture: its vibration, its grains, and what no loop can render of it."""
+"""Texture: frequency, grains, and warnings about undersampling."""
 
 from functools import partial
 
@@ -17,7 +17,7 @@ TEXTURE = LIBRARY["texture"]
 
 
 def swept(speed, seconds=1.0, **given):
-    """Return a run at constant speed over a sensor without steps."""
+    """Return a run at constant speed with an ideal sensor."""
     motion = hs.Prescribed(lambda t: -0.03 + speed * t)
     return hs.simulate("texture", given, hand=motion, device=hs.SimulatedHapkit(quantum=0.0), seconds=seconds)
 
@@ -48,14 +48,14 @@ def test_every_other_band_is_damped(band):
 
 
 def grains(seed):
-    """Return the 251 heights 0 to 250, in whole numbers: two cubes, each a permutation modulo 251."""
+    """Return the 251 heights 0 to 250 as integers: two cubes, each a permutation modulo 251."""
     first = [((n + 17 * seed) % 251) ** 3 % 251 for n in range(251)]
     return np.array([((m + seed + 1) % 251) ** 3 % 251 for m in first])
 
 
 @pytest.mark.parametrize("seed", [0, 1, 57, 99])
 def test_sandpaper_is_minus_the_slope_of_smooth_grains(seed):
-    """Between grains the height goes by 6 u⁵ − 15 u⁴ + 10 u³; its slope, 15 / 8 at most, is scaled to 1."""
+    """Between grains the height is 6 u⁵ − 15 u⁴ + 10 u³; its slope, at most 15 / 8, is scaled to 1."""
     heights = grains(seed) / 250.0
     u = np.linspace(0.0, 0.999, 37)
     step = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6]).deriv()
@@ -65,8 +65,8 @@ def test_sandpaper_is_minus_the_slope_of_smooth_grains(seed):
         assert got == pytest.approx(-1.7 * rise * step(u) * 8.0 / 15.0, abs=1e-9)
 
 
-def test_kept_grains_are_those_of_where_the_handle_is(rng):
-    """Rest, steps within a cell, over one and over many; then another seed where it stands."""
+def test_stored_grains_follow_the_handle(rng):
+    """Rest, steps within a cell, over one and over many; then another seed at the same position."""
     x = np.cumsum(rng.choice([0.0, 1e-5, -1e-4, 2e-3, -2e-3, 9e-3, -9e-3], 2000)) * 0.3
     state = None
     for place, seed in [*((one, 3) for one in x), (x[-1], 4)]:
@@ -78,7 +78,7 @@ def test_kept_grains_are_those_of_where_the_handle_is(rng):
 
 
 def test_sandpaper_takes_half_the_cycles_and_more_than_twice_the_rate_on_the_board():
-    """9,468 cycles and 500 Hz where both grains were drawn at every tick; the delay is 135 µs."""
+    """9,468 cycles and 500 Hz with both grains computed at every tick; the delay is 135 µs."""
     values = TEXTURE.values({"kind": "sandpaper"})
     plan = BoardPlanner(ARENA).plan(PlanRequest(TEXTURE, values))
     assert plan.program.usual <= 9468 / 2
@@ -113,7 +113,7 @@ warned = partial(calling.warned, "texture")
 
 @pytest.mark.parametrize("kind", ["bands", "grating", "sandpaper"])
 def test_warns_of_fewer_than_10_samples_or_counts_a_ridge(kind):
-    """v > λ / (10 T): 5 mm at 1 kHz go with 0.5 m/s; λ < 10 counts."""
+    """v > λ / (10 T): 5 mm at 1 kHz allow 0.5 m/s; λ < 10 counts."""
     assert not warned(Conditions(speed=0.99 * 0.5), kind=kind)
     (line,) = warned(Conditions(speed=1.01 * 0.5), kind=kind)
     assert "10 samples" in line
@@ -124,7 +124,7 @@ def test_warns_of_fewer_than_10_samples_or_counts_a_ridge(kind):
     assert "10 sensor counts" in line
 
 
-def test_theory_is_drawn_where_it_is():
+def test_theory_is_over_the_laws_variable():
     x, v = np.linspace(-0.02, 0.02, 81), np.linspace(-0.2, 0.2, 41)
     bands, grating = TEXTURE.values({"kind": "bands"}), TEXTURE.values({"kind": "grating"})
     assert np.isnan(TEXTURE.over_position(bands, x)).all()
@@ -136,7 +136,7 @@ def test_theory_is_drawn_where_it_is():
 
 @pytest.mark.parametrize("start", np.linspace(0.0, 0.005, 7, endpoint=False))
 def test_the_default_ridges_are_below_the_limit_and_a_released_handle_comes_to_rest(start):
-    """1 ms late: the steepest slope against the exact limit, and no count moves in the last second."""
+    """1 ms late: the steepest slope against the exact limit, and no count changes in the last second."""
     slope, _ = TEXTURE.impedance(TEXTURE.values())
     assert slope == pytest.approx(2.0 * np.pi * 0.25 / 0.005)
     assert slope < 0.95 * hs.stiffness_limit(0.044, 0.5, rate=1000.0, delay=1e-3)
