@@ -1,7 +1,7 @@
-"""A student's five minutes at the real window, by an X server's own mouse and keys; prints what was seen.
+"""A student's five minutes in the real window, with the X server's mouse and keys; prints the results.
 
-``python -m tests.by_hand FOLDER`` needs a display and xdotool. Every press goes through the X server; the
-window is only asked where its parts are and what they show.
+``python -m tests.by_hand FOLDER`` needs a display and xdotool. All input goes through the X server; the
+window is only queried for positions and contents.
 """
 
 import json
@@ -23,12 +23,12 @@ from tests.bench.window import open_window, process_until
 PATIENCE = 120.0
 STEPS, STEP_SECONDS = 25, 0.02
 PLACED = 0.3  # s: two columns of pixels of a minute
-PRESSED = 0.012  # m: where the hand goes, behind the wall's surface
-FADED = 1.0  # s: by then no change of settings is still coming into force
+PRESSED = 0.012  # m: target of the hand, inside the wall
+FADED = 1.0  # s: longer than the fade-in of new settings
 
 
 class Person:
-    """Moves the pointer, presses buttons and types; in between the window lives on."""
+    """Moves the pointer, presses buttons and types; runs the event loop in between."""
 
     def __init__(self, application: QApplication, window: MainWindow):
         self.application, self.window = application, window
@@ -36,21 +36,21 @@ class Person:
         self.face(window)
 
     def wait(self, until: Callable[[], bool]) -> None:
-        """Let the window run until a condition holds; keep every row of the loop."""
+        """Run the event loop until a condition holds; keep every row of the loop."""
         process_until(self.application, lambda: self._keep() and until(), PATIENCE)
 
     def pause(self, seconds: float) -> None:
-        """Let the window run for so many s."""
+        """Run the event loop for some seconds."""
         end = time.perf_counter() + seconds
         self.wait(lambda: time.perf_counter() > end)
 
     def face(self, window: QWidget) -> None:
-        """Give a window the keyboard, as a window manager would."""
+        """Give a window the keyboard focus, like a window manager."""
         self.wait(window.isVisible)
         self.do("windowfocus", "--sync", int(window.winId()))
 
     def do(self, *words: object) -> None:
-        """Let xdotool do one thing."""
+        """Run one xdotool command."""
         subprocess.run(["xdotool", *map(str, words)], check=True, timeout=30)
         self.pause(STEP_SECONDS)
 
@@ -59,7 +59,7 @@ class Person:
         self.do("key", key)
 
     def move_to(self, widget: QWidget, x: float, y: float) -> None:
-        """Move the pointer to a place in a widget."""
+        """Move the pointer to a position in a widget."""
         place = widget.mapToGlobal(QPoint(round(x), round(y)))
         self.do("mousemove", place.x(), place.y())
 
@@ -75,7 +75,7 @@ class Person:
 
 
 def push(person: Person) -> tuple[float, float]:
-    """Take the handle, push it into the wall and back, let go; return when both was, on the rows' clock."""
+    """Take the handle, push it into the wall and back, let go; return both times on the rows' clock."""
     scene = person.window.centre.scene
     columns = np.arange(scene.width())
     targets = np.array([scene.target_at(x) for x in columns])
@@ -92,7 +92,7 @@ def push(person: Person) -> tuple[float, float]:
 
 
 def slope(person: Person, begin: float, end: float) -> str:
-    """Put A and B where a push began and ended; return the slope that the card shows."""
+    """Put A and B at the start and end of a push; return the slope shown on the card."""
     time_plots = person.window.centre.time
     canvas = time_plots.canvases[0]
     for key, moment in (("a", begin), ("b", end)):
@@ -101,7 +101,7 @@ def slope(person: Person, begin: float, end: float) -> str:
         person.key(key)
     person.wait(lambda: np.allclose(time_plots.cursors.times or 0.0, (begin, end), rtol=0.0, atol=PLACED))
     card = person.window.centre.phase.cursors
-    card.refresh()  # now, not with its next turn
+    card.refresh()  # now, without waiting for the timer
     return card.slope.text()
 
 
@@ -117,7 +117,7 @@ def set_stiffness(person: Person, newtons_per_metre: str) -> None:
 
 
 def feel(person: Person) -> dict[str, object]:
-    """Record two pushes at two stiffnesses, the first held; return what the cursors read of each."""
+    """Record two pushes at two stiffnesses, the first one held; return both cursor readings."""
     window = person.window
     person.key("r")
     person.wait(lambda: window.studio.recording.progress is not None)
@@ -137,7 +137,7 @@ def feel(person: Person) -> dict[str, object]:
 
 
 def export(person: Person, path: Path) -> None:
-    """Find the newest session in its view, and write it as a table."""
+    """Find the newest session in the sessions view, and export it as a table."""
     window = person.window
     window.views.show("sessions")
     page = window.views.page("sessions")
@@ -152,7 +152,7 @@ def export(person: Person, path: Path) -> None:
 
 
 def main() -> None:
-    """Feel and record; close; open again and export; print what was seen, keep the loop's own rows."""
+    """Push and record; restart and export; print the results, keep the loop's own rows."""
     folder = Path(sys.argv[1])
     options = ("--environment", "wall", "--size", "1280x720", "--theme", "light")
     person = Person(*open_window(*options))

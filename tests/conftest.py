@@ -1,4 +1,4 @@
-"""What every test runs under: no display, no settings of the person who runs it, one seed."""
+"""Isolation of every test: no display, none of the user's settings, a fixed seed."""
 
 import os
 import signal
@@ -14,19 +14,19 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 _settings = tempfile.TemporaryDirectory(prefix="hapkit-studio-tests-")
 os.environ["XDG_CONFIG_HOME"] = _settings.name
 os.environ["HAPKIT_STUDIO_FOLDER"] = f"{_settings.name}/own"
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell starts its background jobs so
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # background jobs of a shell
     signal.signal(signal.SIGINT, signal.default_int_handler)
-# the first example compiles, and a run must find what the last one found
+# the first example compiles; results must be reproducible
 hypothesis.settings.register_profile("studio", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("studio")
 
 
-# beginning last it would run on while everything else is done: it installs the studio and compiles all of it
+# started last, it would run alone at the end: it installs the studio and compiles everything
 LONGEST = "test_packaging.py"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let the file that takes longest begin first."""
+    """Start the longest file first."""
     items.sort(key=lambda item: item.path.name != LONGEST)
 
 
@@ -38,7 +38,7 @@ def rng() -> np.random.Generator:
 
 @pytest.fixture
 def fake_board():
-    """Return a maker of scripted boards, which are unplugged in the end."""
+    """Return a function that makes scripted boards, which are unplugged at the end."""
     from tests.devices.fake_board import FakeBoard
 
     boards = []
@@ -54,7 +54,7 @@ def fake_board():
 
 @pytest.fixture(autouse=True)
 def forget_settings():
-    """Leave nothing that a window remembered to the next test."""
+    """Clear the window's stored settings after each test."""
     yield
     if "PySide6.QtCore" in sys.modules:
         from PySide6.QtCore import QSettings

@@ -1,7 +1,7 @@
-"""A generator of foreign files: every kind that the studio reads, with a few values of another type or size.
+"""Generator of foreign files: every kind that the studio reads, with a few values of another type or size.
 
-Each file follows from its kind and a seed alone. What the values of a row of SQLite are protected by, its
-checksum, is computed anew, so that the values themselves are what the studio has to check.
+Each file is determined by its kind and a seed. A changed SQLite row gets a new checksum, so that the studio
+has to check the values themselves.
 """
 
 import json
@@ -39,7 +39,7 @@ from hapkit_studio.sessions.file import (
 from tests.analysis.sweep_tasks import Serial
 
 HIDDEN = "\x1b[31mred\x9b2J\x07\u202e"
-"""Escape sequences, a bell, and a change of direction."""
+"""Escape sequences, a bell, and a change of text direction."""
 LONG = "a" * 70_000
 DEEP = 5000
 AXES = Axes(
@@ -131,12 +131,12 @@ _TOKEN = re.compile(r"""-?[\w.+]+|"[^"\n]*"|'[^'\n]*'|\[.*\]|\{.*\}""")
 
 
 def mutated_toml(text: str, rng: random.Random) -> str:
-    """Return a TOML text with one value, key or table's head replaced."""
+    """Return a TOML text with one value, key or table header replaced."""
     lines = text.split("\n")
     whole = [at for at, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     at, value = rng.choice(whole), rng.choice(TOML_VALUES)
     name, equals, rest = lines[at].partition("=")
-    if not equals:  # a table's head, or a line within a list
+    if not equals:  # a table header, or a line within a list
         lines[at] = rng.choice((f"x = {value}", "[[values]]", "[a.b]", f"[{json.dumps(HIDDEN)}]", ""))
     elif rng.random() < 0.15:
         lines[at] = rng.choice(
@@ -189,7 +189,7 @@ def mutated_csv(text: str, rng: random.Random) -> str:
 
 
 def mutated_ini(text: str, rng: random.Random) -> str:
-    """Return settings of the window with one value replaced, in half of those with JSON within it."""
+    """Return the window's settings with one value replaced, half of those with JSON inside it."""
     lines = text.split("\n")
     at = rng.choice([at for at, line in enumerate(lines) if "=" in line])
     name, _, value = lines[at].partition("=")
@@ -203,7 +203,7 @@ def mutated_ini(text: str, rng: random.Random) -> str:
 
 
 def _ini_quoted(text: str) -> str:
-    """Return a text as an INI file of Qt has it between quotation marks."""
+    """Return a text in the quoted form of a Qt INI file."""
     plain = text.replace("\\", "\\\\").replace('"', '\\"')
     return "".join(c if " " <= c <= "~" else f"\\x{ord(c):x}" for c in plain)
 
@@ -231,7 +231,7 @@ def mutate_sqlite(path: Path, rng: random.Random) -> None:
         except (sqlite3.IntegrityError, sqlite3.OperationalError, UnicodeEncodeError):
             database.execute(f"DELETE FROM {table} WHERE {key} = ?", (row,))
         if "crc" in columns and columns[at] not in ("crc", key):
-            inner = ", ".join(columns[1:-1])  # as SQLite gives them back, a whole number in REAL as a float
+            inner = ", ".join(columns[1:-1])  # as SQLite returns them: an integer in REAL as a float
             for stored in database.execute(f"SELECT {inner} FROM {table} WHERE {key} = ?", (row,)).fetchall():
                 database.execute(f"UPDATE {table} SET crc = ? WHERE {key} = ?", (checksum(stored), row))
 
@@ -258,7 +258,7 @@ WHOLE: tuple[Callable[[bytes, random.Random], bytes], ...] = (
     lambda data, _rng: data + b"\xff\xfe",
     lambda data, rng: data[: (at := rng.randrange(len(data)))] + b"\0" + data[at:],
 )
-"""Changes of a file as a whole."""
+"""Changes of a whole file."""
 _SPARSE = 3 << 30  # bytes
 _MOST_CHANGES = 3
 _WHOLE_SHARE, _SPARSE_SHARE = 0.08, 0.02
@@ -271,11 +271,11 @@ SUFFIXES = {
     "csv": ".csv", "survey": ".survey",
 }  # fmt: skip
 COUNTS = {kind: 140 if kind == "settings" else 310 for kind in SUFFIXES}
-"""2,000 in all; each file of settings takes another window."""
+"""2,000 in total; each settings file takes another window."""
 FEW = range(1, 4)
-"""Seeds of the files that the quick tests try."""
+"""Seeds of the files in quick tests."""
 NAMES = ("mutant", "a file of someone else's", "\x1b[31mred\x07", "Zoë−\u202e", "-p", "100 %s")
-"""Of files, without their endings."""
+"""File names without suffix."""
 
 
 def write(kind: str, seed: int, original: bytes, folder: Path) -> Path:
@@ -392,11 +392,11 @@ ORIGINALS: dict[str, Callable[[Path], Path]] = {
     "csv": _csv,
     "survey": _survey,
 }
-"""Writes a good file of each kind into a folder, or into the person's own; returns its path."""
+"""Write a valid file of each kind into a folder, or into the user's own; return its path."""
 
 
 def originals(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of a good file of each kind, made in an empty folder."""
+    """Return the bytes of a valid file of each kind, made in an empty folder."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(calibration_file.VARIABLE, str(folder))
         return {kind: make(folder).read_bytes() for kind, make in ORIGINALS.items()}

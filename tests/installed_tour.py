@@ -1,6 +1,6 @@
-"""Start the installed window and go through every environment; print what was seen as JSON.
+"""Start the installed window and visit every environment; print the results as JSON.
 
-Run by path with ``python -I``, so that only what is installed can be imported.
+Run by path with ``python -I``, so that only installed modules can be imported.
 """
 
 import json
@@ -17,7 +17,7 @@ from hapkit_studio.gui import app
 from hapkit_studio.haptics import rows
 
 PATIENCE = 180.0
-"""s after which something is taken not to come any more."""
+"""s, time-out of each wait."""
 
 
 def main(folder: Path) -> None:
@@ -36,9 +36,9 @@ def main(folder: Path) -> None:
 
     def visit(key):
         window.studio.choose(key)
-        wait(lambda: window.studio.environment.key == key)  # its law may not be compiled yet
+        wait(lambda: window.studio.environment.key == key)  # its law may have to be compiled
         window.studio.move_hand(0.012)
-        window.live.tick()  # takes the rows from before
+        window.live.tick()  # discard earlier rows
         first = window.live.last[rows.TICK]
         wait(lambda: window.live.last[rows.TICK] >= first + 200)
         picture = folder / f"{key}.png"

@@ -1,9 +1,9 @@
-"""Mutations of the code that the tests catch: proof that tests which were cut or rewritten still look.
+"""Mutations of the code that the tests must detect: proof that shortened tests still work.
 
-    python -m tests.mutations --area laws    # tries each of tests/mutations.json in a copy of the project
+python -m tests.mutations --area laws    # tries each of tests/mutations.json in a copy of the project
 
-A mutation is one line written otherwise, first drawn by chance; it is found again by its text, so code may
-move. Not part of `make test`: most start with nothing compiled, and all together take an hour.
+A mutation changes one line, found by its text, so code may move. Not part of `make test`: most start without
+compiled code, and all together take an hour.
 """
 
 import argparse
@@ -19,14 +19,14 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 LIST = Path(__file__).with_name("mutations.json")
 SECONDS = 400
-"""s after which tests that hang have seen a mutation."""
+"""s after which a hanging test counts as detection."""
 INTERPRETED = ("codec", "window")
-"""Areas that compile nothing: their mutations share what the tests compile."""
+"""Areas without compiled code, whose mutations share a cache."""
 
 
 @dataclass(frozen=True)
 class Mutation:
-    """A line of a file under the package, and what it becomes; the files of tests that see it."""
+    """A line of a file in the package, its replacement, and the tests that must fail."""
 
     area: str
     path: str
@@ -36,7 +36,7 @@ class Mutation:
 
 
 def placed(mutation: Mutation, root: Path) -> tuple[Path, str]:
-    """Return the file below a copy of the project where a mutation's line stands once, and its new text."""
+    """Return the file in a copy of the project with the unique line of a mutation, and its new text."""
     own = root / "hapkit_studio" / mutation.path
     for files in ([own] if own.exists() else [], sorted((root / "hapkit_studio").rglob("*.py"))):
         found = []
@@ -53,7 +53,7 @@ def placed(mutation: Mutation, root: Path) -> tuple[Path, str]:
 
 
 def fails(root: Path, mutation: Mutation) -> bool:
-    """Say whether a mutation's tests fail in a copy of the project."""
+    """Return True if a mutation's tests fail in a copy of the project."""
     with tempfile.TemporaryDirectory() as fresh:
         cache = str(root / "cache") if mutation.area in INTERPRETED else fresh
         words = [sys.executable, "-m", "pytest", "-qx", "-p", "no:cacheprovider", *mutation.tests]
@@ -68,7 +68,7 @@ def fails(root: Path, mutation: Mutation) -> bool:
 
 
 def caught(mutation: Mutation, root: Path) -> bool:
-    """Say whether its tests fail with a mutation in a copy of the project."""
+    """Return True if the tests fail with a mutation in a copy of the project."""
     file, text = placed(mutation, root)
     was = file.read_text(encoding="utf-8")
     file.write_text(text, encoding="utf-8")
@@ -79,7 +79,7 @@ def caught(mutation: Mutation, root: Path) -> bool:
 
 
 def copied(folder: str) -> Path:
-    """Copy what is under version control, and the built firmware."""
+    """Copy the files under version control, and the built firmware."""
     root = Path(folder) / "project"
     subprocess.run(["git", "clone", "-q", str(ROOT), str(root)], check=True)
     if (ROOT / "firmware" / "build").is_dir():
@@ -88,7 +88,7 @@ def copied(folder: str) -> Path:
 
 
 def check(listed: list[Mutation]) -> int:
-    """Try every mutation; return how many are caught no more."""
+    """Try every mutation; return the number of undetected ones."""
     lost = 0
     with tempfile.TemporaryDirectory() as folder:
         root = copied(folder)
@@ -100,7 +100,7 @@ def check(listed: list[Mutation]) -> int:
 
 
 def main() -> int:
-    """Return how many mutations of the list, or of an area, are lost."""
+    """Return the number of undetected mutations of the list, or of an area."""
     listed = [Mutation(**given) for given in json.loads(LIST.read_text(encoding="utf-8"))]
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter

@@ -1,4 +1,4 @@
-"""A copy of the project with one more file, in which pytest runs: one file is all that an extension takes."""
+"""A copy of the project with one more file, in which pytest runs: an extension needs one file only."""
 
 import os
 import shutil

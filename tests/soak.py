@@ -1,7 +1,7 @@
-"""Record at 4 kHz while environments and views change, 40 minutes by default: memory must become flat.
+"""Record at 4 kHz with changing environments and views, by default for 40 minutes: memory must not grow.
 
-``python -m tests.soak [MINUTES]`` prints the memory each minute; exit code 1 where it grew by 2 % or
-more after minute 11, or where a row is missing in the session.
+``python -m tests.soak [MINUTES]`` prints the memory each minute; exit code 1 if it grew by 2 % or more after
+minute 11, or if a row is missing in the session.
 """
 
 import os
@@ -20,14 +20,14 @@ from tests.bench.frame import resident
 from tests.bench.window import keep_busy, open_window, process_until
 
 MINUTES = 40
-FULL = 11  # minutes: by then the last ten are kept
+FULL = 11  # minutes after which the last ten minutes are in memory
 GROWTH = 0.02
 RATE = 4000.0
-CHANGE_MS = 1000  # from one environment or view to the next
+CHANGE_MS = 1000  # ms between changes of environment or view
 
 
 def keep_changing(window: MainWindow) -> QTimer:
-    """Show the next environment and the next view once per second, in turn."""
+    """Show the next environment or the next view once per second, alternately."""
     keys = [action.key for action in window.actions_by_key.entries]
     views = [key for key in keys if key.startswith("view.tab.")]
     turns = zip(cycle(window.studio.environments), cycle(views), strict=False)
@@ -44,7 +44,7 @@ def keep_changing(window: MainWindow) -> QTimer:
 
 
 def record(minutes: int) -> tuple[list[float], int, Path]:
-    """Return the memory in MB at each minute's end, how many rows the window lost, and the session."""
+    """Return the memory in MB at each minute's end, the number of lost rows, and the session."""
     application, window = open_window("--environment", "spring")
     window.studio.set_loop(rate=RATE)
     timer, changes, recording = keep_busy(window), keep_changing(window), window.studio.recording
@@ -65,7 +65,7 @@ def record(minutes: int) -> tuple[list[float], int, Path]:
 
 
 def main() -> int:
-    """Record, then read all of it back."""
+    """Record, then read everything back."""
     minutes = int(sys.argv[1]) if len(sys.argv) > 1 else MINUTES
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HAPKIT_STUDIO_FOLDER"] = folder

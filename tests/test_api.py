@@ -1,4 +1,4 @@
-"""``simulate`` exactly as promised: samples, timing, delay, sensor, clamp, hands, energy, errors."""
+"""``simulate``: samples, timing, delay, sensor, clamp, hands, energy, errors."""
 
 import math
 from dataclasses import replace
@@ -37,7 +37,7 @@ def test_has_seconds_times_rate_samples_at_their_times(seconds, rate, count):
     assert run.state.shape == (count, 0)
 
 
-def test_warnings_are_asked_for_with_all_that_the_scene_is_rendered_with():
+def test_warnings_get_all_rendering_conditions():
     asked = []
     scene = replace(hs.environments()["wall"], warnings=lambda values, c: asked.append(c) or ("said",))
     device = hs.SimulatedHapkit(0.05, 0.3, 0.2, 1e-5, 2.0, initial_velocity=0.1)
@@ -91,7 +91,7 @@ def test_same_arguments_and_seed_give_the_same_bits():
         assert column.tobytes() == second.columns()[name].tobytes(), name
 
 
-def test_over_speed_latches_only_where_asked():
+def test_over_speed_latches_only_if_requested():
     start = hs.SimulatedHapkit(initial_velocity=5.0)
     assert not hs.simulate("damping", device=start, seconds=0.02).faults
     run = hs.simulate("damping", device=start, seconds=0.02, max_speed=3.0)
@@ -180,14 +180,14 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("args", "more", "words"), REFUSED, ids=[words[:40] for _, _, words in REFUSED])
-def test_refuses_what_no_run_can_be(args, more, words):
+def test_invalid_runs_are_rejected(args, more, words):
     with pytest.raises(ParameterError) as error:
         hs.simulate(*args, **more)
     assert words in str(error.value)
     assert "\n" not in str(error.value)
 
 
-def test_takes_numbers_of_numpy_and_text():
+def test_numpy_and_text_numbers_are_accepted():
     given = {"stiffness": np.int64(400), "damping": np.float32(2.0), "position": "0.005", "side": "right"}
     run = hs.simulate(
         "wall", given, rate=np.int32(500), delay=np.float64(0.0), seconds=np.int64(1), hand="press"

@@ -1,4 +1,4 @@
-"""The studio used by real mouse and keys: two walls felt, held, compared, recorded, found again, exported."""
+"""The studio with real mouse and keys: two walls pushed, held, compared, recorded, found again, exported."""
 
 import json
 import os
@@ -21,7 +21,7 @@ QUANTUM = 2.07e-5  # m
 
 @pytest.fixture
 def display():
-    """Return an X server's display of its own."""
+    """Return a separate X server's display."""
     ours, theirs = os.pipe()
     command = ["Xvfb", "-displayfd", str(theirs), "-screen", "0", "1280x720x24", "-nolisten", "tcp"]
     with subprocess.Popen(command, pass_fds=[theirs], stderr=subprocess.DEVNULL) as server:

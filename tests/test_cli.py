@@ -1,4 +1,4 @@
-"""The command line: words for a person, one object for a program, one line for what is wrong."""
+"""The command line: text for people, JSON for programs, one-line errors."""
 
 import json
 import os
@@ -40,7 +40,7 @@ def run(capsys, *words):
 
 
 def as_json(capsys, *words):
-    """Return the one object that a command prints, all of it plain JSON."""
+    """Return the JSON object printed by a command, checked to be plain."""
     code, out, err = run(capsys, *words, "--json")
     assert (code, err) == (0, "")
     assert out.count("\n") == 1
@@ -50,7 +50,7 @@ def as_json(capsys, *words):
 # --- run
 
 
-def test_run_says_what_was_rendered_in_words_and_as_json(capsys):
+def test_run_reports_as_text_and_json(capsys):
     words = "run wall -p stiffness=400 -p damping=2 -p side=left -p damping_mode=both --hand stroke"
     words = f"{words} --seconds 1 --rate 2000 --delay 0.0005 --estimator iir:cutoff=20 --seed 7".split()
     code, out, err = run(capsys, *words)
@@ -157,13 +157,13 @@ def test_loop_test_measures_the_loop(capsys):
     late = [found["lateness_us"][name] for name in ("p50", "p99", "p99.9", "max")]
     assert late == sorted(late)
     assert set(found["period_us"]) == {"mean", "min", "max"}
-    # a busy machine makes it miss ticks, whose time the others have
+    # a busy machine makes it miss ticks, whose time counts, too
     ticks = found["samples"] + found["missed"]
     assert 1600.0 < found["period_us"]["mean"] < 1.2 * 2000.0 * ticks / found["samples"]
     assert found["priority"]
     assert (found["rate_Hz"], found["device"], found["fault"]) == (500.0, "simulated", "")
     assert found["lost_rows"] == 0
-    assert found["delay_us"] == 0.0  # none was added
+    assert found["delay_us"] == 0.0  # no added delay
 
 
 def test_loop_test_says_that_no_delay_was_measured(capsys, monkeypatch):
@@ -178,7 +178,7 @@ def test_loop_test_says_that_no_delay_was_measured(capsys, monkeypatch):
     assert "delay not measured" in out
 
 
-# --- what is wrong, in one line
+# --- one-line errors
 
 WRONG = [
     ("--bogus", "unrecognized arguments: --bogus"),
@@ -213,11 +213,11 @@ WRONG = [
     ("flash simulated", "needs no flashing. Name a port"),
     ("check /dev/ttyNONE7", "ttyNONE7 is not there. Plug the board in"),
     ("export wall --port /dev/ttyNONE7", "ttyNONE7 is not there. Plug the board in"),
-    # said before the run
+    # reported before the run
     ("run wall --device simulated --csv /no-such-folder/x.csv", "there is no folder"),
     ("run wall --device simulated --csv .", "the path of a file"),
     ("run wall --device simulated --plot x.xyz", "A picture is one of"),
-    # a script whose variable is not set must not flash the only board, or run without one
+    # a script with an unset variable must not flash the only board, or run without one
     ("run wall --device ''", "There is no device ''"),
     ("check ''", ""),
     ("flash ''", ""),
@@ -237,7 +237,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("words", "says"), WRONG, ids=[words for words, _ in WRONG])
-def test_says_what_is_wrong_in_one_line(capsys, tmp_path, monkeypatch, words, says):
+def test_invalid_input_gives_a_one_line_error(capsys, tmp_path, monkeypatch, words, says):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(live_run, "play", lambda *_: pytest.fail("it began"))
     if "--csv" in words or "--plot" in words:
@@ -263,7 +263,7 @@ def test_an_interrupt_ends_without_a_traceback(capsys, monkeypatch):
 
 
 class Gone:
-    """What a run asks of an engine that no force can follow after three looks, for a reason of its own."""
+    """An engine whose fault becomes final after three reads."""
 
     def __init__(self, reason):
         self.looks, self.reason = 0, reason
@@ -285,7 +285,7 @@ class Gone:
         (arrays.SLOW_LAW, "Simplify the law or lower the rate."),
     ],
 )
-def test_a_run_ends_where_no_force_can_follow_and_keeps_what_came(code, remedy):
+def test_a_final_fault_ends_a_run_and_keeps_its_rows(code, remedy):
     engine = Gone(Fault(code, "It is so."))
     table, played = live_run.play(engine, engine, None, 20.0)
     assert len(table) == 2 * (3 + 1)
@@ -294,7 +294,7 @@ def test_a_run_ends_where_no_force_can_follow_and_keeps_what_came(code, remedy):
 
 
 def engine_on_bad_link():
-    """Return what a run asks of an engine whose spring is too stiff for the link's delay of 5 ms."""
+    """Return an engine whose spring is too stiff for the link's delay of 5 ms."""
     counts = LinkCounts(1, 2, 3, 4, no_sample=5, away=6, held_up=7, cut=8, clock_jumps=9)
     return SimpleNamespace(
         where="computer",
@@ -315,7 +315,7 @@ def engine_on_bad_link():
 TOO_STIFF = "Lower the stiffness, or let the board render."
 
 
-def test_what_was_bad_about_a_link_is_in_the_result(capsys, monkeypatch):
+def test_link_problems_are_in_the_result(capsys, monkeypatch):
     engine, table = engine_on_bad_link(), np.zeros((1000, rows.ROW_WIDTH))
     table[:, rows.BOARD_TIME], table[:, rows.PERIOD] = 1e-3 * np.arange(1000), 1e-3
     table[:250, rows.FLAGS], table[250:300, rows.FLAGS] = rows.STALE, rows.FAULT
@@ -329,7 +329,7 @@ def test_what_was_bad_about_a_link_is_in_the_result(capsys, monkeypatch):
         "elsewhere for 20 ms: 6 times. The law held the loop up for 20 ms: 7 times. The board switched its "
         "motor off, as forces came too late or not at all: 8 times."
     )
-    engine.fault = Fault(arrays.SLOW_LINK, "Slow.")  # says so itself
+    engine.fault = Fault(arrays.SLOW_LINK, "Slow.")  # the fault has its own text
     assert live_run._remarks(engine, found, 2000.0) == [jumps, without]
     played = live_run.Played(table, 1.0, found, remarks, None, None, 0)
     monkeypatch.setattr(live_run, "run", lambda *_: played)
@@ -355,7 +355,7 @@ def test_a_spring_too_stiff_for_the_link_is_said_during_the_run_once(capsys):
     assert capsys.readouterr() == ("", "")
 
 
-def test_a_run_that_a_person_ends_keeps_what_came(capsys, tmp_path, monkeypatch):
+def test_an_interrupted_run_keeps_its_rows(capsys, tmp_path, monkeypatch):
     move, moves = Engine.move_hand, []
 
     def then_end(engine, target):
@@ -373,7 +373,7 @@ def test_a_run_that_a_person_ends_keeps_what_came(capsys, tmp_path, monkeypatch)
     assert moves[-1] is None
 
 
-def test_a_flash_that_a_person_ends_says_what_to_do(capsys, monkeypatch):
+def test_an_interrupted_flash_states_the_remedy(capsys, monkeypatch):
     def ended(*_words):
         raise KeyboardInterrupt
 
@@ -486,7 +486,7 @@ def test_help_and_version(capsys):
 
 
 @pytest.mark.slow
-def test_a_console_that_knows_few_letters_gets_question_marks(tmp_path):
+def test_a_limited_console_encoding_gets_question_marks(tmp_path):
     done = program(tmp_path, "environments", PYTHONIOENCODING="ascii")
     assert (done.returncode, done.stderr) == (0, "")
     assert "N?s/m" in done.stdout

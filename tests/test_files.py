@@ -122,7 +122,7 @@ QUOTED = {
 
 
 @pytest.mark.parametrize("value", QUOTED.values(), ids=QUOTED)
-def test_brackets_and_dots_in_strings_and_comments_count_for_nothing(tmp_path, value):
+def test_brackets_and_dots_in_strings_and_comments_are_ignored(tmp_path, value):
     path = tmp_path / "x.toml"
     path.write_text(f"a = {value}\nb = 2")
     assert files.read_toml(path) == tomllib.loads(path.read_text())
@@ -154,7 +154,7 @@ def test_no_text_of_a_limited_size_takes_long_to_refuse_or_parse(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "{", '{"a": 1e5', "[1, ]", "nul"])
-def test_text_that_is_no_json_is_refused_in_one_line(text):
+def test_invalid_json_gives_a_one_line_error(text):
     with pytest.raises(FileError, match=r"^loop: [^\n]+\.$"):
         files.parse_json(text, "loop")
 
@@ -168,7 +168,7 @@ def test_a_number_is_finite_and_within_its_limits(value):
 
 
 @pytest.mark.parametrize("value", [True, 1.0, "1", None, math.nan, -1, 256])
-def test_a_whole_number_is_one_and_within_its_limits(value):
+def test_integers_are_validated(value):
     with pytest.raises(FileError, match=r"^x\.toml: pins is .+; it must be a whole number from 0 to 255\.$"):
         files.checked_integer(value, "x.toml: pins", 0, 255)
 

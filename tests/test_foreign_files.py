@@ -1,4 +1,4 @@
-"""Foreign files through every command that reads them: an answer or one line, never more, and in time."""
+"""Foreign files through every command that reads them: an answer or a one-line error, in time."""
 
 import io
 import json
@@ -35,7 +35,7 @@ COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
     "survey": (("survey", "{file}", "--read"),),
 }
-"""What each kind is given to; {out} is a new path, which may be written."""
+"""Commands for each kind; {out} is a new path, which may be written."""
 _OTHER_COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
     "program": (("run", "{file}"), ("export", "{file}"), ("bode", "{file}")),
     "firmware": (("flash", "no-such-port", "--hex", "{file}"),),
@@ -43,12 +43,12 @@ _OTHER_COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
 
 
 class Hang(BaseException):
-    """Something took too long."""
+    """A command took too long."""
 
 
 @contextmanager
 def limited(seconds: float = 2.0, waiting: float = 30.0) -> Iterator[None]:
-    """Raise Hang after some seconds of the processor's time, or after waiting in vain."""
+    """Raise Hang after ``seconds`` of processor time, or after ``waiting`` s."""
     if sys.platform == "win32":
         yield
         return
@@ -81,13 +81,13 @@ def run(words: list[str]) -> tuple[int, str, str]:
 
 @pytest.fixture(scope="module")
 def originals(tmp_path_factory) -> dict[str, bytes]:
-    """Return a good file of each kind, each accepted by what reads it."""
+    """Return a valid file of each kind, each accepted by its commands."""
     return foreign_files.originals(tmp_path_factory.mktemp("originals"))
 
 
 @pytest.fixture
 def try_file(originals, tmp_path) -> Callable[[str, int], list[str]]:
-    """Return what gives one file to its commands and returns in words what was wrong."""
+    """Return a function that gives one file to its commands and returns a list of faults."""
 
     def try_one(kind: str, seed: int) -> list[str]:
         folder = tmp_path / f"{kind} {seed}"
@@ -119,13 +119,13 @@ def try_file(originals, tmp_path) -> Callable[[str, int], list[str]]:
 
 
 def stamp(file: Path) -> tuple:
-    """Return what tells a changed file from an unchanged one; one that is mostly a hole is not read."""
+    """Return a fingerprint of a file; sparse files are not read."""
     facts = file.stat()
     return facts.st_size, facts.st_mtime_ns, file.read_bytes() if facts.st_size < 1 << 24 else b""
 
 
 def complaints(code: int, out: str, error: str, as_json: bool) -> Iterator[str]:
-    """Say what is wrong with a command's answer."""
+    """Yield the faults of a command's output."""
     if code not in (0, 2):
         yield f"exit code {code}"
     if "Traceback" in out + error:
@@ -147,7 +147,7 @@ def complaints(code: int, out: str, error: str, as_json: bool) -> Iterator[str]:
 
 @pytest.mark.parametrize("kind", COMMANDS)
 def test_a_good_file_is_accepted(originals, tmp_path, kind):
-    """And compiles what the limits of time are not meant for."""
+    """Also compiles, which the time limits are not meant for."""
     file = tmp_path / f"good{foreign_files.SUFFIXES[kind]}"
     file.write_bytes(originals[kind])
     for number, command in enumerate(COMMANDS[kind]):
@@ -169,8 +169,8 @@ def test_many_foreign_files_give_an_answer_or_one_line(try_file, kind):
 
 
 @pytest.mark.slow
-def test_a_survey_is_gone_on_with_or_refused(originals, tmp_path):
-    """Computing adds to a file, so each is a copy."""
+def test_a_survey_is_resumed_or_rejected(originals, tmp_path):
+    """Each file is a copy, as computing extends it."""
     for seed in range(100):
         file = foreign_files.write("survey", seed, originals["survey"], tmp_path)
         with limited():

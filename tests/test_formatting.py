@@ -1,4 +1,4 @@
-"""Numbers and units as people read them."""
+"""Number and unit formats for people."""
 
 import json
 import math
@@ -38,13 +38,13 @@ def test_significant_digits_are_kept_and_never_written_with_an_exponent():
 @pytest.mark.parametrize(
     ("frequency", "words"), [(13.51, "13.5 Hz"), (19.94, "19.9 Hz"), (19.96, "20 Hz"), (133.6, "134 Hz")]
 )
-def test_a_slow_swing_has_a_decimal_and_its_prediction_the_same_words(frequency, words):
+def test_low_frequencies_have_a_decimal(frequency, words):
     assert hertz(frequency) == words
     swing = Lasting(2e-3, frequency)
     assert Behaviour(0.0, swing, swing, (frequency, frequency)).swing == f" at {words} (±2 mm)"
 
 
-def test_what_is_tiny_or_huge_is_a_power_of_ten():
+def test_very_small_or_large_values_are_powers_of_ten():
     assert [power_of_ten(x) for x in (2e-6, 2180.0, -3e-12)] == ["2·10⁻⁶", "2·10³", "−3·10⁻¹²"]
 
 

@@ -1,4 +1,4 @@
-"""Ctrl+C at any time ends the program with 130 and no traceback; so do closed and full outputs, with 2."""
+"""Ctrl+C ends the program with 130 and no traceback at any time; closed and full outputs with 2."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ from hapkit_studio.commands import base
 
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and special files of POSIX")
 
-# The program, sent Ctrl+C once it imports a module or calls a function.
+# the program, with SIGINT at the import of a module or the call of a function
 PROGRAM = """
 import builtins, signal, sys
 imported = builtins.__import__
@@ -34,7 +34,7 @@ sys.exit(main())
 
 
 def program(folder, *words, module="", first=""):
-    """Return what becomes of the program in a folder."""
+    """Return the process's result in a folder."""
     code = PROGRAM.format(module=module, first=first, words=list(words))
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False, cwd=folder
@@ -51,10 +51,10 @@ def program(folder, *words, module="", first=""):
         (
             "matplotlib.backend_bases",
             ("run", "wall", "--seconds", "0.1", "--plot", "run.png"),
-        ),  # in a command
+        ),  # during a command
     ],
 )
-def test_an_interrupt_while_something_is_imported_ends_the_program_without_a_word(module, words, tmp_path):
+def test_an_interrupt_during_imports_exits_silently(module, words, tmp_path):
     done = program(tmp_path, *words, module=module)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
@@ -66,7 +66,7 @@ def test_an_interrupt_while_the_program_ends_gives_the_same_code(tmp_path):
     assert (done.returncode, done.stderr) == (130, "")
 
 
-def test_an_interrupt_that_python_could_only_report_is_raised_once_more():
+def test_an_interrupt_in_a_destructor_is_raised_again():
     def deletes_and_waits():
         interrupts._raise_again(SimpleNamespace(exc_type=KeyboardInterrupt))
         threading.Event().wait(60.0)
@@ -76,7 +76,7 @@ def test_an_interrupt_that_python_could_only_report_is_raised_once_more():
 
 
 def test_threads_and_exit_functions_that_do_not_end_keep_no_program_alive():
-    """In place of a command's: what a person's file has started is not the studio's to end."""
+    """Simulated by a command: a user's file may have started such threads."""
     code = (
         "import atexit, sys, threading\n"
         "from hapkit_studio import cli\n"
@@ -97,7 +97,7 @@ def test_threads_and_exit_functions_that_do_not_end_keep_no_program_alive():
 
 
 @posix
-def test_programs_that_are_started_held_back_do_not_hear_an_interrupt():
+def test_child_processes_ignore_interrupts_until_they_begin():
     tell = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))"
     with interrupts.held_back():
         held = subprocess.run([sys.executable, "-S", "-c", tell], capture_output=True, text=True, check=True)
@@ -112,7 +112,7 @@ def test_programs_that_are_started_held_back_do_not_hear_an_interrupt():
 @pytest.mark.slow
 @posix
 def test_ctrl_c_in_a_survey_ends_its_programs_at_once(tmp_path):
-    """Sent to all of them, as a terminal does."""
+    """Sent to the whole process group, like a terminal."""
     words = ["-m", "hapkit_studio", "survey", str(tmp_path / "s.db"), "--rates", "9", "--delays", "9"]
     pipe = subprocess.PIPE
     survey = subprocess.Popen([sys.executable, *words], stdout=pipe, stderr=pipe, start_new_session=True)
@@ -120,7 +120,7 @@ def test_ctrl_c_in_a_survey_ends_its_programs_at_once(tmp_path):
         while not (tmp_path / "s.db").exists():
             assert survey.poll() is None
         os.killpg(survey.pid, signal.SIGINT)
-        out, err = survey.communicate(timeout=60)  # ends when the last of them has closed its outputs
+        out, err = survey.communicate(timeout=60)  # ends when all of them have closed their outputs
     finally:
         survey.kill()
     assert (survey.returncode, out, err) == (130, b"", b"")
@@ -130,7 +130,7 @@ def test_ctrl_c_in_a_survey_ends_its_programs_at_once(tmp_path):
 
 
 class Closed:
-    """An output whose reader has gone."""
+    """An output whose reader has closed it."""
 
     def write(self, text=""):
         raise BrokenPipeError(32, "Broken pipe")
@@ -141,7 +141,7 @@ class Closed:
         raise OSError
 
 
-def test_a_reader_that_has_gone_makes_a_code_and_no_words(monkeypatch, capsys):
+def test_a_closed_reader_gives_a_code_without_message(monkeypatch, capsys):
     for words in (["environments"], ["environments", "--json"], ["--help"], ["--version"]):
         monkeypatch.setattr(sys, "stdout", SimpleNamespace(write=Closed().write, flush=lambda: None))
         assert main(words) == 2
@@ -164,7 +164,7 @@ def test_a_closed_output_is_said_in_a_line_before_anything_is_done(monkeypatch, 
     assert capsys.readouterr().err == "hapkit-studio: the output is closed.\n"
 
 
-def test_errors_that_nobody_can_read_keep_their_code(monkeypatch, capsys):
+def test_errors_without_a_reader_keep_their_code(monkeypatch, capsys):
     for stream in (None, Closed()):
         monkeypatch.setattr(sys, "stderr", stream)
         assert main(["run", "nowhere"]) == 2
@@ -176,7 +176,7 @@ def test_errors_that_nobody_can_read_keep_their_code(monkeypatch, capsys):
 
 @pytest.fixture
 def fifo(tmp_path):
-    """Return (path, future of its bytes): a thread reads, as a picture is larger than a pipe holds."""
+    """Return (path, future of its bytes), read in a thread, as a figure exceeds a pipe's buffer."""
     path = tmp_path / "pipe"
     os.mkfifo(path)
     with ThreadPoolExecutor(1) as pool:
@@ -201,7 +201,7 @@ def test_a_special_file_is_written_itself_and_nothing_beside_it(words, begins, f
 
 
 @posix
-def test_a_file_takes_the_place_of_what_a_link_leads_to(tmp_path):
+def test_writing_to_a_link_replaces_its_target(tmp_path):
     there, link = tmp_path / "there.csv", tmp_path / "link.csv"
     there.write_text("old")
     link.symlink_to(there)

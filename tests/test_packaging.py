@@ -1,4 +1,4 @@
-"""The wheel, installed into an empty environment of its own, has everything and starts everywhere."""
+"""The wheel, installed into an empty environment, is complete and starts."""
 
 import json
 import os
@@ -11,7 +11,7 @@ import pytest
 
 from hapkit_studio import __version__, environments
 
-pytestmark = pytest.mark.slow  # one installation serves all: it takes half a minute
+pytestmark = pytest.mark.slow  # one installation for all tests: it takes half a minute
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -41,7 +41,7 @@ def wheel(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def python(wheel):
-    """Return the interpreter of an empty environment with the wheel and what it depends on."""
+    """Return the interpreter of an empty environment with the wheel and its dependencies."""
     home = wheel.parent / "venv"
     run(sys.executable, "-m", "venv", "--without-pip", home, cwd=wheel.parent)
     binary = home / ("Scripts" if os.name == "nt" else "bin") / "python"

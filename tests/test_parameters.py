@@ -1,4 +1,4 @@
-"""A parameter checks what a person gives and says value, limit and unit."""
+"""Validation of parameter values; errors contain value, limit and unit."""
 
 import math
 
@@ -29,12 +29,12 @@ def test_refuses_every_number_beyond_them(value):
 
 
 @pytest.mark.parametrize("value", ["stiff", "", True, None, [1.0], {}, object, 1j, 10**400])
-def test_refuses_what_is_no_number(value):
+def test_non_numbers_are_rejected(value):
     with pytest.raises(ParameterError, match=r"^Stiffness takes a number in N/m, not .*\.$"):
         STIFFNESS.check(value)
 
 
-def test_without_a_unit_says_none():
+def test_error_without_unit():
     with pytest.raises(ParameterError, match=r"^Ratio goes from 1 to 3, not 0\.5\.$"):
         RATIO.check(0.5)
     with pytest.raises(ParameterError, match=r"^Ratio takes a number, not 'much'\.$"):
@@ -61,7 +61,7 @@ def test_resolve_fills_in_defaults_in_order():
     assert resolve((), {}, "Free") == []
 
 
-def test_resolve_names_what_there_is():
+def test_resolve_lists_the_known_parameters():
     with pytest.raises(
         ParameterError, match=r"^Wall has no parameter 'stifness'; it has: stiffness, side\.$"
     ):

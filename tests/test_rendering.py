@@ -1,4 +1,4 @@
-"""What is rendered, against theory: motion, stability, the wall's energy, imposed motion, hands, energy."""
+"""Rendering against theory: motion, stability, the wall's energy, imposed motion, hands, energy."""
 
 import math
 from dataclasses import replace
@@ -103,7 +103,7 @@ def test_one_percent_inside_the_limit_decays_outside_grows(
 
 
 def bounce(stiffness, rate, delay, phase):
-    """Return energy out over energy in of one bounce; phase: where between samples it meets the wall."""
+    """Return energy out over energy in of one bounce; phase: fraction of a period at contact."""
     speed, mass = 0.1, 0.05
     before = 0.005 - (3.0 + phase) * speed / rate
     start = device(mass=mass, damping=0.0, initial_position=before, initial_velocity=speed)
@@ -127,7 +127,7 @@ def bounce(stiffness, rate, delay, phase):
     ],
 )
 def test_wall_gives_energy_by_the_formula(stiffness, rate, late, table):
-    """exp(pi omega (T/2 + delay)), mean over where between two samples the handle meets the wall."""
+    """exp(pi omega (T/2 + delay)), averaged over the sampling phase at contact."""
     phases = (np.arange(32) + 0.5) / 32
     gain = np.mean([bounce(stiffness, rate, late / rate, phase) for phase in phases])
     assert gain == pytest.approx(table, rel=2e-3)
@@ -139,8 +139,8 @@ def test_wall_gives_energy_by_the_formula(stiffness, rate, late, table):
 # --- imposed motion
 
 
-def test_imposed_motion_is_answered_by_the_law_alone():
-    """Force exactly -k d and -b v at the prescribed place; the motor moves nothing."""
+def test_imposed_motion_gets_exactly_the_laws_force():
+    """Force exactly -k d and -b v at the prescribed position; the motor moves nothing."""
 
     def motion(t):
         return 0.012 * math.sin(7.0 * t)
@@ -191,7 +191,7 @@ def test_no_hand_is_a_released_one():
 
 
 def test_a_named_hand_is_the_same_one_sample_by_sample():
-    """A movement written for arrays and its own values one by one give the same run, bit for bit."""
+    """A movement evaluated for arrays or single times gives the same run, bit for bit."""
     for name, hand in SCRIPTS.items():
         one_by_one = replace(hand, vectorised=False)
         first, second = (hs.simulate("wall", hand=h, seconds=3.0) for h in (name, one_by_one))
@@ -216,7 +216,7 @@ def test_energy_is_force_in_effect_times_the_way(delay):
 
 
 def test_a_passive_scene_gives_no_more_than_was_stored():
-    """Damping takes; a spring drawn to 20 mm gives back at most its k x^2 / 2 in the end."""
+    """Damping dissipates; a spring drawn to 20 mm returns at most its k x^2 / 2."""
     assert hs.simulate("damping", hand="stroke", seconds=3.0).energy[-1] < -1e-3
     start = hs.SimulatedHapkit(initial_position=0.02)
     run = hs.simulate("spring", device=start, rate=8000.0, seconds=1.0)

@@ -1,4 +1,4 @@
-"""Habits of the whole repository that no tool checks: known layers, nothing of one machine."""
+"""Rules of the whole repository that no tool checks: known layers, no machine-specific text."""
 
 import os
 import re
@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-# a corpus is bytes, not text
+# binary
 SKIPPED = {".venv", ".git", "build", "dist", "__pycache__", "bench-results", ".hypothesis", "corpus"}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 TEXT = {".py", ".md", ".toml", ".c", ".h", ".cpp", ".ino", ".sh", ".qss", ".svg", ""}
-# split, so that this file does not find itself
+# split, so that this file does not match
 NOT_IN_ANY_FILE = {
     "a path of one machine": r"/(wo" r"rk|ro" r"ot|ho" r"me)/\w",
     "a registry's host": r"(py" r"pi|debi" r"an|anac" r"onda)\.(org|com|net)",
@@ -22,7 +22,7 @@ NOT_IN_ANY_FILE = {
 
 
 def files(*suffixes):
-    """Return the repository's own files, sorted; all kinds of text where no suffix is given."""
+    """Return the repository's own files, sorted; all text files by default."""
     found = []
     for folder, folders, names in os.walk(ROOT):
         folders[:] = [name for name in folders if name not in SKIPPED and not name.endswith("_cache")]
@@ -35,7 +35,7 @@ def lines(path):
 
 
 @pytest.mark.parametrize("what", NOT_IN_ANY_FILE)
-def test_nothing_is_of_one_machine_or_one_day(what):
+def test_no_machine_specific_text(what):
     pattern = re.compile(NOT_IN_ANY_FILE[what])
     hits = [
         f"{path.relative_to(ROOT)}:{number}"
@@ -56,7 +56,7 @@ def test_every_module_has_its_layer():
     assert modules - {"__init__"} <= named
 
 
-def test_the_build_machine_calls_the_readmes_command_and_what_takes_longer():
+def test_ci_runs_the_readmes_command_and_the_slow_tests():
     script = [line for line in lines(ROOT / ".ci" / "run") if line and not line.startswith("#")]
     assert script == ["set -euo pipefail", 'cd "$(dirname "${BASH_SOURCE[0]}")/.."', "exec make test-all"]
     assert os.access(ROOT / ".ci" / "run", os.X_OK)

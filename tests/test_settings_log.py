@@ -1,4 +1,4 @@
-"""The log of a recording's settings: readable lines that lose nothing, whatever is in them."""
+"""The log of a recording's settings: readable lines without loss, for any content."""
 
 import json
 
@@ -65,8 +65,8 @@ ODD = {
 }  # fmt: skip
 
 
-def test_whatever_a_parameter_is_called_or_holds_is_read_as_it_was():
-    """Also named like a setting, and text that looks like something else."""
+def test_any_parameter_name_and_value_round_trips():
+    """Including names of settings, and text that looks like another type."""
     units = {"rate": "V", "third": "N·s/m", "größe": "m at 3 s: x", "device": "N\nm"}
     odd = {**WALL, "environment": "odd", "parameters": ODD, "units": units}
     log = [(0.0, WALL), (0.5, odd), (0.75, {**odd, "parameters": {**ODD, "rate": 9.0}})]
@@ -102,14 +102,14 @@ def test_the_settings_of_one_long_json_line_are_read_and_other_comments_ignored(
     ]
     assert settings_log.read(["a comment of another program", "7", "=====", ""]) == []
     assert settings_log.read([]) == []
-    digits = "9" * 60_000  # takes no time quadratic in its length
+    digits = "9" * 60_000  # must not take quadratic time
     assert settings_log.read([f"stiffness: {digits}x"])[0][1]["parameters"] == {"stiffness": f"{digits}x"}
     with pytest.raises(FileError, match=r"a\.csv, settings in the first line"):
         settings_log.read(["{broken"], "a.csv")
 
 
 def test_every_setting_of_the_studio_has_a_name_of_its_own():
-    """Those that are not known would be written as "setting.…"."""
+    """Unknown ones would be written as "setting.…"."""
     run = hs.simulate(
         "wall", hand=hs.Hand(0.1, 1.0, 100.0), estimator=("iir", {"cutoff": 20.0}), seconds=0.01
     )

@@ -1,4 +1,4 @@
-"""Tables of any dialect are read by the same numbers; what holds none is one line."""
+"""Tables of any dialect give the same numbers; others a one-line error."""
 
 import csv
 import io
@@ -23,7 +23,7 @@ DIALECTS = [
 
 
 def text_of(rows, delimiter, decimal, quoting=csv.QUOTE_MINIMAL, end="\n", names=NAMES, pad=0):
-    """Return a table as Python's csv module writes it, which quotes what holds the delimiter."""
+    """Return a table as Python's csv module writes it, which quotes cells with the delimiter."""
     file = io.StringIO()
     writer = csv.writer(file, delimiter=delimiter, quoting=quoting, lineterminator=end)
     writer.writerow([*names, *[""] * pad])
@@ -102,18 +102,18 @@ def test_names_are_found_above_the_numbers(table, text, names):
             "a;b\n1;2\n" + "9" * 65_000 + "x;2\n",
             "a",
             "line 3, a is '9{40}…'",
-        ),  # no time quadratic in its length
+        ),  # must not take quadratic time
         ("1," * 40_000, (), "line 1 has 80,000 characters; the limit is 65,536"),
     ],
 )
-def test_what_is_no_table_of_numbers_is_one_line(table, text, names, words):
+def test_invalid_tables_give_a_one_line_error(table, text, names, words):
     with pytest.raises(FileError, match=words) as raised:
         table(text).values(list(names))
     assert str(raised.value).isprintable()
 
 
 @pytest.mark.parametrize("content", ["fifo", "large", "folder", "none"])
-def test_only_a_regular_file_of_a_bearable_size_is_read(tmp_path, content):
+def test_only_regular_files_of_limited_size_are_read(tmp_path, content):
     path = tmp_path / "a.csv"
     if content == "fifo":
         os.mkfifo(path)
@@ -138,7 +138,7 @@ def test_only_a_regular_file_of_a_bearable_size_is_read(tmp_path, content):
         (("channel 1", "texture", "fox"), ""),
     ],
 )  # fmt: skip
-def test_names_suggest_what_they_are_and_in_which_unit(names, found):
+def test_quantities_and_units_are_guessed_from_names(names, found):
     guessed = tables.guess(names).values()
     assert " ".join(map(str, sorted(guessed, key=lambda column: names.index(column.name)))) == found
 

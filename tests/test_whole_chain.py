@@ -1,4 +1,4 @@
-"""Encoder to motor to plot: the window, the loop, and the real firmware in the virtual board."""
+"""Encoder to motor to plot: the window, the loop, and the firmware in the virtual board."""
 
 import time
 
@@ -20,12 +20,12 @@ from tests.gui.window_support import PATIENCE_MS, build_engine
 from tests.lateness import clear_lateness
 from tests.waiting import wait_until
 
-# a paced board beside a window: on a machine full of other tests it would slip
+# a paced board next to a window needs a machine without other tests
 pytestmark = [needs_board, pytest.mark.alone]
 
 STIFFNESS = 220.0
 SURFACE = 0.005
-# into the wall and off, and again: where a busy machine has held the loop up, the next push is the one seen
+# into the wall and off, repeatedly: pushes disturbed by a busy machine are ignored
 PUSHES = [
     f"{start + at} hand {to} 400 8 0.1 {within}"
     for start in range(0, 120, 3)
@@ -38,7 +38,7 @@ ALL = 10**6
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory, request, qapp):
-    """Return (telemetry rows, truth, history) of pushes into the wall until enough was rendered steadily."""
+    """Return (telemetry rows, truth, history) of pushes into the wall, with enough undisturbed samples."""
     folder = tmp_path_factory.mktemp("pushes")
     log, script = folder / "truth.f64", folder / "push.txt"
     script.write_text("\n".join(PUSHES) + "\n")
@@ -72,19 +72,19 @@ def session(tmp_path_factory, request, qapp):
 
 
 def deep(table: np.ndarray) -> int:
-    """Return how many of the rows are deep in the wall with nothing that holds the force back."""
+    """Return the number of rows deep in the wall with full force."""
     return np.count_nonzero((table[:, rows.FLAGS] == 0) & (table[:, rows.POSITION] > SURFACE + 0.001))
 
 
 def from_the_first_row(engine: Engine) -> RingReader:
-    """Return a reader of all rows: a board in lockstep may be some hundred ahead of the window."""
+    """Return a reader of all rows: a board in lockstep may be several hundred ahead of the window."""
     reader = engine.reader()
     reader.rewind(ALL)
     return reader
 
 
 def last_command(engine: Engine) -> float:
-    """Return the force of the frame that was written last."""
+    """Return the force of the last frame written."""
     first = Decoder().bodies(engine.driver.conn.frame.tobytes())[0]
     return Force.unpack(first).force
 
@@ -106,11 +106,11 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
     moved = real.position - real.position[0]
     seen = table[:, rows.POSITION]
     assert np.abs(seen - moved).max() <= QUANTUM * (1.0 + 1e-6)
-    # the answer to sample k is in force at sample k + 1
+    # the reply to sample k is in force at sample k + 1
     depth = np.maximum(moved[:-1] - SURFACE, 0.0)
     force = real.motor_force[1:]
     step = FULL_FORCE * (np.abs(real.duty[1:]) + 1.0) / 255.0**2
-    # where the loop was held up the board was told zero force instead of the last answer
+    # zero force replaced the last reply if the loop was delayed
     steady = (table[:-1, rows.FLAGS] == 0) & (table[1:, rows.FLAGS] == 0)
     steady &= table[:-1, rows.BOARD_TIME] > table[0, rows.BOARD_TIME] + 0.6  # zero force, then the fade
     assert np.count_nonzero(steady & (depth > 0.001)) > DEEP
@@ -120,7 +120,7 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
     assert np.abs(applied).max() > 1.0
 
     shown = history.between(-np.inf, np.inf)
-    # the window began later, and the loop went on after its last frame
+    # the window started later, and the loop continued after its last frame
     at = table[:, rows.HOST_TIME]
     both = (at >= shown.x[0]) & (at <= shown.x[-1])
     assert np.count_nonzero(both) >= SAMPLES / 2

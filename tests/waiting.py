@@ -1,4 +1,4 @@
-"""Waiting for what a test needs, never for a time: a limit is there to end what hangs."""
+"""Waiting for conditions, never for fixed times; time-outs only end hanging tests."""
 
 import os
 import select
@@ -8,11 +8,11 @@ from collections.abc import Callable
 from tests.lateness import ATTEMPTS
 
 PATIENCE = 120.0
-"""s after which what has not come about never will, however busy the machine is."""
+"""s, time-out on any machine load."""
 
 
 def wait_until(true: Callable[[], object]) -> None:
-    """Return as soon as something is so; fail if it never is."""
+    """Return as soon as a condition holds; fail on time-out."""
     over = time.monotonic() + PATIENCE
     while not true():
         assert time.monotonic() < over, "it never came about"
@@ -20,7 +20,7 @@ def wait_until(true: Callable[[], object]) -> None:
 
 
 def write_all(descriptor: int, data: bytes) -> None:
-    """Write as fast as the other end takes it, which may be full; fail if it takes no more."""
+    """Write as fast as the other end reads; fail if it stops reading."""
     while data:
         _, ready, _ = select.select([], [descriptor], [], PATIENCE)
         assert ready, f"{len(data)} bytes are not taken"
@@ -28,7 +28,7 @@ def write_all(descriptor: int, data: bytes) -> None:
 
 
 def shortest(measure: Callable[[], float], limit: float) -> float:
-    """Return the first time below a limit, or the shortest: a busy machine only makes them longer."""
+    """Return the first time below a limit, or the shortest: load only increases times."""
     took = []
     while len(took) < ATTEMPTS and (not took or took[-1] >= limit):
         took.append(measure())
