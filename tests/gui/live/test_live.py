@@ -150,8 +150,15 @@ def test_paused_scene_plots_and_numbers_stand_at_one_sample_and_the_bar_says_wha
     row = live.last.copy()
 
     def said():
-        headers = [header.value.text() for header in window.centre.time.headers]
-        return *headers, scene._motion.force_text, scene._motion.position_text, scene.accessibleDescription()
+        shown = {header.plot.key: header.value.text() for header in window.centre.time.headers}
+        return (
+            shown["position"],
+            shown["velocity"],
+            shown["force"],
+            scene._motion.force_text,
+            scene._motion.position_text,
+            scene.accessibleDescription(),
+        )
 
     standing, picture = said(), scene.grab().toImage()
     assert standing[0] == f"{number(1e3 * row[rows.POSITION], 2, sign=True)} mm"

@@ -14,5 +14,5 @@ PLOT = TimePlot(
         Trace("position", "position", "position", help="Measured by the sensor, in steps of one count"),
     ),
     surface=True,
-    folds=2,
+    folds=20,
 )

@@ -12,5 +12,5 @@ PLOT = TimePlot(
     traces=(
         Trace("velocity", "velocity", "velocity", help="Estimated from the measured position, not smoothed"),
     ),
-    folds=1,
+    folds=10,
 )

@@ -1,0 +1,28 @@
+"""A new plot is one file: a signal that no plot shows is drawn, live and in a replay, and read by cursors."""
+
+import pytest
+
+from tests.project_copy import copy_with, run_tests
+
+NEW = '''"""How late each sample came."""
+
+from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
+
+PLOT = TimePlot(
+    key="lateness",
+    title="Lateness",
+    decimals=0,
+    reach=50.0,
+    share=20,
+    order=9,
+    traces=(Trace("lateness", "lateness", "hold", help="After the time at which it was due"),),
+    folds=5,
+)
+'''
+
+
+@pytest.mark.slow
+def test_a_file_of_its_own_is_all_that_a_new_plot_takes(tmp_path):
+    copy = copy_with(tmp_path, "hapkit_studio/gui/live/plots/lateness.py", NEW)
+    said = run_tests(copy, "-m", "not slow and not alone", "tests/gui/live", "tests/gui/test_projector.py")
+    assert "test_its_last_signal_is_drawn_and_read[replayed-lateness] PASSED" in said
