@@ -1,0 +1,38 @@
+"""The Python examples of the documentation pages give the printed results."""
+
+import doctest
+import re
+
+import pytest
+
+from hapkit_studio import resources
+
+PAGES = ("api.md", "tutorial.md")
+
+
+def examples(page):
+    """Return a page's text with only the fenced examples, on their original lines."""
+    text = resources.path("docs", page).read_text(encoding="utf-8")
+    return re.sub(r"^```(python)?$", "", text, flags=re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_examples_of_a_page_give_the_printed_results(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = doctest.DocTestParser().get_doctest(examples(page), {}, page, page, 0)
+    assert len(found.examples) > 20
+    printed = []
+    failed, _ = doctest.DocTestRunner(verbose=False).run(found, out=printed.append)
+    assert failed == 0, "".join(printed)
+
+
+def test_the_reference_describes_every_public_name_with_an_example():
+    import hapkit_studio
+
+    text = resources.path("docs", "api.md").read_text(encoding="utf-8")
+    sections = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", text, flags=re.MULTILINE | re.DOTALL))
+    exceptions = {"LawError", "ParameterError", "StudioError"}
+    others = {"__version__", "stable_stiffnesses"}
+    assert set(sections) == set(hapkit_studio.__all__) - exceptions - others
+    assert not [name for name, body in sections.items() if ">>>" not in body]
+    assert not [name for name in exceptions if name not in text]
