@@ -207,10 +207,10 @@ def simulate(
 def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -> Run:
     """Return a session's samples from start to stop in s since its begin, as a Run.
 
-    time starts at 0, on the device's clock if it is continuous; settings are those at the end, settings_log contains earlier ones,
-    warnings name every change. Columns that were not recorded, state variables of other environments, and a
-    simulation's true motion and hand outside simulations are NaN. Raise SessionError, ParameterError without
-    samples.
+    time starts at 0, on the device's clock if it is continuous. settings are those at the end, settings_log
+    contains earlier ones, warnings name every change. Columns that were not recorded, state variables of
+    other environments, and true motion and hand outside simulations are NaN. Raise SessionError,
+    ParameterError without samples.
     """
     session = Session(path)
     try:
