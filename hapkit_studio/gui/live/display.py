@@ -163,7 +163,7 @@ class LiveDisplay(QObject):
     def hold_recording(self, recording: "Recording", path: Path) -> None:
         """Hold the end of a recording from a file, as much as the plots can show."""
         time = recording.time
-        history = Samples.of(time, {name: getattr(recording, name) for name in _RECORDED})
+        history = Samples.of(time, ((name, getattr(recording, name)) for name in _RECORDED))
         self._centre.held.hold(history, (max(time[0], time[-1] - KEPT_SECONDS), time[-1]), path.name)
 
     def go_live(self) -> None:

@@ -133,13 +133,17 @@ class Samples(History):
         self._breaks: list[int] = []
 
     @classmethod
-    def of(cls, time: np.ndarray, signals: Mapping[str, np.ndarray], breaks: Iterable[int] = ()) -> "Samples":
-        """Return samples at times (n,) in s; missing signals are NaN; lines break before some indices."""
+    def of(
+        cls, time: np.ndarray, signals: Iterable[tuple[str, np.ndarray]], breaks: Iterable[int] = ()
+    ) -> "Samples":
+        """Return samples at times (n,) in s of signals by their names; others are NaN.
+
+        Lines break before the samples with the indices ``breaks``.
+        """
         made = cls(len(time))
         made._time[:], made._data[:] = time, math.nan
-        for row, name in enumerate(channels()):
-            if name in signals:
-                made._data[row] = signals[name]
+        for name, values in signals:
+            made._data[channels().index(name)] = values
         made._breaks, made._end = list(breaks), len(time)
         return made
 

@@ -264,12 +264,14 @@ def _blocks(session: Session) -> Samples:
     lengths = BLOCK * (stops - starts) / np.maximum(np.repeat(session.counts, counts) - 1, 1)
     left = starts + (np.arange(counts.sum()) - np.repeat(firsts, counts)) * lengths
     time = np.minimum(np.stack([left + 0.25 * lengths, left + 0.75 * lengths], axis=1), stops[:, None])
-    found = {}
-    for row, name in enumerate(session.layout.with_extremes):
-        if name in channels():
-            least, greatest = np.hstack([blocks[row] for blocks in session.blocks])
-            middle = least + greatest
-            rising = np.diff(middle, append=middle[-1:]) >= 0.0
-            found[name] = np.where(rising, [least, greatest], [greatest, least]).T.ravel()
+
+    def in_order(row: int) -> np.ndarray:
+        least, greatest = np.hstack([blocks[row] for blocks in session.blocks])
+        middle = least + greatest
+        rising = np.diff(middle, append=middle[-1:]) >= 0.0
+        return np.where(rising, [least, greatest], [greatest, least]).T.ravel()
+
+    names = session.layout.with_extremes
+    found = ((name, in_order(row)) for row, name in enumerate(names) if name in channels())
     broken = np.flatnonzero(session.starts[1:] - session.stops[:-1] > _GAP) + 1
     return Samples.of(time.ravel(), found, (2 * firsts[broken]).tolist())
