@@ -24,5 +24,8 @@ PLOT = TimePlot(
 @pytest.mark.slow
 def test_a_file_of_its_own_is_all_that_a_new_plot_takes(tmp_path):
     copy = copy_with(tmp_path, "hapkit_studio/gui/live/plots/lateness.py", NEW)
-    said = run_tests(copy, "-m", "not slow and not alone", "tests/gui/live", "tests/gui/test_projector.py")
+    files = [
+        f"tests/gui/live/test_{name}.py" for name in ("every_plot", "held", "live", "time_plots", "time_view")
+    ]
+    said = run_tests(copy, "-m", "not slow and not alone", *files, "tests/gui/test_projector.py")
     assert "test_its_last_signal_is_drawn_and_read[replayed-lateness] PASSED" in said
