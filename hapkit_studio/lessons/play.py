@@ -105,7 +105,7 @@ def play_lesson(lesson: Lesson) -> list[tuple[Step, Played]]:
     return found
 
 
-def results(lesson: Lesson, played: Iterable[tuple[Step, Played]]) -> list[tuple[Check | Question, Result]]:
+def results(played: Iterable[tuple[Step, Played]]) -> list[tuple[Check | Question, Result]]:
     """Return the result of every check and question, each on its own step's samples."""
     found: list[tuple[Check | Question, Result]] = []
     for step, one in played:

@@ -8,7 +8,7 @@ takes its place.
 import math
 import os
 import shutil
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from datetime import datetime
@@ -308,18 +308,27 @@ class Session:
 
 def add_note(path: Path, text: str) -> None:
     """Note something on a session that is complete and whole; its file keeps its date. Raise SessionError."""
+    add_events(path, lambda session: [Event(float(session.stops[-1]), NOTE, {"text": text})])
+
+
+def add_events(path: Path, make: Callable[[Session], Iterable[Event]]) -> None:
+    """Add the events that are made from a complete, undamaged session; its file keeps its date.
+
+    Raise SessionError.
+    """
     with closing(Session(path)) as session:
         if not session.complete:
             raise SessionError(f"{session.unfinished} Nothing was noted.")
         if damage := session.check():
             raise SessionError(f"{' '.join(damage)} Nothing was noted.")
-        note = Event(float(session.stops[-1]), NOTE, {"text": text})
+        events = list(make(session))
     date = path.stat()
     try:
         with replacing(path) as part:
             shutil.copyfile(path, part)
             with closing(SessionWriter.reopen(part)) as writer:
-                writer.note(note)
+                for event in events:
+                    writer.note(event)
             os.utime(part, ns=(date.st_atime_ns, date.st_mtime_ns))
     except OSError as error:
         raise SessionError(f"{path.name} cannot be written: {error.strerror}.") from None

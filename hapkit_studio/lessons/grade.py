@@ -1,0 +1,162 @@
+"""Grading: every answer of handed-in files evaluated again from the file's own samples, in one table."""
+
+import csv
+import html
+import io
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hapkit_studio.errors import StudioError
+from hapkit_studio.formatting import printable
+from hapkit_studio.lessons.evaluate import CORRECT, WRONG, Result, evaluate_interval
+from hapkit_studio.lessons.hand_in import Answer, HandedIn, read
+from hapkit_studio.lessons.lesson import Check, Lesson, Question
+from hapkit_studio.lessons.measurements import MEASUREMENTS
+from hapkit_studio.sessions.file import SUFFIX
+
+EDITED, DAMAGED, MISSING = "edited", "damaged", "missing"
+"""States beside those of a check: the file contradicts its samples; it cannot be read; no answer."""
+COLUMNS = ("student", "file", "lesson", "step", "task", "value", "state", "reason")
+_SAME = 1e-6  # relative difference of a value evaluated again on another computer
+
+
+@dataclass(frozen=True)
+class Row:
+    """One task of one student."""
+
+    student: str
+    file: str
+    lesson: str
+    step: str
+    task: str
+    value: str
+    state: str
+    reason: str
+
+    def cells(self) -> tuple[str, ...]:
+        """Return the cells in the order of COLUMNS, each one printable line."""
+        return tuple(printable(getattr(self, name)).replace("\n", " ") for name in COLUMNS)
+
+
+def grade(
+    folder: str | Path,
+    lessons: Mapping[str, Lesson],
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> list[Row]:
+    """Return the rows of every session in a folder, in the order of their names."""
+    paths = sorted(Path(folder).glob(f"*{SUFFIX}"))
+    found: list[Row] = []
+    for at, path in enumerate(paths):
+        progress(at, len(paths))
+        found += grade_file(path, lessons)
+    progress(len(paths), len(paths))
+    return found
+
+
+def grade_file(path: Path, lessons: Mapping[str, Lesson]) -> list[Row]:
+    """Return a row for each task of a handed-in file, and one for each thing wrong with the file."""
+    try:
+        handed = read(path)
+    except StudioError as error:
+        return [Row("", path.name, "", "", "", "", DAMAGED, str(error))]
+    lesson = lessons.get(handed.lesson)
+    head = (handed.student, path.name, handed.lesson)
+    if lesson is None:
+        reason = f"There is no lesson {handed.lesson}: name the folder that holds it with --folder."
+        return [Row(*head, "", "", "", DAMAGED, reason)]
+    found = [Row(*head, "", "", "", DAMAGED, words) for words in handed.damage]
+    for number, _, task in lesson.tasks():
+        value, state, reason = graded(task, handed)
+        if handed.stamp != lesson.stamp and state not in (CORRECT, "review"):
+            reason += " The lesson was changed after it was handed in."
+        title = task.title if isinstance(task, Check) else task.text
+        found.append(Row(*head, str(number), f"{task.key} {title}", value, state, reason))
+    return found
+
+
+def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
+    """Return a task's value, state and reason."""
+    answer = handed.answers.get(task.key)
+    if answer is None:
+        return "", MISSING, "Not answered."
+    if isinstance(task, Question):
+        state, words = task.judge(answer.given)
+        value = f"{answer.given} {task.unit}".strip()
+        if not answer.given.strip():
+            return "", MISSING, words
+        if state != answer.result.state:
+            return value, EDITED, f"The file says {answer.result.state}, the answer is {state}: {words}"
+        return value, state, words
+    if not math.isfinite(answer.result.start):
+        return "", MISSING, answer.result.text
+    part = handed.samples.between(answer.result.start, answer.result.stop)
+    return check_again(task, answer, evaluate_interval(task, part), part.stamp() if len(part) else "")
+
+
+def check_again(check: Check, answer: Answer, again: Result, stamp: str) -> tuple[str, str, str]:
+    """Return the value, state and reason of an answer beside the result of the same interval now."""
+    entry, said = MEASUREMENTS[check.measure], answer.result
+    value = entry.words(again.value) if math.isfinite(again.value) else ""
+    if stamp != said.stamp and said.state in (CORRECT, WRONG):
+        reason = "The samples or settings of this interval are not those that were answered."
+        return value, EDITED, f"{reason} They give: {again.text}"
+    if said.state != again.state or not _alike(said.value, again.value):
+        told = entry.words(said.value) if math.isfinite(said.value) else "no value"
+        reason = f"The file says {told}, {said.state}; its samples give: {again.text}"
+        return value, EDITED, reason
+    return value, again.state, again.text
+
+
+def _alike(one: float, two: float) -> bool:
+    if math.isnan(one) or math.isnan(two):
+        return math.isnan(one) and math.isnan(two)
+    return math.isclose(one, two, rel_tol=_SAME, abs_tol=1e-12)
+
+
+# --- tables
+
+
+def as_csv(rows: Iterable[Row]) -> str:
+    """Return the rows as CSV; a cell that a spreadsheet would compute is text."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([_as_text(cell) for cell in row.cells()] for row in rows)
+    return text.getvalue()
+
+
+def _as_text(cell: str) -> str:
+    """Return a cell that no spreadsheet takes for a formula: a student chooses names and answers."""
+    return f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell
+
+
+def as_html(rows: Sequence[Row]) -> str:
+    """Return the rows as a page of its own, all text escaped."""
+    from hapkit_studio.lessons.page import page
+
+    heads = "".join(f"<th>{name}</th>" for name in COLUMNS)
+    lines = [
+        f'<tr class="{html.escape(row.state)}">'
+        + "".join(f"<td>{html.escape(c)}</td>" for c in row.cells())
+        + "</tr>"
+        for row in rows
+    ]
+    body = (
+        f'<h1>Results</h1><p>{html.escape(summary(rows))}</p><div class="wide"><table><thead><tr>{heads}</tr>'
+    )
+    return page("Results", f"{body}</thead><tbody>{''.join(lines)}</tbody></table></div>")
+
+
+def summary(rows: Sequence[Row]) -> str:
+    """Return how many files and tasks there are, and which files need a look."""
+    files = {row.file for row in rows}
+    tasks = [row for row in rows if row.task]
+    right = sum(row.state == CORRECT for row in tasks)
+    words = f"{len(files)} file{'s' * (len(files) != 1)}, {right:,} of {len(tasks):,} tasks correct."
+    for state in (EDITED, DAMAGED):
+        names = sorted({row.file for row in rows if row.state == state})
+        if names:
+            words += f" {state.capitalize()}: {', '.join(map(printable, names))}."
+    return words

@@ -1,0 +1,213 @@
+"""Handing in: a student's answers as events in the session that holds the samples they refer to.
+
+One event names the lesson and the student, one each answered check and question. A check's answer has its
+interval and the hash of the interval's samples and settings, so that it can be evaluated again, and an edit
+of either is noticed.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hapkit_studio.errors import FileError
+from hapkit_studio.files import checked_list, checked_number, checked_text
+from hapkit_studio.formatting import plain
+from hapkit_studio.haptics import rows
+from hapkit_studio.lessons.evaluate import Result, evaluate, evaluate_interval
+from hapkit_studio.lessons.lesson import Check, Lesson, Question, Step
+from hapkit_studio.lessons.play import DEVICE, Played
+from hapkit_studio.lessons.samples import Samples
+from hapkit_studio.sessions.chunk import pack
+from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionError, SessionWriter
+from hapkit_studio.sessions.session import Session, add_events
+from hapkit_studio.version import __version__
+
+LESSON, STEP, ANSWER = "lesson", "step", "answer"
+"""Kinds of events: the lesson and the student; the number of the step that begins; an answer."""
+MOST_TEXT = 20_000  # characters of an answer
+_MOST_LINES, _NAME, _SENTENCE = 1_000, 200, 2_000
+_MOST_ANSWERS = 1_000  # of a file
+_LONGEST = 31 * 86_400.0  # s
+_CHUNK = 1000  # samples
+_STATES = ("correct", "wrong", "waiting", "review")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A stored answer: a check's result with its interval, or what was entered for a question."""
+
+    key: str
+    result: Result
+    given: str = ""
+
+
+@dataclass(frozen=True)
+class HandedIn:
+    """A handed-in file: the lesson's key and stamp, the student, the samples, and the answers by key.
+
+    damage says in words what of the file cannot be read.
+    """
+
+    path: Path
+    lesson: str
+    stamp: str
+    student: str
+    samples: Samples
+    answers: Mapping[str, Answer]
+    about: Mapping[str, Any]
+    damage: tuple[str, ...]
+
+
+def hand_in(
+    path: str | Path,
+    lesson: Lesson,
+    student: str,
+    answers: Mapping[str, str],
+    intervals: Mapping[str, tuple[float, float]] | None = None,
+) -> list[tuple[Check | Question, Result]]:
+    """Add the answers to a complete session, and return the result of every check and question.
+
+    answers: what was entered, by the question's key. intervals: of checks that have passed, by the check's
+    key, from and to in s since the session began; the other checks are evaluated on the step's samples. Raise
+    SessionError.
+    """
+    found: list[tuple[Check | Question, Result]] = []
+
+    def make(session: Session) -> Iterable[Event]:
+        when = float(session.stops[-1])
+        who = checked_text(" ".join(student.split()), "The student's name", _NAME)
+        about = {"key": lesson.key, "title": lesson.title, "stamp": lesson.stamp}
+        yield Event(when, LESSON, {**about, "student": who, "studio": __version__})
+        samples = Samples.of_session(session)
+        ranges = _step_ranges(session, samples)
+        for number, _, task in lesson.tasks():
+            if isinstance(task, Question):
+                given = answers.get(task.key, "")
+                result = Result(*task.judge(given))
+                said: dict[str, Any] = {"given": given[:MOST_TEXT].splitlines()[:_MOST_LINES]}
+            else:
+                result = _evaluated(task, samples, ranges.get(number), (intervals or {}).get(task.key))
+                said = {}
+            found.append((task, result))
+            yield Event(when, ANSWER, {"key": task.key, **said, **plain(result)})
+
+    try:
+        add_events(Path(path), make)
+    except SessionError:
+        raise
+    except FileError as error:
+        raise SessionError(str(error)) from None
+    return found
+
+
+def _evaluated(
+    check: Check,
+    samples: Samples,
+    ranges: Sequence[tuple[float, float]] | None,
+    interval: tuple[float, float] | None,
+) -> Result:
+    if interval is not None:
+        return evaluate_interval(check, samples.between(*interval))
+    if ranges is None:
+        return evaluate(check, samples)
+    found = [evaluate(check, samples.between(start, stop)) for start, stop in reversed(ranges)]
+    return next((result for result in found if result.correct), found[0])
+
+
+def _step_ranges(session: Session, samples: Samples) -> dict[int, list[tuple[float, float]]]:
+    """Return when each step was open, from and to in s since the session began; {} where none is noted."""
+    begin = float(session.starts[0])
+    steps = [(event.time - begin, event.what.get("number")) for event in session.events if event.kind == STEP]
+    ends = [*(start for start, _ in steps[1:]), math.inf]
+    found: dict[int, list[tuple[float, float]]] = {}
+    for (start, number), end in zip(steps, ends, strict=True):
+        if isinstance(number, int):
+            found.setdefault(number, []).append((start, end))
+    return found
+
+
+def step_event(time: float, number: int) -> Event:
+    """Return the event of a step that begins, the first 1, at a time in s of the computer's clock."""
+    return Event(time, STEP, {"number": number})
+
+
+def save_played(
+    path: str | Path, lesson: Lesson, played: Sequence[tuple[Step, Played]], student: str
+) -> list[tuple[Check | Question, Result]]:
+    """Write what a scripted student did into a new session, and hand it in; raise SessionError."""
+    answers: dict[str, str] = {}
+    with SessionWriter.whole(path) as writer:
+        writer.note(Event(0.0, ABOUT, {"device": "Simulated Hapkit", "quantum_m": DEVICE.quantum}))
+        for number, (_, one) in enumerate(played, 1):
+            answers |= one.answers
+            for at, (table, settings) in enumerate(zip(one.tables, one.settings, strict=True)):
+                begin = float(table[0, rows.HOST_TIME])
+                if at == 0:
+                    writer.note(step_event(begin, number))
+                writer.note(Event(begin, SETTINGS, dict(settings)))
+                states = len(settings["state_names"])
+                for first in range(0, len(table), _CHUNK):
+                    writer.add(pack(table[first : first + _CHUNK], DEVICE.quantum, states))
+    return hand_in(path, lesson, student, answers)
+
+
+# --- reading
+
+
+def read(path: str | Path) -> HandedIn:
+    """Return a handed-in file; raise SessionError where it is none."""
+    with closing(Session(path)) as session:
+        lesson = session.latest(LESSON)
+        if not lesson:
+            raise SessionError(f"{session.name} is a recording without a lesson: it was not handed in.")
+        try:
+            key, student, stamp = (
+                checked_text(lesson.get(name), f"{session.name}: {name}", _NAME)
+                for name in ("key", "student", "stamp")
+            )
+            said = [event.what for event in session.events if event.kind == ANSWER][-_MOST_ANSWERS:]
+            answers = {answer.key: answer for answer in (_answer(what, session.name) for what in said)}
+        except FileError as error:
+            raise SessionError(str(error)) from None
+        samples = Samples.of_session(session)
+        return HandedIn(
+            session.path, key, stamp, student, samples, answers, session.latest(ABOUT), session.damage
+        )
+
+
+def _answer(what: Mapping[str, Any], name: str) -> Answer:
+    """Return an answer of which every value is checked; raise FileError."""
+    key = checked_text(what.get("key"), f"{name}: an answer's key", 20)
+    place = f"{name}: answer {key}"
+    state = checked_text(what.get("state"), f"{place}: state", 20)
+    if state not in _STATES:
+        raise FileError(f"{place}: the state is one of {', '.join(_STATES)}, not {state}.")
+    numbers = {
+        field: math.nan
+        if what.get(field) is None
+        else checked_number(what[field], f"{place}: {field}", *limits)
+        for field, limits in (
+            ("value", (-1e12, 1e12)),
+            ("half", (-1e12, 1e12)),
+            ("start", (0.0, _LONGEST)),
+            ("stop", (0.0, _LONGEST)),
+        )
+    }
+    lines = what.get("given", [])
+    given = [
+        checked_text(line, f"{place}: given", MOST_TEXT)
+        for line in (checked_list(lines, place) if lines else [])
+    ]
+    return Answer(
+        key,
+        Result(
+            state,
+            checked_text(what.get("text"), f"{place}: text", _SENTENCE),
+            stamp=checked_text(what.get("stamp", ""), f"{place}: stamp", _NAME),
+            **numbers,
+        ),
+        "\n".join(given[:_MOST_LINES]),
+    )

@@ -1,0 +1,134 @@
+"""The report on a handed-in lesson: figures, answers, settings, what was not measured, on one page."""
+
+import html
+import math
+import re
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from hapkit_studio.charts.caption import scene
+from hapkit_studio.charts.run import run_figure
+from hapkit_studio.formatting import printable
+from hapkit_studio.lessons.formulas import is_formula, svg
+from hapkit_studio.lessons.grade import MISSING, graded
+from hapkit_studio.lessons.hand_in import HandedIn
+from hapkit_studio.lessons.lesson import Check, Formula, Lesson, Plot, Question, Step, Text
+from hapkit_studio.lessons.page import page
+from hapkit_studio.lessons.parse import markdown
+from hapkit_studio.lessons.samples import Samples
+
+_FIGURE_SAMPLES = 2000  # of a figure's interval; more are not seen, and make the page large
+_SIZE = re.compile(r'\b(?:width|height)="[\d.]+pt"')
+_WORDS = {"review": "for the reviewer", MISSING: "not measured", "waiting": "not passed"}
+
+
+def report(handed: HandedIn, lesson: Lesson) -> str:
+    """Return the page; all text from the file and the lesson is escaped."""
+    body = [f"<h1>{_text(lesson.title)}</h1>", f'<p class="soft">{_text(lesson.aim)}</p>', _facts(handed)]
+    body += [
+        f'<p class="task damaged"><span class="state">damaged</span> {_text(w)}</p>' for w in handed.damage
+    ]
+    missing: list[str] = []
+    for number, step in enumerate(lesson.steps, 1):
+        body.append(f"<h2>{number}. {_text(step.title)}</h2>")
+        body += _step(step, handed, missing)
+    if missing:
+        rows = "".join(f"<li>{_text(words)}</li>" for words in missing)
+        body.append(f"<h2>Not measured</h2><ul>{rows}</ul>")
+    forces = (
+        "Every force is the one that was commanded; nothing measures the force at the handle. The checks "
+        "were evaluated again from the samples in the file when this page was written."
+    )
+    body.append(f'<p class="soft">{forces}</p>')
+    return page(f"{lesson.title}: {handed.student}", "\n".join(body))
+
+
+def _facts(handed: HandedIn) -> str:
+    facts: dict[str, Any] = {
+        "Student": handed.student,
+        "File": handed.path.name,
+        "Recorded": handed.samples.date,
+    }
+    facts |= {name.replace("_", " ").capitalize(): value for name, value in handed.about.items()}
+    rows = "".join(f"<dt>{_text(name)}</dt><dd>{_text(value)}</dd>" for name, value in facts.items())
+    return f"<dl>{rows}</dl>"
+
+
+def _step(step: Step, handed: HandedIn, missing: list[str]) -> Iterator[str]:
+    """Yield a step's text, tasks and figures; add what was not measured to ``missing``."""
+    last: Samples | None = None
+    drawn = any(isinstance(block, Plot) for block in step.blocks)
+    for block in step.blocks:
+        if isinstance(block, Text):
+            yield rich_text(block.tokens)
+        elif isinstance(block, Formula):
+            yield f'<div class="math">{_formula(block.tex)}</div>'
+        elif isinstance(block, Check | Question):
+            value, state, reason = graded(block, handed)
+            title = block.title if isinstance(block, Check) else block.text
+            if state == MISSING:
+                missing.append(f"{block.key} {title}")
+            yield _task(state, title, "" if isinstance(block, Check) else value, reason)
+            answer = handed.answers.get(block.key)
+            if isinstance(block, Check) and answer is not None and math.isfinite(answer.result.start):
+                last = handed.samples.between(answer.result.start, answer.result.stop)
+                if not drawn and len(last) > 1:
+                    yield _figure(last, "", "The interval that was evaluated.")
+                    drawn = True
+    for block in step.blocks:
+        if isinstance(block, Plot) and last is not None and len(last) > 1:
+            yield _figure(last, block.over, block.caption)
+
+
+def _task(state: str, title: str, given: str, reason: str) -> str:
+    answer = f"<pre>{_text(given)}</pre>" if given else ""
+    word = _WORDS.get(state, state)
+    return (
+        f'<div class="task {html.escape(state)}"><p>{_text(title)}</p>{answer}'
+        f'<p><span class="state">{_text(word)}</span> {_text(reason)}</p></div>'
+    )
+
+
+def _figure(part: Samples, over: str, caption: str) -> str:
+    """Return the interval's figure as inline SVG, with the settings below it."""
+    thinned = part.cut(slice(None, None, max(len(part) // _FIGURE_SAMPLES, 1)))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "figure.svg"
+        run_figure(thinned, path, known=part.known, over="" if over == "time" else over)
+        drawn = path.read_text(encoding="utf-8")
+    words = f"{caption} {scene(part.settings, part.known)}. {part.time[0]:.2f} to {part.time[-1]:.2f} s."
+    return f"<figure>{inline_svg(drawn)}<figcaption>{_text(words.strip())}</figcaption></figure>"
+
+
+def inline_svg(text: str) -> str:
+    """Return the SVG element of matplotlib's file without its header and metadata, in the page's width."""
+    text = text[text.index("<svg") :]
+    if "<metadata>" in text:
+        text = text[: text.index("<metadata>")] + text[text.index("</metadata>") + len("</metadata>") :]
+    return _SIZE.sub("", text, count=2).replace("<svg", '<svg role="img"', 1)
+
+
+def rich_text(tokens: Sequence[Any]) -> str:
+    """Return Markdown's tokens as HTML, with formulas as SVG."""
+    renderer = markdown()
+    renderer.add_render_rule("code_inline", _code)
+    return renderer.renderer.render(list(tokens), renderer.options, {})
+
+
+def _code(renderer: Any, tokens: Sequence[Any], at: int, options: Any, env: Any) -> str:
+    token = tokens[at]
+    return _formula(token.content[1:-1]) if is_formula(token) else f"<code>{_text(token.content)}</code>"
+
+
+def _formula(tex: str) -> str:
+    """Return a formula as SVG; the text itself where it cannot be read."""
+    try:
+        return svg(tex)
+    except ValueError:
+        return f"<code>{_text(tex)}</code>"
+
+
+def _text(value: object) -> str:
+    return html.escape(printable(str(value)))

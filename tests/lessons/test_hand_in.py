@@ -1,0 +1,212 @@
+"""Handing in, reporting and grading: answers are evaluated again, and edits of a file are noticed."""
+
+import csv
+import html.parser
+import io
+import json
+import re
+import sqlite3
+from contextlib import closing
+from dataclasses import replace
+
+import pytest
+
+from hapkit_studio.cli import main
+from hapkit_studio.lessons import library
+from hapkit_studio.lessons.grade import COLUMNS, as_csv, as_html, grade, grade_file
+from hapkit_studio.lessons.hand_in import hand_in, read, save_played
+from hapkit_studio.lessons.play import play_lesson
+from hapkit_studio.lessons.report import report
+from hapkit_studio.sessions.columns import encode
+from hapkit_studio.sessions.file import SessionError, SessionWriter, checksum
+from hapkit_studio.sessions.session import Session
+
+KEY = "virtual_spring"
+CHECKS = ("1.1", "2.2", "3.5")
+
+
+@pytest.fixture(scope="module")
+def lesson():
+    return library().lessons[KEY]
+
+
+@pytest.fixture(scope="module")
+def played(lesson):
+    return play_lesson(lesson)
+
+
+@pytest.fixture
+def handed(tmp_path, lesson, played):
+    path = tmp_path / "ada.hapkit"
+    save_played(path, lesson, played, "Ada L")
+    return path
+
+
+def edit_event(path, change, key):
+    """Change an answer's JSON, with a checksum that is right."""
+    with closing(sqlite3.connect(path)) as database:
+        for row, time, kind, what in database.execute("SELECT id, time, kind, what FROM event").fetchall():
+            said = json.loads(what)
+            if kind == "answer" and said["key"] == key:
+                text = json.dumps(change(said), ensure_ascii=False)
+                values = (text, checksum((time, kind, text)), row)
+                database.execute("UPDATE event SET what = ?, crc = ? WHERE id = ?", values)
+        database.commit()
+
+
+def edit_samples(path, factor=1.01):
+    """Make every requested force larger, in a new file with right checksums."""
+    edited = path.with_name("edited.hapkit")
+    with closing(Session(path)) as session, SessionWriter.whole(edited) as writer:
+        for event in session.events:
+            writer.note(event)
+        for number in range(len(session.counts)):
+            chunk = session.chunk(number)
+            forces = {"force": encode(factor * chunk.values("force"))}
+            writer.add(replace(chunk, columns={**chunk.columns, **forces}))
+    edited.replace(path)
+
+
+def states(path, lesson):
+    return {row.task.split()[0]: row.state for row in grade_file(path, {lesson.key: lesson}) if row.task}
+
+
+def test_a_handed_in_file_holds_lesson_student_answers_and_stamps(handed, lesson):
+    found = read(handed)
+    assert (found.lesson, found.student, found.stamp) == (KEY, "Ada L", lesson.stamp)
+    assert set(found.answers) == {task.key for _, _, task in lesson.tasks()}
+    assert all(len(found.answers[key].result.stamp) == 64 for key in CHECKS)
+    assert found.damage == ()
+
+
+def test_every_answer_is_confirmed_from_the_files_own_samples(handed, lesson):
+    assert set(states(handed, lesson).values()) == {"correct"}
+
+
+def test_each_check_is_evaluated_on_the_samples_of_its_own_step(handed):
+    found = read(handed)
+    first, second = found.answers["1.1"].result, found.answers["2.2"].result
+    assert first.value == pytest.approx(80.0, abs=1.0)
+    assert second.value == pytest.approx(120.0, abs=1.0)
+    assert first.stop < second.start
+
+
+def test_an_edited_value_is_found(handed, lesson):
+    edit_event(handed, lambda said: {**said, "value": 81.5}, "1.1")
+    (row,) = [row for row in grade_file(handed, {KEY: lesson}) if row.task.startswith("1.1 ")]
+    assert row.state == "edited"
+    assert "The file says 81.5 N/m" in row.reason
+    assert "Stiffness 80" in row.reason
+
+
+@pytest.mark.parametrize("part", ["start", "stop"])
+def test_an_interval_that_was_moved_is_found(handed, lesson, part):
+    edit_event(handed, lambda said: {**said, part: said[part] - 0.01}, "1.1")
+    assert states(handed, lesson)["1.1"] == "edited"
+
+
+def test_a_wrong_answer_made_correct_is_found(tmp_path, lesson, played):
+    path = tmp_path / "bob.hapkit"
+    save_played(path, lesson, played[:1], "Bob")  # who did the first step alone
+    assert states(path, lesson)["2.2"] == "missing"
+    edit_event(
+        path, lambda said: {**said, "state": "correct", "value": 120.0, "start": 0.6, "stop": 3.6}, "2.2"
+    )
+    assert states(path, lesson)["2.2"] == "edited"
+
+
+def test_edited_samples_are_found_in_every_check(handed, lesson):
+    edit_samples(handed)
+    found = states(handed, lesson)
+    assert {found[key] for key in CHECKS} == {"edited"}
+
+
+def test_an_edited_question_is_judged_again(handed, lesson):
+    edit_event(handed, lambda said: {**said, "given": ["7"]}, "2.3")
+    assert states(handed, lesson)["2.3"] == "edited"
+
+
+def test_a_broken_checksum_is_reported(handed, lesson):
+    with closing(sqlite3.connect(handed)) as database:
+        database.execute("UPDATE chunk SET crc = crc + 1 WHERE id = 2")
+        database.commit()
+    rows = grade_file(handed, {KEY: lesson})
+    assert any(row.state == "damaged" and "checksum" in row.reason for row in rows)
+
+
+def test_what_is_no_handed_in_file_is_one_row(tmp_path, lesson):
+    (tmp_path / "a.hapkit").write_bytes(b"nothing")
+    rows = grade(tmp_path, {KEY: lesson})
+    assert [row.state for row in rows] == ["damaged"]
+
+
+def test_a_lesson_is_handed_in_only_from_a_complete_session(tmp_path, lesson):
+    with pytest.raises(SessionError):
+        hand_in(tmp_path / "missing.hapkit", lesson, "Ada", {})
+
+
+def test_thirty_students_of_whom_three_edited_are_graded(tmp_path, lesson, played):
+    """The three are found, and nobody else."""
+    first = tmp_path / "student00.hapkit"
+    save_played(first, lesson, played, "Student 0")
+    for number in range(1, 30):
+        (tmp_path / f"student{number:02}.hapkit").write_bytes(first.read_bytes())
+    edit_event(tmp_path / "student05.hapkit", lambda said: {**said, "value": said["value"] * 1.001}, "2.2")
+    edit_event(tmp_path / "student13.hapkit", lambda said: {**said, "value": 0.0143}, "3.5")
+    edit_samples(tmp_path / "student21.hapkit", 1.001)
+    rows = grade(tmp_path, {KEY: lesson})
+    edited = {row.file for row in rows if row.state == "edited"}
+    assert edited == {"student05.hapkit", "student13.hapkit", "student21.hapkit"}
+    assert {row.state for row in rows} == {"correct", "edited"}
+
+
+def test_the_tables_hold_every_row_and_escape_every_text(tmp_path, lesson, played):
+    path = tmp_path / "x.hapkit"
+    save_played(path, lesson, played, "=1+2 <script>alert(1)</script>")
+    rows = grade_file(path, {KEY: lesson})
+    read_back = list(csv.DictReader(io.StringIO(as_csv(rows))))
+    assert len(read_back) == len(rows)
+    assert tuple(read_back[0]) == COLUMNS
+    assert read_back[0]["student"].startswith("'=")
+    assert "<script" not in as_html(rows)
+
+
+class Tags(html.parser.HTMLParser):
+    """Collects every tag and attribute of a page."""
+
+    def __init__(self):
+        super().__init__()
+        self.tags, self.links = [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.links += [v for k, v in attrs if k in ("src", "href", "xlink:href", "data", "action") and v]
+
+
+def test_the_report_is_one_page_that_loads_nothing(tmp_path, lesson, played):
+    path = tmp_path / "x.hapkit"
+    save_played(path, lesson, played, '<img src="http://a.example/x.png">')
+    page = report(read(path), lesson)
+    tags = Tags()
+    tags.feed(page)
+    assert not {"script", "img", "link", "iframe", "object", "image"} & set(tags.tags)
+    assert all(link.startswith("#") for link in tags.links)
+    assert not re.search(r"url\((?!#)", page)
+    assert "&lt;img src=" in page
+    assert page.count("<figure>") == len([step for step in lesson.steps if step.checks])
+    for _, _, task in lesson.tasks():
+        assert f"{getattr(task, 'title', '') or task.text}"[:20] in page
+    assert "Stiffness 80.00 ± 0.01 N/m, set 80 N/m: correct." in page
+
+
+def test_play_report_and_grade_on_the_command_line(tmp_path, capsys):
+    path = tmp_path / "ada.hapkit"
+    assert main(["lessons", "play", KEY, "--output", str(path), "--student", "Ada"]) == 0
+    assert main(["lessons", "report", str(path)]) == 0
+    assert (tmp_path / "ada.html").read_text().startswith("<!DOCTYPE html>")
+    assert main(["lessons", "grade", str(tmp_path)]) == 0
+    assert "1 file, 6 of 6 tasks correct." in capsys.readouterr().out
+    assert (tmp_path / "grades.csv").read_text().startswith("student,file,lesson")
+    edit_event(path, lambda said: {**said, "value": 1.0}, "1.1")
+    assert main(["lessons", "grade", str(tmp_path)]) == 1
+    assert "Edited: ada.hapkit." in capsys.readouterr().out
