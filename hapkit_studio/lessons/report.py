@@ -8,9 +8,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from hapkit_studio.charts.caption import scene
 from hapkit_studio.charts.run import run_figure
-from hapkit_studio.formatting import printable
+from hapkit_studio.formatting import printable, with_unit
 from hapkit_studio.lessons.formulas import is_formula, svg
 from hapkit_studio.lessons.grade import MISSING, graded
 from hapkit_studio.lessons.hand_in import HandedIn
@@ -37,6 +36,10 @@ def report(handed: HandedIn, lesson: Lesson) -> str:
     if missing:
         rows = "".join(f"<li>{_text(words)}</li>" for words in missing)
         body.append(f"<h2>Not measured</h2><ul>{rows}</ul>")
+    if lesson.rubric:
+        cells = "".join(f"<tr><td>{_text(c.text)}</td><td>{c.points}</td></tr>" for c in lesson.rubric)
+        heads = "<thead><tr><th>A reviewer looks for</th><th>Points</th></tr></thead>"
+        body.append(f"<h2>Rubric</h2><table>{heads}<tbody>{cells}</tbody></table>")
     forces = (
         "Every force is the one that was commanded; nothing measures the force at the handle. The checks "
         "were evaluated again from the samples in the file when this page was written."
@@ -51,7 +54,9 @@ def _facts(handed: HandedIn) -> str:
         "File": handed.path.name,
         "Recorded": handed.samples.date,
     }
-    facts |= {name.replace("_", " ").capitalize(): value for name, value in handed.about.items()}
+    facts |= {name.capitalize(): value for name, value in handed.about.items() if name != "quantum_m"}
+    if isinstance(step := handed.about.get("quantum_m"), int | float):
+        facts["Sensor step"] = with_unit(1e6 * step, "µm")
     rows = "".join(f"<dt>{_text(name)}</dt><dd>{_text(value)}</dd>" for name, value in facts.items())
     return f"<dl>{rows}</dl>"
 
@@ -75,7 +80,7 @@ def _step(step: Step, handed: HandedIn, missing: list[str]) -> Iterator[str]:
             if isinstance(block, Check) and answer is not None and math.isfinite(answer.result.start):
                 last = handed.samples.between(answer.result.start, answer.result.stop)
                 if not drawn and len(last) > 1:
-                    yield _figure(last, "", "The interval that was evaluated.")
+                    yield _figure(last, "", "")
                     drawn = True
     for block in step.blocks:
         if isinstance(block, Plot) and last is not None and len(last) > 1:
@@ -92,14 +97,14 @@ def _task(state: str, title: str, given: str, reason: str) -> str:
 
 
 def _figure(part: Samples, over: str, caption: str) -> str:
-    """Return the interval's figure as inline SVG, with the settings below it."""
+    """Return the interval's figure as inline SVG; its own caption holds the settings."""
     thinned = part.cut(slice(None, None, max(len(part) // _FIGURE_SAMPLES, 1)))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "figure.svg"
         run_figure(thinned, path, known=part.known, over="" if over == "time" else over)
         drawn = path.read_text(encoding="utf-8")
-    words = f"{caption} {scene(part.settings, part.known)}. {part.time[0]:.2f} to {part.time[-1]:.2f} s."
-    return f"<figure>{inline_svg(drawn)}<figcaption>{_text(words.strip())}</figcaption></figure>"
+    words = f"{caption} Evaluated from {part.time[0]:.2f} to {part.time[-1]:.2f} s.".strip()
+    return f"<figure>{inline_svg(drawn)}<figcaption>{_text(words)}</figcaption></figure>"
 
 
 def inline_svg(text: str) -> str:
