@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hapkit_studio import environments, interrupts
-from hapkit_studio.analysis.setting import DELAY, RATE
 from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import Grip, Hand, Prescribed, hand_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.files import open_regular
 from hapkit_studio.haptics import arrays, headless, health, rows
-from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.haptics.signals import BY_NAME, COLUMN
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.sessions import export
@@ -162,7 +161,10 @@ def simulate(
     if not isinstance(device, Device) or device.model is None:
         raise ParameterError(f"device takes a SimulatedHapkit or None, not {device!r}.")
     model: SimulatedHapkit = device.model
-    loop = LoopSettings(RATE.check(rate), DELAY.check(delay), estimator, bool(controller))
+    loop = LoopSettings(
+        rate, delay, estimator, bool(controller), mass=model.mass, viscous=model.viscous,
+        coulomb=model.coulomb_force, quantum=model.quantum, max_force=model.max_force,
+    )  # fmt: skip
     count = _count(SECONDS.check(seconds), loop.rate)
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
         raise ParameterError(f"seed takes a whole number, not {seed!r}.")
@@ -186,10 +188,7 @@ def simulate(
     if own:
         settings["hand_grip"] = {key: float(getattr(moving, key)) for key in ("mass", "damping", "stiffness")}
     speed = float(np.abs(out[:, rows.TRUE_VELOCITY]).max())
-    conditions = Conditions(
-        1.0 / loop.rate, model.quantum, model.viscous, speed, loop.delay, model.mass,
-        model.coulomb_force, model.max_force, estimator,
-    )  # fmt: skip
+    conditions = Conditions(**vars(loop), speed=speed)
     place = chosen.place(values, out[:, rows.POSITION], out[:, rows.STATE :])
     return Run(
         time=np.arange(count) / loop.rate,

@@ -307,13 +307,16 @@ def write(kind: str, seed: int, original: bytes, folder: Path) -> Path:
 def _preset(folder: Path) -> Path:
     environment = discover()["wall"]
     settings = {("value", "wall", name): value for name, value in environment.values().items()}
-    settings |= {("loop", "rate"): 2000.0, ("loop", "delay"): 0.001, ("loop", "estimator"): "iir"}
     settings |= {
-        ("loop", "options"): (("cutoff", 20.0),),
+        ("loop", "rate"): 2000.0,
+        ("loop", "delay"): 0.001,
+        ("loop", "estimator"): ("iir", {"cutoff": 20.0}),
+    }
+    settings |= {
         ("loop", "controller"): True,
         ("loop", "model"): "everything",
     }
-    return presets.write(environment, "good", {**settings, ("grip",): "firm"})
+    return presets.write(environment, "good", {**settings, ("loop", "hand"): "firm"})
 
 
 def _session(folder: Path) -> Path:

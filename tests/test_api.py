@@ -48,8 +48,8 @@ def test_warnings_get_all_rendering_conditions():
     speed = np.abs(run.true_velocity).max()
     assert asked == [
         Conditions(
-            5e-4, 1e-5, 0.3, speed, delay=1e-3, mass=0.05, coulomb=0.2, max_force=2.0,
-            estimator=("iir", {"cutoff": 9.0}),
+            2000.0, 1e-3, ("iir", {"cutoff": 9.0}), quantum=1e-5, viscous=0.3, speed=speed, mass=0.05,
+            coulomb=0.2, max_force=2.0,
         )
     ]  # fmt: skip
 
@@ -162,7 +162,7 @@ REFUSED = [
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: (t, t))}, "one number of m at every time"),
     (("wall",), {"hand": Prescribed("left")}, "a function of time in s, not 'left'"),
     (("wall",), {"device": "simulated"}, "device takes a SimulatedHapkit or None, not 'simulated'"),
-    (("wall",), {"rate": 0.0}, "The rate goes from 1 to 1e+06 Hz, not 0."),
+    (("wall",), {"rate": 0.0}, "The rate goes from 0.001 to 1e+09 Hz, not 0."),
     (("wall",), {"rate": "fast"}, "The rate takes a number in Hz, not 'fast'."),
     (("wall",), {"delay": -1e-3}, "The delay goes from 0 to 10 s, not -0.001."),
     (("wall",), {"seconds": 0.0004}, "A run has 1 to 10,000,000 samples, not 0: 0.0004 s at 1,000 Hz."),

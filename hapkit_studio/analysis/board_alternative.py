@@ -7,9 +7,9 @@ import numpy as np
 
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed, hand_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner, PlanRequest
-from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Choice
 
 FELT = 0.06

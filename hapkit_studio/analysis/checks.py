@@ -11,17 +11,6 @@ from hapkit_studio.parameters import Parameter
 MOST = 1e9
 STIFFNESS = Parameter("stiffness", "The stiffness", "N/m", 0.0, 0.0, MOST)
 DAMPING = Parameter("damping", "The virtual damping", "N·s/m", 0.0, 0.0, MOST)
-# longest delay in periods: each phase turn needs its own samples
-MOST_LATE = 2000.0
-
-
-def check_delay(rate: float, delay: float) -> None:
-    """Raise ParameterError for a delay of more than MOST_LATE periods; rate in Hz, delay in s."""
-    if rate * delay > MOST_LATE:
-        raise ParameterError(
-            f"A delay of {delay:g} s at {rate:,g} Hz is {rate * delay:,g} periods; "
-            f"{MOST_LATE:,g} at most: lower the delay or the rate."
-        )
 
 
 def checked_row(values: Sequence[float] | np.ndarray | float, what: Parameter) -> np.ndarray:

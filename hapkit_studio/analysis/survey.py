@@ -19,12 +19,12 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio import discovery
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.hands import DAMPING, MASS, STIFFNESS
 from hapkit_studio.analysis.stability.limits import checked_loop
 from hapkit_studio.analysis.sweeps import LostWorkers, Progress, no_progress, sweep
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.hand import GRIPS, Grip
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.sampled_loop import stiffness_limits
 from hapkit_studio.errors import StudioError
 from hapkit_studio.files import checked_list, checked_number, open_regular, parse_json
@@ -72,7 +72,7 @@ class Axes:
     def limits(self, row: int) -> np.ndarray:
         """Return a row's limits (dampings,) in N/m: 0 where the damping alone is unstable."""
         e, r, d, h = (int(k) for k in np.unravel_index(row, self.shape[:-1]))
-        usual, hand = Setting(), self.hands[h]
+        usual, hand = LoopSettings(), self.hands[h]
         sampling = self.rates[r], self.delays[d], self.estimators[e]
         grip = Grip(*hand) if any(hand) else None
         loop = checked_loop(usual.mass, usual.viscous, 0.0, *sampling, grip, usual.quantum)

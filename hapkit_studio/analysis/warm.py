@@ -6,10 +6,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from hapkit_studio.analysis import accuracy, failures
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.zwidth import simulation
 from hapkit_studio.analysis.zwidth.result import Protocol
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 
 
 def warm_up() -> None:
@@ -17,8 +17,8 @@ def warm_up() -> None:
     damping, stiffness = np.zeros(1), np.full(1, 100.0)
     # one worker: a sweep's low-priority threads would wait on a busy machine
     with ThreadPoolExecutor(1) as one:
-        rendered.boundary(Setting(), damping, executor=one)
-        rendered.classes(Setting(controller=True), damping, stiffness, real=True, executor=one)
+        rendered.boundary(LoopSettings(), damping, executor=one)
+        rendered.classes(LoopSettings(controller=True), damping, stiffness, real=True, executor=one)
     for plan in accuracy.plans().values():
         for _, prepare, _ in plan.runs(plan.scenes[-1]):
             prepare()()
@@ -26,4 +26,4 @@ def warm_up() -> None:
         limit = failure.inside(failure.case())
         if math.isfinite(limit):
             failure.try_at(limit)
-    simulation.trial(Setting(), 300.0, 1.0, Protocol(seconds=0.2, tail=0.1))
+    simulation.trial(LoopSettings(), 300.0, 1.0, Protocol(seconds=0.2, tail=0.1))

@@ -12,7 +12,7 @@ from hapkit_studio.formatting import hertz, with_unit
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.bode.result import Bode, Curve, Response
-    from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.dynamics.loop_settings import LoopSettings
 
 _SIZE = (1000, 640)
 _HUES = "position", "applied", "velocity", "asked"
@@ -99,7 +99,7 @@ def _values(response: "Response") -> tuple[np.ndarray, ...]:
     return np.where(z, np.abs(z), math.nan), phase, response.stiffness, response.damping, 1e3 * response.mass
 
 
-def _handle(panels: list, c: Colors, setting: "Setting") -> None:
+def _handle(panels: list, c: Colors, setting: "LoopSettings") -> None:
     """Draw the handle's own mass and damping as dotted lines, without effect on the axis limits."""
     style = {"color": c.ink2, "linestyle": DOT, "linewidth": 1.6}
     panels[_DAMPING].axhline(-setting.viscous, **style)

@@ -7,9 +7,9 @@ from itertools import pairwise
 from typing import Any
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import estimator_words
 from hapkit_studio.charts.style import unbroken
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import estimator_words
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import on_screen

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.charts.style import check_picture
 from hapkit_studio.dynamics.estimators import ESTIMATORS, Spec
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.files import is_special
@@ -147,7 +147,7 @@ SETTING = {
 }
 
 
-_USUAL = Setting()
+_USUAL = LoopSettings()
 SETTING_OPTIONS = (
     *(
         option(f"--{name}", type=float, metavar=unit, help=f"{words}; {getattr(_USUAL, name):g}")
@@ -157,7 +157,7 @@ SETTING_OPTIONS = (
     option("--hand", metavar="GRIP", help=", ".join(GRIPS)),
     option("--controller", action="store_true", help="with the passivity controller"),
 )
-"""Options of a Setting; None if not given."""
+"""Options of a LoopSettings; None if not given."""
 
 
 def of_options(options: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
@@ -168,10 +168,10 @@ def of_options(options: argparse.Namespace, names: Sequence[str]) -> dict[str, A
     return found
 
 
-def setting_of(options: argparse.Namespace) -> Setting:
-    """Return the Setting of the given options; raise ParameterError."""
+def setting_of(options: argparse.Namespace) -> LoopSettings:
+    """Return the LoopSettings of the given options; raise ParameterError."""
     given = of_options(options, (*SETTING, "estimator", "hand"))
-    return Setting(**given, controller=options.controller)
+    return LoopSettings(**given, controller=options.controller)
 
 
 _OUTPUTS = ("csv", "plot")

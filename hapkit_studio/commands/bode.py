@@ -7,12 +7,12 @@ import numpy as np
 
 from hapkit_studio import devices
 from hapkit_studio.analysis.bode import AMPLITUDE, COMPARED, CURVE_COLUMNS
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.commands import base
 from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import hertz, with_unit
 from hapkit_studio.haptics.board_plan import check_rate
@@ -79,7 +79,7 @@ def _device(options: argparse.Namespace) -> Device:
     return device
 
 
-def _settings(options: argparse.Namespace, device: Device) -> list[Setting]:
+def _settings(options: argparse.Namespace, device: Device) -> list[LoopSettings]:
     """Return the setting of each rate for the handle of a simulated device; raise ParameterError."""
     model = device.model or SimulatedHapkit()
     given = {
@@ -87,9 +87,9 @@ def _settings(options: argparse.Namespace, device: Device) -> list[Setting]:
         "quantum": model.quantum,
         **base.of_options(options, (*_HANDLE, "delay", "estimator")),
     }  # fmt: skip
-    usual = device.rate if device.model is not None and device.rate else Setting.rate
+    usual = device.rate if device.model is not None and device.rate else LoopSettings.rate
     rates = [usual] if options.rate is None else base.numbers(options.rate, "Rates", "Hz", "1000,4000")
-    return [Setting(**given, rate=rate, controller=options.controller) for rate in rates]
+    return [LoopSettings(**given, rate=rate, controller=options.controller) for rate in rates]
 
 
 def _text(found: "Bode") -> str:

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio import interrupts
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import on_board
 from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.commands.base import option
 from hapkit_studio.devices.port_errors import no_data
 from hapkit_studio.dynamics.hand import Hand
+from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, RENDERERS, LoopSettings
 from hapkit_studio.errors import DeviceError, ParameterError
 from hapkit_studio.formatting import printable
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.arrays import DEVICE_GONE, SLOW_LAW, SLOW_LINK
-from hapkit_studio.haptics.engine import BOARD, COMPUTER, RENDERERS, Engine
+from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.health import SIMPLIFY, Fault, Health
 from hapkit_studio.haptics.rows import RingReader
 from hapkit_studio.sessions.file import SessionError
@@ -66,7 +66,7 @@ def run(
     """
     reader = engine.reader()
     if engine.device.measures_delay:
-        of_spring(Setting(), 300.0, 0.0)  # compile the link's check before the hand starts to move
+        of_spring(LoopSettings(), 300.0, 0.0)  # compile the link's check before the hand starts to move
     with contextlib.closing(engine):
         engine.start()
         begin(engine, reader, options.render, options.board_rate)

@@ -72,11 +72,11 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
     levels = dampings(options.damping, DEVICE_DAMPING)
     with contextlib.closing(Engine(_device(options), "wall")) as engine:
         if options.hand is not None:
-            engine.set_grip(options.hand)
+            engine.set_loop(hand=options.hand)
         engine.start()
         loop = base.of_options(options, ("rate", "delay", "estimator"))
         engine.set_loop(**loop, controller=options.controller)
-        engine.set_model("everything")
+        engine.set_loop(model="everything")
         say = partial(print, file=sys.stderr, flush=True)
         return on_device.measure(engine, levels, limits, progress=base.progress_line("trial"), say=say)
 

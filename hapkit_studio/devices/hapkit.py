@@ -21,6 +21,7 @@ from hapkit_studio.devices.calibration_file import ORIGINS
 from hapkit_studio.devices.port_errors import FLASH, gone, no_answer, no_data, not_a_hapkit, unopened
 from hapkit_studio.devices.profiles import full_force, of_settings
 from hapkit_studio.devices.serial_ports import NOWHERE, Identity, Latency, Role, port_name, shorten_latency
+from hapkit_studio.dynamics import nominal
 from hapkit_studio.errors import DeviceError, NotAHapkitError, ParameterError, WrongProtocolError
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
 from hapkit_studio.protocol.messages import (
@@ -83,11 +84,11 @@ Reply = TypeVar("Reply", bound=Message)
 class HapkitBoard(Device):
     """A board with the firmware on a serial port; all constants come from the board."""
 
-    mass = 0.044
+    mass = nominal.MASS
     """kg at the handle, the kit's usual value."""
-    viscous = 0.5
+    viscous = nominal.VISCOUS
     """N·s/m at the handle, usual value."""
-    coulomb_force = 0.10
+    coulomb_force = nominal.COULOMB_FORCE
     """N at the handle, usual value."""
     driver = SERIAL
     own_clock = has_board = calibration = usb_chip = True

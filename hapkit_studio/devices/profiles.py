@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hapkit_studio.dynamics import nominal
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board, Hello, MotorMap, Pins, Sensor
 
@@ -50,7 +51,8 @@ def _board(number: int, **changes: object) -> Board:
         profile=number, pins=Pins.D5_D8, sensor=Sensor.MAGNETORESISTIVE, motor_map=MotorMap.SQUARE,
         direction=1, sense=1, counts_per_flip=MR_COUNTS, zero=0, quantum=0.0, max_force=3.0,
         motor_constant=0.0183, handle_radius=0.090, pulley_radius=0.005, sector_radius=0.074,
-        mass=0.044, viscous=0.5, coulomb=0.10, dead_band=0, table=FULL_TABLE, label="Hapkit",
+        mass=nominal.MASS, viscous=nominal.VISCOUS, coulomb=nominal.COULOMB_FORCE,
+        dead_band=0, table=FULL_TABLE, label="Hapkit",
     )  # fmt: skip
     made = replace(usual, **changes)  # type: ignore[arg-type]
     return replace(made, quantum=quantum_of(made))

@@ -13,7 +13,7 @@ import numpy as np
 
 from hapkit_studio.devices import DeviceEntry, DeviceKind
 from hapkit_studio.devices.base import SIMULATED, Device
-from hapkit_studio.dynamics import paddle
+from hapkit_studio.dynamics import nominal, paddle
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import check_number
@@ -50,8 +50,6 @@ TERMS: dict[str, Term] = {
 # velocity filters, the force limit for safety; sampling, delay and filter are the user's settings.
 OPTIONAL = ("viscous", "coulomb")
 MODELLED = ("mass", *OPTIONAL, "quantization")
-# options: what the scene needs, everything, or everything except dry friction
-MODELS = ("scene", "everything", "frictionless")
 
 
 def term(key: str) -> Term:
@@ -78,11 +76,11 @@ class SimulatedHapkit(Device):
     either side. Raise ParameterError for impossible values.
     """
 
-    mass: float = 0.044
-    damping: float = 0.5
-    coulomb_force: float = 0.10
-    quantum: float = 20.7e-6
-    max_force: float = 3.0
+    mass: float = nominal.MASS
+    damping: float = nominal.VISCOUS
+    coulomb_force: float = nominal.COULOMB_FORCE
+    quantum: float = nominal.QUANTUM
+    max_force: float = nominal.MAX_FORCE
     initial_position: float = 0.0
     initial_velocity: float = 0.0
     end_stops: float = math.inf

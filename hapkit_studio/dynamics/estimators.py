@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hapkit_studio.dynamics import nominal
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import quoted
@@ -26,7 +27,7 @@ Spec = str | tuple[str, dict[str, float]]
 # default of the window: small error in most motions, see ``accuracy``
 USUAL = "kalman"
 # m, assumed for an ideal sensor: without noise the Kalman filter has no design
-USUAL_QUANTUM = 20.7e-6
+USUAL_QUANTUM = nominal.QUANTUM
 # highest cutoff as a fraction of the rate: the bilinear transform ends at half the rate
 HIGHEST_SHARE = 0.45
 # beta of the noise-free limit, in which the correction equals the innovation
@@ -271,7 +272,7 @@ def _run(code, coefs, memory, position, period, velocity):
 
 
 def estimate_velocity(
-    position: np.ndarray, rate: float, estimator: Spec = "difference", quantum: float = 20.7e-6
+    position: np.ndarray, rate: float, estimator: Spec = "difference", quantum: float = nominal.QUANTUM
 ) -> np.ndarray:
     """Return the velocity (n,) in m/s of positions (n,) in m sampled at ``rate`` Hz, its first value 0.
 

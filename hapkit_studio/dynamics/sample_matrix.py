@@ -4,16 +4,15 @@ For cases outside the characteristic equation of ``sampled_loop``: laws with sta
 delays.
 """
 
-import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.integrators import step
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.moving_mass import FAR
 from hapkit_studio.dynamics.paddle import apply, transition
-from hapkit_studio.dynamics.sampled_loop import Loop
 
 Law = Callable[[np.ndarray, float, float, float], tuple[float, Sequence[float]]]
 """Linear in state (k,), position m and velocity m/s; also takes the elapsed s; returns N and state."""
@@ -51,17 +50,17 @@ def coupled(integrator: float, mass: float, own: tuple[float, float], coupling: 
     return force
 
 
-def without_law(loop: Loop, remembered: int, period: float, late: float) -> np.ndarray:
+def without_law(loop: LoopSettings, remembered: int, period: float, late: float) -> np.ndarray:
     """Return the map (s + 1, s) from just after one sample to just after the next, ``period`` s later.
 
     A command acts ``late`` s after its sample, plus the whole periods of the loop's delay. State: x, v,
     states of estimator and law, commands newest first. Entries for the law are 0; the last row is the
     velocity passed to it. The loop's own virtual damping is ignored.
     """
-    m, c, k = loop.mass, loop.viscous, loop.hand.stiffness
+    m, c, k = loop.moving_mass, loop.total_viscous, loop.held_stiffness
     first, second = transition(m, c, k, late), transition(m, c, k, period - late)
     code, coefs = estimators.design(loop.estimator, loop.rate, loop.quantum)
-    whole = math.floor(loop.delay * loop.rate + 1e-9)
+    whole = loop.parted[0]
     size = _LAW + remembered + whole + 2
 
     def after(state: np.ndarray) -> np.ndarray:

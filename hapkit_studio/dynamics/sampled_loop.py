@@ -11,14 +11,13 @@ turn damping against a spring that oscillates slowly, and not against a stiffer 
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
-from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, design, parse
-from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.dynamics.estimators import design, parse
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.paddle import transition
 from hapkit_studio.errors import ParameterError
 
@@ -33,40 +32,14 @@ Curve = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Intervals = tuple[tuple[float, float], ...]
 
 
-@dataclass(frozen=True)
-class Loop:
-    """One sampled loop: the handle, the hand on it, and the loop's timing.
-
-    quantum in m: the sensor's, for the estimator's design; the positions themselves are exact.
-    """
-
-    handle_mass: float
-    handle_viscous: float
-    hand: Grip
-    damping: float
-    rate: float
-    delay: float
-    estimator: Spec = field(hash=False)  # options are a dictionary
-    quantum: float = USUAL_QUANTUM
-
-    @property
-    def mass(self) -> float:
-        return self.handle_mass + self.hand.mass
-
-    @property
-    def viscous(self) -> float:
-        return self.handle_viscous + self.hand.damping
-
-
-def _inverse_plant(loop: Loop, w: np.ndarray) -> np.ndarray:
+def _inverse_plant(loop: LoopSettings, w: np.ndarray) -> np.ndarray:
     """Return 1 / P(e^jw): command to sampled position, with hold and delay.
 
     In terms of z - 1, without cancellation at low frequencies.
     """
-    m, c, k = loop.mass, loop.viscous, loop.hand.stiffness
+    m, c, k = loop.moving_mass, loop.total_viscous, loop.held_stiffness
     period = 1.0 / loop.rate
-    whole_periods = math.floor(loop.delay * loop.rate + 1e-9)
-    fraction = max(loop.delay - whole_periods * period, 0.0)
+    whole_periods, fraction = loop.parted
     g0, g1 = transition(m, c, k, period)[4:7:2]
     a, b, c_, d, new0, _, new1, _ = transition(m, c, k, period - fraction)
     first0, first1 = transition(m, c, k, fraction)[4:7:2]
@@ -79,13 +52,13 @@ def _inverse_plant(loop: Loop, w: np.ndarray) -> np.ndarray:
     return np.exp(1j * w * (whole_periods + 1)) * poles / zeros
 
 
-def _frequencies(loop: Loop) -> np.ndarray:
+def _frequencies(loop: LoopSettings) -> np.ndarray:
     """Return rad/sample from nearly 0 to pi, dense enough for every turn of the delay's phase.
 
     Without delay or hand the crossing is near sqrt(2 b T / m), so the range starts well below that.
     """
     turns = loop.delay * loop.rate + 2.0
-    slowest = min(_SLOWEST, 0.1 * math.sqrt(loop.viscous / (loop.mass * loop.rate))) or _SLOWEST
+    slowest = min(_SLOWEST, 0.1 * math.sqrt(loop.total_viscous / (loop.moving_mass * loop.rate))) or _SLOWEST
     even = np.linspace(0.0, math.pi, int(1000 + 24 * turns))[1:]
     return np.union1d(np.geomspace(slowest, 1.0, 600), even)
 
@@ -121,7 +94,7 @@ def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, n
     return np.r_[column, np.arange(columns)][there], value[there], leaving[there]
 
 
-def _velocity_of(loop: Loop) -> Callable[[np.ndarray], np.ndarray]:
+def _velocity_of(loop: LoopSettings) -> Callable[[np.ndarray], np.ndarray]:
     """Return the estimator's response at angles w per sample; raise ParameterError if nonlinear."""
     coefs = design(loop.estimator, loop.rate, loop.quantum)[1]
     method = parse(loop.estimator)[0]
@@ -134,7 +107,7 @@ def _velocity_of(loop: Loop) -> Callable[[np.ndarray], np.ndarray]:
     return lambda w: response(coefs, 1.0 / loop.rate, np.exp(1j * w))
 
 
-def _damping_crossings(loop: Loop) -> tuple[np.ndarray, np.ndarray]:
+def _damping_crossings(loop: LoopSettings) -> tuple[np.ndarray, np.ndarray]:
     """Return dampings at which roots cross the unit circle, at nearly no stiffness, and how many leave it."""
     velocity = _velocity_of(loop)
 
@@ -144,14 +117,14 @@ def _damping_crossings(loop: Loop) -> tuple[np.ndarray, np.ndarray]:
     return _crossings(curve, _frequencies(loop), 1)[1:]
 
 
-def _roots_outside(loop: Loop, damping: np.ndarray) -> np.ndarray:
+def _roots_outside(loop: LoopSettings, damping: np.ndarray) -> np.ndarray:
     """Return the number of roots (n,) outside the unit circle at virtual damping (n,) and no stiffness."""
     value, leaving = _damping_crossings(loop)
     return (value < damping[:, np.newaxis]) @ leaving
 
 
 @lru_cache(maxsize=64)
-def damping_limit(loop: Loop) -> float:
+def damping_limit(loop: LoopSettings) -> float:
     """Return the largest stable virtual damping in N·s/m without stiffness, inf if unlimited.
 
     Raise ParameterError for a nonlinear estimator.
@@ -159,8 +132,8 @@ def damping_limit(loop: Loop) -> float:
     return float(_damping_crossings(loop)[0].min(initial=math.inf))
 
 
-def stable_intervals(loop: Loop, damping: np.ndarray) -> list[Intervals]:
-    """Return the stable stiffness intervals for each virtual damping (n,) in N·s/m, not the loop's own.
+def stable_intervals(loop: LoopSettings, damping: np.ndarray) -> list[Intervals]:
+    """Return the stable stiffness intervals for each virtual damping (n,) in N·s/m.
 
     K = -1/P - B H on the unit circle, one column per damping. Raise ParameterError for a nonlinear estimator.
     """
@@ -180,7 +153,7 @@ def stable_intervals(loop: Loop, damping: np.ndarray) -> list[Intervals]:
             roots = outside[start + k] + np.cumsum([0, *leaving[own]])
             ends = zip(pairwise(edges), roots, strict=True)
             found.append(tuple(interval for interval, lost in ends if lost == 0))
-    return [each if b + loop.viscous > 0.0 else () for each, b in zip(found, damping, strict=True)]
+    return [each if b + loop.total_viscous > 0.0 else () for each, b in zip(found, damping, strict=True)]
 
 
 def first_end(intervals: Intervals) -> float:
@@ -188,12 +161,12 @@ def first_end(intervals: Intervals) -> float:
     return intervals[0][1] if intervals and intervals[0][0] == 0.0 else 0.0
 
 
-def stiffness_limits(loop: Loop, damping: np.ndarray) -> np.ndarray:
+def stiffness_limits(loop: LoopSettings, damping: np.ndarray) -> np.ndarray:
     """Return the limit (n,) in N/m for each damping: ``first_end`` of the ``stable_intervals``."""
     return np.array([first_end(each) for each in stable_intervals(loop, damping)])
 
 
-def stable(loop: Loop, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+def stable(loop: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """Return whether stiffness (m,) in N/m is stable at virtual damping (n,) in N·s/m: bool (m, n)."""
     found = np.zeros((len(stiffness), len(damping)), dtype=bool)
     for column, intervals in enumerate(stable_intervals(loop, damping)):
@@ -203,6 +176,6 @@ def stable(loop: Loop, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray
 
 
 @lru_cache(maxsize=64)
-def stiffness_limit(loop: Loop) -> float:
-    """Return the largest stable stiffness in N/m at the loop's own damping; raise ParameterError."""
-    return float(stiffness_limits(loop, np.array([loop.damping]))[0])
+def stiffness_limit(loop: LoopSettings, damping: float = 0.0) -> float:
+    """Return the largest stable stiffness in N/m at a virtual damping in N·s/m; raise ParameterError."""
+    return float(stiffness_limits(loop, np.array([damping]))[0])

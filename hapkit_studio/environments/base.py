@@ -5,9 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hapkit_studio.dynamics import sampled_loop
-from hapkit_studio.dynamics.estimators import Spec, parse
-from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.laws import Law
 from hapkit_studio.parameters import AnyParameter, resolve
@@ -17,34 +15,11 @@ Curve = Callable[[Values, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
-class Conditions:
-    """Rendering conditions: period s, sensor quantum m, the device's damping N·s/m, speed m/s.
+class Conditions(LoopSettings):
+    """Settings that a scene is rendered with, and the handle's highest speed of late in m/s, 0 if unknown."""
 
-    speed: the handle's highest recent speed. delay: s from sample to force. mass kg, coulomb N and max_force
-    N are the device's. Unknown speed, delay and coulomb are 0. estimator: as in a loop.
-    """
-
-    period: float = 1e-3
-    quantum: float = 20.7e-6
-    viscous: float = 0.5
-    speed: float = 0.0
-    delay: float = 0.0
-    mass: float = 0.044
     coulomb: float = 0.0
-    max_force: float = 3.0
-    estimator: Spec = "difference"
-
-    def loop(self) -> sampled_loop.Loop:
-        """Return the loop of a released handle, without a law.
-
-        A nonlinear estimator has no exact limit: the fastest linear one replaces it.
-        """
-        linear = parse(self.estimator)[0].response is not None
-        estimator = self.estimator if linear else "difference"
-        held, rate = Grip(0.0, 0.0, 0.0), 1.0 / self.period
-        return sampled_loop.Loop(
-            self.mass, self.viscous, held, 0.0, rate, self.delay, estimator, self.quantum
-        )
+    speed: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -163,6 +138,16 @@ class Environment:
         if complaint := self.check(values):
             raise ParameterError(complaint)
         return values
+
+    def changed(self, values: Values, changes: Mapping[str, object]) -> dict[str, float]:
+        """Return valid values with some of them changed; only these are checked. Raise ParameterError."""
+        known = {p.key: p for p in self.parameters}
+        for key in changes.keys() - known.keys():
+            resolve(self.parameters, {key: changes[key]}, self.title)  # raises: it is not known
+        numbers = {**values, **{key: known[key].check(value) for key, value in changes.items()}}
+        if complaint := self.check(numbers):
+            raise ParameterError(complaint)
+        return numbers
 
     def needed_at(self, values: Values) -> tuple[str, ...]:
         """Return the terms of the device that it needs; () if unknown, as at other values."""

@@ -6,6 +6,7 @@ which is dragged along when the spring exceeds the friction level.
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -173,6 +174,14 @@ def creep_speed(pull: float, values: Values) -> float:
     return float(brentq(lambda v: kinetic * math.tanh(v / width) + viscous * v - pull, 0.0, fastest))
 
 
+def _damping_limit(conditions: Conditions) -> float:
+    """Return the damping limit in N·s/m of a released handle; a nonlinear filter counts as the difference."""
+    released = replace(conditions, hand="released", own_grip=None)
+    return sampled_loop.damping_limit(
+        released if released.linear else replace(released, estimator="difference")
+    )
+
+
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Warn which model exceeds its limit, and which cannot hold."""
     model, period = values["model"], conditions.period
@@ -185,7 +194,7 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
             yield "Plain Coulomb friction flips with the speed's sign and creeps when pulled: try projection."
         return
     if model == SMOOTHED:
-        slope, most = kinetic / values["stick_velocity"], sampled_loop.damping_limit(conditions.loop())
+        slope, most = kinetic / values["stick_velocity"], _damping_limit(conditions)
         if slope > most:
             yield f"Friction begins as {slope:.3g} N·s/m, above {most:.3g} N·s/m: raise the stick velocity."
         if kinetic > LEAST:

@@ -6,12 +6,13 @@ The vibration is a decaying sinusoid scaled by the speed of entry (Okamura, Cutk
 import math
 from collections.abc import Iterable
 
+from hapkit_studio.dynamics import nominal
 from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
 # m: a handle must retract this far before the next tap; at rest it jitters by one sensor count, 20.7 µm
-LEFT = 2.0 * 20.7e-6
+LEFT = 2.0 * nominal.QUANTUM
 # the vibration ends when it has decayed to exp(-30)
 OVER = 30.0
 MATERIALS = ("custom", "rubber", "wood", "aluminium")

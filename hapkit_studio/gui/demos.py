@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio import resources
+from hapkit_studio.dynamics.loop_settings import USUAL_LOOP, WITH_SCENE
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import quoted
 from hapkit_studio.gui import presets
 from hapkit_studio.gui.presets import PresetError, number
-from hapkit_studio.gui.studio import LoopChoice
-from hapkit_studio.gui.undo import ENVIRONMENT, HAND, Settings
+from hapkit_studio.gui.undo import ENVIRONMENT, Settings
 from hapkit_studio.parameters import Parameter
 
 RELEASE = "release"
@@ -132,8 +132,7 @@ def _step(
         told["caption"] = _text(entry, "caption", _LONGEST_CAPTION)
     if "hand" in entry:
         told["hand"] = _path(entry["hand"], at)
-    usual: Settings = {("loop", name): value for name, value in vars(LoopChoice()).items()}
-    usual = {place: value for place, value in usual.items() if place[1] in presets.LOOP} | {HAND: "medium"}
+    usual: Settings = {("loop", name): getattr(USUAL_LOOP, name) for name in WITH_SCENE}
     settings = presets.checked({"values": told["values"], "loop": told["loop"]}, environments[key])
     return Step(at, usual | settings, told["caption"], told["hand"])
 

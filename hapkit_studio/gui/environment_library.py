@@ -1,17 +1,16 @@
 """The environments that can be chosen, the values of each, and which are compiled already."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from subprocess import Popen
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from hapkit_studio.dynamics.loop_settings import Reject, ignore
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.parameters import AnyParameter, Choice
 
 LOOK_MS = 100
-Reject = Callable[[ParameterError], object]
-"""Gets the error of each value that is left out."""
 # What a row says instead of its summary.
 WORDS = {"preparing": "Preparing…", "next": "Preparing, comes next…", "broken": "Its law cannot be compiled"}
 
@@ -45,10 +44,6 @@ def carried(old: Environment, values: Mapping[str, float], new: Environment) -> 
         if was is not None and type(was) is type(parameter) and values[was.key] != was.default:
             kept[was.key] = was.text(values[was.key]) if isinstance(was, Choice) else values[was.key]
     return kept
-
-
-def ignore(_error: ParameterError) -> None:
-    """Leave an invalid value out without a word."""
 
 
 def checked(

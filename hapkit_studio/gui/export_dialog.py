@@ -46,8 +46,8 @@ class ExportDialog(FormDialog):
         self.what.setText(f"{studio.environment.title}, as tuned in the panel")
         usual = sketch.usual_rate(studio.environment, studio.values)
         self.rates.setItemText(0, f"{usual:,} Hz, usual for this environment")
-        other = spec_on_board(studio.loop.spec) != studio.loop.spec
-        name = estimators.parse(spec_on_board(studio.loop.spec))[0].label
+        other = spec_on_board(studio.loop.estimator) != studio.loop.estimator
+        name = estimators.parse(spec_on_board(studio.loop.estimator))[0].label
         self.velocity.setText(
             f"{name}, in place of the loop's own estimator" if other else f"{name}, as in the loop"
         )
@@ -63,7 +63,7 @@ class ExportDialog(FormDialog):
     def _limit(self) -> tuple[str, bool]:
         """Return limit and verdict in words, and whether the handle is calm."""
         studio = self._studio
-        kit, spec = self.kits.currentData(), spec_on_board(studio.loop.spec)
+        kit, spec = self.kits.currentData(), spec_on_board(studio.loop.estimator)
         rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
         found = on_board.sketch_verdict(studio.environment, studio.values, kit.board, rate, spec)
         return on_board.sketch_words(found, rate), found.calm
@@ -76,7 +76,7 @@ class ExportDialog(FormDialog):
             studio.values,
             self.kits.currentData(),
             self.rates.currentData() or None,
-            spec_on_board(studio.loop.spec),
+            spec_on_board(studio.loop.estimator),
             self.prints.currentData(),
             self._limit()[0],
         )

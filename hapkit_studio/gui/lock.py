@@ -42,7 +42,9 @@ class Lock:
 
     def holds(self, place: Place) -> bool:
         """Say whether a setting is fixed."""
-        return place in self.places or place[:1] in self.places or (place == GRIP and LOOP in self.places)
+        hand = place in (GRIP, ("loop", "hand"))  # the grip has a lock of its own, and belongs to the loop
+        own = place in self.places or place[:1] in self.places
+        return own or (hand and bool({GRIP, LOOP} & set(self.places)))
 
     def text(self) -> str:
         """Return it as the settings keep it, "" for an open one."""

@@ -15,6 +15,7 @@ from pathlib import Path
 import platformdirs
 
 from hapkit_studio import interrupts
+from hapkit_studio.dynamics import nominal
 from hapkit_studio.formatting import printable
 from hapkit_studio.resources import sources_stamp
 
@@ -27,7 +28,7 @@ _STAMPED = ("loop", "verdict", "boards", "analysis")
 _NICE = {"laws": 10, "boards": 19, "analysis": 10}
 _GENTLY = "--gently"
 _MOST_PROGRAMS = 2
-_QUANTUM = 20.7e-6
+_QUANTUM = nominal.QUANTUM
 _NO_FILE = -1
 _MODULE = "hapkit_studio.gui.prepare"
 
@@ -153,12 +154,12 @@ def compile_laws(*keys: str) -> None:
 
 def compile_verdict(*_keys: str) -> None:
     """Compile what judges a scene."""
-    from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.analysis.stability.objects import OBJECTS, contact_limit
     from hapkit_studio.analysis.stability.verdict import of_spring
+    from hapkit_studio.dynamics.loop_settings import LoopSettings
 
-    of_spring(Setting(), 300.0, 0.0)
-    contact_limit(Setting(), OBJECTS[0], {})
+    of_spring(LoopSettings(), 300.0, 0.0)
+    contact_limit(LoopSettings(), OBJECTS[0], {})
 
 
 def compile_boards(*_keys: str) -> None:

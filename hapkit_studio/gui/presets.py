@@ -4,18 +4,17 @@ import json
 import os
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from hapkit_studio.devices import calibration_file
-from hapkit_studio.devices.simulated import MODELS
-from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.loop_settings import OPTIONS, USUAL_LOOP, WITH_SCENE, from_table, to_table
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.files import read_toml
 from hapkit_studio.formatting import quoted
-from hapkit_studio.gui.panel.loop import DELAY, GRIP, RATE
-from hapkit_studio.gui.undo import ENVIRONMENT, HAND, LOOP, Settings
+from hapkit_studio.gui.undo import ENVIRONMENT, Settings
 from hapkit_studio.parameters import AnyParameter, Choice
 
 FOLDER = "presets"
@@ -92,12 +91,8 @@ def checked(table: dict[str, Any], environment: Environment) -> Settings:
             given[name] = number(known[name], value)
         except ParameterError as error:
             wrong.append(str(error))
-    loop = dict(_items(table, "loop", wrong))
-    for name in [*loop]:
-        try:
-            loop[name] = _loop_value(name, loop)
-        except ParameterError as error:
-            wrong.append(str(error))
+    given_loop = dict(_items(table, "loop", wrong))
+    loop = from_table(given_loop, USUAL_LOOP, lambda error: wrong.append(str(error)), WITH_SCENE)
     try:
         values = environment.values(given)
     except ParameterError as error:
@@ -105,8 +100,7 @@ def checked(table: dict[str, Any], environment: Environment) -> Settings:
     if wrong:
         raise PresetError(wrong)
     settings |= {("value", environment.key, name): value for name, value in values.items()}
-    settings |= {("loop", name): value for name, value in loop.items() if name in LOOP}
-    return settings | ({HAND: loop["grip"]} if "grip" in loop else {})
+    return settings | {("loop", name): value for name, value in loop.items() if name in WITH_SCENE}
 
 
 def _items(table: dict[str, Any], name: str, wrong: list[str]) -> Iterator[tuple[str, Any]]:
@@ -125,28 +119,6 @@ def number(parameter: AnyParameter, value: object) -> float:
     return parameter.check(value)
 
 
-def _loop_value(name: str, loop: dict[str, Any]) -> Any:
-    """Return one of a loop's values as the studio keeps it; raise ParameterError."""
-    value = loop[name]
-    if name in ("rate", "delay"):
-        return number(RATE if name == "rate" else DELAY, value)
-    if name == "grip":
-        return GRIP.text(number(GRIP, value))
-    if name == "estimator":
-        return estimators.parse(value if isinstance(value, str) else repr(value))[0].key
-    if name == "options":
-        options = estimators.parse((loop.get("estimator", ""), value))[1]
-        return tuple((key, options[key]) for key in value)
-    if name == "controller" and isinstance(value, bool):
-        return value
-    if name == "model" and value in MODELS:
-        return value
-    wanted = {"controller": "true or false", "model": " or ".join(MODELS)}
-    if name in wanted:
-        raise ParameterError(f"{name} takes {wanted[name]}, not {quoted(value)}.")
-    raise ParameterError(f"The loop has no {quoted(name)}; it has: {', '.join((*LOOP, 'grip'))}.")
-
-
 def _lines(environment: Environment, settings: Settings) -> Iterator[str]:
     """Give the lines of a preset's file: values in SI with their units, options by their names."""
     yield f"# A preset of Hapkit Studio for {environment.title}. Import it with: Environment, Import preset…"
@@ -156,17 +128,17 @@ def _lines(environment: Environment, settings: Settings) -> Iterator[str]:
         value = settings["value", environment.key, p.key]
         unit = f"  # {p.unit}" if p.unit else ""
         yield f"{_key(p.key)} = {_toml(p.text(value) if isinstance(p, Choice) else value)}{unit}"
-    loop = {name: settings[place] for name in LOOP if (place := ("loop", name)) in settings}
-    if not loop and HAND not in settings:
+    loop = {name: settings["loop", name] for name in WITH_SCENE if ("loop", name) in settings}
+    if not loop:
         return
     yield "\n[loop]"
-    options = loop.pop("options", ())
-    grip = {"grip": settings[HAND]} if HAND in settings else {}
-    for name, value in (loop | grip).items():
+    written = to_table(replace(USUAL_LOOP, **loop), loop)
+    options = written.pop(OPTIONS, {})
+    for name, value in written.items():
         yield f"{name} = {_toml(value)}"
     if options:
-        yield "\n[loop.options]"
-        yield from (f"{_key(name)} = {_toml(value)}" for name, value in options)
+        yield f"\n[loop.{OPTIONS}]"
+        yield from (f"{_key(name)} = {_toml(value)}" for name, value in options.items())
 
 
 def _key(name: str) -> str:

@@ -11,12 +11,13 @@ from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.gallery_row import icon_name
-from hapkit_studio.gui.widgets.numbers import Quantity, ValueSlider
+from hapkit_studio.gui.widgets.numbers import ValueSlider
 from hapkit_studio.gui.widgets.parts import AnswerLine, Sign, across, down, label, refill, rule
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice
+from hapkit_studio.quantity import Quantity
 
 VALUES = 2
 _ROOM_FOR_SLIDERS = 200  # px of the card's height

@@ -17,9 +17,10 @@ from hapkit_studio.gui.panel.rows import BOX_WIDE
 from hapkit_studio.gui.panel.stability_card import StabilityCard
 from hapkit_studio.gui.studio import QUIZ, Studio
 from hapkit_studio.gui.views import Views
-from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity
+from hapkit_studio.gui.widgets.numbers import NumberBox
 from hapkit_studio.gui.widgets.parts import AnswerLine, across, hint, label, primary
 from hapkit_studio.parameters import Parameter
+from hapkit_studio.quantity import Quantity
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.verdict import Asked

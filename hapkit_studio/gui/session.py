@@ -4,17 +4,13 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from hapkit_studio.devices.simulated import MODELS
-from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.dynamics.loop_settings import Reject, from_table, to_table
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
-from hapkit_studio.gui.environment_library import Reject, checked, ignore, usable
+from hapkit_studio.gui.environment_library import checked, usable
 from hapkit_studio.gui.live import trigger
 from hapkit_studio.gui.live.trigger import Trigger
-from hapkit_studio.gui.panel.loop import DELAY, ESTIMATOR, GRIP, RATE
 from hapkit_studio.gui.panel.preset_row import Presets
-from hapkit_studio.gui.panel.rendering import RATE as BOARD_RATE
-from hapkit_studio.gui.panel.rendering import RENDERERS
 from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.views import LAW, LIVE, Views
@@ -23,10 +19,6 @@ from hapkit_studio.parameters import AnyParameter, Choice
 _ENVIRONMENT, _VALUES, _LOOP, _VIEW, _PRESETS = "environment", "values", "loop", "view", "presets"
 _FORMER_VIEWS = {"chain": "accuracy", "fidelity": "accuracy"}  # merged into the view that they name
 _TRIGGER = "trigger"
-_OF_LOOP = (
-    RATE, DELAY, ESTIMATOR, GRIP, Choice("model", "Model", MODELS), Choice("where", "Rendered by", RENDERERS)
-)  # fmt: skip
-_BOARD_RATES = [None, *map(float, BOARD_RATE.options[1:])]
 
 
 class WindowState:
@@ -45,10 +37,9 @@ class WindowState:
             key: _by_name(environment.parameters, studio.values_of(key))
             for key, environment in studio.environments.items()
         }
-        loop = {**vars(studio.loop), "options": dict(studio.loop.options), "grip": studio.grip}
         settings.setValue(_ENVIRONMENT, studio.environment.key)
         settings.setValue(_VALUES, json.dumps(values))
-        settings.setValue(_LOOP, json.dumps(loop))
+        settings.setValue(_LOOP, json.dumps(to_table(studio.loop)))
         settings.setValue(_VIEW, self._views.key)
         settings.setValue(_PRESETS, json.dumps(self._presets.names))
         settings.setValue(_TRIGGER, json.dumps(_by_name(trigger.PARAMETERS, self._trigger.values)))
@@ -84,25 +75,8 @@ class WindowState:
 
 
 def _restore_loop(studio: Studio, settings: StoredSettings) -> None:
-    given, reject = settings.table(_LOOP), _rejection(settings, _LOOP)
-    loop = loop_from(given, studio.loop.estimator, reject)
-    studio.set_grip(loop.pop(GRIP.key, studio.grip))
-    rate = given.get("board_rate")
-    if rate not in _BOARD_RATES:
-        reject(ParameterError(f"{BOARD_RATE.label} is one of {', '.join(BOARD_RATE.options)}."))
-        rate = None
-    studio.set_loop(**loop, board_rate=rate)
-
-
-def loop_from(given: Mapping[str, Any], estimator: str, reject: Reject = ignore) -> dict[str, Any]:
-    """Return what is valid of a loop and a hand ("grip") that were written down, by the studio's names.
-
-    estimator: the one whose options they are where none is named. reject: gets the errors of the rest.
-    """
-    loop = _by_name(_OF_LOOP, checked(_OF_LOOP, given, reject))
-    method = ESTIMATORS[loop.get(ESTIMATOR.key, estimator)]
-    options = checked(method.parameters, _table(given.get("options", {}), reject), reject)
-    return {**loop, "options": tuple(options.items()), "controller": given.get("controller") is True}
+    given = settings.table(_LOOP)
+    studio.set_loop(**from_table(given, studio.loop, _rejection(settings, _LOOP)))
 
 
 def _by_name(parameters: Iterable[AnyParameter], values: Mapping[str, Any]) -> dict[str, Any]:

@@ -4,13 +4,11 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.devices.simulated import MODELS
-from hapkit_studio.dynamics.estimators import USUAL
+from hapkit_studio.dynamics.loop_settings import FIELDS, USUAL_LOOP
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.device_link import Build, DeviceLink, LinkStatus, build_engine
@@ -31,28 +29,6 @@ _FIRST = "wall"
 LOCKED = "Locked by the instructor"
 BLIND, QUIZ = "Hidden during the blind comparison", "Hidden during the quiz"
 """Why values are hidden: in the first name, scene and plots as well; in the quiz those are to be seen."""
-
-
-@dataclass(frozen=True)
-class LoopChoice:
-    """The loop as chosen: rate in Hz, added delay in s, estimator key and options, model, controller on.
-
-    where: "computer" or "board" renders; board_rate in Hz, None: as fast as the law allows.
-    """
-
-    rate: float = 1000.0
-    delay: float = 0.0
-    estimator: str = USUAL
-    options: tuple[tuple[str, float], ...] = ()
-    model: str = MODELS[0]
-    controller: bool = False
-    where: str = "computer"
-    board_rate: float | None = None
-
-    @property
-    def spec(self) -> Any:
-        """Return the estimator as the engine takes it."""
-        return (self.estimator, dict(self.options)) if self.options else self.estimator
 
 
 class Studio(QObject):
@@ -94,8 +70,7 @@ class Studio(QObject):
         self.recording = Recording(self.device, lambda: self.environment.key, self)
         self.device.engine_changed.connect(self.engine_changed)
         self.device.link_changed.connect(self.link_changed)
-        self.loop = LoopChoice()
-        self.grip = "medium"
+        self.loop = USUAL_LOOP
         self.stopped = False
         self.restored = False
         """Whether what is in force is of an earlier start, and no motor was told to render it."""
@@ -205,7 +180,7 @@ class Studio(QObject):
 
     def set_values(self, changes: Mapping[str, float]) -> None:
         """Change several parameters at once; raise ParameterError and keep all as they are if one is bad."""
-        self._set_values({**self.values, **changes})
+        self._set_values(self.environment.changed(self.values, changes))
 
     def values_of(self, key: str) -> dict[str, float]:
         """Return the values an environment has, or would be played with."""
@@ -216,7 +191,7 @@ class Studio(QObject):
         if key == self.environment.key:
             self.set_values(changes)
         else:
-            numbers = self.environments[key].values({**self.library.values[key], **changes})
+            numbers = self.environments[key].changed(self.library.values[key], changes)
             self._check_values(key, numbers)
             self.library.values[key].update(numbers)
 
@@ -229,7 +204,8 @@ class Studio(QObject):
         """Put every parameter of the environment that is free back to its default, all at once."""
         key = self.environment.key
         try:
-            self._set_values({p: v for p, v in self.values.items() if self.why_fixed("value", key, p)})
+            locked = {p: v for p, v in self.values.items() if self.why_fixed("value", key, p)}
+            self._set_values(self.environment.values(locked))
         except ParameterError as error:  # they do not go with those that are locked
             self.refused.emit(str(error))
 
@@ -254,42 +230,35 @@ class Studio(QObject):
         old = self.library.values[key]
         self.check_free(("value", key, name) for name, number in numbers.items() if old[name] != number)
 
-    def _set_values(self, values: dict[str, float]) -> None:
-        numbers = self.environment.values(values)
+    def _set_values(self, numbers: dict[str, float]) -> None:
         self._check_values(self.environment.key, numbers)
         if self.trying:
             self.hide_values(None)
         if self.engine is not None:
-            self.engine.set_environment(self.environment, self._hidden or numbers)
+            self.engine.put_values(self._hidden or numbers)
         self.values.update(numbers)
         self.values_changed.emit()
 
     # loop and hand
 
+    @property
+    def grip(self) -> str:
+        """Return how firmly the simulated hand holds."""
+        return self.loop.hand
+
     def set_loop(self, **changes: Any) -> None:
-        """Change rate, delay, estimator, options, model or controller; raise ParameterError if refused."""
-        loop = replace(self.loop, **changes)
-        if loop != self.loop:
-            self.check_free([LOOP])
+        """Change settings of the loop by their names in LoopSettings; raise ParameterError if refused."""
+        loop = self.loop.changed(**changes)
+        changed = {key: getattr(loop, key) for key in changes}
+        differing = [key for key, value in changed.items() if value != getattr(self.loop, key)]
+        self.check_free({GRIP if key == "hand" else LOOP for key in differing})
         if self.engine is not None:
-            plain = ("rate", "delay", "controller")
-            changed: dict[str, Any] = {k: getattr(loop, k) for k in plain if k in changes}
-            if "estimator" in changes or "options" in changes:
-                changed["estimator"] = loop.spec
-            self.engine.set_loop(**changed)
-            self.engine.set_model(loop.model)
-            if "where" in changes or "board_rate" in changes:
+            where = {key: changed.pop(key) for key in ("where", "board_rate") if key in changed}
+            if changed:
+                self.engine.change_loop(changed)
+            if where:
                 self.engine.set_where(loop.where, loop.board_rate)
         self.loop = loop
-        self.loop_changed.emit()
-
-    def set_grip(self, grip: str) -> None:
-        """Choose how firmly the simulated hand holds; raise ParameterError where that is locked."""
-        if grip != self.grip:
-            self.check_free([GRIP])
-        self.grip = grip
-        if self.engine is not None:
-            self.engine.set_grip(grip)
         self.loop_changed.emit()
 
     def move_hand(self, target: float | None) -> None:
@@ -427,10 +396,9 @@ class Studio(QObject):
         if self._waits(engine):
             self.stop()
         engine.set_environment(self.environment, self._hidden or self.values)
-        loop = self.loop
-        engine.set_loop(delay=loop.delay, estimator=loop.spec, controller=loop.controller)
-        if not engine.device.own_clock:
-            engine.set_loop(rate=self.loop.rate)
-        engine.set_grip(self.grip)
-        engine.set_model(self.loop.model)
-        engine.prefer(loop.where, loop.board_rate)
+        chosen = {key: getattr(self.loop, key) for key in FIELDS}
+        if engine.device.own_clock:
+            del chosen["rate"]
+        where, board_rate = chosen.pop("where"), chosen.pop("board_rate")
+        engine.change_loop(chosen)
+        engine.prefer(where, board_rate)

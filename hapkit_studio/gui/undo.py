@@ -3,40 +3,30 @@
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
+from hapkit_studio.dynamics.loop_settings import FIELDS, WITH_SCENE, Difference, difference
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.panel.loop import CONTROLLER_LABEL, DELAY, ESTIMATOR, GRIP, RATE
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.numbers import Quantity
-from hapkit_studio.parameters import AnyParameter, Choice
 
 Settings = dict[tuple[str, ...], Any]
-"""("environment",), ("grip",), ("loop", field) or ("value", environment, parameter) and what is set there."""
+"""Keys: ("environment",), ("loop", name in LoopSettings) or ("value", environment, parameter)."""
 MOST = 200
 """Steps that are kept."""
-ENVIRONMENT, HAND = ("environment",), ("grip",)
-LOOP = ("rate", "delay", "estimator", "options", "controller", "model")
-"""What of the loop goes with a scene; who renders is a matter of the device."""
-_WORDS = {
-    "options": "Velocity filter",
-    "model": "Model",
-    "controller": CONTROLLER_LABEL,
-    "where": "Rendered by",
-    "board_rate": "Board's rate",
-}
-_LOOP = {"rate": RATE, "delay": DELAY}
+ENVIRONMENT, HAND = ("environment",), ("loop", "hand")
 
 
 def settings_of(studio: Studio) -> Settings:
     """Return everything that can be undone, as it is."""
-    found: Settings = {ENVIRONMENT: studio.environment.key, HAND: studio.grip}
-    found |= {("loop", name): value for name, value in vars(studio.loop).items()}
+    found: Settings = {ENVIRONMENT: studio.environment.key}
+    for name in FIELDS:
+        found["loop", name] = getattr(studio.loop, name)
     for key, values in studio.library.values.items():
-        found |= {("value", key, name): value for name, value in values.items()}
+        for name, value in values.items():
+            found["value", key, name] = value
     return found
 
 
@@ -44,8 +34,8 @@ def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
     """Return what is set of the environment in force, and of the loop what is no matter of the device."""
     key, now = studio.environment.key, settings_of(studio)
     kept = {place: value for place, value in now.items() if place[:2] == ("value", key)}
-    loop = {place: now[place] for place in (*(("loop", part) for part in LOOP), HAND)} if with_loop else {}
-    return {ENVIRONMENT: key, **kept, **loop}
+    places = [("loop", name) for name in WITH_SCENE] if with_loop else []
+    return {ENVIRONMENT: key, **kept, **{place: now[place] for place in places}}
 
 
 def not_in_force(studio: Studio, settings: Settings) -> Settings:
@@ -73,8 +63,6 @@ def put(studio: Studio, settings: Settings) -> None:
     for key, changes in values.items():
         studio.set_values_of(key, changes)
     studio.choose(chosen)
-    if HAND in settings:
-        studio.set_grip(settings[HAND])
 
 
 def words(studio: Studio, before: Settings, after: Settings) -> str:
@@ -83,11 +71,10 @@ def words(studio: Studio, before: Settings, after: Settings) -> str:
         known = studio.environments
         keys = (settings[ENVIRONMENT] for settings in (before, after))
         return " → ".join(known[key].title if key in known else key for key in keys)  # its file may be gone
-    named = {where: new for where, new in after.items() if where != ("loop", "options")} or after
-    if len(named) == 1:
-        ((where, new),) = named.items()
+    if len(after) == 1:
+        ((where, new),) = after.items()
         return str(_difference(studio, where, before[where], new))
-    return f"{len(named)} settings"
+    return f"{len(after)} settings"
 
 
 def joined(first: tuple[Settings, Settings], then: tuple[Settings, Settings]) -> tuple[Settings, Settings]:
@@ -95,19 +82,6 @@ def joined(first: tuple[Settings, Settings], then: tuple[Settings, Settings]) ->
     before, after = then[0] | first[0], first[1] | then[1]
     changed = [where for where in after if before[where] != after[where]]
     return {where: before[where] for where in changed}, {where: after[where] for where in changed}
-
-
-class Difference(NamedTuple):
-    """One setting in words: its name, its values before and after, their unit."""
-
-    name: str
-    old: str
-    new: str
-    unit: str
-
-    def __str__(self) -> str:
-        name = f"{self.name[:1].lower()}{self.name[1:]}"
-        return f"{name} {self.old} → {self.new} {self.unit}".rstrip()
 
 
 def differences(studio: Studio, before: Settings, after: Settings) -> list[Difference]:
@@ -121,30 +95,10 @@ def differences(studio: Studio, before: Settings, after: Settings) -> list[Diffe
 
 def _difference(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> Difference:
     kind, *names = where
-    parameter: AnyParameter | None = None
-    if kind == "value":
-        parameter = next(p for p in studio.environments[names[0]].parameters if p.key == names[1])
-    elif kind == "grip" or names[0] == "estimator":
-        parameter = GRIP if kind == "grip" else ESTIMATOR
-        old, new = parameter.check(old), parameter.check(new)
-    elif names[0] in _LOOP:
-        parameter = _LOOP[names[0]]
-    if parameter is None:
-        return Difference(_WORDS[names[0]], _plain(old), _plain(new), "")
-    if isinstance(parameter, Choice):
-        return Difference(parameter.label, parameter.word(old), parameter.word(new), "")
-    shown = Quantity(parameter)
-    before, after = (shown.text(value * shown.factor) for value in (old, new))
-    return Difference(parameter.label, before, after, shown.unit)
-
-
-def _plain(value: Any) -> str:
-    """Write what is set by no parameter: on or off, a name, a filter's options, a rate in Hz."""
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    if isinstance(value, tuple):
-        return ", ".join(f"{key} {number:g}" for key, number in value) or "as usual"
-    return value if isinstance(value, str) else "fastest" if value is None else f"{value:,g} Hz"
+    if kind == "loop":
+        return FIELDS[names[0]].difference(old, new)
+    parameters = studio.environments[names[0]].parameters
+    return difference(next(p for p in parameters if p.key == names[1]), old, new)
 
 
 class Step(QUndoCommand):

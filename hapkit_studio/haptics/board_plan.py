@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics import estimators, nominal
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import LawError, ParameterError
@@ -82,7 +82,7 @@ class PlanRequest:
     environment: Environment
     values: Values
     estimator: Spec = "difference"
-    quantum: float = 20.7e-6
+    quantum: float = nominal.QUANTUM
     rate: float | None = None
 
     @property

@@ -3,15 +3,15 @@
 import math
 import threading
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from hapkit_studio import environments
 from hapkit_studio.devices import delays
 from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.delays import MeasuredDelay
-from hapkit_studio.devices.simulated import MODELS, SimulatedHapkit
-from hapkit_studio.dynamics.estimators import Spec
-from hapkit_studio.dynamics.hand import grip_named
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, GRIP, RENDERERS, LoopSettings
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.haptics import arrays, block, board_plan, health, link, passivity, priority
@@ -21,12 +21,13 @@ from hapkit_studio.haptics.drivers import Driver, driver_for, no_board
 from hapkit_studio.haptics.health import Fault, Health, Watch
 from hapkit_studio.haptics.priority import Priority
 from hapkit_studio.haptics.rows import RingReader, new_ring
-from hapkit_studio.haptics.settings import LoopSettings, Wanted
+from hapkit_studio.haptics.settings import BlockContent
 
-RENDERERS = COMPUTER, BOARD = "computer", "board"
 STARTING = Priority("Starting")
 JOIN_SECONDS = 2.0
 LATELY = 2000  # measured delays that count, a second or two of them
+FIRST_LOOP = LoopSettings(hand=GRIP.default_option, viscous=0.0, coulomb=0.0)
+"""Settings before a device is open."""
 
 
 def _environment(named: str | Environment) -> Environment:
@@ -51,18 +52,12 @@ class Engine:
         self._message = ""
         # the settings
         self._lock = threading.RLock()
-        # a law by its address, with the last generation of settings that wanted it
+        # a law by its address, with the last generation of settings that needed it
         self.kept_laws: dict[int, tuple[int, object]] = {}
         self._titles: dict[int, str] = {}  # of environments, by their law's address
-        self.grip = "medium"
-        self._target: float | None = None
-        self.model = MODELS[0]
-        self.where_wanted = COMPUTER
-        """Who is to render wherever that is possible."""
-        self._board_rate: float | None = None
         self._planning = BackgroundPlanner(self._planned)
         chosen = _environment(environment)
-        self._wanted = Wanted(chosen, chosen.values())
+        self._content = BlockContent(chosen, chosen.values(), FIRST_LOOP)
 
     # --- life
     def start(self) -> None:
@@ -77,7 +72,7 @@ class Engine:
 
     def _begin(self, driver: Driver) -> None:
         known = {key: getattr(self.device, key) for key in ("mass", "viscous", "quantum", "max_force")}
-        self._change(loop=self.loop.changed(rate=driver.rate), **known)
+        self._change_loop(rate=driver.rate or self.loop.rate, **known)
         # compile or load the loop: with the quit word set it renders no sample
         store_release(self.arrays.control, arrays.QUIT, 1)
         driver.run(self.arrays, new_ring(self.arrays.control, 2), self.lateness_bins)
@@ -119,57 +114,67 @@ class Engine:
 
     # --- settings: checked here, in force at the next tick
     def _change(self, **changes: Any) -> None:
-        """Publish the settings in force with some of them replaced."""
+        """Publish the content of the block with some of it replaced."""
         with self._lock:
-            wanted = Wanted(**{**vars(self._wanted), **changes})
-            wanted.generation += 1
-            wanted.grip, wanted.target = grip_named(self.grip), self._target
-            device = self._modelled(wanted.environment, wanted.values)
+            content = replace(self._content, **changes, generation=self._content.generation + 1)
+            device = self._modelled(content.environment, content.values, content.settings.model)
             if device is not None:
-                wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
-                wanted.quantum, wanted.mass = device.quantum, device.mass
-            wanted.board = self._plan_for(wanted)
-            self._write(wanted)
-            self._wanted = wanted
+                content.settings = replace(
+                    content.settings, mass=device.mass, viscous=device.viscous, coulomb=device.coulomb_force,
+                    quantum=device.quantum,
+                )  # fmt: skip
+            content.board = self._plan_for(content)
+            self._write(content)
+            self._content = content
 
-    def _write(self, wanted: Wanted) -> None:
+    def _change_loop(self, **changes: Any) -> None:
+        with self._lock:
+            self._change(settings=replace(self.loop, **changes))
+
+    def _write(self, content: BlockContent) -> None:
         """Write settings into the loop's block; every law is kept alive until the loop has left it."""
-        content, law = wanted.encode(), wanted.environment.force.compiled()
+        encoded, law = content.encode(), content.environment.force.compiled()
         accepted = int(load_acquire(self.arrays.control, arrays.ACCEPTED))
-        self.kept_laws[law.address] = wanted.generation, law
-        self._titles[law.address] = wanted.environment.title
-        block.publish(self.arrays.block, content)
+        self.kept_laws[law.address] = content.generation, law
+        self._titles[law.address] = content.environment.title
+        block.publish(self.arrays.block, encoded)
         self.kept_laws = {address: kept for address, kept in self.kept_laws.items() if kept[0] >= accepted}
 
     @property
     def environment(self) -> Environment:
-        return self._wanted.environment
+        return self._content.environment
 
     @property
     def values(self) -> dict[str, float]:
-        return dict(self._wanted.values)
+        return dict(self._content.values)
 
     @property
     def loop(self) -> LoopSettings:
-        return self._wanted.loop
+        """Return the loop in force, with the device as the loop models it."""
+        return self._content.settings
+
+    @property
+    def grip(self) -> str:
+        """Return how firmly the hand holds."""
+        return self.loop.hand
 
     @property
     def modelled(self) -> SimulatedHapkit | None:
         """Return the device's model with the terms that the loop simulates now, None for hardware."""
-        return self._modelled(self.environment, self._wanted.values)
+        return self._modelled(self.environment, self._content.values, self.loop.model)
 
-    def _modelled(self, environment: Environment, values: Values) -> SimulatedHapkit | None:
+    def _modelled(self, environment: Environment, values: Values, terms: str) -> SimulatedHapkit | None:
         model: SimulatedHapkit | None = self.device.model
         if model is None:
             return None
-        if self.model == "scene":
+        if terms == "scene":
             return model.reduced(environment.needed_at(values))
-        return model.without(("coulomb",) if self.model == "frictionless" else ())
+        return model.without(("coulomb",) if terms == "frictionless" else ())
 
     @property
     def max_force(self) -> float:
         """Return the clamp in force in N: the device's own limit, or one below it."""
-        return float(self._wanted.max_force)
+        return self.loop.max_force
 
     def set_environment(self, key: str | Environment, values: Mapping[str, object] | None = None) -> None:
         """Switch to an environment, cross-faded over 30 ms; raise ParameterError."""
@@ -188,70 +193,58 @@ class Engine:
 
     def set_parameter(self, key: str, value: object) -> None:
         """Change one parameter; raise ParameterError, and the loop keeps the last good value."""
-        current = {p.key: self._wanted.values[p.key] for p in self.environment.parameters}
-        self._change(values=self.environment.values({**current, key: value}))
+        self.put_values(self.environment.changed(self._content.values, {key: value}))
 
-    def set_loop(
-        self,
-        rate: float | None = None,
-        delay: float | None = None,
-        estimator: Spec | None = None,
-        controller: bool | None = None,
-    ) -> None:
-        """Change rate in Hz, added delay in s, velocity estimator, controller; raise ParameterError."""
+    def put_values(self, values: Mapping[str, float]) -> None:
+        """Change the environment's values to these, which are checked already."""
+        self._change(values=values)
+
+    def set_loop(self, **changes: Any) -> None:
+        """Change settings of the loop, all but who renders; raise ParameterError."""
+        checked = self.loop.changed(**changes)
+        self.change_loop({key: getattr(checked, key) for key in changes})
+
+    def change_loop(self, changes: Mapping[str, Any]) -> None:
+        """Change checked settings of the loop; raise ParameterError for another rate than the board's own."""
+        rate = changes.get("rate")
         own_rate = self.driver.rate if self.driver is not None else None
         if rate is not None and own_rate not in (None, rate):
             raise ParameterError(f"{self.device.title} sets the rate: {own_rate:,g} Hz, not {rate:,g} Hz.")
-        self._change(loop=self.loop.changed(rate, delay, estimator, controller))
+        self._change_loop(**changes)
         if rate is not None:
             self._watch.forget()
-
-    def set_model(self, name: str) -> None:
-        """Model what the scene needs ("scene"), "everything" or all but friction ("frictionless").
-
-        Raise ParameterError.
-        """
-        if name not in MODELS:
-            raise ParameterError(f"The model is one of {', '.join(MODELS)}, not {name!r}.")
-        with self._lock:
-            self.model = name
-            self._change()
+        if "hand" in changes:
+            self._tell_hand()
 
     def limit_force(self, newtons: float) -> None:
         """Clamp the force to so many N, the device's own limit at most; raise ParameterError, DeviceError."""
         most = self.device.max_force
         if not 0.0 < newtons <= most:
             raise ParameterError(f"The force limit goes from 0 to {most:g} N, not {newtons:g} N.")
-        self._change(max_force=newtons)
-
-    def set_grip(self, name: str) -> None:
-        """Choose how firmly the hand holds: released, light, medium, firm; raise ParameterError."""
-        grip_named(name)
-        self.grip = name
-        self._hand_moved()
+        self._change_loop(max_force=newtons)
 
     def move_hand(self, target: float | None) -> None:
         """Move the hand's target to a position in m, None lets go; raise ParameterError."""
         if target is not None and not math.isfinite(target):
             raise ParameterError(f"The hand's target must be a finite number of m, not {target:g}.")
-        self._target = target
-        self._hand_moved()
+        self._change(target=target)
+        self._tell_hand()
 
     def release_at_rest(self) -> None:
         """Let a simulated handle go where it is, without the speed that it has."""
-        self._target = None
-        self._change(releases=self._wanted.releases + 1)
+        with self._lock:
+            self._change(target=None, releases=self._content.releases + 1)
 
-    def _hand_moved(self) -> None:
-        self._change()
+    def _tell_hand(self) -> None:
+        """Tell the driver of a device with a hand of its own what the hand does."""
         if self.driver is not None:
-            self.driver.move_hand(self._target, self.grip)
+            self.driver.move_hand(self._content.target, self.grip)
 
     # --- who renders, the computer or the board: in force once the loop has handed over
     @property
     def where(self) -> str:
         """Return who is to render, "computer" or "board"; what the board cannot render stays here."""
-        return BOARD if self.where_wanted == BOARD and not self.board_refusal() else COMPUTER
+        return BOARD if self.loop.where == BOARD and not self.board_refusal() else COMPUTER
 
     @property
     def rendering(self) -> str:
@@ -281,21 +274,19 @@ class Engine:
     def prefer(self, where: str, rate: float | None = None) -> None:
         """Let one of them render every scene that it can; raise ParameterError for a rate no board has."""
         board_plan.check_rate(rate)
-        with self._lock:
-            self.where_wanted, self._board_rate = where, rate
-            self._change()
+        self._change_loop(where=where, board_rate=rate)
 
     @property
     def board_plan(self) -> BoardPlan | None:
         """Return how the board is to render the scene in force, None while the computer renders."""
-        plan = self._wanted.board
+        plan = self._content.board
         refused = plan is not None and self.driver is not None and self.driver.refusal(plan)
         return None if refused else plan
 
     @property
     def possible_plan(self) -> BoardPlan | None:
         """Return how the board would render the scene in force; None where it cannot, or nobody knows yet."""
-        found = self._answer(self._wanted)
+        found = self._answer(self._content)
         return found if isinstance(found, BoardPlan) else None
 
     def board_refusal(self, wait: bool = False) -> str:
@@ -303,25 +294,25 @@ class Engine:
 
         A law that is new to it is compiled in the background: "" until that is done, unless one can wait.
         """
-        found, driver = self._answer(self._wanted, wait), self.driver
+        found, driver = self._answer(self._content, wait), self.driver
         if isinstance(found, BoardPlan):
             return "" if driver is None else driver.refusal(found)
         return found or ""
 
-    def _plan_for(self, wanted: Wanted) -> BoardPlan | None:
-        """Return how the board is to render what is wanted, None where the computer does.
+    def _plan_for(self, content: BlockContent) -> BoardPlan | None:
+        """Return how the board is to render it, None where the computer does.
 
         While a law is compiled the board goes on with the one that it has.
         """
-        if self.where_wanted != BOARD:
+        if content.settings.where != BOARD:
             return None
-        found = self._answer(wanted)
+        found = self._answer(content)
         if found is None:
-            return self._wanted.board
+            return self._content.board
         return found if isinstance(found, BoardPlan) else None
 
-    def _answer(self, wanted: Wanted, wait: bool = False) -> BoardPlan | str | None:
-        """Return how the open board renders what is wanted, or in one line why not.
+    def _answer(self, content: BlockContent, wait: bool = False) -> BoardPlan | str | None:
+        """Return how the open board renders the settings, or in one line why not.
 
         None while that is being worked out.
         """
@@ -330,17 +321,21 @@ class Engine:
             return "No device is open." if self.device.has_board else no_board(self.device)
         if driver.planner is None:
             return driver.no_planner
-        if wanted.max_force < self.device.max_force:
+        if content.settings.max_force < self.device.max_force:
             return "The force limit is lowered, which only the computer keeps to."
         request = PlanRequest(
-            wanted.environment, wanted.values, wanted.loop.estimator, self.device.quantum, self._board_rate
+            content.environment,
+            content.values,
+            content.settings.estimator,
+            self.device.quantum,
+            content.settings.board_rate,
         )
         return driver.planner.plan(request) if wait else self._planning.plan(driver.planner, request)
 
     def _planned(self, planner: BoardPlanner) -> None:
         """Take over what the background has worked out."""
         with self._lock:
-            if self.where_wanted == BOARD and self.driver is not None and self.driver.planner is planner:
+            if self.loop.where == BOARD and self.driver is not None and self.driver.planner is planner:
                 self._change()
 
     def delay_of(self, where: str) -> MeasuredDelay | None:

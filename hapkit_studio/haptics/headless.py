@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,12 +10,13 @@ from hapkit_studio.devices import simulated
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand, Prescribed
 from hapkit_studio.dynamics.jit import compiled, inlined
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, block, patience, rows, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import load_acquire
-from hapkit_studio.haptics.settings import LoopSettings, Wanted
+from hapkit_studio.haptics.settings import BlockContent
 from hapkit_studio.haptics.simulated_loop import Plant
 from hapkit_studio.haptics.tick import tick
 
@@ -111,22 +112,17 @@ class Scene:
 
     def prepare(self) -> tuple[LoopArrays, Plant]:
         """Return the arrays at full parameters, and the device at its initial motion."""
-        wanted = Wanted(
-            self.environment,
-            self.values,
-            self.loop,
-            max_force=self.device.max_force,
-            max_speed=self.max_speed,
-            quantum=self.device.quantum,
-            mass=self.device.mass,
-            viscous=self.device.viscous,
-            coulomb=self.device.coulomb_force,
-            true_velocity=self.true_velocity,
-            designed_for=self.designed_for,
+        device = self.device
+        settings = replace(
+            self.loop, mass=device.mass, viscous=device.viscous, coulomb=device.coulomb_force,
+            quantum=device.quantum, max_force=device.max_force,
+        )  # fmt: skip
+        content = BlockContent(
+            self.environment, self.values, settings, self.max_speed, self.true_velocity, self.designed_for
         )
         shared = block.new_block()
         r = arrays.new_arrays(shared)
-        block.publish(shared, wanted.encode())
+        block.publish(shared, content.encode())
         r.tick.gain = 1.0
         periods = math.ceil(self.loop.delay * self.loop.rate) + 2
         return r, simulated_loop.new_plant(self.device, periods)

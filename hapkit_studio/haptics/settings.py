@@ -1,21 +1,19 @@
-"""Settings as a person gives them, turned into the loop's parameter block."""
+"""The content of the loop's parameter block, by name."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hapkit_studio.dynamics import estimators
-from hapkit_studio.dynamics.estimators import Spec
-from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import block
 from hapkit_studio.haptics.block import Block
 from hapkit_studio.haptics.passivity import most_damping
-from hapkit_studio.parameters import Parameter
 from hapkit_studio.protocol import law_frames
 from hapkit_studio.protocol.framing import crc16
 
@@ -25,63 +23,24 @@ if TYPE_CHECKING:
 FADE_SECONDS = 0.030
 MAX_SPEED = 3.0
 
-RATE = Parameter("rate", "Rate", "Hz", 1000.0, 100.0, 10_000.0, "How often the loop looks and answers")
-DELAY = Parameter("delay", "Added delay", "s", 0.0, 0.0, 0.1, "From a sample to the force it causes")
-
-
-@dataclass(frozen=True)
-class LoopSettings:
-    """The loop a person chose: rate in Hz, delay in s from sample to force, velocity estimator.
-
-    controller: the passivity controller damps while the scene gives more energy than it may.
-    """
-
-    rate: float = RATE.default
-    delay: float = DELAY.default
-    estimator: Spec = "difference"
-    controller: bool = False
-
-    def changed(
-        self,
-        rate: float | None = None,
-        delay: float | None = None,
-        estimator: Spec | None = None,
-        controller: bool | None = None,
-    ) -> "LoopSettings":
-        """Return these settings with the given ones replaced; raise ParameterError."""
-        if estimator is not None:
-            estimators.parse(estimator)
-        return replace(
-            self,
-            rate=self.rate if rate is None else RATE.check(rate),
-            delay=self.delay if delay is None else DELAY.check(delay),
-            estimator=self.estimator if estimator is None else estimator,
-            controller=self.controller if controller is None else bool(controller),
-        )
-
 
 @dataclass
-class Wanted:
-    """Everything the block holds, by name.
+class BlockContent:
+    """Everything that the parameter block holds, by name.
 
-    coulomb is a simulated device's, a board has its own; mass and viscous are what the passivity observer
-    goes by, and a simulated device's damping; true_velocity spares the estimator; designed_for: the
-    quantum in m that the estimator expects, None for the sensor's own; releases: how often a simulated
-    handle was let go at rest; board: None, the computer renders.
+    settings.mass and viscous are what the passivity observer assumes; viscous and coulomb are those of a
+    simulated device, 0 for a board, which has its own. true_velocity: the law gets the paddle's own velocity.
+    designed_for: sensor quantum in m that the estimator expects, None for settings.quantum. target: of the
+    hand in m, None while it has let go. releases: how often a simulated handle was released at rest. board:
+    how the board renders, None while the computer does.
     """
 
     environment: Environment
     values: Mapping[str, float]
-    loop: LoopSettings = field(default_factory=LoopSettings)
-    max_force: float = 3.0
+    settings: LoopSettings = field(default_factory=LoopSettings)
     max_speed: float = MAX_SPEED
-    quantum: float = 20.7e-6
-    mass: float = 0.044
-    viscous: float = 0.0
-    coulomb: float = 0.0
     true_velocity: bool = False
     designed_for: float | None = None
-    grip: Grip | None = None
     target: float | None = None
     releases: int = 0
     board: "BoardPlan | None" = None
@@ -99,17 +58,17 @@ class Wanted:
         values[: len(numbers)] = numbers
         start = law.initial_state
         values[block.INITIAL_STATE : block.INITIAL_STATE + len(start)] = start
-        expected = self.quantum if self.designed_for is None else self.designed_for
-        code, coefs = estimators.design(self.loop.estimator, self.loop.rate, expected)
+        loop, grip = self.settings, self.settings.grip
+        expected = loop.quantum if self.designed_for is None else self.designed_for
+        code, coefs = estimators.design(loop.estimator, loop.rate, expected)
         values[block.COEFS : block.PERIOD] = coefs
-        period, delay = 1.0 / self.loop.rate, self.loop.delay
-        limits = self.max_force, self.max_speed, FADE_SECONDS
-        values[block.PERIOD : block.FADE + 1] = period, delay, *limits
-        values[block.VISCOUS : block.QUANTUM + 1] = self.viscous, self.coulomb, self.quantum
-        if self.loop.controller:
-            values[block.DAMPER] = most_damping(self.mass, period, delay)
-        if self.grip is not None and self.target is not None:
-            hand = self.grip.mass, self.grip.damping, self.grip.stiffness, self.target
+        limits = loop.max_force, self.max_speed, FADE_SECONDS
+        values[block.PERIOD : block.FADE + 1] = loop.period, loop.delay, *limits
+        values[block.VISCOUS : block.QUANTUM + 1] = loop.viscous, loop.coulomb, loop.quantum
+        if loop.controller:
+            values[block.DAMPER] = most_damping(loop.mass, loop.period, loop.delay)
+        if grip is not None and self.target is not None:
+            hand = grip.mass, grip.damping, grip.stiffness, self.target
             values[block.HAND_MASS : block.HAND_TARGET + 1] = hand
             words[block.HAND_ON] = 1
         words[block.RELEASES] = self.releases

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError
 from hapkit_studio.formatting import number
-from hapkit_studio.haptics.settings import LoopSettings
 
 
 class LessonError(FileError):

@@ -15,8 +15,8 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import estimator_words
 from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Grip, grip_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.files import (
@@ -29,7 +29,6 @@ from hapkit_studio.files import (
     read_text,
 )
 from hapkit_studio.formatting import quoted
-from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.lessons.lesson import (
     Block,
     Check,

@@ -2,11 +2,14 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import FIELDS, USUAL_LOOP, from_table, recorded
+from hapkit_studio.dynamics.loop_settings import differences as loop_differences
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import plain
 from hapkit_studio.haptics.engine import Engine
@@ -35,18 +38,12 @@ def of_model(device: Device, modelled: SimulatedHapkit) -> dict[str, Any]:
 
 def in_force(engine: Engine) -> dict[str, Any]:
     """Return what is set at this moment, as JSON has it."""
-    device, modelled, loop = engine.device, engine.modelled, engine.loop
+    device, modelled = engine.device, engine.modelled
     return {
         **of_scene(engine.environment, engine.values),
         "state_names": list(engine.environment.state_names),
         "hand": "own",
-        "grip": engine.grip,
-        "render": engine.where,
-        "rate_Hz": loop.rate,
-        "delay_s": loop.delay,
-        "estimator": plain(loop.estimator),
-        "controller": loop.controller,
-        "max_force_N": engine.max_force,
+        **plain(recorded(replace(engine.loop, where=engine.where))),
         "device": device.title if modelled is None else of_model(device, modelled),
     }
 
@@ -87,9 +84,15 @@ def differences(before: Settings, after: Settings) -> list[str]:
     if old.get("environment") != new.get("environment"):
         return [f"environment {old.get('environment')} → {new.get('environment')}"]
     changed = [key for key in new if key not in _NESTED and old.get(key) != new[key]]
+    loop = [from_table({key: kept[key] for key in changed if key in kept}, USUAL_LOOP) for kept in (old, new)]
+    known = [FIELDS[key].recorded for key in loop[0].keys() & loop[1].keys()]
     return [
-        f"{_word(key)} {_text(old.get(key))} → {_text(new[key])} {units.get(key, '')}".rstrip()
-        for key in changed
+        *map(str, loop_differences(*loop)),
+        *(
+            f"{_word(key)} {_text(old.get(key))} → {_text(new[key])} {units.get(key, '')}".rstrip()
+            for key in changed
+            if key not in known
+        ),
     ]
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hapkit_studio.dynamics import nominal
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.haptics import arrays
@@ -22,7 +23,7 @@ from hapkit_studio.workshop.source import Source
 
 CALLS = 10_000
 PERIODS = (1e-3, 1e-4, 1e-2)
-FAR, FAST, QUANTUM = 0.06, 3.0, 20.7e-6
+FAR, FAST, QUANTUM = 0.06, 3.0, nominal.QUANTUM
 POSITIONS = (0.005, -0.005, 0.03, -0.03, FAR, -FAR)
 SPEEDS = (0.0, 0.1, -0.1, FAST, -FAST)
 _RESTING, _STEPS, _WANDER = 5, 8, 100

@@ -28,9 +28,9 @@ from scipy.signal import butter, sosfilt
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand, hand_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 LIBRARY = environments.discover()
 FAST, RATE = 16_000, 1000  # Hz: quasi-continuous; typical student's loop

@@ -12,9 +12,9 @@ import pytest
 
 from hapkit_studio.analysis import survey
 from hapkit_studio.analysis.cluster import ClusterError, cluster
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.sweeps import sweep
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import StudioError
 from tests.analysis import sweep_tasks
 from tests.waiting import PATIENCE
@@ -67,7 +67,7 @@ def dask(tmp_path):
 
 @pytest.mark.slow
 def test_results_survive_a_killed_worker_and_a_lost_scheduler_is_reported(dask, capfd):
-    setting, damping = Setting(delay=0.4e-3), np.linspace(0.0, 20.0, 7)
+    setting, damping = LoopSettings(delay=0.4e-3), np.linspace(0.0, 20.0, 7)
     with ThreadPoolExecutor(2) as threads:  # compile before the workers start
         wanted = rendered.boundary(setting, damping, executor=threads)
         roots = sweep(sweep_tasks.busy_roots, CELLS, executor=threads)

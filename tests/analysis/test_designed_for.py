@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm, solve_discrete_are
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary, passive_edge, passivity_line
 from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 
 MASS, VISCOUS, PERIOD, DAMPING = 0.044, 0.5, 1e-3, 5.0
 # quantum in m, agility q in m²/s³, limit in N/m: reference by scipy's Riccati solver and eigenvalues
@@ -20,7 +20,7 @@ def spec(q):
 
 
 def setting(quantum, q, **more):
-    return Setting(MASS, VISCOUS, quantum=quantum, estimator=spec(q), **more)
+    return LoopSettings(mass=MASS, viscous=VISCOUS, quantum=quantum, estimator=spec(q), **more)
 
 
 def gains(quantum, q):

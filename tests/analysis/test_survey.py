@@ -15,11 +15,11 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.analysis import survey
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.survey import Axes, SurveyError
 from hapkit_studio.charts.survey import survey_figure
 from hapkit_studio.cli import main
 from hapkit_studio.commands import base
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import StudioError
 from tests.analysis.sweep_tasks import Serial
 
@@ -48,7 +48,7 @@ def test_each_point_is_the_limit_of_that_loop_and_hand(tmp_path):
     assert survey.compute(path, AXES, Serial()) == 16
     axes, limits = survey.read(path)
     assert axes == AXES
-    usual = Setting()
+    usual = LoopSettings()
     places = (enumerate(values) for values in (AXES.estimators, AXES.rates, AXES.delays, AXES.damping))
     for (e, estimator), (r, rate), (d, delay), (b, damping) in itertools.product(*places):
         for h, hand in enumerate((None, "medium")):

@@ -7,15 +7,15 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.sweeps import sweep, workers
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from tests.bench import map_references
 from tests.bench.frame import Row
 
 NAME, ORDER = "map", 25
-SETTING = Setting()
+SETTING = LoopSettings()
 DAMPING = np.linspace(0.0, 40.0, 100)
 STIFFNESS = np.geomspace(100.0, 40_000.0, 100)
 CASES = 200
@@ -78,11 +78,11 @@ def maps() -> list[Row]:
     return rows
 
 
-def case(rng: np.random.Generator) -> tuple[Setting, float]:
+def case(rng: np.random.Generator) -> tuple[LoopSettings, float]:
     """Return a setting and a virtual damping: every rate, delay, filter and hand."""
     rate, mass = float(rng.choice([250.0, 500.0, 1e3, 2e3, 4e3])), float(10 ** rng.uniform(-2.0, -0.5))
-    setting = Setting(
-        mass,
+    setting = LoopSettings(
+        mass=mass,
         viscous=float(10 ** rng.uniform(-1.0, 0.7)),
         rate=rate,
         delay=float(rng.choice([0.0, 1.0, rng.uniform(0.0, 4.0)])) / rate,
@@ -92,12 +92,12 @@ def case(rng: np.random.Generator) -> tuple[Setting, float]:
     return setting, float(rng.choice([0.0, 0.4 * rng.random() * mass * rate]))
 
 
-def exact(setting: Setting, damping: float) -> float:
+def exact(setting: LoopSettings, damping: float) -> float:
     loop = {"rate": setting.rate, "delay": setting.delay, "estimator": setting.estimator}
     return stiffness_limit(setting.mass, setting.viscous, damping=damping, hand=setting.hand, **loop)
 
 
-def boundaries(cases: list[tuple[Setting, float]]) -> list[float]:
+def boundaries(cases: list[tuple[LoopSettings, float]]) -> list[float]:
     return [rendered.stiffest(rendered.rendered(setting), damping) for setting, damping in cases]
 
 

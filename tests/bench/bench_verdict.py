@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.verdict import Asked, verdict
 from hapkit_studio.charts import style
 from hapkit_studio.dynamics.hand import Hand, grip_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
 from tests.bench.frame import Row
 
@@ -27,7 +27,7 @@ def scenes() -> dict[str, tuple[Asked, str]]:
     spring, found = environments.named("spring"), {}
     for name, stiffness in STIFFNESS.items():
         for friction, hand in ((True, "released"), (name in ("calm", "above"), "light")):
-            setting = Setting(delay=LATE, hand=hand, coulomb=Setting.coulomb if friction else 0.0)
+            setting = LoopSettings(delay=LATE, hand=hand, coulomb=LoopSettings.coulomb if friction else 0.0)
             what = f"{name}, {stiffness:,.0f} N/m, {'held lightly' if hand == 'light' else 'let go'}"
             words = what if friction else f"{what}, no dry friction"
             found[words] = Asked(spring, spring.values({"stiffness": stiffness}), setting), hand

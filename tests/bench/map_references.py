@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import rendered
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import survey
 
 
 def _glide(
-    what: Setting, seconds: float | np.ndarray
+    what: LoopSettings, seconds: float | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return x per v, v per v, x per force and v per force of the free handle after some seconds."""
     m, b = what.mass, what.viscous
@@ -16,7 +16,7 @@ def _glide(
     return m * v_f, v_v, (seconds - m * v_f) / b, v_f
 
 
-def by_roots(what: Setting, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+def by_roots(what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """Return the classes (n,) of an ideal device, no delay: eigenvalues of all loops' matrices, stacked."""
     x_v, v_v, x_f, v_f = _glide(what, what.period)
     late = damping / what.period
@@ -28,7 +28,7 @@ def by_roots(what: Setting, stiffness: np.ndarray, damping: np.ndarray) -> np.nd
     return np.where(stable, rendered.DECAYS, rendered.GROWS)
 
 
-def by_steps(what: Setting, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+def by_steps(what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
     """Return the classes (n,) with friction and sensor steps, no delay: all cells stepped together."""
     few = rendered.FEW_STEPS * what.quantum
     verdict, quiet = np.zeros(stiffness.size, dtype=np.int8), np.arange(stiffness.size)
@@ -39,7 +39,7 @@ def by_steps(what: Setting, stiffness: np.ndarray, damping: np.ndarray) -> np.nd
     return verdict
 
 
-def _let_go(what: Setting, stiffness: np.ndarray, damping: np.ndarray, start: float) -> survey.Found:
+def _let_go(what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray, start: float) -> survey.Found:
     """Step every cell from rest at a start in m, until it is lost or has rested for a part of the time."""
     count = stiffness.size
     found = survey.Found(np.zeros((count, survey.PARTS, 3)), *np.zeros((2, count), dtype=np.int64))
@@ -63,7 +63,9 @@ def _let_go(what: Setting, stiffness: np.ndarray, damping: np.ndarray, start: fl
     return found
 
 
-def _step(what: Setting, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _step(
+    what: LoopSettings, x: np.ndarray, v: np.ndarray, force: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return place and speed a period later, Coulomb friction exact: a handle stops once in it at most."""
     m, b, friction = what.mass, what.viscous, what.coulomb
     x_v, v_v, x_f, v_f = _glide(what, what.period)

@@ -58,7 +58,7 @@ def test_each_change_has_its_time_and_both_values():
     log = [(0.0, wall), (1.5, stiffer), (2.25, {**stiffer, "rate_Hz": 2000.0}), (3.0, of("spring"))]
     assert lines(log)[2:] == [
         "At 1.50 s: stiffness 250 → 600 N/m, damping acts on the way in → both ways",
-        "At 2.25 s: rate 1,000 → 2,000 Hz",
+        "At 2.25 s: servo rate 1,000 → 2,000 Hz",
         "At 3.00 s: Spring: stiffness 80 N/m, damping 0 N·s/m, centre 0 mm",
     ]
     many = [(float(n), of("wall", stiffness=100.0 + n)) for n in range(9)]

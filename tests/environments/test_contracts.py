@@ -104,7 +104,7 @@ def test_warns_in_whole_sentences_only_when_pushed(key, rng):
         period, delay = 10 ** rng.uniform(-4, -2), rng.choice([0.0, 1e-3, 0.1])
         estimator, coulomb = str(rng.choice(list(ESTIMATORS))), rng.choice([0.0, 0.1])
         conditions = Conditions(
-            period, quantum, rng.uniform(0, 2), delay=delay, coulomb=coulomb, estimator=estimator
+            1.0 / period, delay, estimator, quantum=quantum, viscous=rng.uniform(0, 2), coulomb=coulomb
         )
         for line in e.warnings(anywhere(e, rng), conditions):
             assert line

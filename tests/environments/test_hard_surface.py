@@ -139,7 +139,7 @@ def test_a_tapping_hand_rings_it_once_a_tap(delay):
 
 
 def warned(period=1e-3, **given):
-    return calling.warned("hard_surface", Conditions(period=period), **given)
+    return calling.warned("hard_surface", Conditions(1.0 / period), **given)
 
 
 def test_warns_of_fewer_than_10_samples_a_cycle():

@@ -113,7 +113,7 @@ def test_the_board_is_faster_without_contact_damping(key, method, without, dampe
 
 def warned(key, period=1e-3, **values):
     """Return the warnings on the integrator, with the handle held too firmly to oscillate."""
-    return calling.warned(key, Conditions(period=period, viscous=100.0), **values)
+    return calling.warned(key, Conditions(1.0 / period, viscous=100.0), **values)
 
 
 def test_an_unstable_integrator_gets_a_warning():

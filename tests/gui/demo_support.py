@@ -28,7 +28,8 @@ class FastEngine(Engine):
     """An engine without a thread: its loop is run by hand."""
 
     def start(self):
-        self._change(**{k: getattr(self.device, k) for k in ("mass", "viscous", "quantum", "max_force")})
+        device = {k: getattr(self.device, k) for k in ("mass", "viscous", "quantum", "max_force")}
+        self._change_loop(**device)
         self.body = simulated_loop.new_plant(self.device)
         adopt(self.arrays, simulated_loop.measure(self.body))
         simulated_loop.follow_settings(self.body, self.arrays)

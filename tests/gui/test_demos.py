@@ -66,7 +66,7 @@ def moved(out, seconds):
 def test_a_wall_buzzes_beyond_its_limit_and_rests_below(told):
     played = told("buzzing_wall")
     steps = {step.at: step.settings for step in played.demo.steps}
-    grip = GRIPS[steps[0.0]["grip",]]
+    grip = GRIPS[steps[0.0]["loop", "hand"]]
 
     def limit(at):
         delay = steps[at]["loop", "delay"]

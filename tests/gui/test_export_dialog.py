@@ -55,17 +55,17 @@ def test_kit_and_printing_are_as_chosen(window, sheet):
 
 
 def test_an_estimator_that_no_sketch_has_is_replaced_and_that_is_said(window, sheet):
-    window.studio.set_loop(estimator="foaw", options=())
+    window.studio.set_loop(estimator="foaw")
     assert "Kalman filter, in place of" in sheet.velocity.text()
     assert "alpha-beta" in sheet.text()
-    window.studio.set_loop(estimator="difference", options=())
+    window.studio.set_loop(estimator="difference")
     assert sheet.velocity.text().endswith(", as in the loop")
     assert "ifference" in sheet.velocity.text()
 
 
 def test_a_sketch_that_would_buzz_is_said_so_in_the_sheet_and_in_the_file(window, sheet, tmp_path):
     window.studio.choose("wall")
-    window.studio.set_loop(estimator="difference", options=())
+    window.studio.set_loop(estimator="difference")
     window.studio.set_values({"stiffness": 5000.0, "damping": 0.0})
     limit = 2.0 * 0.5 / (1e-3 + 2e-3)  # K < 2 b / (T + 2 t), t = T, b the default kit's, B = 0
     words = sheet.verdict.words.text()

@@ -11,8 +11,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QLabel, QLineEdit, QPushButton, QTabBar, QToolButton, QWidget
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.verdict import Asked
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.gui import breakpoints, pages
 from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.gallery import GalleryRow
@@ -271,7 +271,7 @@ def test_the_verdict_stays_in_sight_below_two_banners_with_all_unfolded(window, 
     lose_device(window)
     window.studio.stop()
     panel, card = window.panel, window.stability
-    long = answer(asked("wall", Setting(delay=1e-3, hand="medium"), 4000.0))
+    long = answer(asked("wall", LoopSettings(delay=1e-3, hand="medium"), 4000.0))
     for key in window.studio.environments:
         window.studio.choose(key)
         for opened in (False, True):
@@ -491,7 +491,7 @@ def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_envi
     settle(qapp, window, (1440, 900))
     card, body = window.stability, window.panel.upper.widget()
     short, long, mapped = (
-        answer(asked("wall", Setting(delay=1e-3, hand="medium"), k)) for k in (250.0, 4000.0, 100.0)
+        answer(asked("wall", LoopSettings(delay=1e-3, hand="medium"), k)) for k in (250.0, 4000.0, 100.0)
     )
     for found in (short, long, short):
         card.show_answer(found)

@@ -76,7 +76,7 @@ def test_a_lock_that_no_code_opens_is_refused(closed):
         lambda s: s.set_values({"damping": 1.0, "stiffness": 909.0}),
         lambda s: s.set_values_of("wall", {"stiffness": 0.0}),
         lambda s: s.set_loop(delay=0.001),
-        lambda s: s.set_grip("firm"),
+        lambda s: s.set_loop(hand="firm"),
         lambda s: s.hide_values(LIBRARY["wall"].values({"stiffness": 100.0})),
     ],
 )

@@ -2,17 +2,18 @@
 
 import random
 import tomllib
+from dataclasses import replace
 
 import pytest
 
+from hapkit_studio.dynamics.loop_settings import USUAL_LOOP
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.files import MOST_BYTES
 from hapkit_studio.gui import presets
 from hapkit_studio.gui.panel.preset_row import CompareDialog, SavePresetDialog
-from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.gui.undo import settings_of
 from tests.environments.calling import LIBRARY
-from tests.gui.window_support import said_in, sheet_of
+from tests.gui.window_support import said_in, sheet_of, usual_loop
 
 STIFF = {"stiffness": 900.0, "damping": 2.5, "position": -0.0125, "side": 1.0, "damping_mode": 1.0}
 
@@ -83,7 +84,7 @@ def test_what_differs_stands_in_a_table_until_it_is_applied(window, home):
     studio.set_loop(delay=0.002, controller=True)
     window.presets.keep("stiff", with_loop=True)
     studio.reset_values()
-    studio.set_loop(**vars(LoopChoice()))
+    studio.set_loop(**usual_loop())
     window.actions_by_key.run("environment.compare_presets")
     dialog = sheet_of(window, CompareDialog)
     lines = [
@@ -128,16 +129,15 @@ def test_the_next_start_knows_the_preset_s_name_and_what_differs(window, home):
 @pytest.mark.parametrize("model", ["everything", "frictionless"])
 def test_the_loop_is_in_a_preset_only_if_asked_for(window, home, model):
     studio = window.studio
-    loop = LoopChoice(2000.0, 0.002, "iir", (("cutoff", 50.0),), model, True)
-    studio.set_loop(**vars(loop))
-    studio.set_grip("firm")
+    chosen = {"rate": 2000.0, "delay": 0.002, "estimator": ("iir", {"cutoff": 50.0}), "controller": True}
+    loop = replace(USUAL_LOOP, **chosen, model=model, hand="firm")
+    studio.set_loop(**chosen, model=model, hand="firm")
     window.presets.keep("alone", with_loop=False)
     window.presets.keep("whole", with_loop=True)
-    for name, after in (("alone", (LoopChoice(), "medium")), ("whole", (loop, "firm"))):
-        studio.set_loop(**vars(LoopChoice()))
-        studio.set_grip("medium")
+    for name, after in (("alone", USUAL_LOOP), ("whole", loop)):
+        studio.set_loop(**usual_loop())
         window.presets.apply(presets.found("wall")[name])
-        assert (studio.loop, studio.grip) == after
+        assert studio.loop == after
 
 
 def test_a_name_is_asked_for_and_must_be_one_that_a_file_can_have(window, home):

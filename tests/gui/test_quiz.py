@@ -6,8 +6,8 @@ import re
 import pytest
 from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QLabel, QLineEdit, QWidget
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.verdict import Asked
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.demos import read, shipped
@@ -15,8 +15,8 @@ from hapkit_studio.gui.live.cursors import slope
 from hapkit_studio.gui.lock import Lock
 from hapkit_studio.gui.quiz import asked_for, comparison, draw, first_calm
 from hapkit_studio.gui.undo import settings_of
-from hapkit_studio.gui.widgets.numbers import Quantity
 from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.quantity import Quantity
 from tests.gui.test_actions import press
 from tests.gui.window_support import SIMULATED
 
@@ -65,7 +65,7 @@ def test_values_are_drawn_on_steps_from_half_to_four_times_the_default():
 def test_the_first_calm_value_is_taken_and_none_where_none_is():
     """With 20 ms a spring is passive below b / (T/2 + delay) = 0.5 / 0.0205 = 24 N/m."""
     spring, progress = LIBRARY["spring"], lambda _done, _of: None
-    asked = Asked(spring, spring.values(), Setting(delay=0.02, hand="medium"))
+    asked = Asked(spring, spring.values(), LoopSettings(delay=0.02, hand="medium"))
     for drawn, found in (([1900.0, 1000.0, 20.0, 10.0], 20.0), ([1900.0, 1000.0], None)):
         assert first_calm(asked, "stiffness", drawn, progress) == found
 

@@ -1,6 +1,7 @@
 """The next start: scenes, loop, hand and view as they were left; on a motor nothing before "Render"."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,8 +10,8 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
+from hapkit_studio.dynamics.loop_settings import USUAL_LOOP
 from hapkit_studio.gui.environment_library import usable
-from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics import rows
 from tests.environments.calling import LIBRARY
 from tests.gui.window_support import SIMULATED
@@ -66,7 +67,7 @@ def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
 def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot, model):
     """Scene, values, loop and grip together are what a verdict is about."""
     loop = {
-        "rate": 2000.0, "delay": 0.0015, "estimator": "iir", "options": (("cutoff", 20.0),),
+        "rate": 2000.0, "delay": 0.0015, "estimator": ("iir", {"cutoff": 20.0}), "hand": "firm",
         "controller": True, "model": model, "where": "board", "board_rate": 500.0,
     }  # fmt: skip
     asked = []
@@ -75,8 +76,7 @@ def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot, m
         if begins:
             window.studio.set_value("stiffness", 1800.0)
             window.studio.set_loop(**loop)
-            window.studio.set_grip("firm")
-        assert window.studio.loop == LoopChoice(**loop)
+        assert window.studio.loop == replace(USUAL_LOOP, **loop)
         window.studio.device.open(SIMULATED)
         qtbot.waitUntil(lambda window=window: window.studio.engine is not None)
         asked.append(window.stability.question())
@@ -137,7 +137,7 @@ def test_a_loop_that_cannot_be_is_left_out_one_by_one(kept_idle_window, loop, fo
     window.settings.setValue("environment", "wall")
     window.settings.setValue("loop", json.dumps(loop))
     window.state.restore()
-    assert (window.studio.loop, window.studio.grip) == (LoopChoice(**found), grip)
+    assert (window.studio.loop, window.studio.grip) == (replace(USUAL_LOOP, **found, hand=grip), grip)
 
 
 def test_who_has_dragged_once_is_not_told_again(start, qtbot):

@@ -6,8 +6,8 @@ import pytest
 from PySide6.QtCore import QSettings
 
 from hapkit_studio.devices.hapkit import PACKET
+from hapkit_studio.dynamics.loop_settings import USUAL_LOOP
 from hapkit_studio.gui.stored import StoredSettings
-from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.gui.widgets.theme import MODES
 from tests.environments.calling import LIBRARY
 from tests.wide import wide
@@ -77,7 +77,7 @@ def test_the_window_starts_with_the_default_of_a_wrong_setting_and_names_it(star
     assert notice.title == "Some stored settings cannot be used. Their default values are in force."
     assert notice.text.startswith(WRONG[line])
     assert "\n" not in notice.text
-    assert (window.studio.values, window.studio.loop) == (LIBRARY["wall"].values(), LoopChoice())
+    assert (window.studio.values, window.studio.loop) == (LIBRARY["wall"].values(), USUAL_LOOP)
     assert not window.studio.lock.places
 
 

@@ -157,7 +157,7 @@ def test_while_hidden_no_path_changes_a_setting(compared):
     for change in (
         lambda: studio.set_value("stiffness", 1.0),
         lambda: studio.set_loop(rate=500.0),
-        lambda: studio.set_grip("firm"),
+        lambda: studio.set_loop(hand="firm"),
     ):
         with pytest.raises(ParameterError, match="hidden during the blind comparison"):
             change()

@@ -38,10 +38,10 @@ CHANGES = {
     "environment": lambda s: s.choose("spring"),
     "rate": lambda s: s.set_loop(rate=2000.0),
     "delay": lambda s: s.set_loop(delay=0.002),
-    "estimator": lambda s: s.set_loop(estimator="iir", options=(("cutoff", 50.0),)),
+    "estimator": lambda s: s.set_loop(estimator=("iir", {"cutoff": 50.0})),
     "controller": lambda s: s.set_loop(controller=True),
     "model": lambda s: s.set_loop(model="everything"),
-    "grip": lambda s: s.set_grip("firm"),
+    "grip": lambda s: s.set_loop(hand="firm"),
 }
 
 
@@ -60,7 +60,7 @@ def test_every_setting_is_undone_and_redone_by_key_in_window_and_engine(window, 
         assert engine.environment.key == studio.environment.key
         assert engine.values == studio.values
         assert (engine.loop.rate, engine.loop.delay) == (studio.loop.rate, studio.loop.delay)
-        assert (engine.grip, engine.model) == (studio.grip, studio.loop.model)
+        assert (engine.grip, engine.loop.model) == (studio.grip, studio.loop.model)
     assert stack.count() == 1
 
 
@@ -72,10 +72,10 @@ def test_every_setting_is_undone_and_redone_by_key_in_window_and_engine(window, 
         (lambda s: s.set_value("damping_mode", 1.0), "damping acts Into → Both"),
         (lambda s: s.set_values({"stiffness": 1.0, "damping": 1.0}), "2 settings"),
         (lambda s: s.choose("spring"), "Wall → Spring"),
-        (lambda s: s.set_loop(estimator="iir", options=(("cutoff", 50.0),)), "velocity Kalman → IIR"),
+        (lambda s: s.set_loop(estimator=("iir", {"cutoff": 50.0})), "velocity Kalman → IIR"),
         (lambda s: s.set_loop(delay=0.002), "added delay 0.0 → 2.0 ms"),
         (lambda s: s.set_loop(controller=True), "passivity controller off → on"),
-        (lambda s: s.set_grip("firm"), "grip Medium → Firm"),
+        (lambda s: s.set_loop(hand="firm"), "grip Medium → Firm"),
     ],
 )
 def test_the_menu_names_what_is_undone(window, change, words):
@@ -163,7 +163,7 @@ def test_the_step_puts_back_only_what_it_changed(window):
     studio = window.studio
     studio.set_value("stiffness", 900.0)
     with studio.temporarily():
-        studio.set_grip("firm")
+        studio.set_loop(hand="firm")
     assert window.history.stack.count() == 1
     window.history.stack.undo()
     assert (studio.values["stiffness"], studio.grip) == (250.0, "firm")

@@ -6,14 +6,19 @@ from PySide6.QtWidgets import QDialog, QLabel
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import FIELDS, USUAL_LOOP
 from hapkit_studio.gui.dialogs import TextDialog
-from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics.engine import Engine
 from tests.lateness import clear_lateness
 
 PATIENCE_MS = 180_000
 """What anything may take: the first loop is compiled, which takes a busy machine more than a minute."""
 SIMULATED = DeviceEntry("simulated", "Simulated Hapkit", SimulatedHapkit)
+
+
+def usual_loop():
+    """Return what a person's loop starts with, by name."""
+    return {name: getattr(USUAL_LOOP, name) for name in FIELDS}
 
 
 def build_engine(entry: DeviceEntry) -> Engine:
@@ -61,9 +66,9 @@ def put_back(window) -> None:
         studio.library.values[key].update(environment.values())
     studio.choose("wall")
     studio.reset_values()
-    if studio.loop != LoopChoice():
-        studio.set_loop(**vars(LoopChoice()))
-    studio.set_grip("medium")
+    if studio.loop != USUAL_LOOP:
+        studio.set_loop(**usual_loop())
+    studio.set_loop(hand="medium")
     studio.move_hand(None)
     window.loop.set_folded(True)
     window.loop.set_more(False)

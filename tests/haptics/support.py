@@ -3,13 +3,15 @@
 import ctypes
 import math
 import threading
+from dataclasses import fields
 
 import numpy as np
 
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import arrays, block, clib, headless, tick
 from hapkit_studio.haptics.clib import store_release
-from hapkit_studio.haptics.settings import LoopSettings, Wanted
+from hapkit_studio.haptics.settings import BlockContent
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 from tests.waiting import wait_until
@@ -104,11 +106,13 @@ class LoopHarness:
     def set(self, environment, values=None, **wanted):
         """Publish other settings."""
         self.wanted.update(wanted)
-        loop = LoopSettings(self.rate, estimator=self.wanted.get("estimator", "difference"))
-        others = {k: v for k, v in self.wanted.items() if k != "estimator"}
-        settings = Wanted(environment, environment.values(values), loop, **others)
-        self.kept = settings.environment.force.compiled()
-        block.publish(self.block, settings.encode())
+        names = {field.name for field in fields(LoopSettings)}
+        loop = {"viscous": 0.0, "coulomb": 0.0} | {k: v for k, v in self.wanted.items() if k in names}
+        others = {k: v for k, v in self.wanted.items() if k not in names}
+        settings = LoopSettings(self.rate, **loop)
+        content = BlockContent(environment, environment.values(values), settings, **others)
+        self.kept = content.environment.force.compiled()
+        block.publish(self.block, content.encode())
 
     def tick(self, position=0.0, effect=0.0, period=None):
         """Render one sample; return its row."""

@@ -9,7 +9,7 @@ from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import block
 from hapkit_studio.haptics.board_plan import CLOCK, RATES, BackgroundPlanner, BoardPlanner, PlanRequest, share
-from hapkit_studio.haptics.settings import Wanted
+from hapkit_studio.haptics.settings import BlockContent
 from hapkit_studio.laws import law
 from hapkit_studio.laws.machine import ESTIMATE, FRAME, REST, REST_AT_MOST
 from hapkit_studio.protocol.framing import crc16
@@ -117,7 +117,7 @@ def test_only_constants_make_no_other_form():
 
 def test_the_block_holds_what_is_sent():
     way = planner().plan(request(CONSTANT))
-    _, words, program = Wanted(CONSTANT, CONSTANT.values(), board=way).encode()
+    _, words, program = BlockContent(CONSTANT, CONSTANT.values(), board=way).encode()
     data = way.program.data
     assert program.astype("<i8").tobytes()[: len(data)] == data
     assert words[block.BOARD_CHECK] == crc16(data)

@@ -121,7 +121,7 @@ def test_what_the_board_refuses_the_computer_renders_and_says_so(rendering):
     setup.engine.set_where("board")
     setup.until(lambda: setup.engine.board_refusal() != "")
     assert setup.engine.board_refusal() == "The board refuses this law (jump). The computer renders."
-    assert (setup.engine.where, setup.engine.where_wanted) == ("computer", "board")
+    assert (setup.engine.where, setup.engine.loop.where) == ("computer", "board")
     setup.run(150)
     assert setup.engine.rendering == "computer"
     assert len(setup.told(Law)) == 1
@@ -192,7 +192,7 @@ def test_what_the_board_cannot_render_stays_here(rendering):
     words = r"Cat needs \d+ bytes, the board has 150"
     assert re.match(words, setup.engine.board_refusal(wait=True))
     setup.until(lambda: setup.engine.rendering == "computer")
-    assert (setup.engine.where, setup.engine.where_wanted) == ("computer", "board")
+    assert (setup.engine.where, setup.engine.loop.where) == ("computer", "board")
     with pytest.raises(ParameterError, match=words):
         setup.engine.set_where("board")
     setup.engine.set_environment("damping")

@@ -13,10 +13,10 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import ARRIVES, Hand, grip_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, headless, rows
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.settings import LoopSettings
 from tests.haptics.support import CONSTANT, COUNTING, loop_threads, read, rest, slow_environment
 from tests.waiting import wait_until
 
@@ -28,7 +28,7 @@ def test_the_rate_changes_while_it_runs(started):
     engine = started(environment="damping")
     reader = engine.reader()
     engine.set_parameter("damping", 5.0)
-    engine.set_grip("firm")
+    engine.set_loop(hand="firm")
     found = []
     for k, rate in enumerate((100.0, 10_000.0, 300.0, 10_000.0, 100.0, 1000.0)):
         engine.move_hand(0.03 * (-1) ** k)
@@ -61,7 +61,7 @@ def test_no_call_blocks_while_it_runs(started):
         lambda k: engine.set_environment(("wall", "spring")[k % 2]),
         lambda k: engine.set_loop(rate=200.0, delay=1e-4 * k),
         lambda k: engine.move_hand(1e-4 * k),
-        lambda k: engine.set_grip(("light", "firm")[k % 2]),
+        lambda k: engine.set_loop(hand=("light", "firm")[k % 2]),
         lambda k: engine.stop(),
         lambda k: engine.release_stop(),
         lambda k: engine.clear_fault(),
@@ -81,6 +81,9 @@ def test_no_call_blocks_while_it_runs(started):
         assert statistics.median(ticks) == 0
 
 
+BAD_LOOP = ("rate", 0.0), ("delay", math.inf), ("estimator", "guess"), ("hand", "iron")
+
+
 def test_bad_settings_leave_the_last_good_ones(started):
     engine = started(environment="wall")
     reader = engine.reader()
@@ -93,10 +96,7 @@ def test_bad_settings_leave_the_last_good_ones(started):
         (engine.set_parameter, "nothing", 1.0),
         (engine.set_environment, "nowhere"),
         (engine.set_environment, "wall", {"side": "up"}),
-        (engine.set_loop, 0.0),
-        (engine.set_loop, None, math.inf),
-        (engine.set_loop, None, None, "guess"),
-        (engine.set_grip, "iron"),
+        *((lambda key, value: engine.set_loop(**{key: value}), *bad) for bad in BAD_LOOP),
         (engine.move_hand, math.nan),
     ):
         with pytest.raises(ParameterError):
@@ -233,7 +233,7 @@ def test_a_hand_holds_the_handle_and_lets_go(started):
     engine = started(environment="free")
     reader = engine.reader()
     rest(reader, 2)
-    engine.set_grip("firm")
+    engine.set_loop(hand="firm")
     engine.move_hand(0.02)
     out = read(reader, lambda found: found[-1, rows.TRUE_POSITION] > 0.0197)
     held = out[~np.isnan(out[:, rows.HAND_TARGET])]
@@ -306,9 +306,9 @@ def test_a_live_loop_is_what_the_reduced_device_gives_bit_for_bit(needs, rate, d
 
 def test_a_person_can_have_everything(started):
     engine = started(environment=replace(SPRING, needs=("mass",)))
-    assert engine.model == "scene"
+    assert engine.loop.model == "scene"
     assert engine.modelled == SimulatedHapkit(damping=0.0, coulomb_force=0.0)
-    engine.set_model("everything")
+    engine.set_loop(model="everything")
     assert engine.modelled == SimulatedHapkit()
     reader = engine.reader()
     engine.move_hand(0.0123)
@@ -316,7 +316,9 @@ def test_a_person_can_have_everything(started):
     found = read(reader, lambda found: abs(found[-1, rows.TRUE_POSITION] - 0.0088) < 4e-4)
     counts = found[-1, rows.POSITION] / 20.7e-6
     assert counts == pytest.approx(round(counts), abs=1e-6)
-    engine.set_model("scene")  # without friction it rests where hand and spring balance, to a sensor step
+    engine.set_loop(
+        model="scene"
+    )  # without friction it rests where hand and spring balance, to a sensor step
     hand, spring = grip_named(engine.grip).stiffness, SPRING.values()["stiffness"]
     balance = 0.0123 * hand / (hand + spring)
     read(reader, lambda found: np.ptp(found[-400:, rows.TRUE_POSITION]) < 1e-9)
@@ -324,10 +326,8 @@ def test_a_person_can_have_everything(started):
     assert found[-1, rows.POSITION] != found[-1, rows.TRUE_POSITION]
     engine.set_environment(CONSTANT)
     assert engine.modelled == SimulatedHapkit()
-    with pytest.raises(
-        ParameterError, match="The model is one of scene, everything, frictionless, not 'all'"
-    ):
-        engine.set_model("all")
+    with pytest.raises(ParameterError, match="Model is one of scene, everything, frictionless, not 'all'"):
+        engine.set_loop(model="all")
 
 
 def test_at_other_parameters_everything_is_modelled(started):
@@ -349,7 +349,7 @@ def test_a_change_of_model_moves_nothing(started):
     found = []
     for _ in range(4):
         for model in ("everything", "scene"):
-            engine.set_model(model)
+            engine.set_loop(model=model)
             found.append(rest(reader, 50))
     out = np.concatenate(found)
     np.testing.assert_array_equal(out[:, rows.TRUE_POSITION], place)

@@ -8,9 +8,9 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand, Prescribed
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, headless, rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 
 def scene(key="spring", rate=1000.0, delay=0.0, device=None, max_speed=math.inf, **values):

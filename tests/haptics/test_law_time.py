@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from hapkit_studio import api, interrupts
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.verdict import Asked, unstable_ranges, verdict
 from hapkit_studio.dynamics.hand import Prescribed
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.haptics import arrays, headless, passivity, patience, rows, survey, tick
@@ -265,7 +265,7 @@ def test_a_law_may_take_a_whole_period_of_a_slow_loop():
 
 def test_nothing_is_said_of_a_handle_whose_law_takes_too_long(monkeypatch):
     monkeypatch.setattr(Environment, "curve", lambda _, values, x, v=0.0: -values["stiffness"] * x)
-    asked = Asked(SLOW, SLOW.values(EVERYWHERE), Setting(hand="medium"))
+    asked = Asked(SLOW, SLOW.values(EVERYWHERE), LoopSettings(hand="medium"))
     found = verdict(asked)
     assert (found.headline, found.calm, found.margins) == ("Not judged", False, {})
     assert found.lines == ("In your hand: not judged.", "After you let go: not judged.")

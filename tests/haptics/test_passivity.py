@@ -10,8 +10,8 @@ from scipy.optimize import lsq_linear
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed, hand_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import arrays, block, headless, passivity, rows
-from hapkit_studio.haptics.settings import LoopSettings
 from tests.haptics.support import CONSTANT, COUNTING, LoopHarness
 
 LIBRARY = environments.discover()

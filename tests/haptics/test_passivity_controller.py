@@ -9,9 +9,9 @@ import hapkit_studio as hs
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import arrays, block, headless, passivity, rows
 from hapkit_studio.haptics.passivity import FELT, most_damping
-from hapkit_studio.haptics.settings import LoopSettings
 from tests.haptics.support import BROKEN, CONSTANT, LoopHarness
 
 LIBRARY = environments.discover()

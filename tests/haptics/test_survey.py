@@ -9,8 +9,8 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import arrays, headless, rows, survey
-from hapkit_studio.haptics.settings import LoopSettings
 
 EVERY = survey.Limits(math.inf, survey.NEVER_STILL, survey.NEVER_FAINT, survey.NEVER_SMALL)
 PART = 40

@@ -14,10 +14,10 @@ from hapkit_studio.charts import run as charts
 from hapkit_studio.cli import main
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments import named
 from hapkit_studio.environments.base import Environment, MovingObject
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.sessions.chunk import pack

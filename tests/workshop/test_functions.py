@@ -67,7 +67,7 @@ def test_arguments_and_results_are_unchanged_in_the_process(tmp_path):
     own = made(tmp_path)
     assert own.check(VALUES) == ""
     assert own.check({**VALUES, "mass": 0.0}) == "no mass"
-    conditions = Conditions(period=1e-4, delay=2e-3, max_force=math.inf, estimator=("iir", {"cutoff": 9.0}))
+    conditions = Conditions(rate=1e4, delay=2e-3, max_force=math.inf, estimator=("iir", {"cutoff": 9.0}))
     assert own.warnings(VALUES, conditions) == ("5 N/m every 0.0001 s, 0.002 s late by iir",)
     assert own.unused(VALUES) == {"mass": "it has none"}
     assert own.impedance(VALUES) == (5.0, 0.0)

@@ -16,10 +16,10 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import stick_slip
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.dynamics.integrators import instants
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.stick_slip import MODELS
 from hapkit_studio.environments.friction import MODELS as RENDERED
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 MASS, STATIC, KINETIC = 0.05, 1.0, 0.5
 SPRING, DRAWN, DRAWN_SECONDS = 300.0, 0.02, 6.0

@@ -22,11 +22,11 @@ from hapkit_studio.analysis.perception import RATE, Difference
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import MINUS
 from hapkit_studio.haptics import headless
 from hapkit_studio.haptics.board_plan import BoardPlanner
-from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.laws.machine import ARENA
 from hapkit_studio.parameters import Parameter
 

@@ -21,17 +21,15 @@ import numpy as np
 from hapkit_studio.analysis.accuracy import trials
 from hapkit_studio.analysis.accuracy.trials import Trial
 from hapkit_studio.analysis.perception import PLACE, Difference
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane, objects
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import USUAL, Spec
+from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, RATE, LoopSettings
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.formatting import plain, significant
 from hapkit_studio.haptics import board_plan, headless, rows
 from hapkit_studio.haptics.board_plan import CLOCK, BoardPlanner, PlanRequest
-from hapkit_studio.haptics.engine import BOARD, COMPUTER
-from hapkit_studio.haptics.settings import RATE, LoopSettings
 from hapkit_studio.laws.machine import ARENA, FRAME, REST_AT_MOST
 from hapkit_studio.parameters import Choice
 
@@ -402,8 +400,13 @@ def limit_of(question: Question, options: Options, rate: float, delay: float, sp
     friction, makes no spring stiffer.
     """
     device, environment = question.device, question.environment
-    setting = Setting(
-        device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay, estimator=spec
+    setting = LoopSettings(
+        mass=device.mass,
+        viscous=device.viscous,
+        quantum=device.quantum,
+        rate=rate,
+        delay=delay,
+        estimator=spec,
     )
     if setting.linear and objects.holds(environment):
         return objects.contact_limit(setting, environment.key, question.with_options(options))

@@ -14,8 +14,8 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy.plan import FELT, Plan, Point, Run, Scene, board_cycles, repeats
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import SCRIPTS
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 RATES = (250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 10_000.0)
 STIFFNESS = 800.0

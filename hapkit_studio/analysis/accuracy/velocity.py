@@ -15,8 +15,8 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy.plan import Plan, Point, Run, Scene
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 QUANTUM, RATE, SECONDS = SimulatedHapkit().quantum, 1000.0, 3.0
 _START = 0.3 * QUANTUM

@@ -15,13 +15,13 @@ import numpy as np
 
 from hapkit_studio.analysis.bode.drive import Drive
 from hapkit_studio.analysis.bode.result import Bode, Curve, Spectra, linear_law
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
+from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, LoopSettings
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import arrays, board_plan, rows
 from hapkit_studio.haptics.board_plan import BoardPlan, PlanRequest
-from hapkit_studio.haptics.engine import BOARD, COMPUTER, Engine
+from hapkit_studio.haptics.engine import Engine
 
 # s on the board's clock: when the handle moves to its place, and how long that takes
 _MOVE_AT, _MOVE_SECONDS = 1.0, 0.5
@@ -77,9 +77,9 @@ def _rendered(
             delay = engine.delay_of(where)
             assert delay is not None
             spec = asked.estimator if plan is None else board_plan.spec_on_board(asked.estimator)
-            setting = Setting(
-                board.mass, board.viscous, 0.0, board.quantum, drive.rate, delay.mean, spec,
-                controller=asked.controller and plan is None,
+            setting = LoopSettings(
+                drive.rate, delay.mean, spec, asked.controller and plan is None, mass=board.mass,
+                viscous=board.viscous, coulomb=0.0, quantum=board.quantum,
             )  # fmt: skip
             board.flush()
         spectra = _spectra(drive, truth(log), begins, delay.mean)

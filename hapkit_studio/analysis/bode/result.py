@@ -27,8 +27,8 @@ from scipy.stats import t as student
 
 from hapkit_studio.analysis.bode import COMPARED
 from hapkit_studio.analysis.bode.drive import Drive, component, staircase
-from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, design, parse
+from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.formatting import hertz, on_screen, plain, with_unit
 
@@ -59,7 +59,7 @@ def linear_law(environment: Environment, values: Values, place: float, amplitude
     return law if np.allclose(force, straight, atol=_STRAIGHT, rtol=_STRAIGHT) else None
 
 
-def theory(setting: Setting, law: LinearLaw, frequency: np.ndarray) -> np.ndarray | None:
+def theory(setting: LoopSettings, law: LinearLaw, frequency: np.ndarray) -> np.ndarray | None:
     """Return the exact Z (n,) in N/m of a linear law at frequencies (n,) in Hz; None: nonlinear estimator."""
     turn = 2j * math.pi * frequency
     rendered = np.full(frequency.shape, law.stiffness, dtype=complex)
@@ -117,7 +117,7 @@ class Curve:
     """
 
     where: str
-    setting: Setting
+    setting: LoopSettings
     measured: Response
     interval: np.ndarray
     coherence: np.ndarray
@@ -241,7 +241,7 @@ class Spectra:
             np.divide(0.5 * np.abs(sampled) ** 2, force.var(), where=force.var() > 0.0, out=np.zeros(x.size))
         )
 
-    def curve(self, where: str, setting: Setting, clamped: float, law: LinearLaw | None) -> Curve:
+    def curve(self, where: str, setting: LoopSettings, clamped: float, law: LinearLaw | None) -> Curve:
         """Return the resulting curve, with the theory of a linear law."""
         tones, x, f = self._drive.tones, np.array(self._position), np.array(self._force)
         there = x != 0.0

@@ -8,8 +8,9 @@ import numpy as np
 from hapkit_studio.analysis.bode import AMPLITUDE
 from hapkit_studio.analysis.bode.drive import Drive
 from hapkit_studio.analysis.bode.result import Bode, Curve, Spectra, linear_law
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.haptics import patience, rows
 from hapkit_studio.haptics.headless import Scene, new_rows, run_prescribed
@@ -22,7 +23,7 @@ _SMALLER = 0.8  # factor on the amplitude for the next attempt after the motor s
 def measure(
     environment: Environment,
     values: Values,
-    settings: Sequence[Setting],
+    settings: Sequence[LoopSettings],
     amplitude: float | None = None,
     place: float | None = None,
     max_force: float = SimulatedHapkit.max_force,
@@ -47,10 +48,10 @@ def measure(
 
 
 def _curve(
-    environment: Environment, values: Values, setting: Setting, drive: Drive, max_force: float
+    environment: Environment, values: Values, setting: LoopSettings, drive: Drive, max_force: float
 ) -> Curve:
-    device = replace(setting.device(), max_force=max_force)
-    r, body = Scene(environment, values, device, setting.loop).prepare()
+    device = replace(simulated_handle(setting), max_force=max_force)
+    r, body = Scene(environment, values, device, setting).prepare()
     out = new_rows(round(drive.motions * drive.slot * setting.rate))
     times = np.arange(len(out) + 1) / setting.rate
     position = drive.position(times)

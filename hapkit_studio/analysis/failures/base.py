@@ -13,10 +13,10 @@ from hapkit_studio.analysis.failures.plane import Plane
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand, Prescribed
+from hapkit_studio.dynamics.loop_settings import RATE, LoopSettings
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain, with_unit
 from hapkit_studio.haptics import headless
-from hapkit_studio.haptics.settings import RATE, LoopSettings
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter, resolve
 
 __all__ = ["Choice", "Parameter", "Progress"]

@@ -9,9 +9,9 @@ from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.in_window import thrown
 from hapkit_studio.analysis.failures.spring import MASS, RATE
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 SPEED = 0.1
 WALL = 0.005  # m, in the trial and in the window

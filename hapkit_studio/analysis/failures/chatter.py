@@ -8,10 +8,10 @@ import numpy as np
 from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import let_go
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.friction import COULOMB, PROJECTION
 from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 # ratio F_c T²/(m Δ) up to which chatter stays within one count, by the delay in periods
 RATIOS = (1.5, 0.7)

@@ -11,8 +11,8 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.dynamics.integrator_stability import longest_step
 from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 MASS, DAMPING, SPRING, CONTACT = 2.0, 1.0, 300.0, 1000.0
 REST = 0.01

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -11,9 +10,9 @@ from hapkit_studio.analysis.failures.base import Live
 from hapkit_studio.analysis.stability.behaviour import behaviour
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import gripping
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 # s: the mouse holds, then lets go; observation time, and the part at its end that is judged
 HELD, WATCHED, END = 0.6, 4.0, 0.5
@@ -45,12 +44,9 @@ def thrown(live: Live, wall: float) -> float:
 def _scene(live: Live) -> headless.Scene:
     """Return it as a scene of the headless loop, on the window's device."""
     environment = environments.named(live.environment)
-    settings: dict[str, Any] = dict(live.loop)
-    if "estimator" in settings:
-        settings["estimator"] = settings["estimator"], dict(settings.pop("options", ()))
     values = environment.values(live.values)
     device = SimulatedHapkit().reduced(environment.needed_at(values))
-    return headless.Scene(environment, values, device, LoopSettings().changed(**settings))
+    return headless.Scene(environment, values, device, LoopSettings().changed(**live.loop))
 
 
 def _released(live: Live, target: Callable, release: float) -> tuple[np.ndarray, float]:

@@ -9,6 +9,7 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.checks import bisected
 from hapkit_studio.analysis.failures import base, spring
+from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.haptics import block, headless, rows
 
@@ -64,9 +65,9 @@ def limit(case: base.Case) -> float:
 def swing(stiffness: float, case: base.Case) -> np.ndarray:
     """Return position and speed (n, 2) of a released handle, simulated, once per pattern."""
     where, periods = spring.setting(case), pattern(case)
-    device = where.device(real=False, position=spring.START)
+    device = simulated_handle(where, real=False, position=spring.START)
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
-    r, body = headless.Scene(environments.named("spring"), values, device, where.loop).prepare()
+    r, body = headless.Scene(environments.named("spring"), values, device, where).prepare()
     runs = _runs(periods)
     longest = max(times for _, times in runs)
     room, still = headless.new_rows(longest), np.zeros(longest + 1)

@@ -11,22 +11,27 @@ import numpy as np
 from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.base import Case, Evidence, Live
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.estimators import Spec, parse
+from hapkit_studio.dynamics import nominal
+from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.paddle import transition
 from hapkit_studio.haptics import rows
-from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 IDEAL = "; this handle has no dry friction"
-MASS = Parameter("mass", "Handle's mass", "kg", 0.044, 0.005, 1.0, "Of the handle alone", "m")
-VISCOUS = Parameter("viscous", "Handle's damping", "N·s/m", 0.5, 0.01, 10.0, "Of the handle itself", "b₀")
+MASS = Parameter("mass", "Handle's mass", "kg", nominal.MASS, 0.005, 1.0, "Of the handle alone", "m")
+VISCOUS = Parameter(
+    "viscous", "Handle's damping", "N·s/m", nominal.VISCOUS, 0.01, 10.0, "Of the handle itself", "b₀"
+)
 DAMPING = Parameter("damping", "Virtual damping", "N·s/m", 0.0, 0.0, 50.0, "Of the rendered spring", "b")
 RATE = Parameter("rate", "Rate", "Hz", 1000.0, 100.0, 10_000.0, "Of the loop", "1/T")
 DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 0.02, "From a sample to its force")
-COULOMB = Parameter("coulomb", "Dry friction", "N", 0.1, 1e-3, 2.0, "Coulomb friction of the handle", "F_c")
-QUANTUM = Parameter("quantum", "Sensor step", "m", 20.7e-6, 1e-6, 1e-3, "One count", "Δ")
+COULOMB = Parameter(
+    "coulomb", "Dry friction", "N", nominal.COULOMB_FORCE, 1e-3, 2.0, "Coulomb friction of the handle", "F_c"
+)
+QUANTUM = Parameter("quantum", "Sensor step", "m", nominal.QUANTUM, 1e-6, 1e-3, "One count", "Δ")
 STIFFNESS = Parameter("stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "k")
 HANDLE = MASS, VISCOUS, RATE, DELAY
 
@@ -37,29 +42,31 @@ SECONDS = 12.0
 TURNS = 80.0
 
 
-def setting(case: Case, estimator: Spec = "difference") -> Setting:
+def setting(case: Case, estimator: Spec = "difference") -> LoopSettings:
     """Return the ideal device and loop of a case with mass, viscous, rate and optionally delay."""
     delay = case.get("delay", 0.0)
-    return Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"], delay, estimator)
+    return LoopSettings(
+        case["rate"], delay, estimator, mass=case["mass"], viscous=case["viscous"], coulomb=0.0, quantum=0.0
+    )
 
 
-def released(where: Setting, damping: float, stiffness: float) -> np.ndarray:
+def released(where: LoopSettings, damping: float, stiffness: float) -> np.ndarray:
     """Return the rows of a rendered spring whose handle is released at START, until it diverges."""
     seconds = max(SECONDS, TURNS * math.sqrt(where.mass / stiffness))
     given = {"stiffness": stiffness, "damping": damping, "center": 0.0}
-    handle = where.device(real=False, position=START)
-    out = base.render("spring", given, handle, where.loop, round(seconds * where.rate))
+    handle = simulated_handle(where, real=False, position=START)
+    out = base.render("spring", given, handle, where, round(seconds * where.rate))
     return out[: base.before_lost(out[:, rows.TRUE_POSITION], REACH)]
 
 
-def rate_of(where: Setting, stiffness: float, out: np.ndarray) -> float:
+def rate_of(where: LoopSettings, stiffness: float, out: np.ndarray) -> float:
     """Return the growth in 1/s of the motion in rows, in the coordinates of its oscillation."""
     speed = out[:, rows.TRUE_VELOCITY]
     slowest = math.sqrt(stiffness / where.mass)
     return base.growth(np.hypot(np.diff(speed) * where.rate, slowest * speed[1:]), where.period)
 
 
-def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
+def evidence(where: LoopSettings, damping: float, stiffness: float) -> Evidence:
     """Return the motion after release 1 mm from the centre, and whether it decays or grows."""
     out = released(where, damping, stiffness)
     rate = rate_of(where, stiffness, out)
@@ -69,9 +76,7 @@ def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
 
 def loop_of(case: Case, estimator: Spec = "difference") -> dict[str, object]:
     """Return the loop of a case as window settings."""
-    options = () if isinstance(estimator, str) else tuple(estimator[1].items())
-    rate, delay = base.live_rate(case["rate"]), case.get("delay", 0.0)
-    return {"rate": rate, "delay": delay, "estimator": parse(estimator)[0].key, "options": options}
+    return {"rate": base.live_rate(case["rate"]), "delay": case.get("delay", 0.0), "estimator": estimator}
 
 
 def live(value: float, bound: float, knob: Parameter, given: Case, loop: dict[str, object]) -> Live:

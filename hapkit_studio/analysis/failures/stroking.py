@@ -8,10 +8,10 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.texture import GRATING
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import rows
-from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 AMPLITUDE = 0.25

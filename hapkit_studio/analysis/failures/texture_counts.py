@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, spring, stroking
+from hapkit_studio.dynamics import nominal
 from hapkit_studio.haptics import rows
 
 RIDGES, TO_SEE = 200, 80
@@ -53,7 +54,7 @@ FAILURE = base.Failure(
             base.Curve("rendered", step),
         ),
         "λ/10",
-        lambda case: {"a Hapkit's count": 20.7e-6},
+        lambda case: {"a Hapkit's count": nominal.QUANTUM},
         level=200.0 * math.sin(math.pi / stroking.WANTED),
         level_label="ten counts",
         log_x=True,

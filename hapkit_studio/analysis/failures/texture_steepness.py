@@ -6,6 +6,7 @@ import numpy as np
 
 from hapkit_studio.analysis.failures import base, spring, stroking
 from hapkit_studio.analysis.failures.in_window import pulled
+from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.haptics import rows
 
@@ -30,9 +31,9 @@ def limit(case: base.Case) -> float:
 def probe(amplitude: float, case: base.Case) -> base.Evidence:
     """Release the handle beside the middle of a valley."""
     where, wavelength = spring.setting(case), case["wavelength"]
-    device = where.device(real=False, position=(0.5 + START) * wavelength)
+    device = simulated_handle(where, real=False, position=(0.5 + START) * wavelength)
     count = round(spring.SECONDS * case["rate"])
-    out = base.render("texture", stroking.grating(wavelength, amplitude), device, where.loop, count)
+    out = base.render("texture", stroking.grating(wavelength, amplitude), device, where, count)
     place = out[:, rows.TRUE_POSITION] - 0.5 * wavelength
     n = base.alive(np.abs(place[: base.before_lost(place, REACH * wavelength)]), DEAD * START * wavelength)
     rate = spring.rate_of(where, stiffness(amplitude, case), out[:n])

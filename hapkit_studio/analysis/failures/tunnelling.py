@@ -7,10 +7,10 @@ import numpy as np
 from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.stroking import swipe
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.bump_valley import BUMP
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 WANTED = 4
 # number of sampling phases at which throws meet the bump; the worst one decides

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hapkit_studio import environments, settings_log, tables
+from hapkit_studio.dynamics import nominal
 from hapkit_studio.dynamics.hand import SCRIPTS, Grip, Hand
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError, ParameterError, StudioError
@@ -49,7 +50,7 @@ class Setup:
     values: dict[str, float] = field(default_factory=dict)
     rate: float = 1000.0
     delay: float = 0.0
-    quantum: float = 20.7e-6
+    quantum: float = nominal.QUANTUM
     handle: Handle | None = None
     grip: Grip | None = None
     hold_known: bool = True
@@ -315,7 +316,7 @@ def _setup_of(settings: settings_log.Settings, usual: float, hand: Hand | None) 
         values,
         rate if rate > 0.0 else usual,
         max(_number(settings, "delay_s", 0.0), 0.0),
-        max(_number(device, "quantum", _number(settings, "quantum_m", 20.7e-6)), 0.0),
+        max(_number(device, "quantum", _number(settings, "quantum_m", nominal.QUANTUM)), 0.0),
         Handle(*numbers) if device else None,
         grip,
         hold_known=grip is not None or not isinstance(name, str) or name in _NO_GRIP,

@@ -6,16 +6,14 @@ allow several times the stiffness of passivity.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
-from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability.limits import checked_loop
 from hapkit_studio.dynamics.hand import GRIPS, Grip
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.sampled_loop import stiffness_limits
 
 Range = tuple[float, float]
@@ -89,10 +87,10 @@ class Family:
     worst: tuple[Grip, ...]
 
 
-def family(setting: Setting, damping: np.ndarray) -> Family:
+def family(setting: LoopSettings, damping: np.ndarray) -> Family:
     """Return the envelope over damping (n,); raise ParameterError for a nonlinear estimator."""
     grips = _people()
-    limits = np.array([stiffness_limits(_loop(setting, grip), damping) for grip in grips])
+    limits = np.array([stiffness_limits(replace(setting, own_grip=grip), damping) for grip in grips])
     worst = tuple(grips[k] for k in limits.argmin(axis=0))
     return Family(damping, limits.min(axis=0), worst)
 
@@ -101,8 +99,3 @@ def family(setting: Setting, damping: np.ndarray) -> Family:
 def _people() -> list[Grip]:
     masses, stiffnesses = np.geomspace(*MASS, _TRIED).tolist(), np.geomspace(*STIFFNESS, _TRIED).tolist()
     return [Grip(m, b, k) for m, b, k in product(masses, DAMPING, stiffnesses)]
-
-
-def _loop(setting: Setting, grip: Grip) -> Any:
-    sampling = setting.rate, setting.delay, setting.estimator, grip, setting.quantum
-    return checked_loop(setting.mass, setting.viscous, 0.0, *sampling)

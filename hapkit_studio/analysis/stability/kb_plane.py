@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
-from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.behaviour import NUDGE
 from hapkit_studio.analysis.stability.hands import KNOWN, PEOPLE, Family, family
-from hapkit_studio.analysis.stability.limits import checked_loop, coulomb_line, simple_rule
+from hapkit_studio.analysis.stability.limits import coulomb_line, simple_rule
 from hapkit_studio.analysis.stability.margin import (
     Margin,
     hand_words,
@@ -23,6 +22,7 @@ from hapkit_studio.analysis.stability.passivity import passive_damping, passive_
 from hapkit_studio.analysis.stability.scene_verdict import Verdict
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
 from hapkit_studio.dynamics.sampled_loop import Intervals, first_end, stable_intervals
 from hapkit_studio.formatting import plain, with_unit
 
@@ -83,7 +83,7 @@ class Plane:
     requested.
     """
 
-    setting: Setting
+    setting: LoopSettings
     margin: Margin
     top: float
     damping: np.ndarray
@@ -131,19 +131,15 @@ class Plane:
         return float(self.damping[-1])
 
 
-def intervals(setting: Setting, damping: np.ndarray) -> list[Intervals]:
+def intervals(setting: LoopSettings, damping: np.ndarray) -> list[Intervals]:
     """Return the stable stiffness intervals (low, high) in N/m for each damping (n,), lowest first.
 
     Raise ParameterError for a nonlinear estimator.
     """
-    loop = checked_loop(
-        setting.mass, setting.viscous, 0.0, setting.rate, setting.delay, setting.estimator, setting.hand,
-        setting.quantum,
-    )  # fmt: skip
-    return stable_intervals(loop, checked_row(damping, DAMPING))
+    return stable_intervals(setting, checked_row(damping, DAMPING))
 
 
-def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
+def exact_boundary(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
     """Return the stiffness limit (n,) in N/m; 0 where damping (n,) alone is unstable.
 
     Raise ParameterError for a nonlinear estimator.
@@ -151,15 +147,14 @@ def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
     return np.array([first_end(each) for each in intervals(setting, damping)])
 
 
-def friction_boundary(setting: Setting, damping: np.ndarray, push: float = NUDGE) -> np.ndarray:
+def friction_boundary(setting: LoopSettings, damping: np.ndarray, push: float = NUDGE) -> np.ndarray:
     """Return the largest stiffness (n,) in N/m that settles after release at rest from a push in m.
 
     Dry friction removes 4 F A per cycle of amplitude A, like a damper of 4 F / (pi A w): its describing
     function at the handle's own w = sqrt(K / m). To 1 %; boundaries of 0 stay 0. Raise ParameterError for a
     nonlinear estimator.
     """
-    mass = setting.mass + (setting.grip.mass if setting.grip else 0.0)
-    held = setting.grip.stiffness if setting.grip else 0.0
+    mass, held = setting.moving_mass, setting.held_stiffness
     force = 4.0 * setting.coulomb / (math.pi * push)
 
     extra, limits, forces = 0.0, [exact_boundary(setting, damping)], [np.zeros(len(damping))]
@@ -171,7 +166,7 @@ def friction_boundary(setting: Setting, damping: np.ndarray, push: float = NUDGE
     return np.array([np.interp(force, taken, bound) for taken, bound in columns])
 
 
-def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
+def passivity_line(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
     """Return the largest passive stiffness (n,) in N/m, safe with any hand; 0 if none is passive.
 
     Raise ParameterError for a nonlinear estimator.
@@ -180,22 +175,22 @@ def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
     return passive_stiffness(setting.viscous, columns, *_sampling(setting))
 
 
-def _sampling(setting: Setting) -> tuple[float, float, Spec, float]:
+def _sampling(setting: LoopSettings) -> tuple[float, float, Spec, float]:
     return setting.rate, setting.delay, setting.estimator, setting.quantum
 
 
-def passive_edge(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
+def passive_edge(setting: LoopSettings) -> tuple[np.ndarray, np.ndarray]:
     """Return the passivity line as (damping, stiffness), each (k,), up to the largest passive damping."""
     damping = np.linspace(0.0, passive_damping(setting.viscous, *_sampling(setting)), EDGE_POINTS)
     return damping, passivity_line(setting, damping)
 
 
-def limit(setting: Setting, damping: float) -> float:
+def limit(setting: LoopSettings, damping: float) -> float:
     """Return the largest stable stiffness in N/m at one damping; NaN for a nonlinear estimator."""
     return margin_of(setting, 0.0, damping).limit
 
 
-def margin_of(setting: Setting, stiffness: float, damping: float) -> Margin:
+def margin_of(setting: LoopSettings, stiffness: float, damping: float) -> Margin:
     """Return the margin of a rendered stiffness in N/m at its damping."""
     if not setting.linear:
         return Margin(stiffness, damping, math.nan, setting.hand)
@@ -204,7 +199,7 @@ def margin_of(setting: Setting, stiffness: float, damping: float) -> Margin:
     return Margin(stiffness, damping, first_end(found), setting.hand, again)
 
 
-def hands(setting: Setting, damping: float) -> dict[str, float]:
+def hands(setting: LoopSettings, damping: float) -> dict[str, float]:
     """Return the limit in N/m at one damping for every grip, the released handle first."""
     return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
 
@@ -214,7 +209,7 @@ _ROOM, _FARTHEST = 1.1, 4.0
 
 
 def plane(
-    setting: Setting,
+    setting: LoopSettings,
     stiffness: float,
     damping: float,
     *,
@@ -325,7 +320,7 @@ LINES = {
 _OPTIMISTIC = 0.05
 
 
-def conditions(setting: Setting, real: bool = False) -> list[tuple[str, str]]:
+def conditions(setting: LoopSettings, real: bool = False) -> list[tuple[str, str]]:
     """Return the conditions of the limits as pairs of name and value; real: with friction and steps."""
     stiction = [
         ("Dry friction", f"{setting.coulomb:g} N"),

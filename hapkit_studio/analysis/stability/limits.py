@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio.analysis import checks
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.dynamics import sampled_loop
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand, hand_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings, check_delay
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import check_number
 
@@ -23,8 +23,8 @@ def checked_loop(
     estimator: Spec = "difference",
     hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
-) -> sampled_loop.Loop:
-    """Return the loop with the hand's terms added; raise ParameterError."""
+) -> LoopSettings:
+    """Return checked settings of a loop; raise ParameterError."""
     for name, value, unit, above in (
         ("mass", mass, "kg", True),
         ("viscous damping", viscous, "N·s/m", False),
@@ -34,13 +34,15 @@ def checked_loop(
         ("sensor quantum", quantum, "m", False),
     ):
         check_number(value, name, unit, above=above, high=checks.MOST)
-    checks.check_delay(rate, delay)
+    check_delay(rate, delay)
     if isinstance(hand, str):
         hand = GRIPS[hand] if hand in GRIPS else hand_named(hand)
     if hand is not None and not isinstance(hand, Hand | Grip):
         raise ParameterError(f"hand takes a Hand, a Grip, a name or None, not {hand!r}.")
-    held = Grip(hand.mass, hand.damping, hand.stiffness) if hand else Grip(0.0, 0.0, 0.0)
-    return sampled_loop.Loop(mass, viscous, held, damping, rate, delay, estimator, quantum)
+    grip = Grip(hand.mass, hand.damping, hand.stiffness) if hand else None
+    return LoopSettings(
+        rate, delay, estimator, mass=mass, viscous=viscous, coulomb=0.0, quantum=quantum, own_grip=grip
+    )
 
 
 def stable_stiffnesses(mass: float, viscous: float, **loop: Any) -> sampled_loop.Intervals:
@@ -49,7 +51,7 @@ def stable_stiffnesses(mass: float, viscous: float, **loop: Any) -> sampled_loop
     Arguments as ``stiffness_limit``, which is the end of the first one. Raise ParameterError.
     """
     checked = checked_loop(mass, viscous, **loop)
-    return sampled_loop.stable_intervals(checked, np.array([checked.damping]))[0]
+    return sampled_loop.stable_intervals(checked, np.array([loop.get("damping", 0.0)]))[0]
 
 
 def stiffness_limit(
@@ -70,16 +72,16 @@ def stiffness_limit(
     ParameterError.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
-    return sampled_loop.stiffness_limit(loop)
+    return sampled_loop.stiffness_limit(loop, damping)
 
 
-def simple_rule(setting: Setting, damping: np.ndarray) -> np.ndarray:
+def simple_rule(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
     """Return (b₀ + b) / (T/2 + td) in N/m: the rule of Gil et al. (2009), optimistic for large b."""
-    own = setting.viscous + (setting.grip.damping if setting.grip else 0.0)
+    own = setting.total_viscous
     return (own + np.asarray(damping)) / (0.5 * setting.period + setting.delay)
 
 
-def coulomb_line(setting: Setting) -> float:
+def coulomb_line(setting: LoopSettings) -> float:
     """Return the stiffness 2 f_c/Δ in N/m above which friction no longer hides the sensor's steps.
 
     Abbott & Okamura, T-RO 21(5), 2005.

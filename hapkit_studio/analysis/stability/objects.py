@@ -11,8 +11,7 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.checks import bisected
-from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability.limits import checked_loop
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.sample_matrix import COUPLED, coupled, radius, sample_matrix, used, without_law
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
@@ -28,7 +27,7 @@ def holds(environment: Environment) -> bool:
     return any(environments.named(key) is environment for key in OBJECTS)
 
 
-def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> float:
+def contact_limit(setting: LoopSettings, key: str, values: Mapping[str, object]) -> float:
     """Return the largest stable contact stiffness in N/m, 0 if the softest is unstable.
 
     values: all values of a scene of OBJECTS, whose own contact stiffness is ignored. Raise ParameterError.
@@ -41,11 +40,7 @@ def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> f
     numbers = environments.named(key).values(others)
     # a puck stays in contact only while the handle presses it against its wall
     own = numbers.get("stiffness", numbers.get("wall_stiffness", 0.0)), numbers.get("damping", 0.0)
-    loop = checked_loop(
-        setting.mass, setting.viscous, 0.0, setting.rate, setting.delay, setting.estimator, setting.hand,
-        setting.quantum,
-    )  # fmt: skip
-    free = without_law(loop, COUPLED, setting.period, setting.parted[1])
+    free = without_law(setting, COUPLED, setting.period, setting.parted[1])
 
     def stable(contact: float) -> bool:
         law = coupled(numbers["integrator"], numbers["mass"], own, (contact, numbers["contact_damping"]))

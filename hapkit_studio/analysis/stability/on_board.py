@@ -3,14 +3,14 @@
 import math
 from collections.abc import Mapping
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.scene_verdict import Verdict
 from hapkit_studio.analysis.stability.verdict import Asked, verdict
 from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.loop_settings import COMPUTER, LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import board_plan
-from hapkit_studio.haptics.engine import COMPUTER, Engine
+from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.protocol.messages import Board
 
 
@@ -22,9 +22,9 @@ def sketch_verdict(
     The force is assumed a full period late. A sketch that keeps its rate is never later, as a tick ends
     before the next one: the limit is conservative.
     """
-    setting = Setting(
-        board.mass, board.viscous, quantum=board.quantum, rate=rate, delay=1.0 / rate, estimator=spec,
-        hand=HAND,
+    setting = LoopSettings(
+        mass=board.mass, viscous=board.viscous, quantum=board.quantum, rate=rate,
+        delay=1.0 / rate, estimator=spec, hand=HAND,
     )  # fmt: skip
     return verdict(Asked(environment, values, setting))
 
@@ -54,8 +54,8 @@ def rendering_limit(engine: Engine, where: str) -> float | None:
     impedance, device = engine.environment.impedance, engine.device
     if delay is None or rate is None or impedance is None:
         return None
-    setting = Setting(
-        device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean,
+    setting = LoopSettings(
+        mass=device.mass, viscous=device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean,
         estimator=_spec(engine, where),
     )  # fmt: skip
     if not setting.linear:
@@ -72,8 +72,8 @@ def link_warning(engine: Engine) -> str:
     delay, rate = engine.delay_of(where), rendering_rate(engine, where)
     if delay is None or rate is None:
         return UNKNOWN
-    setting = Setting(
-        device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean,
+    setting = LoopSettings(
+        mass=device.mass, viscous=device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean,
         estimator=_spec(engine, where), hand=HAND,
     )  # fmt: skip
     found = verdict(Asked(engine.environment, engine.values, setting, engine.max_force))

@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.stability import few_cells
 from hapkit_studio.analysis.stability.kb_plane import Cells, Points
 from hapkit_studio.analysis.stability.limits import checked_loop
@@ -39,11 +39,11 @@ from hapkit_studio.analysis.sweeps import no_progress, sweep
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, parse
 from hapkit_studio.dynamics.hand import Grip, Hand
-from hapkit_studio.dynamics.sampled_loop import Intervals, Loop, first_end, stable, stable_intervals
+from hapkit_studio.dynamics.loop_settings import LoopSettings
+from hapkit_studio.dynamics.sampled_loop import Intervals, first_end, stable, stable_intervals
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, survey
 from hapkit_studio.haptics.passivity import FELT
-from hapkit_studio.haptics.settings import LoopSettings
 
 DECAYS, BUZZES, GROWS = range(3)
 
@@ -93,7 +93,7 @@ class Rendered:
         return parse(self.loop.estimator)[0].response is not None
 
     @property
-    def exact(self) -> Loop:
+    def exact(self) -> LoopSettings:
         """Return the loop without friction, quantisation, controller and virtual damping."""
         device, loop = self.device, self.loop
         ideal = device.mass, device.viscous, 0.0, loop.rate, loop.delay, loop.estimator, self.grip
@@ -223,17 +223,17 @@ _STIFFEST = 1e9
 _PRECISION = 1e-4
 
 
-def rendered(setting: Setting, real: bool = False) -> Rendered:
+def rendered(setting: LoopSettings, real: bool = False) -> Rendered:
     """Return what renders a setting's spring; real: with friction and sensor steps.
 
     The velocity estimator is designed for the device's sensor in both cases.
     """
     quantum = setting.quantum or USUAL_QUANTUM
-    return Rendered(setting.device(real), setting.loop, setting.grip, quantum)
+    return Rendered(simulated_handle(setting, real), setting, setting.grip, quantum)
 
 
 def classes(
-    setting: Setting, damping: np.ndarray, stiffness: np.ndarray, *, real: bool = False, **sweeping: Any
+    setting: LoopSettings, damping: np.ndarray, stiffness: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
 
@@ -260,7 +260,7 @@ def classes(
 
 
 def maps(
-    settings: Sequence[Setting],
+    settings: Sequence[LoopSettings],
     damping: np.ndarray,
     stiffness: np.ndarray,
     *,
@@ -277,7 +277,9 @@ def maps(
     return np.array(found, dtype=np.int8).reshape(len(settings), lines.size, columns.size)
 
 
-def boundary(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> np.ndarray:
+def boundary(
+    setting: LoopSettings, damping: np.ndarray, *, real: bool = False, **sweeping: Any
+) -> np.ndarray:
     """Return the largest stiffness (n,) N/m that does not grow, to 1e-4, for every damping (n,) N·s/m.
 
     By bisection; 0 if the spring of ``softest`` is unstable, inf beyond 1 GN/m. Raise ParameterError, and
@@ -392,10 +394,12 @@ def measured_stiffness_limit(
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf)
     settings = LoopSettings(rate, delay, estimator)
-    return stiffest(Rendered(device, settings, loop.hand, quantum=quantum or USUAL_QUANTUM), damping)
+    return stiffest(Rendered(device, settings, loop.grip, quantum=quantum or USUAL_QUANTUM), damping)
 
 
-def measure_points(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> Points:
+def measure_points(
+    setting: LoopSettings, damping: np.ndarray, *, real: bool = False, **sweeping: Any
+) -> Points:
     """Return the boundary by simulation, with bisection in each column; sweeping as ``boundary``."""
     found = boundary(setting, damping, real=real, **sweeping)
     inside = found * (1.0 - 2.0 * _PRECISION)
@@ -409,7 +413,7 @@ def cell_centres(end: float, count: int) -> np.ndarray:
 
 
 def measure_cells(
-    setting: Setting, damping: np.ndarray, stiffness: np.ndarray, *, real: bool = False, **sweeping: Any
+    setting: LoopSettings, damping: np.ndarray, stiffness: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> Cells:
     """Return the class of every cell of the plane by simulation; sweeping as ``classes``."""
     found = classes(setting, damping, stiffness, real=real, **sweeping)

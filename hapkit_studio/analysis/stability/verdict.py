@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.stability import kb_plane, objects
 from hapkit_studio.analysis.stability.behaviour import (
     NUDGE,
@@ -24,6 +24,7 @@ from hapkit_studio.analysis.stability.margin import RELEASED, Margin
 from hapkit_studio.analysis.stability.scene_verdict import Verdict
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import grip_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.formatting import with_unit
@@ -45,7 +46,7 @@ class Asked:
 
     environment: Environment
     values: Mapping[str, float]
-    setting: Setting
+    setting: LoopSettings
     max_force: float = SimulatedHapkit.max_force
 
     @cached_property
@@ -75,8 +76,8 @@ class Asked:
     @property
     def scene(self) -> headless.Scene:
         """Return it as a scene of the headless loop."""
-        device = replace(self.setting.device(), max_force=self.max_force)
-        return headless.Scene(self.environment, self.values, device, self.setting.loop)
+        device = replace(simulated_handle(self.setting), max_force=self.max_force)
+        return headless.Scene(self.environment, self.values, device, self.setting)
 
     def unknown(self) -> str:
         """Return why there is no limit, "" if there is one."""
@@ -157,20 +158,22 @@ def _ranges(asked: Asked) -> dict[str, list[tuple[float, float]]]:
     }
 
 
-def _unstable_throughout(asked: Asked, setting: Setting, key: str, ends: tuple[float, float]) -> bool:
+def _unstable_throughout(asked: Asked, setting: LoopSettings, key: str, ends: tuple[float, float]) -> bool:
     """Return True if a nudge does not settle in the middle and near the ends of a range."""
     return not any(
         _nudge_settles(asked, setting, key, float(np.interp(s, (0.0, 1.0), ends))) for s in _INSIDE
     )
 
 
-def _simulated_ranges(asked: Asked, setting: Setting, key: str, x: np.ndarray) -> list[tuple[float, float]]:
+def _simulated_ranges(
+    asked: Asked, setting: LoopSettings, key: str, x: np.ndarray
+) -> list[tuple[float, float]]:
     """Return the ranges in which a nudge does not settle, simulated at values x (n,) of a parameter."""
     settled = np.array([_nudge_settles(asked, setting, key, value) for value in x.tolist()])
     return _above_zero(x, 1.0 - 2.0 * settled)
 
 
-def _nudge_settles(asked: Asked, setting: Setting, key: str, value: float) -> bool:
+def _nudge_settles(asked: Asked, setting: LoopSettings, key: str, value: float) -> bool:
     """Return True if a nudge settles at another value of one parameter."""
     scene = replace(asked, values={**asked.values, key: value}, setting=setting).scene
     return settles(scene, grip_named(setting.hand), NUDGE)
@@ -184,7 +187,7 @@ def _above_zero(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
     return list(zip(ends[::2], ends[1::2], strict=True))
 
 
-def of_spring(setting: Setting, stiffness: float, damping: float) -> Verdict:
+def of_spring(setting: LoopSettings, stiffness: float, damping: float) -> Verdict:
     """Return the verdict on a spring of N/m and N·s/m, with a Hapkit's motor."""
     values = {"stiffness": stiffness, "damping": damping, "center": 0.0}
     return verdict(Asked(environments.named("spring"), values, setting))

@@ -110,7 +110,7 @@ class GuardedDevice:
         """Release the hand and restore the settings, except those changed by others meanwhile."""
         self.engine.move_hand(None)
         environment, values, grip = self._before
-        self.engine.set_grip(grip)
+        self.engine.set_loop(hand=grip)
         self.engine.replace_environment(*self._mine, environment, values)
         with contextlib.suppress(DeviceError):  # a disconnected device has no limit; opening sets it again
             self.engine.limit_force(self.engine.device.max_force)

@@ -9,10 +9,10 @@ band in which walls alternately hold and fail takes four or more further walls p
 import math
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, result
 from hapkit_studio.analysis.zwidth.guarded_device import (
@@ -25,6 +25,7 @@ from hapkit_studio.analysis.zwidth.guarded_device import (
 )
 from hapkit_studio.analysis.zwidth.simulation import Arrived
 from hapkit_studio.dynamics.hand import GRIPS, Grip
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 
@@ -84,13 +85,15 @@ def measure(
     return result.ZWidth.of(engine.device.title, levels, points, setting, found)
 
 
-def setting_of(engine: Engine, grip: str) -> Setting:
+def setting_of(engine: Engine, grip: str) -> LoopSettings:
     """Return the device and its loop, with the delay as measured."""
     device = engine.modelled or engine.device
     coulomb = engine.modelled.coulomb_force if engine.modelled else 0.0
     loop, delay = engine.loop, engine.health().delay or 0.0
-    handle = device.mass, device.viscous, coulomb, device.quantum
-    return Setting(*handle, loop.rate, delay, loop.estimator, grip, loop.controller)
+    return replace(
+        loop, delay=delay, hand=grip, mass=device.mass, viscous=device.viscous, coulomb=coulomb,
+        quantum=device.quantum,
+    )  # fmt: skip
 
 
 class SimulatedHand:
@@ -100,7 +103,7 @@ class SimulatedHand:
         self._guarded = guarded
         grip = guarded.engine.grip
         self.grip = grip if GRIPS[grip] is not None else USUAL_GRIP
-        guarded.engine.set_grip(self.grip)
+        guarded.engine.set_loop(hand=self.grip)
 
     @property
     def conditions(self) -> tuple[result.Condition, ...]:

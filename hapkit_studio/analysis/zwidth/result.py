@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from hapkit_studio.analysis.checks import checked_row
-from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.analysis.stability.margin import RELEASED, hand_words
 from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
 from hapkit_studio.columns import Column, text_lines
+from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
 
@@ -78,7 +78,7 @@ class ZWidth:
         where: str,
         levels: Sequence[float],
         points: "Sequence[Point]",
-        setting: Setting,
+        setting: LoopSettings,
         conditions: "tuple[Condition, ...]",
     ) -> "ZWidth":
         """Combine the points found at each damping with the linear loop's limits."""
@@ -233,7 +233,7 @@ class Protocol:
             )
 
 
-def samples_of(setting: Setting, protocol: Protocol) -> int:
+def samples_of(setting: LoopSettings, protocol: Protocol) -> int:
     """Return the number of samples of a hit; raise ParameterError if out of range."""
     seconds, rate = protocol.seconds, setting.rate
     count = round(seconds * rate)
@@ -253,7 +253,7 @@ def levels_of(damping: Sequence[float]) -> list[float]:
     return levels
 
 
-def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition, ...]:
+def loop_conditions(setting: LoopSettings, friction: bool = True) -> tuple[Condition, ...]:
     """Return the conditions given by device and loop; friction: True if it is known."""
     known, rubs = (setting.coulomb, f"{setting.coulomb:g} N") if friction else (math.nan, "not known")
     given, estimator = estimator_words(setting.estimator)
@@ -270,7 +270,7 @@ def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition,
     )
 
 
-def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
+def conditions(setting: LoopSettings, protocol: Protocol) -> tuple[Condition, ...]:
     """Return all conditions of a simulated Z-width."""
     limit = protocol.max_force
     return (

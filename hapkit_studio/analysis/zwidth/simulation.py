@@ -15,11 +15,12 @@ from functools import partial
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.sweeps import Progress, no_progress, sweep, workers
 from hapkit_studio.analysis.zwidth import SIMULATED_DAMPING, result
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM
 from hapkit_studio.dynamics.hand import Grip, Hand
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
 
 # N/m of a soft, long thread that models a constant force: it changes by 1e-6 N over a metre
@@ -31,7 +32,7 @@ Arrived = Callable[[float, result.Point], object]
 
 
 def compute(
-    setting: Setting,
+    setting: LoopSettings,
     damping: Sequence[float] = SIMULATED_DAMPING,
     protocol: result.Protocol | None = None,
     *,
@@ -60,7 +61,7 @@ def compute(
     return result.ZWidth.of("simulation", levels, points, setting, result.conditions(setting, protocol))
 
 
-def points_of(cells: list[tuple[Setting, result.Protocol, float]]) -> list[result.Point]:
+def points_of(cells: list[tuple[LoopSettings, result.Protocol, float]]) -> list[result.Point]:
     """Return the stiffest wall of each cell (setting, protocol, damping)."""
     found = []
     for setting, protocol, damping in cells:
@@ -72,7 +73,7 @@ def points_of(cells: list[tuple[Setting, result.Protocol, float]]) -> list[resul
 
 
 def trial(
-    setting: Setting, stiffness: float, damping: float, protocol: result.Protocol | None = None
+    setting: LoopSettings, stiffness: float, damping: float, protocol: result.Protocol | None = None
 ) -> result.TrialOutcome:
     """Return the outcome of a wall in N/m and N·s/m at every sampling phase."""
     protocol = protocol or result.Protocol()
@@ -90,15 +91,15 @@ def trial(
 
 
 def hit(
-    setting: Setting, stiffness: float, damping: float, phase: float, protocol: result.Protocol
+    setting: LoopSettings, stiffness: float, damping: float, phase: float, protocol: result.Protocol
 ) -> np.ndarray:
     """Return the rows of one hit; at the start the handle is ``phase`` samples before the wall at 0."""
     values = {"stiffness": stiffness, "damping": damping, "position": 0.0, "side": 0.0, "damping_mode": 1.0}
     start = -phase * protocol.speed * setting.period
-    device = setting.device(position=start, velocity=protocol.speed)
+    device = simulated_handle(setting, position=start, velocity=protocol.speed)
     device = replace(device, max_force=protocol.max_force)
     grip = setting.grip or Grip(0.0, 0.0, _THREAD)
     goal = protocol.push / grip.stiffness
     pusher = Hand(grip.mass, grip.damping, grip.stiffness, lambda t: 0.0 * t + goal, vectorised=True)
-    scene = headless.Scene(environments.named("wall"), values, device, setting.loop)
+    scene = headless.Scene(environments.named("wall"), values, device, setting)
     return headless.prepare_run(scene, pusher, result.samples_of(setting, protocol)).run()

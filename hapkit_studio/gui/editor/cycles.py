@@ -99,7 +99,9 @@ class Cycles(QObject):
         driver = studio.engine.driver if studio.engine is not None else None
         offer = (driver and driver.planner) or board_plan.BoardPlanner(ARENA)
         values = studio.values_of(environment.key)
-        request = board_plan.PlanRequest(environment, values, studio.loop.spec, rate=studio.loop.board_rate)
+        request = board_plan.PlanRequest(
+            environment, values, studio.loop.estimator, rate=studio.loop.board_rate
+        )
         return Question(offer, request, environment.source.text)
 
     def _show(self, found: Count) -> None:

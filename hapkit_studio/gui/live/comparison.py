@@ -7,10 +7,11 @@ import numpy as np
 from PySide6.QtCore import QObject, Qt, QTimer
 
 from hapkit_studio.dynamics.hand import Hand, hand_named
+from hapkit_studio.dynamics.loop_settings import BOARD, RENDERERS
 from hapkit_studio.gui.live.held import PastTrace
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import FRAME_MS, Live
-from hapkit_studio.gui.panel.rendering import BOARD, RENDERERS, RenderingSwitch
+from hapkit_studio.gui.panel.rendering import RenderingSwitch
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
 

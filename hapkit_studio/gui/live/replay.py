@@ -14,12 +14,12 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
+from hapkit_studio.dynamics.loop_settings import from_table
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.environment_library import usable
 from hapkit_studio.gui.live.live import FRAME_MS, Live
 from hapkit_studio.gui.live.recorded import Recorded
-from hapkit_studio.gui.session import loop_from
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.undo import ENVIRONMENT, HAND, Settings, put, settings_of
 from hapkit_studio.sessions.session import Session
@@ -282,13 +282,11 @@ def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Settings:
     key = str(what.get("environment", ""))
     if key not in studio.environments:
         raise ParameterError(f"{key} is not among the environments: scene and verdict are those of before.")
-    parameters, spec = what.get("parameters"), what.get("estimator")
-    name, options = spec if isinstance(spec, list) and len(spec) == 2 else (spec, {})
-    given = {"delay": what.get("delay_s"), "estimator": name, "options": options, "grip": what.get("grip")}
-    if studio.opened is not None and not studio.opened.own_clock:
-        given["rate"] = what.get("rate_Hz")
-    loop = loop_from({**given, "controller": what.get("controller")}, studio.loop.estimator)
-    found: Settings = {ENVIRONMENT: key, HAND: loop.pop("grip", studio.grip)}
+    parameters, device = what.get("parameters"), studio.opened
+    ours = device is not None and not device.own_clock
+    kept = ("delay_s", "estimator", "controller", "grip", *(["rate_Hz"] if ours else []))
+    loop = from_table({key: what[key] for key in kept if what.get(key) is not None}, studio.loop)
+    found: Settings = {ENVIRONMENT: key, HAND: studio.grip, ("loop", "controller"): False}
     values = usable(studio.environments[key], parameters if isinstance(parameters, dict) else {})
     found |= {("value", key, one): value for one, value in values.items()}
     return found | {("loop", one): value for one, value in loop.items()}

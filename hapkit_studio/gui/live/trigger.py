@@ -9,9 +9,9 @@ from PySide6.QtCore import QObject, Signal
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.live.history import Window
 from hapkit_studio.gui.live.time_view import TimeView
-from hapkit_studio.gui.widgets.numbers import Quantity
 from hapkit_studio.haptics.signals import BY_NAME
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
+from hapkit_studio.quantity import Quantity
 
 
 class Level(NamedTuple):

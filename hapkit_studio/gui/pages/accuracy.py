@@ -22,11 +22,11 @@ from hapkit_studio.analysis.accuracy.scene import (
     jnd,
 )
 from hapkit_studio.analysis.perception import THRESHOLDS
-from hapkit_studio.analysis.setting import estimator_words
 from hapkit_studio.charts import accuracy as charts
 from hapkit_studio.charts.accuracy import accuracy_figure, felt_words
 from hapkit_studio.columns import Column
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, estimator_words
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import LatestAnswer, Progress
@@ -38,7 +38,6 @@ from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.undo import put
 from hapkit_studio.gui.widgets.parts import down, hint
 from hapkit_studio.gui.widgets.segmented import Segmented
-from hapkit_studio.haptics.engine import BOARD, COMPUTER
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
@@ -192,7 +191,7 @@ class ScenePart(Part):
             delay = steady_delay(engine, COMPUTER) if kit.measures_delay else loop.delay
             here = Place(COMPUTER, engine.loop.rate, delay)
         places = here, Place(BOARD, loop.board_rate or this_scene.ON_BOARD.rate)
-        return Question(studio.environment, dict(studio.values), loop.spec, places, device)
+        return Question(studio.environment, dict(studio.values), loop.estimator, places, device)
 
     def run(self) -> None:
         """Compute every option of the scene as it is set: first the errors, then their parts."""

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from PySide6.QtCore import Qt
 
 from hapkit_studio.columns import Column
+from hapkit_studio.dynamics.loop_settings import Difference
 from hapkit_studio.gui.pages.table import Table
-from hapkit_studio.gui.undo import Difference
 
 
 class DifferenceTable(Table):

@@ -14,9 +14,9 @@ from hapkit_studio.gui import prepare
 from hapkit_studio.gui.studio import Studio
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.analysis.stability.scene_verdict import Verdict
     from hapkit_studio.analysis.stability.verdict import Asked
+    from hapkit_studio.dynamics.loop_settings import LoopSettings
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
 
@@ -65,9 +65,8 @@ class LoopFacts(QObject):
         studio.loop_changed.connect(self._follow)
         studio.environment_changed.connect(self._follow)
 
-    def setting(self, hand: str = "released") -> "Setting | None":
+    def setting(self, hand: str = "released") -> "LoopSettings | None":
         """Return the device and loop in force under a hand; None while there is no device or no delay yet."""
-        from hapkit_studio.analysis.setting import Setting
         from hapkit_studio.haptics.board_plan import spec_on_board
 
         engine, loop = self._studio.engine, self._studio.loop
@@ -75,16 +74,17 @@ class LoopFacts(QObject):
             return None
         device, board = engine.device, engine.board_plan
         modelled = engine.modelled or device  # a scene may be simulated without some terms
-        return Setting(
-            device.mass,
-            modelled.viscous,
-            modelled.coulomb_force,
-            modelled.quantum,
-            engine.loop.rate if board is None else float(board.rate),
-            self.delay,
-            loop.spec if board is None else spec_on_board(loop.spec),
-            hand,
-            loop.controller and board is None,
+        return replace(
+            loop,
+            rate=engine.loop.rate if board is None else float(board.rate),
+            delay=self.delay,
+            estimator=loop.estimator if board is None else spec_on_board(loop.estimator),
+            controller=loop.controller and board is None,
+            hand=hand,
+            mass=device.mass,
+            viscous=modelled.viscous,
+            coulomb=modelled.coulomb_force,
+            quantum=modelled.quantum,
         )
 
     def why_unknown(self) -> tuple[str, str]:
@@ -153,7 +153,7 @@ class Answer:
 
 
 @lru_cache(maxsize=256)
-def boundaries(setting: "Setting", width: float) -> tuple[Points, Points]:
+def boundaries(setting: "LoopSettings", width: float) -> tuple[Points, Points]:
     """Return both boundaries from no damping to a width in N·s/m."""
     from hapkit_studio.analysis.stability import kb_plane  # late: keeps start-up fast
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
-from hapkit_studio.devices.simulated import MODELLED, MODELS, OPTIONAL, TERMS
-from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
-from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.devices.simulated import MODELLED, OPTIONAL, TERMS
+from hapkit_studio.dynamics.estimators import ESTIMATORS, parse
+from hapkit_studio.dynamics.loop_settings import CONTROLLER, DELAY, ESTIMATOR, GRIP, MODELS, RATE
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.lock import LOOP
@@ -20,36 +20,11 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.text import rich
-from hapkit_studio.parameters import Choice, Parameter
 
 if TYPE_CHECKING:
     from hapkit_studio.haptics.board_plan import BoardPlan
 
-RATE = Parameter(
-    "rate", "Servo rate", "Hz", 1000.0, 100.0, 10000.0,
-    "How often the force is computed anew. Between two ticks it is held, so a wall pushes a little longer "
-    "on the way out than it resisted on the way in. A slow loop gives that energy to the handle: the wall "
-    "buzzes. Halve the rate and half the stiffness is too much.",
-)  # fmt: skip
-DELAY = Parameter(
-    "delay", "Added delay", "s", 0.0, 0.0, 0.1,
-    "Time from sensor to motor, added on purpose. The force answers where the handle was, not where it is, "
-    "and pushes after the handle has turned back: the longer, the softer a wall must be not to buzz.",
-)  # fmt: skip
-ESTIMATOR = Choice(
-    "estimator", "Velocity", tuple(ESTIMATORS), USUAL,
-    "How speed is made from sensor counts. The plain difference is quick but steps by one count per period, "
-    "so damping rattles; the low-pass filters are smooth but late, and late damping feeds a buzz. FOAW fits "
-    "the longest line that it can: smooth when slow, quick at an impact. The Kalman filter guesses on.",
-    labels=("Difference", "IIR", "Butterworth", "FOAW", "Kalman"),
-)  # fmt: skip
-GRIP = Choice(
-    "grip", "Grip", tuple(GRIPS), "medium",
-    "How firmly the simulated hand holds while you drag. A hand takes energy away: what buzzes when "
-    "released may be calm in a firm grip.",
-)  # fmt: skip
-CONTROLLER_LABEL = "Passivity controller"
-CONTROLLER = "Adds damping only while the scene gives energy."
+CONTROLLER_NOTE = "Adds damping only while the scene gives energy."
 UNWATCHED = "Silent while the board renders: it watches and damps in the computer's loop only."
 _LEAST_TARGET = 24
 _MODEL_OPTIONS = ("As needed", "Everything", "No friction")
@@ -118,10 +93,10 @@ class LoopPanel(QWidget):
             key: [ParameterRow(parameter) for parameter in entry.parameters]
             for key, entry in ESTIMATORS.items()
         }
-        self.controller = QCheckBox(CONTROLLER_LABEL)
-        self.controller.setToolTip(CONTROLLER)
+        self.controller = QCheckBox(CONTROLLER.label)
+        self.controller.setToolTip(CONTROLLER_NOTE)
         self.controller.setFixedHeight(_LEAST_TARGET)
-        self.controller_words = hint(CONTROLLER)
+        self.controller_words = hint(CONTROLLER_NOTE)
         self._body, self._rare = QWidget(), QWidget()
         down(*(row for rows in self.options.values() for row in rows), self.model, into=self._rare)
         usual = (self.rate, self.delay, self.estimator, self.grip, self.controller, self.controller_words)
@@ -158,27 +133,27 @@ class LoopPanel(QWidget):
             part.setToolTip(fixed)
         self.rate.show_value(self._rate())
         self.delay.show_value(loop.delay)
-        self.estimator.show_value(ESTIMATOR.options.index(loop.estimator))
+        self.estimator.show_value(ESTIMATOR.options.index(loop.method))
         for key, rows in self.options.items():
-            given = dict(loop.options) if key == loop.estimator else {}
+            given = loop.options if key == loop.method else {}
             for row in rows:
-                row.setVisible(key == loop.estimator)
+                row.setVisible(key == loop.method)
                 row.show_value(given.get(row.parameter.key, row.parameter.default))
         self.grip.show_value(GRIP.options.index(studio.grip))
         self.controller.setChecked(loop.controller)
         self.fold.setText(self.summary() if self.folded else "Fold")
         self.fold.setAccessibleName(f"Loop: {self.summary()}")
         self._show_model()
-        self.more.setVisible(studio.models_handle or bool(self.options[loop.estimator]))
+        self.more.setVisible(studio.models_handle or bool(self.options[loop.method]))
         own_clock = engine is not None and engine.device.own_clock
         self.rate.set_locked("The device samples by its own clock. Its rate is fixed." if own_clock else "")
-        self.controller_words.setText(UNWATCHED if self._plan() else CONTROLLER)
+        self.controller_words.setText(UNWATCHED if self._plan() else CONTROLLER_NOTE)
         own_hand = engine is not None and not studio.hand_is_ours
         self.grip.set_locked("The hand on this device is your own." if own_hand else "")
 
     def summary(self) -> str:
         """Return the loop in one line that fits the panel: the estimator without its options."""
-        spec, rate, board = self._studio.loop.spec, f"{self._rate():,.0f} Hz", self._plan() is not None
+        spec, rate, board = self._studio.loop.estimator, f"{self._rate():,.0f} Hz", self._plan() is not None
         if board:
             from hapkit_studio.haptics.board_plan import spec_on_board  # late: keeps start-up fast
 
@@ -220,9 +195,9 @@ class LoopPanel(QWidget):
         self.rate.changed.connect(lambda _key, value: self._apply(self.rate, rate=value))
         self.delay.changed.connect(lambda _key, value: self._apply(self.delay, delay=value))
         self.estimator.changed.connect(
-            lambda _key, index: studio.set_loop(estimator=ESTIMATOR.options[int(index)], options=())
+            lambda _key, index: studio.set_loop(estimator=ESTIMATOR.options[int(index)])
         )
-        self.grip.changed.connect(lambda _key, index: studio.set_grip(GRIP.options[int(index)]))
+        self.grip.changed.connect(lambda _key, index: studio.set_loop(hand=GRIP.options[int(index)]))
         self.controller.clicked.connect(lambda on: studio.set_loop(controller=on))
         for rows in self.options.values():
             for row in rows:
@@ -239,8 +214,8 @@ class LoopPanel(QWidget):
             self.opened.emit(self._rare)
 
     def _apply_option(self, row: ParameterRow, key: str, value: float) -> None:
-        options = dict(self._studio.loop.options) | {key: value}
-        self._apply(row, options=tuple(options.items()))
+        loop = self._studio.loop
+        self._apply(row, estimator=(loop.method, loop.options | {key: value}))
 
     def _apply(self, row: ParameterRow, **change: object) -> None:
         try:

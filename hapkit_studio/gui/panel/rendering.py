@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
+from hapkit_studio.dynamics.loop_settings import BOARD, BOARD_RATE, COMPUTER, RENDERERS, LoopSettings
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.panel.limits import steady_delay
@@ -15,17 +16,14 @@ from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
-from hapkit_studio.parameters import Choice
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.board_alternative import Alternative, Answer, RefusedRequest
-    from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.devices.delays import MeasuredDelay
     from hapkit_studio.haptics.board_plan import PlanRequest
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
 
-RENDERERS = COMPUTER, BOARD = "computer", "board"
 ROWS = {
     "Delay, ms": "From a sample to its force in the motor's register, as the board measured it: mean and "
     "standard deviation of the last seconds",
@@ -45,12 +43,6 @@ TIP = (
     "Who computes the force. The computer: a sample goes up, a force comes down, with the delay of the USB "
     "line. The board: parameters go down once, its own processor runs the same law."
 )
-_RATES = range(4000, 499, -500)  # Hz: what a person may ask for; the board has finer steps
-RATE = Choice(
-    "board_rate", "Board's rate", ("fastest", *map(str, _RATES)), "fastest",
-    "How often the board computes the force. A law that takes long allows no more than its own fastest rate.",
-    labels=("fastest", *(f"{rate:,} Hz" for rate in _RATES)),
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -60,7 +52,7 @@ class RendererFacts:
     delay: "MeasuredDelay | None"
     rate: float | None
     missed: int
-    setting: "Setting | None"
+    setting: "LoopSettings | None"
     share: float | None
 
     def texts(self, limit: float | None) -> tuple[str, ...]:
@@ -75,7 +67,7 @@ class RendererFacts:
         )
 
 
-def solve(question: tuple[list["Setting | None"], float]) -> list[float | None]:
+def solve(question: tuple[list["LoopSettings | None"], float]) -> list[float | None]:
     """Return the exact stiffness limit in N/m in each setting at a damping in N·s/m, None where none is."""
     from hapkit_studio.analysis.stability import kb_plane  # late: keeps start-up fast
 
@@ -85,12 +77,11 @@ def solve(question: tuple[list["Setting | None"], float]) -> list[float | None]:
 
 def renderers(studio: "Studio") -> list[RendererFacts]:
     """Return computer and board as the device and loop in force have them."""
-    from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.haptics import board_plan
 
     engine = studio.engine
     assert engine is not None
-    device, plan, spec = engine.device, engine.possible_plan, studio.loop.spec
+    device, plan, spec = engine.device, engine.possible_plan, studio.loop.estimator
     board_rate, share = (float(plan.rate), plan.share) if plan else (None, None)
     found = []
     for where, rate, own_spec, processor in (
@@ -101,8 +92,8 @@ def renderers(studio: "Studio") -> list[RendererFacts]:
         if delay is not None and steady is not None:
             delay = delay._replace(mean=steady)  # as everything in the window shows it and takes it
             if rate is not None:
-                setting = Setting(
-                    device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=steady,
+                setting = LoopSettings(
+                    mass=device.mass, viscous=device.viscous, quantum=device.quantum, rate=rate, delay=steady,
                     estimator=own_spec,
                 )  # fmt: skip
                 setting = setting if setting.linear else None
@@ -185,7 +176,7 @@ class RenderingSwitch(QWidget):
         self.switch = Segmented("Rendered by", NAMES)
         for widget in (name, self.switch):
             widget.setToolTip(TIP)
-        self.facts, self.rate, self.note = Facts(), ChoiceRow(RATE), hint()
+        self.facts, self.rate, self.note = Facts(), ChoiceRow(BOARD_RATE), hint()
         self.button, self.instead = QPushButton("Compare both"), QPushButton()
         head = across((name, 1), self.switch, gap=6)
         parts = (head, self.facts, self.rate, self.button, self.note, self.instead)
@@ -241,7 +232,7 @@ class RenderingSwitch(QWidget):
         self.switch.show_index(0 if refusal else RENDERERS.index(engine.where))
         self.switch.button(1).setEnabled(not refusal)
         rate = self._studio.loop.board_rate
-        self.rate.show_value(0 if rate is None else RATE.options.index(f"{rate:.0f}"))
+        self.rate.show_value(0 if rate is None else BOARD_RATE.options.index(f"{rate:.0f}"))
         instead = f"{refusal} {cheaper.words}" if cheaper is not None else refusal
         self.note.setText(instead or self._message or self._remark(engine))
         self.instead.setVisible(cheaper is not None)
@@ -263,7 +254,7 @@ class RenderingSwitch(QWidget):
             return ""
         if self._folded and engine.possible_plan is not None:
             parts.append(f"{100.0 * engine.possible_plan.share:.0f} % of the board's processor.")
-        if board_plan.spec_on_board(loop.spec) != loop.spec:
+        if board_plan.spec_on_board(loop.estimator) != loop.estimator:
             parts.append("The board has no such velocity filter and uses Kalman.")
         if loop.delay > 0.0:
             parts.append("The added delay applies on the computer only.")
@@ -322,7 +313,7 @@ class RenderingSwitch(QWidget):
         self._set(where=RENDERERS[index])
 
     def _choose_rate(self, _key: str, index: float) -> None:
-        self._set(board_rate=float(RATE.options[int(index)]) if index else None)
+        self._set(board_rate=float(BOARD_RATE.options[int(index)]) if index else None)
 
     def _use_cheaper(self) -> None:
         if self._cheaper is not None:

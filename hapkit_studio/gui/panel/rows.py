@@ -9,13 +9,14 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QGridLayout, QToolButton, QWidget
 
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity, ValueSlider
+from hapkit_studio.gui.widgets.numbers import NumberBox, ValueSlider
 from hapkit_studio.gui.widgets.parts import Sign, across, keep_size_when_hidden, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
+from hapkit_studio.quantity import Quantity
 
 # more, or longer words, do not fit beside the label in a narrow panel
 _MOST_SEGMENTS, _MOST_LETTERS = 3, 14

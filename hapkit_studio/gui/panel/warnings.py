@@ -55,10 +55,7 @@ class WarningLines(QWidget):
         setting, engine = self._facts.setting(), self._studio.engine
         if setting is None or engine is None:
             return None
-        return Conditions(
-            setting.period, setting.quantum, setting.viscous, self._speed, setting.delay, setting.mass,
-            setting.coulomb, engine.max_force, setting.estimator,
-        )  # fmt: skip
+        return Conditions(**{**vars(setting), "max_force": engine.max_force}, speed=self._speed)
 
     def watch(self, history: History) -> None:
         """Take the handle's highest speed of late; call it at a few hertz."""

@@ -14,9 +14,9 @@ from hapkit_studio.analysis import perception
 from hapkit_studio.analysis.accuracy import scene, trials
 from hapkit_studio.analysis.accuracy.scene import KNOWN, Ideal, Option, Place, Question, SceneResult
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.board_plan import BoardPlanner
-from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.laws.machine import ARENA
 from tests.analysis.accuracy.reference_loop import Kalman, rendered
 from tests.laws.twins import Plain

@@ -10,7 +10,7 @@ from scipy.signal import butter, lfilter
 from hapkit_studio.analysis.accuracy import velocity
 from hapkit_studio.analysis.accuracy.velocity import PLAN, SIGNALS, VARIANTS
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.gui.studio import LoopChoice
+from hapkit_studio.dynamics.loop_settings import USUAL_LOOP
 
 QUANTUM, T = 20.7e-6, 1e-3
 
@@ -64,5 +64,5 @@ def test_none_is_within_the_tolerance_in_every_motion_and_none_in_more_than_the_
     for scene in PLAN.scenes:
         for point, _, _ in PLAN.runs(scene):
             passed[point.label] = passed.get(point.label, 0) + (point.error <= scene.tolerance)
-    assert LoopChoice().estimator == "kalman"
+    assert USUAL_LOOP.estimator == "kalman"
     assert passed["Kalman q = 0.01"] == max(passed.values()) == 5

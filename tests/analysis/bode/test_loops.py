@@ -10,8 +10,9 @@ from scipy.signal import butter, freqz
 from hapkit_studio import environments
 from hapkit_studio.analysis.bode import AMPLITUDE, simulation
 from hapkit_studio.analysis.bode.drive import Drive, staircase
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.dynamics.hand import Hand
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.headless import Scene, render
@@ -72,9 +73,9 @@ def random_loop(seed):
         "kalman": {"q": 10.0 ** draw.uniform(-3.0, 0.0)},
     }
     options = given.get(name, {})
-    setting = Setting(
-        draw.uniform(0.02, 0.2), draw.uniform(0.1, 2.0), 0.0, 0.0, rate, draw.uniform(0.0, 2.0) / rate,
-        (name, options),
+    setting = LoopSettings(
+        mass=draw.uniform(0.02, 0.2), viscous=draw.uniform(0.1, 2.0), coulomb=0.0, quantum=0.0, rate=rate,
+        delay=draw.uniform(0.0, 2.0) / rate, estimator=(name, options),
     )  # fmt: skip
     return draw.uniform(20.0, 2000.0), draw.uniform(0.0, 8.0), setting, (name, options)
 
@@ -107,7 +108,7 @@ def test_fifty_random_loops_render_what_theory_says():
 
 
 def test_a_slightly_different_loop_is_distinguished_from_theory():
-    setting = Setting(quantum=0.0, delay=0.5e-3)
+    setting = LoopSettings(quantum=0.0, delay=0.5e-3)
     (curve,) = simulation.measure(SPRING, SPRING.values({"stiffness": 300.0}), [setting]).curves
     at = curve.measured.impedance[curve.measured.frequency <= 200.0]
     tones = curve.measured.frequency[curve.measured.frequency <= 200.0]
@@ -127,9 +128,9 @@ def test_impedance_is_the_hands_force_minus_own_mass_and_damping():
     tones = np.array([2.0, 5.0, 11.0, 23.0, 41.0])
     target = lambda t: 1e-3 * sum(np.sin(2 * math.pi * f * t + k) for k, f in enumerate(tones))  # noqa: E731
     hand = Hand(0.0, 4.0, 300.0, target, vectorised=True)
-    setting = Setting(mass, viscous, 0.0, 0.0, rate, delay)
+    setting = LoopSettings(rate, delay, mass=mass, viscous=viscous, coulomb=0.0, quantum=0.0)
     values = SPRING.values({"stiffness": stiffness})
-    out, _ = render(Scene(SPRING, values, setting.device(), setting.loop), hand, int(3 * rate))
+    out, _ = render(Scene(SPRING, values, simulated_handle(setting), setting), hand, int(3 * rate))
     last = slice(int(2 * rate), None)
     phasor = np.exp(-2j * math.pi * np.outer(tones, np.arange(rate) / rate)) * 2.0 / rate
     moved, led = (phasor @ out[last, column] for column in (rows.TRUE_POSITION, rows.HAND_TARGET))
@@ -180,7 +181,9 @@ def where(softness):
 @pytest.mark.parametrize("rate", [1000.0, 4000.0])
 def test_a_wall_ends_where_its_stiffness_is_down_by_3_db(rate):
     """Re Z of a spring held for a period is K sin(wT) / (wT)."""
-    found = simulation.measure(WALL, WALL.values({"stiffness": 300.0}), [Setting(quantum=0.0, rate=rate)])
+    found = simulation.measure(
+        WALL, WALL.values({"stiffness": 300.0}), [LoopSettings(quantum=0.0, rate=rate)]
+    )
     (curve,) = found.curves
     assert curve.ends == curve.softens == pytest.approx(rate * where(math.sqrt(0.5)), rel=1e-3)
     assert math.isnan(curve.gives_energy)
@@ -195,14 +198,14 @@ def test_a_spring_beyond_2b_over_t_gives_energy_from_the_lowest_frequency_on(tim
     """The damping of a held spring is -K T / 2 at low frequencies (Colgate and Schenkel 1997)."""
     viscous, rate = 0.5, 1000.0
     values = SPRING.values({"stiffness": times * 2.0 * viscous * rate})
-    (curve,) = simulation.measure(SPRING, values, [Setting(quantum=0.0, viscous=viscous)]).curves
+    (curve,) = simulation.measure(SPRING, values, [LoopSettings(quantum=0.0, viscous=viscous)]).curves
     assert (curve.gives_energy == 1.0) is gives
     assert ("gives energy" in curve.sentence) is gives
 
 
 @pytest.mark.slow
 def test_default_amplitude_is_reduced_if_the_motor_saturates():
-    values, setting = WALL.values({"stiffness": 4000.0}), Setting(quantum=0.0)
+    values, setting = WALL.values({"stiffness": 4000.0}), LoopSettings(quantum=0.0)
     found = simulation.measure(WALL, values, [setting])
     # (1.1 + 1) * 4000 N/m * 0.328 mm = 2.75 N, below 3 N; the next larger amplitude needs 3.44 N
     assert found.amplitude == pytest.approx(0.8**5 * AMPLITUDE.default)
@@ -213,7 +216,7 @@ def test_default_amplitude_is_reduced_if_the_motor_saturates():
 
 
 def test_coherence_falls_and_theory_is_missing_where_the_force_is_not_linear():
-    setting = Setting(quantum=0.0)
+    setting = LoopSettings(quantum=0.0)
     (inside,) = simulation.measure(WALL, WALL.values(), [setting]).curves
     (across,) = simulation.measure(WALL, WALL.values(), [setting], place=0.005).curves
     assert inside.theory is not None
@@ -225,8 +228,8 @@ def test_coherence_falls_and_theory_is_missing_where_the_force_is_not_linear():
 
 
 def test_results_are_plain_json_and_invalid_numbers_are_rejected():
-    found = simulation.measure(environments.named("free"), {}, [Setting()])
+    found = simulation.measure(environments.named("free"), {}, [LoopSettings()])
     assert "no force" in found.sentence
     json.loads(json.dumps(found.as_json(), allow_nan=False))
     with pytest.raises(ParameterError, match="Amplitude goes from"):
-        simulation.measure(SPRING, SPRING.values(), [Setting()], 1.0)
+        simulation.measure(SPRING, SPRING.values(), [LoopSettings()], 1.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.bode import on_board, simulation
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from tests.analysis.bode.test_loops import SPRING, WALL, impedance, off
 from tests.firmware.vb import needs_board
 
@@ -16,7 +16,7 @@ SHARE, DEGREES = 0.03, 2.0
 @pytest.mark.parametrize(("scene", "damping"), [(WALL, 0.0), (SPRING, 2.0)], ids=["wall", "damped spring"])
 def test_computer_and_board_render_what_theory_says(scene, damping):
     values = scene.values({"stiffness": 300.0, "damping": damping})
-    found = on_board.measure(simulation.measure(scene, values, [Setting()]))
+    found = on_board.measure(simulation.measure(scene, values, [LoopSettings()]))
     assert [curve.where for curve in found.curves] == ["computer", "board"]
     assert found.curves[1].setting.rate > found.curves[0].setting.rate == 1000.0
     for curve in found.curves:

@@ -7,8 +7,8 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.bode import simulation
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.cli import main
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 
 WALL = environments.named("wall")
 MODES = ("into", "both", "none")
@@ -45,7 +45,7 @@ def test_damping_has_the_sign_and_size_of_the_work_per_cycle(seed):
     stiffness, damping, mode, rate, delay = drawn_setting(seed)
     values = WALL.values({"stiffness": stiffness, "damping": damping, "damping_mode": mode})
     found = simulation.measure(
-        WALL, values, [Setting(quantum=0.0, rate=rate, delay=delay)], max_force=math.inf
+        WALL, values, [LoopSettings(quantum=0.0, rate=rate, delay=delay)], max_force=math.inf
     )
     (curve,) = found.curves
     assert (curve.theory is None) == (mode == "into")
@@ -63,11 +63,11 @@ def test_damping_has_the_sign_and_size_of_the_work_per_cycle(seed):
 def test_one_way_damping_is_half_minus_the_holds_energy():
     """B/2 − K T/2 at low frequencies: 2 N·s/m and 250 N/m at 1 kHz dissipate 0.875 N·s/m."""
     values = WALL.values({"damping": 2.0})
-    (ideal,) = simulation.measure(WALL, values, [Setting(quantum=0.0)]).curves
+    (ideal,) = simulation.measure(WALL, values, [LoopSettings(quantum=0.0)]).curves
     assert ideal.measured.damping[0] == pytest.approx(0.875, rel=1e-3)
     assert math.isnan(ideal.gives_energy) or ideal.gives_energy > 300.0
     assert ideal.negative > 100.0
-    (real,) = simulation.measure(WALL, values, [Setting()]).curves
+    (real,) = simulation.measure(WALL, values, [LoopSettings()]).curves
     away = np.abs(real.measured.damping - ideal.measured.damping)
     inside = away <= real.damping_interval + 0.01
     assert inside.mean() > 0.8  # 95 % intervals, minus a small bias of the lowest tones by quantisation
@@ -77,7 +77,7 @@ def test_one_way_damping_is_half_minus_the_holds_energy():
 @pytest.mark.slow
 def test_the_interval_of_a_stiff_wall_covers_its_error_from_sensor_steps():
     values = WALL.values({"stiffness": 5000.0})
-    (curve,) = simulation.measure(WALL, values, [Setting()]).curves
+    (curve,) = simulation.measure(WALL, values, [LoopSettings()]).curves
     exact = np.interp(curve.measured.frequency, curve.theory.frequency, curve.theory.impedance)
     assert np.mean(np.abs(curve.measured.impedance.real - exact.real) <= curve.interval.real) > 0.8
     share, degrees = curve.error

@@ -10,9 +10,8 @@ from hapkit_studio.analysis.failures import failures, named
 from hapkit_studio.analysis.failures.base import MEASURED, OTHER, THEORY, show
 from hapkit_studio.cli import main
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.studio import LoopChoice
-from hapkit_studio.haptics.settings import LoopSettings
 
 KEYS = list(failures())
 
@@ -72,8 +71,7 @@ def test_what_is_felt_live_can_be_set_by_a_person(key, ends):
     for options, value in tried:
         live = failure.live(value, failure.case(options))
         assert environments.named(live.environment).values(live.values)
-        choice = LoopChoice(**live.loop)
-        LoopSettings().changed(choice.rate, choice.delay, choice.spec)
+        LoopSettings().changed(**live.loop)
         assert GRIPS[live.grip] is not None
         assert live.advice
 

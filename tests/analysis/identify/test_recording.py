@@ -6,10 +6,10 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio.analysis.identify import Handle, Setup, from_csv, from_run, identify, of_rows
 from hapkit_studio.dynamics.hand import GRIPS, hand_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments import named
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless
-from hapkit_studio.haptics.settings import LoopSettings
 
 
 @pytest.fixture(scope="module")

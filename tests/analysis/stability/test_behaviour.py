@@ -21,8 +21,8 @@ from hapkit_studio.analysis.stability.behaviour import (
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, settling
-from hapkit_studio.haptics.settings import LoopSettings
 from tests.analysis.stability.independent import Handle
 from tests.wide import wide
 

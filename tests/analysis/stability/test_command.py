@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import Cells, Points, exact_boundary, plane
 from hapkit_studio.charts import stability as charts
 from hapkit_studio.charts.style import colors, new_figure
 from hapkit_studio.cli import main
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 
 FILTER = "Low-pass filtered difference, cutoff 35.5 Hz"
 LATE = ("--viscous", "0.18", "--delay", "0.001", "--estimator", "iir:cutoff=35.5", "-K", "620", "-B", "2")
@@ -98,7 +98,7 @@ def drawn(tmp_path, monkeypatch):
 
 
 def test_the_figure_contains_regions_verdict_and_conditions(drawn):
-    setting = Setting(viscous=0.18, delay=1e-3, estimator="iir")
+    setting = LoopSettings(viscous=0.18, delay=1e-3, estimator="iir")
     words = drawn(plane(setting, 620.0, 2.0))
     wanted = {
         "grows from a small push, let go",
@@ -122,7 +122,7 @@ def test_the_figure_contains_regions_verdict_and_conditions(drawn):
 
 
 def test_the_figure_shows_the_measurement(drawn):
-    found = plane(Setting(quantum=61.4e-6, coulomb=0.02), 500.0, 0.5)
+    found = plane(LoopSettings(quantum=61.4e-6, coulomb=0.02), 500.0, 0.5)
     some = np.linspace(0.0, found.width, 3)
     points = Points(some, np.array([1000.0, np.inf, 3000.0]), True, True, np.array([0.4e-3, np.nan, 2.3e-3]))
     cells = Cells(some, np.linspace(0.0, found.top, 4), np.arange(12).reshape(4, 3) % 3, True, True)
@@ -137,7 +137,7 @@ def test_the_figure_shows_the_measurement(drawn):
 
 
 def test_measurements_beyond_the_map_do_not_change_its_layout(tmp_path):
-    found = plane(Setting(controller=True), 300.0, 0.0)
+    found = plane(LoopSettings(controller=True), 300.0, 0.0)
     places = []
     for stiffness in (0.5 * found.top, 2.0 * found.top):
         points = Points(np.array([1.0]), np.array([stiffness]), False, True)
@@ -152,9 +152,9 @@ def test_measurements_beyond_the_map_do_not_change_its_layout(tmp_path):
     ("stiffness", "damping"), [(620.0, 2.0), (800.0, 1.5), (1100.0, 1.5), (250.0, 0.05), (1400.0, 11.8)]
 )
 def test_the_dots_label_covers_no_line_and_stays_inside(stiffness, damping, tmp_path):
-    found = plane(Setting(viscous=0.18, delay=1e-3, estimator="iir"), stiffness, damping)
+    found = plane(LoopSettings(viscous=0.18, delay=1e-3, estimator="iir"), stiffness, damping)
     hands = {
-        hand: exact_boundary(Setting(delay=1e-3, hand=hand), found.damping) for hand in ("light", "firm")
+        hand: exact_boundary(LoopSettings(delay=1e-3, hand=hand), found.damping) for hand in ("light", "firm")
     }
     figure = new_figure(tmp_path / "map.png", (8.84, 6.36))
     dot = charts.draw(figure, colors(), charts.Map(found, hands=hands))
@@ -173,7 +173,7 @@ def test_the_dots_label_covers_no_line_and_stays_inside(stiffness, damping, tmp_
 
 def test_a_picture_of_pure_damping_has_its_limits_in_its_own_unit(drawn):
     """The limits without any stiffness lines."""
-    found = plane(Setting(viscous=0.18), 0.0, 2.0)
+    found = plane(LoopSettings(viscous=0.18), 0.0, 2.0)
 
     def below(**more):
         return " ".join("".join(drawn(found, **more)).replace("\u00a0", " ").split())

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane, rendered
 from hapkit_studio.analysis.stability.few_cells import STEP, from_few
 from hapkit_studio.analysis.stability.rendered import GROWS
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 
 ALL_AROUND = np.ones((3, 3))
 
@@ -92,7 +92,7 @@ def every_cell(setting, damping, stiffness):
 
 def test_a_strip_between_the_lattices_rows_is_found_by_the_exact_limits():
     """With a filter of 5 Hz, strong damping needs a stabilising stiffness of 320 to 1,580 N/m."""
-    setting = Setting(0.05, 1.0, coulomb=0.0, estimator=("butterworth", {"cutoff": 5.0}))
+    setting = LoopSettings(mass=0.05, viscous=1.0, coulomb=0.0, estimator=("butterworth", {"cutoff": 5.0}))
     damping, stiffness = np.linspace(7.5, 11.5, 32), 20.0 + 300.0 * np.arange(32)
     full = every_cell(setting, damping, stiffness)
     assert 0.02 < (full != GROWS).mean() < 0.15
@@ -109,8 +109,8 @@ ESTIMATORS = ["difference", "iir", ("butterworth", {"cutoff": 60.0}), ("iir", {"
 
 def some_setting(rng, rates):
     rate = float(rng.choice(rates))
-    return Setting(
-        float(10 ** rng.uniform(-1.7, -0.7)),
+    return LoopSettings(
+        mass=float(10 ** rng.uniform(-1.7, -0.7)),
         viscous=float(10 ** rng.uniform(-1.0, 0.5)),
         coulomb=float(rng.choice([0.02, 0.1, 0.3])),
         quantum=float(rng.choice([5e-6, 20.7e-6, 60e-6])),

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import hands
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
 from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from tests.analysis.stability.test_limits import closed_loop
 
 FILTERS = ("difference", ("iir", {"cutoff": 20.0}), "iir", "kalman", "butterworth")
@@ -16,7 +16,9 @@ def some_setting(rng):
     rate = 10 ** rng.uniform(2.5, 3.7)
     delay = rng.choice([0.0, 1.0, rng.random(), 3.0 * rng.random()]) / rate
     mass, viscous = 10 ** rng.uniform(-1.7, -0.7), 10 ** rng.uniform(-0.7, 0.7)
-    return Setting(mass, viscous, 0.0, 20.7e-6, rate, delay, FILTERS[rng.integers(len(FILTERS))])
+    return LoopSettings(
+        rate, delay, FILTERS[rng.integers(len(FILTERS))], mass=mass, viscous=viscous, coulomb=0.0
+    )
 
 
 def passivity(setting, shares):
@@ -35,8 +37,8 @@ def test_the_envelope_is_above_passivity_and_below_random_hands(count):
         damping, line = passivity(setting, (0.0, 0.5, 1.0))
         found = hands.family(setting, damping)
         assert (found.people > line).all()
-        loop = vars(setting) | {"quantum": None, "coulomb": None, "controller": None}
-        loop = {key: value for key, value in loop.items() if value is not None}
+        names = "rate", "delay", "estimator", "mass", "viscous"
+        loop = {name: getattr(setting, name) for name in names}
         for b, limit, worst in zip(damping, found.people, found.worst, strict=True):
             grips = [Grip(*(10 ** rng.uniform(*np.log10(ends)) for ends in ranges)) for _ in range(30)]
             roots = [largest(loop, b, grip, 0.95 * limit) for grip in grips]

@@ -7,29 +7,29 @@ import numpy as np
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import on_board
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary, friction_boundary, passivity_line, plane
 from hapkit_studio.analysis.stability.limits import coulomb_line, simple_rule, stiffness_limit
 from hapkit_studio.devices import profiles
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from tests.analysis.stability.independent import Handle
 
 # A Hapkit with 0.18 N·s/m: delay in ms or rate, limit without and with 2 N·s/m of virtual damping
 HAPKITS = [({}, 360.0, 4170.0), ({"delay": 1e-3}, 120.0, 1382.0), ({"rate": 230.0}, 83.0, 826.0)]
-LATE = Setting(viscous=0.18, delay=1e-3, estimator=("iir", {"cutoff": 35.5}))
+LATE = LoopSettings(viscous=0.18, delay=1e-3, estimator=("iir", {"cutoff": 35.5}))
 
 
 def test_the_boundary_of_a_hapkit():
     for loop, alone, damped in HAPKITS:
-        found = exact_boundary(Setting(viscous=0.18, **loop), np.array([0.0, 2.0]))
+        found = exact_boundary(LoopSettings(viscous=0.18, **loop), np.array([0.0, 2.0]))
         assert found == pytest.approx([alone, damped], abs=0.6)
 
 
 def test_without_damping_passive_and_stable_limits_nearly_agree():
     """Colgate & Schenkel's 2 b/T; the released handle's limit is b²/(3 m) higher; the rule is equal."""
-    setting, none = Setting(), np.zeros(1)
+    setting, none = LoopSettings(), np.zeros(1)
     passive = passivity_line(setting, none)[0]
     assert passive == pytest.approx(2.0 * 0.5 / 1e-3)
     assert exact_boundary(setting, none)[0] - passive == pytest.approx(0.25 / (3.0 * 0.044), rel=0.01)
@@ -50,16 +50,16 @@ def test_a_plane_contains_every_line_and_hand():
 
 
 def test_an_adaptive_window_has_a_plane_without_exact_lines():
-    found = plane(Setting(estimator="foaw"), 300.0, 1.0)
+    found = plane(LoopSettings(estimator="foaw"), 300.0, 1.0)
     assert np.isnan(found.exact).all()
     assert math.isnan(found.margin.limit)
     assert found.edge.size == 0
     assert found.simple[0] == pytest.approx(1000.0)
     with pytest.raises(ParameterError, match="not linear"):
-        exact_boundary(Setting(estimator="foaw"), np.zeros(1))
+        exact_boundary(LoopSettings(estimator="foaw"), np.zeros(1))
 
 
-WORKED = Setting(mass=0.05, viscous=0.5, coulomb=0.1, quantum=15e-6)
+WORKED = LoopSettings(mass=0.05, viscous=0.5, coulomb=0.1, quantum=15e-6)
 
 
 def test_the_stiffness_up_to_which_friction_hides_the_steps():
@@ -116,7 +116,7 @@ def test_a_sketch_states_limit_and_verdict():
 @pytest.mark.parametrize("delay", [0.0, 1e-3])
 def test_a_push_settles_below_the_boundary_of_dry_friction_and_swings_on_above(push, delay):
     """Against an independent simulation without quantisation and force limit."""
-    setting = Setting(delay=delay)
+    setting = LoopSettings(delay=delay)
     bound = float(friction_boundary(setting, np.zeros(1), push)[0])
     for share, settles in ((0.95, True), (1.05, False)):
         mass, viscous, coulomb = setting.mass, setting.viscous, setting.coulomb
@@ -126,5 +126,5 @@ def test_a_push_settles_below_the_boundary_of_dry_friction_and_swings_on_above(p
 
 
 def test_without_dry_friction_both_boundaries_are_one():
-    setting, across = Setting(coulomb=0.0), np.linspace(0.0, 4.0, 5)
+    setting, across = LoopSettings(coulomb=0.0), np.linspace(0.0, 4.0, 5)
     assert friction_boundary(setting, across) == pytest.approx(exact_boundary(setting, across))

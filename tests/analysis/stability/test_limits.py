@@ -13,10 +13,10 @@ from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.sampled_loop import stiffness_limits
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings import LoopSettings
 
 
 def test_batched_dampings_equal_single_ones():

@@ -5,10 +5,10 @@ import threading
 
 import pytest
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from tests.haptics import support
@@ -25,7 +25,7 @@ def late_share(reader) -> float:
 @pytest.mark.alone
 def test_a_map_does_not_make_the_loop_late():
     """With normal priority, at which a thread that computes without a pause would cost most."""
-    rendered.classes(Setting(), [1.0], [100.0], real=True)  # compile
+    rendered.classes(LoopSettings(), [1.0], [100.0], real=True)  # compile
     done, begun = threading.Event(), threading.Event()
 
     def watch(finished, of):
@@ -37,7 +37,7 @@ def test_a_map_does_not_make_the_loop_late():
     def keep_mapping():
         with contextlib.suppress(Cancelled):
             while True:
-                rendered.classes(Setting(), [1.0] * 50, [500.0] * 200, real=True, progress=watch)
+                rendered.classes(LoopSettings(), [1.0] * 50, [500.0] * 200, real=True, progress=watch)
 
     engine, work = Engine(SimulatedHapkit(), "wall", realtime=False), threading.Thread(target=keep_mapping)
     engine.start()

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.stability.objects import contact_limit
 from hapkit_studio.analysis.stability.verdict import Asked, verdict
 from hapkit_studio.dynamics.hand import Hand
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
 from tests.wide import wide
@@ -25,7 +26,7 @@ def growth(setting, key, values):
     """Return the logarithmic growth of the motion of a handle that presses an object."""
     grip = setting.grip
     hand = Hand(grip.mass, grip.damping, grip.stiffness, pressing, vectorised=True)
-    scene = headless.Scene(environments.named(key), values, setting.device(real=False), setting.loop)
+    scene = headless.Scene(environments.named(key), values, simulated_handle(setting, real=False), setting)
     out, _ = headless.render(scene, hand, round(SECONDS * setting.rate))
     x = out[round((PRESSED + 0.5) * setting.rate) :, rows.TRUE_POSITION]
     halves = np.array_split(np.diff(x, 3), 2)
@@ -51,7 +52,7 @@ def is_quick(key, integrator, *_):
 
 @pytest.mark.parametrize(("key", "integrator", "mass", "rate", "delay", "estimator"), wide(LOOPS, is_quick))
 def test_a_press_decays_inside_and_grows_outside_the_limit(key, integrator, mass, rate, delay, estimator):
-    setting = Setting(0.044, 0.5, 0.0, 0.0, rate, delay, estimator, "light")
+    setting = LoopSettings(rate, delay, estimator, hand="light", coulomb=0.0, quantum=0.0)
     given = {"mass": mass, "integrator": integrator, "contact_damping": 0.0}
     limit = contact_limit(setting, key, given)
     for share, grows in ((0.99, False), (1.01, True)):
@@ -68,7 +69,7 @@ SCENES = [
 
 @pytest.mark.parametrize(("key", "integrator", "mass", "rate", "delay"), SCENES)
 def test_the_verdict_uses_the_objects_limit_not_a_walls(key, integrator, mass, rate, delay):
-    setting = Setting(0.05, 0.6, 0.0, 0.0, rate, delay, hand="light")
+    setting = LoopSettings(rate, delay, hand="light", mass=0.05, viscous=0.6, coulomb=0.0, quantum=0.0)
     values = environments.named(key).values({"mass": mass, "integrator": integrator})
     limit = verdict(Asked(environments.named(key), values, setting)).margins["light"].limit
     wall = stiffness_limit(0.05, 0.6, rate=rate, delay=delay, hand="light")
@@ -82,7 +83,7 @@ def test_the_verdict_uses_the_objects_limit_not_a_walls(key, integrator, mass, r
 
 def test_an_object_too_heavy_to_move_is_a_wall():
     """Its limit is that of the spring to the ground; a released handle has no other."""
-    setting = Setting(viscous=0.5, delay=0.4e-3)
+    setting = LoopSettings(viscous=0.5, delay=0.4e-3)
     given = {"mass": 5.0, "stiffness": 2000.0, "damping": 20.0, "integrator": "exact"}
     assert contact_limit(setting, "mass_spring_damper", given) == pytest.approx(
         stiffness_limit(0.044, 0.5, delay=0.4e-3), rel=0.02
@@ -91,7 +92,7 @@ def test_an_object_too_heavy_to_move_is_a_wall():
 
 def test_explicit_euler_has_no_limit_of_its_own_without_damping():
     """It adds h² w² per step; a light object without damper grows at any stiffness."""
-    setting = Setting(viscous=0.5, hand="firm")
+    setting = LoopSettings(viscous=0.5, hand="firm")
     given = {"mass": 0.05, "damping": 0.0, "stiffness": 2000.0, "integrator": "explicit_euler"}
     assert contact_limit(setting, "mass_spring_damper", given) == 0.0
     with pytest.raises(ParameterError, match="puck"):

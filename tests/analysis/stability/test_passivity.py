@@ -10,8 +10,8 @@ from hapkit_studio.analysis.stability.passivity import passive_damping, passive_
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import estimate_velocity
 from hapkit_studio.dynamics.hand import Prescribed
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings import LoopSettings
 from tests.wide import wide
 
 B = 0.5

@@ -9,12 +9,13 @@ import pytest
 from scipy.optimize import brentq
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.stability import kb_plane, rendered
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.stability.rendered import BUZZES, DECAYS, GROWS
 from hapkit_studio.analysis.sweeps import Cancelled
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
 
 LINEAR = ["difference", "iir", ("butterworth", {"cutoff": 20.0}), "kalman"]
@@ -29,7 +30,7 @@ def threads():
         yield made
 
 
-def exact(setting: Setting, damping: float) -> float:
+def exact(setting: LoopSettings, damping: float) -> float:
     return float(exact_boundary(setting, [damping])[0])
 
 
@@ -38,9 +39,9 @@ def some_settings(rng: np.random.Generator, count: int):
     while count:
         rate = float(rng.choice([250.0, 1000.0, 4000.0]))
         mass, viscous = float(10 ** rng.uniform(-2, -0.5)), float(10 ** rng.uniform(-1, 0.5))
-        setting = Setting(
-            mass,
-            viscous,
+        setting = LoopSettings(
+            mass=mass,
+            viscous=viscous,
             rate=rate,
             delay=float(rng.choice([0.0, rng.uniform(0.0, 3.0)])) / rate,
             estimator=LINEAR[rng.integers(len(LINEAR))],
@@ -62,16 +63,18 @@ def test_the_boundary_is_the_exact_one_within_one_percent(rng, threads, count):
 @pytest.mark.parametrize("estimator", LINEAR)
 @pytest.mark.parametrize("delay", [0.0, 1.37e-3])
 def test_one_percent_inside_decays_and_outside_grows(estimator, delay):
-    setting = Setting(delay=delay, estimator=estimator)
+    setting = LoopSettings(delay=delay, estimator=estimator)
     limit = exact(setting, 0.5)
     found = rendered.judge(rendered.rendered(setting), [0.99 * limit, 1.01 * limit], [0.5, 0.5])
     assert found.tolist() == [DECAYS, GROWS]
 
 
-SLOW = Setting(0.05, 1.0, estimator=("butterworth", {"cutoff": 5.0}))
+SLOW = LoopSettings(mass=0.05, viscous=1.0, estimator=("butterworth", {"cutoff": 5.0}))
 
 
-@pytest.mark.parametrize("setting", [Setting(), Setting(delay=1.3e-3, estimator="iir", hand="light"), SLOW])
+@pytest.mark.parametrize(
+    "setting", [LoopSettings(), LoopSettings(delay=1.3e-3, estimator="iir", hand="light"), SLOW]
+)
 def test_the_map_of_a_linear_loop_is_what_rendering_finds_in_each_cell(setting):
     """Rows are stiffness, columns damping; in half of the settings only a narrow strip is stable."""
     damping, stiffness = np.linspace(0.0, 12.0, 13), np.geomspace(20.0, 40_000.0, 31)
@@ -88,7 +91,9 @@ def test_the_map_of_a_linear_loop_is_what_rendering_finds_in_each_cell(setting):
 def test_friction_and_steps_divide_the_plane_as_diolaiti_says(share, threads):
     """share is b / (K T). Below 1/2 a large motion grows; above, friction below K Δ / 2 never stops it."""
     for friction in (0.0, 0.1, 0.25, 0.4, 0.495, 0.505, 1.0):
-        setting = Setting(0.05, share * STIFFNESS * 1e-3, friction * STIFFNESS * STEP, STEP)
+        setting = LoopSettings(
+            mass=0.05, viscous=share * STIFFNESS * 1e-3, coulomb=friction * STIFFNESS * STEP, quantum=STEP
+        )
         verdict = rendered.classes(setting, [0.0], [STIFFNESS], real=True, executor=threads)
         wanted = GROWS if share < 0.5 else BUZZES if friction < 0.5 else DECAYS
         assert verdict.tolist() == [[wanted]], friction
@@ -96,7 +101,7 @@ def test_friction_and_steps_divide_the_plane_as_diolaiti_says(share, threads):
 
 def test_friction_holds_a_motion_of_known_size(threads):
     """theory.md 2: a motion of A = 4 f_c / (π ω (K T / 2 - b)) neither grows nor dies, ω² = K / m."""
-    setting = replace(Setting(), quantum=5e-6)
+    setting = replace(LoopSettings(), quantum=5e-6)
     start = rendered.STARTS[0] * setting.quantum
 
     def beyond(stiffness):
@@ -110,7 +115,7 @@ def test_friction_holds_a_motion_of_known_size(threads):
 
 
 def test_the_adaptive_window_may_buzz_without_growing(threads):
-    setting = Setting(0.05, 0.5, estimator="foaw")
+    setting = LoopSettings(mass=0.05, viscous=0.5, estimator="foaw")
     limit = stiffness_limit(0.05, 0.5, damping=2.0)
     found = rendered.classes(setting, [2.0], [0.01 * limit, 0.5 * limit, 1.1 * limit], executor=threads)
     assert found.tolist() == [[DECAYS], [BUZZES], [GROWS]]
@@ -120,7 +125,7 @@ def test_the_adaptive_window_may_buzz_without_growing(threads):
 @pytest.mark.parametrize("delay", [0.0, 1e-3])
 def test_the_passivity_controller_raises_the_boundary(real, delay, threads):
     """Hannaford and Ryu 2002: excess energy is dissipated, until the force is too late."""
-    plain, damping = Setting(delay=delay), [0.0, 1.0]
+    plain, damping = LoopSettings(delay=delay), [0.0, 1.0]
     held = replace(plain, controller=True)
     before, after = (rendered.boundary(s, damping, real=real, executor=threads) for s in (plain, held))
     assert (after > 3.0 * before).all()
@@ -130,7 +135,11 @@ def test_the_passivity_controller_raises_the_boundary(real, delay, threads):
 
 
 def test_many_maps_in_one_sweep_are_the_single_ones(threads):
-    settings = [Setting(), Setting(delay=1e-3), Setting(coulomb=0.0, quantum=0.0, hand="light")]
+    settings = [
+        LoopSettings(),
+        LoopSettings(delay=1e-3),
+        LoopSettings(coulomb=0.0, quantum=0.0, hand="light"),
+    ]
     damping, stiffness = [0.0, 1.0, 7.0, 20.0], np.geomspace(200.0, 20_000.0, 6)
     found = rendered.maps(settings, damping, stiffness, real=True, executor=threads)
     for one, setting in zip(found, settings, strict=True):
@@ -141,7 +150,7 @@ def test_many_maps_in_one_sweep_are_the_single_ones(threads):
 def test_progress_and_cancel(threads):
     said = []
     cells = [1.0, 2.0], [50.0, 60.0, 70.0]
-    rendered.classes(Setting(), *cells, real=True, progress=lambda *now: said.append(now))
+    rendered.classes(LoopSettings(), *cells, real=True, progress=lambda *now: said.append(now))
     assert (said[0], said[-1]) == ((0, 6), (6, 6))
 
     def stop(done, of):
@@ -149,13 +158,13 @@ def test_progress_and_cancel(threads):
 
     for work in (rendered.boundary, lambda s, b, **k: rendered.classes(s, b, b, **k)):
         with pytest.raises(Cancelled):
-            work(Setting(), [1.0, 2.0], real=True, progress=stop)
+            work(LoopSettings(), [1.0, 2.0], real=True, progress=stop)
 
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1415.0, 8.0), (1464.0, 10.46)])
 def test_convergence_to_a_limit_cycle_is_not_growth(stiffness, damping):
     """Released at 200 steps inside the linear limit, it decreases to 9 and 16 steps, and stays there."""
-    coarse = Setting(
+    coarse = LoopSettings(
         viscous=0.18, coulomb=0.02, quantum=61.4e-6, delay=1e-3, estimator=("iir", {"cutoff": 35.5})
     )
     limit = exact_boundary(coarse, [damping])[0]
@@ -167,13 +176,13 @@ def test_convergence_to_a_limit_cycle_is_not_growth(stiffness, damping):
 
 def test_with_controller_the_boundary_gives_the_bounded_amplitude():
     """A spring with a delay, without friction: the swing is that of its motion after the same time."""
-    setting, damping = Setting(delay=1e-3, controller=True), np.array([0.0])
+    setting, damping = LoopSettings(delay=1e-3, controller=True), np.array([0.0])
     points = rendered.measure_points(setting, damping)
     stiffness = points.stiffness[0]
     assert stiffness > 3.0 * exact_boundary(setting, damping)[0]
     values = {"stiffness": (1.0 - 2e-4) * stiffness, "damping": 0.0, "center": 0.0}
-    device = setting.device(False, 200.3 * setting.quantum)
-    scene = headless.Scene(environments.named("spring"), values, device, setting.loop)
+    device = simulated_handle(setting, False, 200.3 * setting.quantum)
+    scene = headless.Scene(environments.named("spring"), values, device, setting)
     out, _ = headless.render(scene, None, 12_000)
     assert points.swing[0] == pytest.approx(0.5 * np.ptp(out[8000:, rows.TRUE_POSITION]), rel=1e-3)
     assert points.name == f"Bounded to ±{1e3 * points.swing[0]:.2g} mm"

@@ -7,13 +7,13 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.objects import contact_limit
 from hapkit_studio.analysis.stability.verdict import Asked, differs, of_spring, unstable_ranges, verdict
 from hapkit_studio.dynamics.hand import grip_named
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from tests.analysis.stability.independent import Handle
 
-LATE = Setting(delay=1e-3, hand="medium")
+LATE = LoopSettings(delay=1e-3, hand="medium")
 
 
 def asked(key, setting=LATE, **values):
@@ -50,7 +50,7 @@ def test_calm_scenes_state_the_margin_in_each_hand():
 
 @pytest.mark.parametrize(("share", "calm"), [(0.97, True), (1.03, False)])
 def test_without_friction_and_counts_the_verdict_is_that_of_the_linear_limit(share, calm):
-    setting = Setting(coulomb=0.0, quantum=0.0)
+    setting = LoopSettings(coulomb=0.0, quantum=0.0)
     bound = of_spring(setting, 100.0, 0.0).limit
     assert of_spring(setting, share * bound, 0.0).does["released"].calm == calm
 
@@ -124,7 +124,7 @@ def test_no_run_is_unstable_in_silence(stiffness, calm):
     ("share", "words"), [(0.99, "1.01 × below the limit"), (1.01, "nothing presses the handle")]
 )
 def test_a_handle_let_go_presses_no_object(share, words):
-    scene, loop = environments.named("puck"), Setting()
+    scene, loop = environments.named("puck"), LoopSettings()
     stiffness = share * contact_limit(loop, "puck", scene.values())
     found = verdict(Asked(scene, scene.values({"contact_stiffness": stiffness}), loop))
     assert found.does["released"].calm

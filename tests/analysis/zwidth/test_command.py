@@ -4,14 +4,13 @@ import json
 
 import pytest
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth import on_device, simulation
 from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
 from hapkit_studio.analysis.zwidth.result import Protocol
 from hapkit_studio.cli import main
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import arrays
-from hapkit_studio.haptics.settings import LoopSettings
 
 
 def run(capsys, *words):
@@ -54,7 +53,7 @@ def measured(monkeypatch):
         asked.update(engine=engine, levels=levels, limits=limits, loop=engine.loop, grip=engine.grip)
         if asked.get("raises"):
             raise asked["raises"]
-        return simulation.compute(Setting(), levels, Protocol(seconds=0.6, halvings=1))
+        return simulation.compute(LoopSettings(), levels, Protocol(seconds=0.6, halvings=1))
 
     monkeypatch.setattr(on_device, "measure", measure)
     return asked

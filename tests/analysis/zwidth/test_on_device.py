@@ -33,7 +33,7 @@ def running():
     def make(device=None, grip="light", delay=2e-3):
         engines.append(Engine(device or SimulatedHapkit(), "spring", realtime=False))
         engines[-1].set_environment("spring", BEFORE)
-        engines[-1].set_grip(grip)
+        engines[-1].set_loop(hand=grip)
         engines[-1].start()
         engines[-1].set_loop(delay=delay)
         return engines[-1]

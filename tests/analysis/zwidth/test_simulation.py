@@ -7,7 +7,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth import simulation
 from hapkit_studio.analysis.zwidth.result import (
     BUZZES,
@@ -20,6 +19,7 @@ from hapkit_studio.analysis.zwidth.result import (
     text,
     with_band,
 )
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from tests.wide import wide
 
@@ -83,7 +83,7 @@ CAPPED = 200.0 * 1.3**22  # upper end of the reference's search
 
 
 def device(coulomb=0.1, quantum=15e-6, rate=1000.0, **more):
-    return Setting(0.05, 0.5, coulomb, quantum, rate, **more)
+    return LoopSettings(rate, mass=0.05, viscous=0.5, coulomb=coulomb, quantum=quantum, **more)
 
 
 REFERENCE = {
@@ -213,12 +213,12 @@ def test_result_is_the_bands_lower_end():
 
 
 def test_all_walls_hold_up_to_the_result_and_some_fail_above():
-    (point,) = simulation.compute(Setting(), (20.0,)).points
+    (point,) = simulation.compute(LoopSettings(), (20.0,)).points
     below = point.stiffness / 1.01 ** np.arange(band_trials(0.01))
-    assert [simulation.trial(Setting(), k, 20.0).why for k in below] == [""] * len(below)
+    assert [simulation.trial(LoopSettings(), k, 20.0).why for k in below] == [""] * len(below)
     assert point.stiffness < point.first_failed <= 1.01 * point.stiffness < point.last_held
-    assert simulation.trial(Setting(), point.first_failed, 20.0).why == BUZZES
-    assert simulation.trial(Setting(), point.last_held, 20.0).why == ""
+    assert simulation.trial(LoopSettings(), point.first_failed, 20.0).why == BUZZES
+    assert simulation.trial(LoopSettings(), point.last_held, 20.0).why == ""
 
 
 def test_a_sharp_limit_has_no_band():

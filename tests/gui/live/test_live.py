@@ -101,7 +101,7 @@ def test_release_here_takes_the_handle_out_of_a_hand_that_still_drags(window, qt
     for let_go in (lambda: qtbot.keyClick(scene, Qt.Key.Key_L), button.click):
         let_go()
         qtbot.waitUntil(lambda: np.isnan(target()).any())
-        assert window.studio.engine._wanted.target is None
+        assert window.studio.engine._content.target is None
         with qtbot.assertNotEmitted(scene.hand_moved):
             qtbot.mouseMove(scene, QPoint(scene.width() // 4, 100))
         qtbot.mouseRelease(scene, Qt.MouseButton.LeftButton)

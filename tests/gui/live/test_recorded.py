@@ -6,12 +6,12 @@ import sqlite3
 import numpy as np
 import pytest
 
+from hapkit_studio.dynamics.loop_settings import RATE
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.live import recorded as module
 from hapkit_studio.gui.live.plots.declared import OBJECT
 from hapkit_studio.gui.live.recorded import Recorded
 from hapkit_studio.haptics import rows
-from hapkit_studio.haptics.settings import RATE
 from hapkit_studio.sessions.chunk import BLOCK, pack
 from hapkit_studio.sessions.file import SETTINGS, Event, SessionWriter
 from hapkit_studio.sessions.session import Session

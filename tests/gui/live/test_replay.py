@@ -216,7 +216,7 @@ def test_scene_plots_and_bar_show_the_sample_where_it_stands(replay, kept_idle_w
 def test_what_was_set_then_is_in_force_and_afterwards_what_was_set_before(replay, kept_idle_window):
     studio, window = kept_idle_window.studio, kept_idle_window
     assert (studio.environment.key, studio.values["stiffness"], studio.values["side"]) == ("wall", 700.0, 1.0)
-    assert (studio.loop.delay, studio.loop.estimator, studio.loop.controller) == (0.004, "iir", True)
+    assert (studio.loop.delay, studio.loop.method, studio.loop.controller) == (0.004, "iir", True)
     assert (studio.loop.options, studio.grip) == ((("cutoff", 20.0),), "firm")
     assert window.panel.parameters.rows["stiffness"].box.text() == "700"
     assert window.display.max_force == 2.0

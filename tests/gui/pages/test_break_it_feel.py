@@ -43,7 +43,7 @@ def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_eve
     studio.choose("wall")
     studio.set_value("stiffness", 321.0)
     studio.set_loop(rate=2000.0, delay=0.0005, estimator="butterworth", options=(("cutoff", 40.0),))
-    studio.set_grip("light")
+    studio.set_loop(hand="light")
     before = state(studio)
     assert not felt.verdict.back.isVisible()
     felt.verdict.feel.setFocus()
@@ -52,7 +52,7 @@ def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_eve
     assert studio.environment.key == "spring"
     assert studio.values["stiffness"] == pytest.approx(198.0)
     assert studio.values["damping"] == 2.0
-    assert (studio.loop.rate, studio.loop.delay, studio.loop.spec) == (500.0, 0.001, "difference")
+    assert (studio.loop.rate, studio.loop.delay, studio.loop.estimator) == (500.0, 0.001, "difference")
     assert studio.engine.loop.rate == 500.0
     assert studio.grip == "medium"
     assert felt.felt == "A spring too stiff"

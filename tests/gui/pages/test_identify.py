@@ -230,5 +230,5 @@ def test_the_hand_shakes_about_the_surface_until_a_stop_or_another_view_lets_go(
     page.shaking.click()
     window.views.show("live")
     assert not page.shake.isActive()
-    window.studio.set_grip("released")
+    window.studio.set_loop(hand="released")
     assert not page.shaking.isEnabled()

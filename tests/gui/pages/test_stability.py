@@ -8,7 +8,6 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolTip
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import (
     exact_boundary,
     friction_boundary,
@@ -17,6 +16,7 @@ from hapkit_studio.analysis.stability.kb_plane import (
 )
 from hapkit_studio.analysis.stability.objects import contact_limit
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.pages import measuring as measuring_page
 from hapkit_studio.gui.pages.stability import page as stability
@@ -55,7 +55,7 @@ def wall_page(window, qtbot):
 
 def in_force(window):
     """Put a wall at 620 N/m and 2 N·s/m in force, iir, no delay."""
-    window.studio.set_loop(estimator="iir", options=())
+    window.studio.set_loop(estimator="iir")
     window.studio.set_values({"stiffness": 620.0, "damping": 2.0, "damping_mode": 1.0})
 
 
@@ -87,7 +87,7 @@ def axes_of(page):
 
 
 def test_it_judges_the_loop_in_force_and_the_dot_follows_the_sliders(page, window, qtbot):
-    setting, column = Setting(estimator="iir"), page.verdict_column
+    setting, column = LoopSettings(estimator="iir"), page.verdict_column
     limits = hands(setting, 2.0)
     assert (page.lines.plane.setting, page.lines.plane.hands) == (setting, limits)
     assert column.heading.text() == "Stable"
@@ -145,7 +145,7 @@ def test_its_sliders_are_hatched_as_the_panels_are(page, window, qtbot):
     studio.set_loop(estimator="difference", rate=300.0)
     studio.choose("spring")
     studio.set_values({"stiffness": 300.0, "damping": 0.0})
-    (held,) = friction_boundary(Setting(rate=300.0), np.zeros(1))
+    (held,) = friction_boundary(LoopSettings(rate=300.0), np.zeros(1))
     hatched = {"stiffness": [(pytest.approx(held, rel=1e-3), 2000.0)]}
     qtbot.waitUntil(
         lambda: hatched["stiffness"] == studio.unstable_ranges.get("stiffness"), timeout=PATIENCE_MS
@@ -170,7 +170,7 @@ def damper_grows(setting, damping):
 
 def test_without_stiffness_the_limits_are_those_of_the_damping(wall_page, window, qtbot):
     column = wall_page.verdict_column
-    window.studio.set_loop(estimator="difference", options=())
+    window.studio.set_loop(estimator="difference")
     window.studio.choose("damping")
     follow(wall_page, qtbot)
     setting, told = wall_page.lines.plane.setting, dict(column.limits.pairs)
@@ -232,7 +232,7 @@ def test_a_puck_has_the_limits_of_handle_and_object_and_says_that_the_map_has_no
 
 @pytest.mark.slow
 def test_an_adaptive_window_has_no_exact_limit_and_can_be_measured(page, window, qtbot):
-    window.studio.set_loop(estimator="foaw", options=())
+    window.studio.set_loop(estimator="foaw")
     follow(page, qtbot)
     assert "there is no exact limit" in page.verdict_column.out.text()
     assert "Exact boundary" not in words(page.chart)
@@ -305,7 +305,7 @@ def test_every_hand_has_its_boundary_nothing_is_cut_off_and_the_conditions_stay_
 
 def test_what_is_measured_is_the_exact_boundary_and_progress_reaches_the_end():
     told = []
-    setting = Setting(viscous=0.18, delay=1e-3)
+    setting = LoopSettings(viscous=0.18, delay=1e-3)
     found = measuring(setting, False, (4.0, 3000.0), side=4)(lambda done, of: told.append((done, of)))
     assert found.points.stiffness == pytest.approx(exact_boundary(setting, found.points.damping), rel=0.01)
     limits = exact_boundary(setting, found.cells.damping)
@@ -335,7 +335,7 @@ def test_a_measurement_pales_where_other_conditions_hold(wall_page, window, qtbo
     assert told()["Sensor step"] == f"{1e6 * setting.quantum:.3g} µm"
     page.real.setChecked(False)
     assert not page._map.outdated
-    window.studio.set_loop(estimator="iir", options=())
+    window.studio.set_loop(estimator="iir")
     follow(page, qtbot)
     assert page._map.outdated
 
@@ -379,7 +379,7 @@ def test_the_handle_is_pulled_and_let_go(alone, window, qtbot, monkeypatch):
     follow(page, qtbot)
     places = []
     monkeypatch.setattr(window.studio, "move_hand", places.append)
-    window.studio.set_grip("released")
+    window.studio.set_loop(hand="released")
     page.trial._timer.setInterval(1)
     page.side.release.click()
     assert window.studio.grip == "medium", "without a grip nothing would be pulled"

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.behaviour import Behaviour, Centre, Lasting
 from hapkit_studio.analysis.stability.kb_plane import plane
 from hapkit_studio.analysis.stability.verdict import of_spring
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.gui.pages.stability.map_data import Lines, LinesQuestion
 from hapkit_studio.gui.pages.stability.page import reading
 from hapkit_studio.gui.pages.stability.trial import (
@@ -68,7 +68,7 @@ def test_what_happened_in_words(begin, end, does, centre, said):
 
 def test_where_springs_are_stable_again_the_verdict_and_the_map_s_reading_say_so():
     """A handle of 0.044 kg and 0.5 N·s/m behind 5 Hz of second order."""
-    slow = Setting(estimator=("butterworth", {"cutoff": 5.0}))
+    slow = LoopSettings(estimator=("butterworth", {"cutoff": 5.0}))
     found = plane(slow, 80.0, 2.25, width=4.0, top=1000.0)
     low, high = found.margin.again[0]
     said = verdict(replace(found, said=of_spring(slow, 80.0, 2.25)))
@@ -84,7 +84,7 @@ def test_where_springs_are_stable_again_the_verdict_and_the_map_s_reading_say_so
 
 def judged(stiffness, damping, controller=False, measured=None):
     """Return the verdict on a spring."""
-    setting = Setting(controller=controller)
+    setting = LoopSettings(controller=controller)
     found = plane(setting, stiffness, damping, columns=2)
     return verdict(replace(found, said=of_spring(setting, stiffness, damping)), measured)
 
@@ -98,16 +98,16 @@ def test_the_column_says_what_the_handle_does_and_what_was_measured_there():
     )
     assert said.lines == ((sentence, "triangle", "warn"),)
     assert said.more == "Reason: 2,000 N/m is above the limit of 1,002 N/m after you let go."
-    said = judged(900.0, 2.0, measured=made_up(Setting(), real=True))
+    said = judged(900.0, 2.0, measured=made_up(LoopSettings(), real=True))
     assert said.headline == "Stable"
     assert said.more.endswith("N/m after you let go.\nMeasured with friction: comes to rest.")
-    said = judged(900.0, 2.0, controller=True, measured=made_up(Setting(controller=True)))
+    said = judged(900.0, 2.0, controller=True, measured=made_up(LoopSettings(controller=True)))
     assert "leave the passivity controller out" in said.more
     assert said.more.endswith("Measured of an ideal handle: comes to rest.")
 
 
 def test_a_class_is_that_of_its_cell_and_none_is_told_beyond_the_axes():
-    measured = made_up(Setting())
+    measured = made_up(LoopSettings())
     for row, stiffness in enumerate(measured.cells.stiffness):
         for column, damping in enumerate(measured.cells.damping):
             assert kind_at(measured, damping, stiffness) == measured.cells.classes[row, column]

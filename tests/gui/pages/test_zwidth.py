@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QGuiApplication
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth import HIGHEST
 from hapkit_studio.analysis.zwidth.result import BUZZES, Point, Protocol, ZWidth, conditions
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.gui.live.export import write
 from hapkit_studio.gui.pages.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows
@@ -25,7 +25,7 @@ def made_up(capped=False, clamped=True):
     damping = [0.0, 2.0]
     curve = np.array([np.linspace(0.0, 2.0, 5), np.linspace(330.0, 1000.0, 5)])
     found = ZWidth.of(
-        "simulation", damping, points, Setting(), conditions(Setting(), Protocol(max_force=3.0))
+        "simulation", damping, points, LoopSettings(), conditions(LoopSettings(), Protocol(max_force=3.0))
     )
     return replace(found, linear=curve[1, [0, -1]], curve=curve)
 
@@ -74,7 +74,7 @@ def assert_over(page, window, environment="spring"):
 
 @pytest.mark.slow
 def test_the_simulation_begins_by_itself_once_and_a_device_waits_for_a_person(page, window, qtbot):
-    window.studio.set_grip("released")
+    window.studio.set_loop(hand="released")
     window.views.show("live")
     page.begun.clear()
     page.where.show_index(DEVICE)
@@ -152,7 +152,7 @@ def test_a_result_of_another_loop_is_out_of_date(page, window):
     grip, loop = studio.grip, studio.loop
     changes = (
         ("the loop", lambda: studio.set_loop(rate=500.0), lambda: studio.set_loop(rate=loop.rate)),
-        ("the hand", lambda: studio.set_grip("released"), lambda: studio.set_grip(grip)),
+        ("the hand", lambda: studio.set_loop(hand="released"), lambda: studio.set_loop(hand=grip)),
     )
     for what, change, back in changes:
         change()

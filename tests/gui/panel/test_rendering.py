@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QScrollArea
 from hapkit_studio.analysis import board_alternative
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.dynamics.loop_settings import RENDERERS
 from hapkit_studio.gui.live.comparison import movement
 from hapkit_studio.gui.panel import rendering
 from hapkit_studio.haptics import link
@@ -142,7 +143,7 @@ def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
 @pytest.mark.parametrize("where", ["computer", "board"])
 def test_table_and_card_say_one_delay(board_window, qtbot, where):
     studio, card = board_window.studio, board_window.stability
-    conn, index = studio.engine.driver.conn, rendering.RENDERERS.index(where)
+    conn, index = studio.engine.driver.conn, RENDERERS.index(where)
     studio.set_loop(where=where)
     conn.words[link.HANDOVER] = link.ON_BOARD if where == "board" else link.ON_COMPUTER
     for delay in (0.140e-3, 0.1449e-3, 0.1495e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
@@ -159,7 +160,7 @@ def test_table_and_card_say_one_delay(board_window, qtbot, where):
     )
 
 
-@pytest.mark.parametrize("where", rendering.RENDERERS)
+@pytest.mark.parametrize("where", RENDERERS)
 def test_a_small_window_has_room_for_every_loop(board_window, qtbot, where):
     window, studio = board_window, board_window.studio
     window.resize(1280, 720)

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import hands
 from hapkit_studio.analysis.stability.verdict import Asked
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.gui.panel.limits import Question, answer
 from hapkit_studio.gui.panel.stability_card import StabilityMap
 from hapkit_studio.gui.widgets.theme import theme
@@ -26,7 +26,7 @@ def window(kept_window):
 
 def asked(stiffness, damping=0.0, setting=None, environment=SPRING):
     values = environment.values({"stiffness": stiffness, "damping": damping})
-    return Question(Asked(environment, values, setting or Setting()), 8.0)
+    return Question(Asked(environment, values, setting or LoopSettings()), 8.0)
 
 
 def said(window):
@@ -47,7 +47,7 @@ def test_the_ring_of_a_dot_at_no_damping_covers_no_number(window, scale):
     canvas = StabilityMap()
     theme.set_scale(scale)
     canvas.resize(round(240 * scale), canvas.height())
-    canvas.show_answer(answer(asked(2000.0, setting=Setting(delay=1e-3))))
+    canvas.show_answer(answer(asked(2000.0, setting=LoopSettings(delay=1e-3))))
     picture = canvas.grab().toImage()
     frame, words = canvas.measure(), colored(picture, "axis")
     numbers, ring = words[words[:, 1] < frame.bottom(), 0], colored(picture, "warn")[:, 0]
@@ -72,14 +72,14 @@ def test_the_card_and_the_status_bar_say_what_the_handle_does_without_a_banner(w
     assert "Reason: 2,000 N/m is above the limit of 1,002 N/m after you let go." in said(window)[1]
     assert said(window)[2:] == ("Buzzes when let go", ("triangle", "warn"))
     assert window.banners.banners == []
-    studio.set_grip("released")
+    studio.set_loop(hand="released")
     qtbot.waitUntil(lambda: "In your hand" not in said(window)[0], timeout=PATIENCE_MS)
 
 
 def test_each_hand_has_its_own_sign(window):
     """1,800 N/m a millisecond late: a light grip holds it, let go it buzzes from a fraction of a nudge on."""
     card = window.stability
-    card.show_answer(answer(asked(1800.0, 0.0, Setting(delay=1e-3, hand="light"))))
+    card.show_answer(answer(asked(1800.0, 0.0, LoopSettings(delay=1e-3, hand="light"))))
     seen = [(line.sign.token, line.words.property("ink")) for line in card.verdict.lines]
     assert card.verdict.text.startswith("In your hand, it is stable")
     assert seen == [("ok", "ink"), ("warn", "warn")]
@@ -90,7 +90,7 @@ def test_each_hand_has_its_own_sign(window):
 @pytest.mark.parametrize(("environment", "hand"), [(SPRING, "released"), (WALL, "medium")])
 def test_the_map_is_that_of_the_hand_that_the_verdict_depends_on(window, environment, hand):
     """A handle that is let go leaves a wall, so the wall's map is that of a handle pressed into it."""
-    card, setting = window.stability, Setting(delay=1e-3, hand="medium")
+    card, setting = window.stability, LoopSettings(delay=1e-3, hand="medium")
     found = answer(asked(1800.0, 0.0, setting, environment))
     card.show_answer(found)
     limit = hands(setting, 0.0)[hand]
@@ -103,7 +103,7 @@ def test_the_map_is_that_of_the_hand_that_the_verdict_depends_on(window, environ
 def test_no_stiffness_no_limit_in_newtons_per_metre(window):
     card, damping = window.stability, environments.named("damping")
     for strength, want in ((4.0, False), (50.0, True)):
-        scene = Asked(damping, damping.values({"damping": strength}), Setting(delay=1e-3))
+        scene = Asked(damping, damping.values({"damping": strength}), LoopSettings(delay=1e-3))
         card.show_answer(answer(Question(scene, 8.0)))
         assert "N/m" not in card.words.text()
         assert ("the damping is too high" in card.words.text()) == want
@@ -114,7 +114,7 @@ def test_what_has_no_limit_is_judged_by_simulation(window, qtbot):
     studio.set_loop(controller=True)
     qtbot.waitUntil(lambda: "leave the passivity controller out" in said(window)[1], timeout=PATIENCE_MS)
     assert said(window)[0].startswith("In your hand, it is stable.")
-    studio.set_loop(controller=False, estimator="foaw", options=())
+    studio.set_loop(controller=False, estimator="foaw")
     qtbot.waitUntil(lambda: "filter is not linear" in said(window)[1], timeout=PATIENCE_MS)
     assert not window.stability.map.isVisible()
     studio.choose("free")
@@ -125,7 +125,7 @@ def test_what_has_no_limit_is_judged_by_simulation(window, qtbot):
 def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window, monkeypatch):
     """61 µm and 5 N·s/m: 3628 N/m by eigenvalues, and 5 µm 9553 N/m; the card takes the device's quantum."""
     for quantum, want in ((61e-6, 3628.0), (5e-6, 9553.0)):
-        setting = Setting(quantum=quantum, estimator=("kalman", {"q": 1e-2}))
+        setting = LoopSettings(quantum=quantum, estimator=("kalman", {"q": 1e-2}))
         found = answer(asked(300.0, 5.0, setting))
         assert abs(found.verdict.limit - want) < 1.0
         assert abs(dict(found.edge)[5.0] - want) < 1.0

@@ -7,8 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PySide6.QtCore import Qt
 
-from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity
+from hapkit_studio.gui.widgets.numbers import NumberBox
 from hapkit_studio.parameters import Parameter
+from hapkit_studio.quantity import Quantity
 
 STIFFNESS = Quantity(Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0))
 PLACE = Quantity(Parameter("position", "Wall position", "m", 0.005, -0.04, 0.04))

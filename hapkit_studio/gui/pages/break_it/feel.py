@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.studio import LoopChoice, Studio
+from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.undo import ENVIRONMENT, Settings, put, settings_of
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ class Feel(QObject):
         self.key = ""
         self._before: Settings = {}
         self._waiting = self._busy = False
-        self._put: tuple[dict[str, float], LoopChoice] | None = None
+        self._put: tuple[dict[str, float], LoopSettings] | None = None
         studio.environment_changed.connect(self._arrive)
         studio.settings_changed.connect(self._look)
 
@@ -92,11 +93,7 @@ class Feel(QObject):
         if not self._waiting or live is None or self._studio.environment.key != live.environment:
             return
         self._waiting = False
-        loop = dict(live.loop)
-        if "estimator" in loop:
-            loop.setdefault("options", ())
-        self._studio.set_loop(**loop)
-        self._studio.set_grip(live.grip)
+        self._studio.set_loop(**live.loop, hand=live.grip)
         self._put = self._studio.values_of(live.environment), self._studio.loop
 
     def _look(self) -> None:

@@ -7,13 +7,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
 from hapkit_studio.analysis.stability.margin import Margin, nice_top
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.analysis.stability.verdict import Asked, verdict
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import on_screen
 from hapkit_studio.gui.background import Progress, Work
 
@@ -28,7 +28,7 @@ class LinesQuestion:
     asked: the scene to be judged.
     """
 
-    setting: Setting
+    setting: LoopSettings
     stiffness: float
     damping: float
     axes: tuple[float, float] | None = None
@@ -77,12 +77,12 @@ def _axes(ask: LinesQuestion) -> tuple[float, float]:
 
 
 @lru_cache(maxsize=32)
-def _plane(setting: Setting, width: float, top: float) -> Plane:
+def _plane(setting: LoopSettings, width: float, top: float) -> Plane:
     return kb_plane.plane(setting, 0.0, 0.0, width=width, top=top)
 
 
 @lru_cache(maxsize=8)
-def _every(setting: Setting, width: float) -> dict[str, np.ndarray]:
+def _every(setting: LoopSettings, width: float) -> dict[str, np.ndarray]:
     if not setting.linear:
         return {}
     across = np.linspace(0.0, width, kb_plane.COLUMNS)
@@ -90,7 +90,7 @@ def _every(setting: Setting, width: float) -> dict[str, np.ndarray]:
 
 
 @lru_cache(maxsize=8)
-def damping_limits(setting: Setting) -> dict[str, float]:
+def damping_limits(setting: LoopSettings) -> dict[str, float]:
     """Return the damping in N·s/m up to which each hand is stable without stiffness, to 0.2 %."""
     found: dict[str, float] = {}
     for hand in GRIPS if setting.linear else ():
@@ -114,7 +114,7 @@ _CELLS_A_COLUMN = 25
 class Measured:
     """One measurement: its setting, the axes it covers, points and cells, and the seconds it took."""
 
-    setting: Setting
+    setting: LoopSettings
     real: bool
     axes: tuple[float, float]
     points: Points
@@ -146,11 +146,11 @@ class Results:
         kept = [old for old in self.all if (old.setting, old.real) == (other, measured.real)]
         self.all = [*kept, measured]
 
-    def prefer(self, setting: Setting, real: bool) -> None:
+    def prefer(self, setting: LoopSettings, real: bool) -> None:
         """Put the measurement of these conditions last, if there is one."""
         self.all.sort(key=lambda measured: (measured.setting, measured.real) == (setting, real))
 
-    def outdated(self, setting: Setting, real: bool) -> bool:
+    def outdated(self, setting: LoopSettings, real: bool) -> bool:
         """Say whether it holds for other conditions than these."""
         last = self.last
         return last is not None and (last.setting != setting or last.real != real)
@@ -161,7 +161,7 @@ class Results:
         return replace(plane, points=last.points, cells=last.cells) if last else plane
 
 
-def measuring(setting: Setting, real: bool, axes: tuple[float, float], side: int = SIDE) -> Work:
+def measuring(setting: LoopSettings, real: bool, axes: tuple[float, float], side: int = SIDE) -> Work:
     """Return the work for a Job: the cells of the map, then the boundary by bisection."""
 
     def work(progress: Progress) -> Measured:

@@ -11,9 +11,9 @@ from hapkit_studio.analysis.stability.behaviour import Behaviour, Centre
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.numbers import Quantity
 from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.parameters import Parameter
+from hapkit_studio.quantity import Quantity
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
@@ -185,7 +185,7 @@ class Trial(QObject):
         if self._studio.grip == "released":
             self._grip = self._studio.grip
             with self._studio.temporarily():
-                self._studio.set_grip(_GRIP)
+                self._studio.set_loop(hand=_GRIP)
         self._studio.move_hand(self._target(held))
         self.holding = True
         self._timer.start()
@@ -200,7 +200,7 @@ class Trial(QObject):
         if self._grip is not None:
             grip, self._grip = self._grip, None
             with self._studio.temporarily():
-                self._studio.set_grip(grip)
+                self._studio.set_loop(hand=grip)
         self.changed.emit()
 
     def forget(self) -> None:

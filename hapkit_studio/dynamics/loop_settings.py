@@ -1,0 +1,361 @@
+"""Settings of a loop and of the device in it: one type, and one schema for all files that hold them."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from copy import copy
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Self
+
+from hapkit_studio.dynamics import nominal
+from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, Spec, parse
+from hapkit_studio.dynamics.hand import GRIPS, Grip, grip_named
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import quoted
+from hapkit_studio.parameters import AnyParameter, Choice, Parameter, check_number
+from hapkit_studio.quantity import Quantity
+
+RENDERERS = COMPUTER, BOARD = "computer", "board"
+MODELS = ("scene", "everything", "frictionless")
+"""What a simulated device models: what the scene needs, everything, or everything without dry friction."""
+
+# What a person may set; the analysis takes what any device or loop can be (POSSIBLE).
+RATE = Parameter(
+    "rate", "Servo rate", "Hz", 1000.0, 100.0, 10_000.0,
+    "How often the force is computed anew. Between two ticks it is held, so a wall pushes a little longer "
+    "on the way out than it resisted on the way in. A slow loop gives that energy to the handle: the wall "
+    "buzzes. Halve the rate and half the stiffness is too much.",
+)  # fmt: skip
+DELAY = Parameter(
+    "delay", "Added delay", "s", 0.0, 0.0, 0.1,
+    "Time from sensor to motor, added on purpose. The force answers where the handle was, not where it is, "
+    "and pushes after the handle has turned back: the longer, the softer a wall must be not to buzz.",
+)  # fmt: skip
+ESTIMATOR = Choice(
+    "estimator", "Velocity", tuple(ESTIMATORS), USUAL,
+    "How speed is made from sensor counts. The plain difference is quick but steps by one count per period, "
+    "so damping rattles; the low-pass filters are smooth but late, and late damping feeds a buzz. FOAW fits "
+    "the longest line that it can: smooth when slow, quick at an impact. The Kalman filter guesses on.",
+    labels=("Difference", "IIR", "Butterworth", "FOAW", "Kalman"),
+)  # fmt: skip
+GRIP = Choice(
+    "grip", "Grip", tuple(GRIPS), "medium",
+    "How firmly the simulated hand holds while you drag. A hand takes energy away: what buzzes when "
+    "released may be calm in a firm grip.",
+)  # fmt: skip
+CONTROLLER = Choice("controller", "Passivity controller", ("off", "on"))
+MODEL = Choice("model", "Model", MODELS)
+WHERE = Choice("where", "Rendered by", RENDERERS)
+_RATES = range(4000, 499, -500)  # Hz: what a person may ask for; the board has finer steps
+BOARD_RATE = Choice(
+    "board_rate", "Board's rate", ("fastest", *map(str, _RATES)), "fastest",
+    "How often the board computes the force. A law that takes long allows no more than its own fastest rate.",
+    labels=("fastest", *(f"{rate:,} Hz" for rate in _RATES)),
+)  # fmt: skip
+
+POSSIBLE = {
+    p.key: p
+    for p in (
+        Parameter("mass", "The mass", "kg", nominal.MASS, 1e-13, 1e9),
+        Parameter("viscous", "The viscous damping", "N·s/m", nominal.VISCOUS, 0.0, 1e5),
+        Parameter("coulomb", "The Coulomb friction", "N", nominal.COULOMB_FORCE, 0.0, 1e4),
+        Parameter("quantum", "The sensor quantum", "m", nominal.QUANTUM, 0.0, 0.1),
+        Parameter("rate", "The rate", "Hz", RATE.default, 1e-3, 1e9),
+        Parameter("delay", "The delay", "s", DELAY.default, 0.0, 10.0),
+    )
+}
+"""What any device or loop can be, by name: wider than what a person may set."""
+MOST_LATE = 2000.0  # periods of delay: the exact limit examines every turn of the phase that they cause
+
+
+def check_delay(rate: float, delay: float) -> None:
+    """Raise ParameterError for a delay (s) of more than MOST_LATE periods at a rate (Hz)."""
+    if rate * delay > MOST_LATE:
+        raise ParameterError(
+            f"A delay of {delay:g} s at {rate:,g} Hz is {rate * delay:,g} periods; "
+            f"{MOST_LATE:,g} at most: lower the delay or the rate."
+        )
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """A loop, the hand on the handle, and the device; raise ParameterError for what none of them can be.
+
+    rate Hz, delay s from a sample to its force; estimator: of velocity, "iir" or ("iir", {"cutoff": 20.0});
+    controller: the passivity controller is on; hand: a grip's name; own_grip: a grip without a name instead.
+    Of the device: mass kg, viscous N·s/m, coulomb N, sensor quantum m, force limit max_force N. model: how
+    much of a simulated device is modelled; where: who renders; board_rate: Hz, None for the fastest that the
+    law allows.
+    """
+
+    rate: float = RATE.default
+    delay: float = DELAY.default
+    estimator: Spec = field(default="difference", hash=False)  # options are a dictionary
+    controller: bool = False
+    hand: str = "released"
+    mass: float = nominal.MASS
+    viscous: float = nominal.VISCOUS
+    coulomb: float = nominal.COULOMB_FORCE
+    quantum: float = nominal.QUANTUM
+    max_force: float = nominal.MAX_FORCE
+    model: str = MODELS[0]
+    where: str = COMPUTER
+    board_rate: float | None = None
+    own_grip: Grip | None = None
+
+    def __post_init__(self) -> None:
+        for key, number in POSSIBLE.items():
+            object.__setattr__(self, key, number.check(getattr(self, key)))
+        check_number(self.max_force, "force limit", "N", above=True, endless=True)
+        check_delay(self.rate, self.delay)
+        method, _ = parse(self.estimator)
+        options = {} if isinstance(self.estimator, str) else dict(self.estimator[1])
+        object.__setattr__(self, "estimator", (method.key, options) if options else method.key)
+        if not isinstance(self.hand, str):
+            raise ParameterError(f"The hand takes a grip's name, not {self.hand!r}.")
+        grip_named(self.hand)
+
+    @property
+    def period(self) -> float:
+        """Return the time between two samples in s."""
+        return 1.0 / self.rate
+
+    @property
+    def parted(self) -> tuple[int, float]:
+        """Return the delay as a number of whole periods and the rest in s."""
+        whole = math.floor(self.delay * self.rate + 1e-9)
+        return whole, max(self.delay - whole * self.period, 0.0)
+
+    @property
+    def grip(self) -> Grip | None:
+        """Return what the hand adds to the handle, None for a released one."""
+        return self.own_grip or grip_named(self.hand)
+
+    @property
+    def moving_mass(self) -> float:
+        """Return the mass of handle and hand in kg."""
+        return self.mass + (self.grip.mass if self.grip else 0.0)
+
+    @property
+    def total_viscous(self) -> float:
+        """Return the damping of handle and hand in N·s/m."""
+        return self.viscous + (self.grip.damping if self.grip else 0.0)
+
+    @property
+    def held_stiffness(self) -> float:
+        """Return the hand's stiffness in N/m, 0 for a released handle."""
+        return self.grip.stiffness if self.grip else 0.0
+
+    @property
+    def method(self) -> str:
+        """Return the velocity estimator's name without its options."""
+        return self.estimator if isinstance(self.estimator, str) else self.estimator[0]
+
+    @property
+    def options(self) -> dict[str, float]:
+        """Return the velocity estimator's options that differ from its own defaults or were given."""
+        return {} if isinstance(self.estimator, str) else dict(self.estimator[1])
+
+    @property
+    def linear(self) -> bool:
+        """Return whether the velocity estimator has a transfer function, and so an exact limit."""
+        return parse(self.estimator)[0].response is not None
+
+    def changed(self, **changes: Any) -> Self:
+        """Return these settings with some changed within a person's limits; raise ParameterError.
+
+        Only the changes are checked.
+        """
+        changed = copy(self)
+        for key, value in changes.items():
+            object.__setattr__(changed, key, FIELDS[key].check(value))
+        check_delay(changed.rate, changed.delay)
+        return changed
+
+
+USUAL_LOOP = LoopSettings(estimator=ESTIMATOR.default_option, hand=GRIP.default_option)
+"""Settings that a person's loop starts with."""
+
+
+def estimator_words(spec: Spec) -> tuple[str, str]:
+    """Write a velocity estimator with its options: for programs as the command line takes it, for people."""
+    method, options = parse(spec)
+    numbers = [f"{key}={value:g}" for key, value in options.items()]
+    given = f"{method.key}:{','.join(numbers)}" if numbers else method.key
+    words = [f"{p.label.lower()} {options[p.key]:,g} {p.unit}".rstrip() for p in method.parameters]
+    return given, ", ".join([method.label, *words])
+
+
+# --- one schema for window state, undo, presets, demos, sessions and headers of tables
+
+
+class Difference(NamedTuple):
+    """One setting in words: its name, its values before and after, their unit."""
+
+    name: str
+    old: str
+    new: str
+    unit: str
+
+    def __str__(self) -> str:
+        name = f"{self.name[:1].lower()}{self.name[1:]}"
+        return f"{name} {self.old} → {self.new} {self.unit}".rstrip()
+
+
+def difference(parameter: AnyParameter, old: Any, new: Any) -> Difference:
+    """Return two values of a parameter in words; options of a choice by index or by name."""
+    if isinstance(parameter, Choice):
+        before, after = (parameter.word(parameter.check(value)) for value in (old, new))
+        return Difference(parameter.label, before, after, "")
+    shown = Quantity(parameter)
+    before, after = (shown.text(value * shown.factor) for value in (old, new))
+    return Difference(parameter.label, before, after, shown.unit)
+
+
+@dataclass(frozen=True)
+class Field:
+    """A setting of the loop in files: its parameter, and its key in sessions, which names the unit."""
+
+    parameter: AnyParameter
+    recorded: str
+    attribute: str = ""
+    """Of LoopSettings, where it is not the parameter's key."""
+
+    @property
+    def key(self) -> str:
+        """Return its name in LoopSettings."""
+        return self.attribute or self.parameter.key
+
+    def check(self, value: Any) -> Any:
+        """Return the value as LoopSettings holds it; raise ParameterError."""
+        match self.parameter.key:
+            case "estimator":
+                method, _ = parse(tuple(value) if isinstance(value, list) else value)
+                return method.key if isinstance(value, str) else (method.key, dict(value[1]))
+            case "controller":
+                if not isinstance(value, bool):
+                    raise ParameterError(f"controller takes true or false, not {quoted(value)}.")
+                return value
+            case "board_rate":
+                return None if value is None else float(BOARD_RATE.text(BOARD_RATE.check(_rate_name(value))))
+        if isinstance(self.parameter, Choice):
+            if not isinstance(value, str):
+                known = ", ".join(self.parameter.options)
+                raise ParameterError(f"{self.parameter.label} takes one of {known}, not {quoted(value)}.")
+            return self.parameter.text(self.parameter.check(value))
+        if isinstance(value, str):
+            raise ParameterError(f"{self.parameter.label} takes a number, not {quoted(value)}.")
+        return self.parameter.check(value)
+
+    def difference(self, old: Any, new: Any) -> Difference:
+        """Return two values in words, an estimator without its options where the method is another one."""
+        match self.parameter.key:
+            case "estimator":
+                (one, given), (other, wanted) = (_method_and_options(value) for value in (old, new))
+                if one == other:
+                    return Difference("Velocity filter", _options(given), _options(wanted), "")
+                old, new = one, other
+            case "controller":
+                old, new = (CONTROLLER.options[value] for value in (old, new))
+                return Difference(CONTROLLER.label, old, new, "")
+            case "board_rate":
+                old, new = ("fastest" if value is None else _rate_name(value) for value in (old, new))
+        return difference(self.parameter, old, new)
+
+
+def _rate_name(rate: Any) -> str:
+    return f"{rate:g}" if isinstance(rate, int | float) else str(rate)
+
+
+def _method_and_options(spec: Spec) -> tuple[str, dict[str, float]]:
+    return (spec, {}) if isinstance(spec, str) else spec
+
+
+def _options(options: Mapping[str, float]) -> str:
+    return ", ".join(f"{key} {number:g}" for key, number in options.items()) or "as usual"
+
+
+FIELDS = {
+    field.key: field
+    for field in (
+        Field(RATE, "rate_Hz"),
+        Field(DELAY, "delay_s"),
+        Field(ESTIMATOR, "estimator"),
+        Field(CONTROLLER, "controller"),
+        Field(GRIP, "grip", "hand"),
+        Field(MODEL, "model"),
+        Field(WHERE, "render"),
+        Field(BOARD_RATE, "board_rate"),
+    )
+}
+"""What a person sets, by its name in LoopSettings."""
+WITH_SCENE = ("rate", "delay", "estimator", "controller", "model", "hand")
+"""Settings that presets and demos hold; who renders is a matter of the device."""
+OPTIONS = "options"
+"""Key of the velocity estimator's options in a file."""
+Reject = Callable[[ParameterError], object]
+"""Gets the error of each value that is left out."""
+
+
+def ignore(_error: ParameterError) -> None:
+    """Leave out an invalid value silently."""
+
+
+def to_table(settings: LoopSettings, keys: Iterable[str] = FIELDS) -> dict[str, Any]:
+    """Return settings as files hold them, in SI units, choices by their names."""
+    table: dict[str, Any] = {}
+    for key in keys:
+        value = getattr(settings, key)
+        table[FIELDS[key].parameter.key] = value if key != "estimator" else settings.method
+    if "estimator" in keys and settings.options:
+        table[OPTIONS] = settings.options
+    return table
+
+
+def from_table(
+    table: Mapping[str, Any],
+    usual: LoopSettings,
+    reject: Reject = ignore,
+    only: Iterable[str] | None = None,
+) -> dict[str, Any]:
+    """Return the valid settings in a table by their names in LoopSettings; ``reject`` gets the other errors.
+
+    Keys are those of ``to_table`` or of a session, as rate_Hz. usual.estimator: whose options they are where
+    no estimator is named. only: settings that the table may hold; any other key is an error then.
+    """
+    fields = FIELDS.values() if only is None else [FIELDS[key] for key in only]
+    names = {name: field for field in fields for name in (field.recorded, field.parameter.key)}
+    found: dict[str, Any] = {}
+    for name, value in table.items():
+        field = names.get(name)
+        try:
+            if field is not None:
+                found[field.key] = field.check(value)
+            elif only is not None and name != OPTIONS:
+                known = ", ".join((*(field.parameter.key for field in fields), OPTIONS))
+                raise ParameterError(f"The loop has no {quoted(name)}; it has: {known}.")
+        except ParameterError as error:
+            reject(error)
+    if table.get(OPTIONS):
+        method = _method_and_options(found.get("estimator", usual.estimator))[0]
+        try:
+            found["estimator"] = FIELDS["estimator"].check((method, table[OPTIONS]))
+        except (ParameterError, TypeError, ValueError) as error:
+            reject(error if isinstance(error, ParameterError) else ParameterError("options takes a table."))
+    return found
+
+
+def recorded(settings: LoopSettings) -> dict[str, Any]:
+    """Return settings as sessions and headers of tables hold them: keys with units, SI values."""
+    keys = ("hand", "where", "rate", "delay", "estimator", "controller")
+    return {FIELDS[key].recorded: getattr(settings, key) for key in keys} | {
+        "max_force_N": settings.max_force
+    }
+
+
+def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:
+    """Return in words which settings differ, as far as both hold them, by their names in LoopSettings."""
+    return [
+        field.difference(before[key], after[key])
+        for key, field in FIELDS.items()
+        if key in before and key in after and before[key] != after[key]
+    ]

@@ -1,0 +1,67 @@
+"""A parameter in the unit that people read: its limits, steps and text."""
+
+import math
+
+from hapkit_studio.parameters import Parameter
+
+_ON_SCREEN = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
+
+
+class Quantity:
+    """A parameter's limits, default and step in the unit on the screen; factor turns SI into it.
+
+    root: the slider runs with the square root, so that small values of a wide range can be met.
+    """
+
+    def __init__(self, parameter: Parameter):
+        self.parameter = parameter
+        self.unit, self.factor = _ON_SCREEN.get(parameter.unit, (parameter.unit, 1.0))
+        self.low, self.high = parameter.low * self.factor, parameter.high * self.factor
+        self.default = parameter.default * self.factor
+        power = math.floor(math.log10((self.high - self.low) / 200.0) + 1e-9)
+        self.step, self.decimals = 10.0**power, max(0, -power)
+        self.root = self.low >= 0.0 and self.high > 10.0 * self.low
+
+    def si(self, value: float) -> float:
+        """Return a value in SI, inside the parameter's limits to the last bit."""
+        return min(self.parameter.high, max(self.parameter.low, value / self.factor))
+
+    def index(self, value: float) -> int:
+        """Return the step nearest to a value."""
+        return round((value - self.low) / self.step)
+
+    def moved(self, value: float, steps: int) -> float:
+        """Return a value some steps on, inside the limits and free of binary dust."""
+        return min(self.high, max(self.low, round(value + steps * self.step, self.decimals + 4)))
+
+    def fraction(self, value: float) -> float:
+        """Return where a value lies along the slider, 0 to 1."""
+        part = min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))
+        return math.sqrt(part) if self.root else part
+
+    def value(self, fraction: float) -> float:
+        """Return the value, on a whole step, at a place along the slider."""
+        part = min(1.0, max(0.0, fraction))
+        part = part * part if self.root else part
+        return self.on_step(self.low + part * (self.high - self.low))
+
+    def on_step(self, value: float) -> float:
+        """Return the whole step nearest to a value."""
+        return self.moved(self.low, self.index(value))
+
+    def inside(self, value: float) -> bool:
+        """Say whether a value lies within the limits, binary dust aside."""
+        dust = 1e-9 * (self.high - self.low)
+        return math.isfinite(value) and self.low - dust <= value <= self.high + dust
+
+    def text(self, value: float) -> str:
+        """Write a value: at least the step's decimals, more only where the value has them."""
+        body = f"{value:,.{self.decimals + 4}f}"
+        kept = len(body) - 4 if self.decimals else len(body) - 5
+        body = body[:kept] + body[kept:].rstrip("0").rstrip(".")
+        return body.replace("-", "−") if body.strip("-0.") else body.lstrip("-")
+
+    def limits(self) -> str:
+        """Say the limits in one sentence."""
+        low, high = (f"{x:,g}".replace("-", "−") for x in (self.low, self.high))
+        return f"{self.parameter.label} goes from {low} to {high} {self.unit}".rstrip() + "."
