@@ -1,1 +1,1 @@
-"""Where students write environments of their own: code, its marks, its trial, and files from someone else."""
+"""The editor for students' own environments: code, marks, trials, and files from other people."""

@@ -15,7 +15,7 @@ from hapkit_studio.gui.widgets.theme import theme
 STEP = 4
 _LEAVES = re.compile(r"\s*(return|break|continue|pass|raise)\b")
 _OPENS = re.compile(r".*:\s*(#.*)?$")
-# kind: token, weight, italic
+# by kind: token, weight, italic
 KINDS = {
     "keyword": ("asked", 600, False),
     "comment": ("ink3", 400, True),
@@ -55,7 +55,7 @@ def _depth(text: str) -> int:
 
 
 def newline(cursor: QTextCursor) -> None:
-    """Break the line; the next one starts as deep, deeper after a colon, less deep after a return."""
+    """Break the line and indent the next one: deeper after a colon, less after a return."""
     before = cursor.block().text()[: cursor.positionInBlock()]
     deeper = STEP if _OPENS.match(before) else -STEP if _LEAVES.match(before) else 0
     cursor.insertText("\n" + " " * (_depth(before) + deeper))
@@ -70,7 +70,7 @@ def indent(cursor: QTextCursor) -> None:
 
 
 def backspace(cursor: QTextCursor) -> bool:
-    """Delete one step left of the cursor if only spaces stand before it; say whether it did."""
+    """Delete one indentation step if only spaces precede the cursor; return True if done."""
     place = cursor.positionInBlock()
     if cursor.hasSelection() or place == 0 or cursor.block().text()[:place].strip(" "):
         return False
@@ -81,7 +81,7 @@ def backspace(cursor: QTextCursor) -> bool:
 
 
 def _shift_lines(cursor: QTextCursor, steps: int) -> None:
-    """Indent every line that is touched by so many spaces, or take them away, as one step of undo."""
+    """Indent the selected lines by ``steps`` spaces, negative to unindent, as one undo step."""
     document = cursor.document()
     first, last = document.findBlock(cursor.selectionStart()), document.findBlock(cursor.selectionEnd())
     if last != first and cursor.selectionEnd() == last.position():
@@ -98,7 +98,7 @@ def _shift_lines(cursor: QTextCursor, steps: int) -> None:
 
 
 class Highlighter(QtGui.QSyntaxHighlighter):
-    """Colours one document, in the theme's tokens, following it."""
+    """Syntax highlighter in the theme's tokens."""
 
     def __init__(self, document: QtGui.QTextDocument):
         super().__init__(document)
@@ -107,7 +107,7 @@ class Highlighter(QtGui.QSyntaxHighlighter):
         self._recolour()
 
     def highlightBlock(self, text: str) -> None:
-        """Colour one line; the block's state says which triple quote is still open after it."""
+        """Colour one line; the block's state is the triple quote still open after it."""
         self.setCurrentBlockState(_PLAIN)
         at = 0
         if self.previousBlockState() in (0, 1):
@@ -120,7 +120,7 @@ class Highlighter(QtGui.QSyntaxHighlighter):
                 self._colour(match, text)
 
     def _inside(self, text: str, start: int, at: int, quote: int) -> int:
-        """Colour a long string up to its closing quotes, or to the line's end; return where it stops."""
+        """Colour a multi-line string up to its closing quotes or the line's end; return where it stops."""
         end = text.find(_QUOTES[quote], at)
         if end < 0:
             self.setCurrentBlockState(quote)
@@ -132,7 +132,8 @@ class Highlighter(QtGui.QSyntaxHighlighter):
         kind = match.lastgroup or ""
         if kind == "name":
             word = match[0]
-            named = re.match(r"\s*=(?!=)", text[match.end() :])  # an argument called x is not the position
+            # a keyword argument named x is not the position
+            named = re.match(r"\s*=(?!=)", text[match.end() :])
             kind = "keyword" if keyword.iskeyword(word) else "" if named else _QUANTITIES.get(word, "")
         if kind:
             self.setFormat(match.start(), match.end() - match.start(), self._formats[kind])
@@ -147,7 +148,7 @@ class Highlighter(QtGui.QSyntaxHighlighter):
 
 
 class Gutter(QWidget):
-    """Drawn by line, scrolled with the text."""
+    """Line numbers, and a column of figures, scrolled with the text."""
 
     def __init__(self, code: "CodeEdit"):
         super().__init__(code)
@@ -156,7 +157,7 @@ class Gutter(QWidget):
 
     @property
     def wanted_width(self) -> int:
-        """Return the width that the last line's number needs, and the figures' column if there is one."""
+        """Return the width for the last line's number and the column of figures."""
         column = 2 * _SIDE + QFontMetrics(self._code.font()).horizontalAdvance(_FIGURE)
         return self._numbers + (0 if self._code.counts is None else column)
 
@@ -166,7 +167,7 @@ class Gutter(QWidget):
         return _SIGN + _SIDE + digits * QFontMetrics(self._code.font()).horizontalAdvance("0")
 
     def follow(self, rect: QRect, dy: int) -> None:
-        """Scroll, or paint anew beside what of the text is painted anew."""
+        """Scroll with the text, or repaint the same part."""
         if dy:
             self.scroll(0, dy)
         else:
@@ -192,7 +193,7 @@ class Gutter(QWidget):
             block = block.next()
 
     def _paint_figure(self, painter: QPainter, box: QRectF, value: float, most: float) -> None:
-        """Paint a figure with a bar behind it, as long as its share of the largest one."""
+        """Paint a figure with a bar behind it, proportional to the largest one."""
         column = box.adjusted(self._numbers, 0, -_SIDE, 0)
         bar = column.adjusted(column.width() * (1.0 - value / most), 1, _SIDE / 2, -1)
         painter.fillRect(bar, theme.color("accentsoft"))
@@ -209,14 +210,14 @@ class Gutter(QWidget):
 
 
 def code_font() -> QFont:
-    """Return the face of code: the system's fixed one."""
+    """Return the system's fixed-width font."""
     font = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
     font.setPixelSize(PIXELS)
     return font
 
 
 _Note = tuple[QTextCursor, str, Any]
-"""What is said of a line: a cursor in it, how it read, and words or a figure."""
+"""A note on a line: a cursor in it, its text at that time, and the message or figure."""
 
 
 def _note(block: QtGui.QTextBlock, said: Any) -> _Note:
@@ -224,12 +225,12 @@ def _note(block: QtGui.QTextBlock, said: Any) -> _Note:
 
 
 def _standing(notes: Iterable[_Note]) -> Iterator[tuple[QtGui.QTextBlock, Any]]:
-    """Give the lines that still read as they did, and what is said of them."""
+    """Yield the lines whose text is unchanged, with their notes."""
     return ((cursor.block(), said) for cursor, text, said in notes if cursor.block().text() == text)
 
 
 class CodeEdit(QPlainTextEdit):
-    """A plain text with marks and remarks by line: (line from 1, words), kept until the line changes."""
+    """Plain-text editor with marks and remarks by line (from 1), kept until the line changes."""
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
@@ -255,7 +256,7 @@ class CodeEdit(QPlainTextEdit):
 
     @property
     def marks(self) -> dict[int, str]:
-        """Return what is wrong by line, lines counted from 1 as they now stand."""
+        """Return problems by present line number, from 1."""
         return {block.blockNumber() + 1: words for block, words in _standing(self._marks)}
 
     @property
@@ -264,24 +265,24 @@ class CodeEdit(QPlainTextEdit):
         return {block.blockNumber() + 1: words for block, words in _standing(self._remarks)}
 
     def mark(self, problems: Iterable[tuple[int, str]], remarks: Iterable[tuple[int, str]] = ()) -> None:
-        """Mark lines anew; a line beyond the text is its last one, line 0 marks nothing."""
+        """Replace all marks; a line beyond the text is its last one, line 0 marks nothing."""
         self._marks, self._remarks = (
             [_note(self.block(line), words) for line, words in given if line > 0]
             for given in (problems, remarks)
         )
         self._show_lines()
-        self.viewport().update()  # the words may change where the coloured lines do not
+        self.viewport().update()  # messages may change while the coloured lines stay
         self.gutter.update()
 
     @property
     def counts(self) -> dict[int, float] | None:
-        """Return figures by line as lines now stand, without lines that have changed; None: no column."""
+        """Return figures by present line number, without changed lines; None: no column."""
         if self._counts is None:
             return None
         return {block.blockNumber() + 1: value for block, value in _standing(self._counts)}
 
     def count(self, by_line: Mapping[int, float] | None) -> None:
-        """Show a figure beside each of these lines for as long as it is that line; None: no column."""
+        """Show a figure beside each of these lines until it changes; None: no column."""
         self._counts = None
         if by_line is not None:
             blocks = ((self.document().findBlockByNumber(line - 1), value) for line, value in by_line.items())
@@ -290,21 +291,21 @@ class CodeEdit(QPlainTextEdit):
         self.gutter.update()
 
     def block(self, line: int) -> QtGui.QTextBlock:
-        """Return a line's block; for a line beyond the text that of the last one."""
+        """Return a line's block, or the last one."""
         return self.document().findBlockByNumber(min(max(line, 1), self.blockCount()) - 1)
 
     def box(self, block: QtGui.QTextBlock) -> QRectF:
-        """Return where a block is drawn, in pixels from the viewport's corner."""
+        """Return a block's rectangle in viewport pixels."""
         return self.blockBoundingGeometry(block).translated(self.contentOffset())
 
     def bring_into_sight(self, line: int) -> None:
-        """Leave the cursor where a person types, unless the line is out of sight."""
+        """Scroll to a line without moving the cursor."""
         box = self.box(self.block(line))
         if box.top() < 0 or box.bottom() > self.viewport().height():
             self.go_to(line)
 
     def go_to(self, line: int) -> None:
-        """Put the cursor at the first word of a line and bring it into sight."""
+        """Move the cursor to the first word of a line and scroll to it."""
         block = self.block(line)
         cursor = QTextCursor(block)
         cursor.setPosition(block.position() + _depth(block.text()))
@@ -312,7 +313,7 @@ class CodeEdit(QPlainTextEdit):
         self.centerCursor()
 
     def _show_lines(self) -> None:
-        """Colour the ground of the current line and of the marked ones."""
+        """Highlight the current line and the marked ones."""
         grounds = [] if self.isReadOnly() else [self._ground(self.textCursor(), "contact")]
         for notes, token in ((self._remarks, "warnsoft"), (self._marks, "dangersoft")):
             grounds += [self._ground(QTextCursor(block), token) for block, _ in _standing(notes)]
@@ -328,7 +329,7 @@ class CodeEdit(QPlainTextEdit):
         return ground
 
     def paintEvent(self, event: QtGui.QPaintEvent) -> None:
-        """Paint the text, then behind each marked line what is wrong with it."""
+        """Paint the text, then the message after each marked line."""
         super().paintEvent(event)
         painter = QPainter(self.viewport())
         painter.setFont(theme.font("label"))
@@ -347,7 +348,7 @@ class CodeEdit(QPlainTextEdit):
     # typing
 
     def keyPressEvent(self, event: QtGui.QKeyEvent) -> None:
-        """Indent as Python is written; everything else is as in every text."""
+        """Indent as Python requires; other keys as usual."""
         key, cursor = event.key(), self.textCursor()
         plain = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.KeypadModifier
         if self.isReadOnly() or event.modifiers() & ~plain:
@@ -375,4 +376,4 @@ class CodeEdit(QPlainTextEdit):
         super().resizeEvent(event)
         self._place_gutter()
         if self.hasFocus():
-            self.ensureCursorVisible()  # a banner above takes from the height
+            self.ensureCursorVisible()  # a banner above reduces the height

@@ -1,4 +1,4 @@
-"""The page that one law is written on: its name, its text, its draft, and a message line below."""
+"""The page for editing a law: name, text, draft, and a message line below."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -30,12 +30,12 @@ _CYCLES_TIP = (
 
 
 def draft_path(path: Path) -> Path:
-    """Return where the text of a file is kept that was not saved."""
+    """Return the path of a file's draft, its unsaved text."""
     return path.with_name(path.name + ".draft")
 
 
 def load_draft(path: Path) -> str | None:
-    """Return a file's draft, None where there is none."""
+    """Return a file's draft, None without one."""
     try:
         return read_text(draft_path(path), MOST_BYTES)
     except FileError:
@@ -43,7 +43,7 @@ def load_draft(path: Path) -> str | None:
 
 
 def delete_draft(path: Path) -> None:
-    """Forget a file's draft."""
+    """Delete a file's draft."""
     with suppress(OSError):
         draft_path(path).unlink(missing_ok=True)
 
@@ -67,7 +67,7 @@ class MessageLine(QWidget):
         self.say("")
 
     def say(self, words: str, tone: str = "", buttons: Sequence[Button] = (), busy: bool = False) -> None:
-        """Show words in a tone ("", ok, warn, danger), with buttons, or a bar while something works."""
+        """Show a message in a tone ("", ok, warn, danger), with buttons, or with a progress bar."""
         self.tone = tone
         self.words.setText(words)
         self.busy.setVisible(busy)
@@ -90,10 +90,10 @@ class MessageLine(QWidget):
 
 
 class CodePage(QWidget):
-    """Emits ``save_pressed`` and ``close_pressed``; ``unsaved_changed`` when the marker comes or goes.
+    """Emits ``save_pressed`` and ``close_pressed``; ``unsaved_changed`` when the marker changes.
 
-    ``opened``: another file's text is shown, or none. ``count`` is pressed while cycles are wanted.
-    ``help_pressed(word)``: the page of the law language is wanted, at the word under the cursor.
+    ``opened``: another file's text, or none, is shown. ``count``: checked to show cycles.
+    ``help_pressed(word)``: open the law language at the word under the cursor.
     """
 
     opened = Signal()
@@ -139,31 +139,31 @@ class CodePage(QWidget):
 
     @property
     def text(self) -> str:
-        """Return the text as it stands."""
+        """Return the present text."""
         return self.code.toPlainText()
 
     @property
     def counting(self) -> bool:
-        """Say whether the board's cycles are wanted beside the lines."""
+        """Return True if cycles are to be shown beside the lines."""
         return self.count.isChecked()
 
     def show_cycles(self, by_line: Mapping[int, float] | None, words: str) -> None:
-        """Show cycles beside their lines, and words on the whole law; None: nothing of it."""
+        """Show cycles beside their lines and a message on the whole law; None removes them."""
         self.code.count(by_line)
         self.say_cycles(words)
 
     def say_cycles(self, words: str) -> None:
-        """Show other words on the whole law; the figures stay beside their lines."""
+        """Replace the message on the whole law; the figures stay."""
         self.cycles.setText(words)
         self.cycles.setVisible(bool(words))
 
     @property
     def unsaved(self) -> bool:
-        """Say whether the text differs from the file."""
+        """Return True if the text differs from the file."""
         return self.path is not None and self.code.document().isModified()
 
     def open(self, path: Path, text: str) -> None:
-        """Show a file's text; a draft of it comes back, marked as not saved."""
+        """Show a file's text; its draft is restored, marked as unsaved."""
         self.keep_draft()
         draft = load_draft(path)
         self.path = path
@@ -174,19 +174,19 @@ class CodePage(QWidget):
         self.code.setAccessibleName(f"Law, {path.name}")
         if draft is not None and draft != text:
             self.code.selectAll()
-            self.code.insertPlainText(draft)  # one step of undo back to the file
+            self.code.insertPlainText(draft)  # one undo step returns to the file's text
             words = "Unsaved changes from last time are back. Ctrl+Z shows the file as it was."
             self.message.say(words, "warn")
         else:
             delete_draft(path)
             self.message.say("")
-        # the first line inside the law, where it is changed most
+        # the first line inside the law, which is changed most often
         heads = (n for n, line in enumerate(self.text.splitlines(), 1) if line.startswith("def force("))
         self.code.go_to(next(heads, 0) + 1)
         self.opened.emit()
 
     def leave(self) -> None:
-        """Show nothing any more, the draft kept if there is one."""
+        """Clear the page; keep a draft if there is one."""
         self.keep_draft()
         self.path = None
         self.code.setPlainText("")
@@ -194,18 +194,18 @@ class CodePage(QWidget):
         self.opened.emit()
 
     def note_saved(self) -> None:
-        """Treat the text as saved, or as discarded."""
+        """Treat the text as saved or discarded."""
         self.code.document().setModified(False)
 
     def keep_draft(self) -> None:
-        """Write down at once what is not saved."""
+        """Write unsaved text to the draft at once."""
         self._draft.stop()
         if self.path is not None and self.unsaved:
-            with suppress(OSError):  # on a full or read-only disk there is none
+            with suppress(OSError):  # ignored on a full or read-only disk
                 draft_path(self.path).write_text(self.text, encoding="utf-8")
 
     def event(self, event: QEvent) -> bool:
-        """Keep F1 in here from the window, whose own F1 explains its keys."""
+        """Handle F1 here; the window's F1 explains its keys."""
         if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_F1:
             if event.type() == QEvent.Type.KeyPress:
                 cursor = self.code.textCursor()

@@ -1,4 +1,4 @@
-"""Joins editor and own environments; what was pressed on a page becomes what happens to a file."""
+"""Connects the editor with the user's own environments: page actions become file operations."""
 
 import re
 from collections.abc import Callable
@@ -30,7 +30,7 @@ _LINE = re.compile(r"\bline (\d+)")
 
 
 def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
-    """Return a trial's outcome in words, and their tone; unsaved: the text has changed since."""
+    """Return a trial's outcome as text with its tone; unsaved: the text has changed since."""
     since = [_SINCE] if unsaved else []
     if verdict.problems:
         return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"
@@ -40,12 +40,12 @@ def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
 
 
 def write_error(error: OSError) -> str:
-    """Say why a file could not be written."""
+    """Return why a file could not be written."""
     return f"Not saved: {error.strerror or error}. What you typed is still here."
 
 
 class EditorController(QObject):
-    """Opens and saves laws. ``shown(bool)``: the editor is wanted in sight, or not any more."""
+    """Opens and saves laws. ``shown(bool)``: show or hide the editor."""
 
     shown = Signal(bool)
     own: OwnEnvironments
@@ -73,19 +73,19 @@ class EditorController(QObject):
 
     @property
     def path(self) -> Path | None:
-        """Return the file whose law is open, None for none."""
+        """Return the path of the open law, None without one."""
         return self.page.path
 
-    # a file's way through the editor
+    # a file's life in the editor
 
     def begin_new(self) -> None:
-        """Offer the templates."""
+        """Show the templates."""
         self.editor.setCurrentWidget(self.editor.chooser)
         self.shown.emit(True)
         self.editor.chooser.begin([file.title for file in self.own.files])
 
     def create(self, template, title: str) -> None:
-        """Make a file from a template, open it and put it in force."""
+        """Make a file from a template, open it and apply it."""
         try:
             path = folder.new_path(title)
             source = self._write(path, folder.fill_template(template, title, path.stem))
@@ -96,7 +96,7 @@ class EditorController(QObject):
         self._open(source)
 
     def edit(self, path: Path) -> None:
-        """Open a file's law; one that is not trusted is only shown."""
+        """Open a file's law; an untrusted one is only shown."""
         source = self._read(path)
         if source is not None:
             (self._open if is_trusted(source) else self.ask)(source)
@@ -113,7 +113,7 @@ class EditorController(QObject):
         self.page.code.setFocus()
 
     def save(self) -> None:
-        """Write the law that is open and try it out; the old one goes on meanwhile."""
+        """Save the open law and try it; the old one keeps running."""
         if self.path is None:
             return
         try:
@@ -125,21 +125,21 @@ class EditorController(QObject):
         self.own.run(source)
 
     def ask(self, source: Source) -> None:
-        """Show the source of a file that is not trusted; nothing of it is executed."""
+        """Show the source of an untrusted file without executing it."""
         self.editor.source.show_source(source)
         self.editor.setCurrentWidget(self.editor.source)
         self.shown.emit(True)
         self.editor.source.leave.setFocus()
 
     def bring(self, path: Path) -> None:
-        """Open a file from anywhere: one of the folder as it stands there, any other after asking."""
+        """Open any file: one of the folder directly, others after asking."""
         if path in folder.own_files():
             self.own.choose(path)
         elif (source := self._read(path)) is not None:
             self.ask(source)
 
     def _read(self, path: Path) -> Source | None:
-        """Return a file as it is; None where it cannot be read, which is said."""
+        """Return a file's content; report an error and return None if it cannot be read."""
         try:
             return read(path)
         except LawError as error:
@@ -147,14 +147,14 @@ class EditorController(QObject):
             return None
 
     def forget(self, path: Path) -> None:
-        """Take note that a file is gone."""
+        """Handle the deletion of a file."""
         code_page.delete_draft(path)
         if path == self.path:
             self.discard()
         self.own.refresh()
 
     def agree(self, source: Source) -> None:
-        """Trust the very text that was shown, take it into the folder, and try it out."""
+        """Trust the text that was shown, copy it into the folder, and try it."""
         path = source.path
         try:
             if path in folder.own_files():
@@ -168,32 +168,32 @@ class EditorController(QObject):
         self.edit(path)
 
     def end(self) -> None:
-        """Keep what is not saved, before the window goes."""
+        """Keep unsaved text before the window closes."""
         self.page.keep_draft()
 
     def _write(self, path: Path, text: str) -> Source:
-        """Save a text, which is agreeing to it; return it as the file now is; raise OSError."""
+        """Save a text, which counts as consent; return its Source; raise OSError."""
         source = typed(path, text)
         folder.save(path, text)
         trust_source(source)
         return source
 
-    # what is not saved: asked about in the page's message line
+    # unsaved text: asked about in the page's message line
 
     def close(self) -> None:
-        """Close the law, or first ask."""
+        """Close the law, after asking if it is unsaved."""
         if self.page.unsaved:
             self._ask(("Save", lambda: self._save_and(self._leave)), ("Discard", self.discard))
         else:
             self._leave()
 
     def discard(self) -> None:
-        """Give up what is not saved, and the law with it."""
+        """Discard unsaved text and close the law."""
         self.page.note_saved()
         self._leave()
 
     def ask_to_quit(self, quit_: Callable[[], object]) -> bool:
-        """Say whether the window may go; the first time it asks about what is not saved, and quits then."""
+        """Return True if the window may close; otherwise ask about unsaved text and close afterwards."""
         if not self.page.unsaved or self._asked_to_quit:
             return True
         self._asked_to_quit = True
@@ -222,14 +222,14 @@ class EditorController(QObject):
         self.shown.emit(False)
 
     def _back(self) -> None:
-        """Go back from a page to the law that is open, if one is."""
+        """Return from a page to the open law, if any."""
         if self.path is None:
             self.shown.emit(False)
         else:
             self.editor.setCurrentWidget(self.page)
 
     def _leave_for_the_library(self) -> None:
-        """Close a stranger's source where the library was chosen instead; a trial may end beside it."""
+        """Close another person's source if the library was chosen instead; a trial may still end."""
         if self.own.in_force is None:
             self._leave_source()
 
@@ -241,7 +241,7 @@ class EditorController(QObject):
         if self.editor.currentWidget() is self.editor.source:
             self._back()
 
-    # how it stands
+    # state
 
     def _show_began(self, path: Path) -> None:
         if path == self.path:
@@ -260,18 +260,18 @@ class EditorController(QObject):
 
 
 class FileActions:
-    """Its dialogs stand beside the window; none of them blocks it while the motor is on."""
+    """File dialogs, which never block the window while the motor is on."""
 
     def __init__(self, controller: EditorController, window: QWidget):
         self._controller, self._window = controller, window
 
     def open(self) -> None:
-        """Let a file be chosen from anywhere; its source is shown before anything else."""
+        """Choose any file; its source is shown first."""
         words = "Open an environment", "Python files (*.py)"
         choose_file(self._window, *words, lambda name: self._controller.bring(Path(name)))
 
     def reveal(self, path: Path) -> None:
-        """Open the folder a file is in."""
+        """Open a file's folder."""
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.parent)))
 
     def delete(self, path: Path) -> None:
@@ -280,7 +280,7 @@ class FileActions:
 
 
 class DeleteDialog(TextDialog):
-    """Asks whether a file may go, and tells ``forget`` once it has; the safe answer has the focus."""
+    """Asks before deleting a file, and calls ``forget`` afterwards; the safe answer has the focus."""
 
     def __init__(self, path: Path, forget: Callable[[Path], object], parent: QWidget):
         super().__init__(f"Delete {path.name}?", parent)
@@ -304,7 +304,7 @@ class DeleteDialog(TextDialog):
 
 
 class FileWatcher(QObject):
-    """Tells the page of the law that is open."""
+    """Reports file changes to the page of the open law."""
 
     def __init__(self, studio: Studio, controller: EditorController, parent: QObject | None = None):
         super().__init__(parent)
@@ -319,7 +319,7 @@ class FileWatcher(QObject):
         self._watch()
 
     def check_files(self) -> None:
-        """Notice what others did to the files; an open law follows, unless it was changed here too."""
+        """Check for external changes; the open law is reloaded unless it has unsaved changes."""
         controller = self._controller
         controller.own.refresh()
         self._watch()
@@ -334,7 +334,7 @@ class FileWatcher(QObject):
             controller.message.say("Changed outside the studio. Read it, then save it to run it.", "warn")
 
     def _watch(self) -> None:
-        """Listen to the folder and its files; before there is a folder, to the nearest one above it."""
+        """Watch the folder and its files; without a folder, its nearest existing parent."""
         files = [file.path for file in self._controller.own.files]
         wanted = {str(path) for path in (folder.existing(), *files)}
         heard = {*self._files.directories(), *self._files.files()}
@@ -344,7 +344,7 @@ class FileWatcher(QObject):
             self._files.addPaths(sorted(wanted - heard))
 
     def on_row(self, row: np.ndarray, _clamped: bool) -> None:
-        """Mark the line that a fault of this very law stands on, once."""
+        """Mark the line of a fault of the open law, once."""
         if not int(row[rows.FLAGS]) & rows.FAULT:
             self._fault = ""
             return
@@ -356,6 +356,6 @@ class FileWatcher(QObject):
         controller = self._controller
         if line is None or controller.path is None or controller.path != controller.own.in_force:
             return
-        if not controller.page.unsaved:  # else its lines are not those of the law in the loop
+        if not controller.page.unsaved:  # otherwise line numbers differ from the law in the loop
             controller.page.code.mark([(int(line[1]), fault.text.removeprefix("Fault: "))])
         controller.message.say(fault.text, "danger")

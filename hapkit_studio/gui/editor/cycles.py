@@ -1,4 +1,4 @@
-"""What a law takes on the board, line by line: counted beside the window's work, shown while it is wanted."""
+"""Cycles of a law on the board, line by line, computed in the background while they are shown."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ _NOT_YET = "Not counted yet: save and run the law first."
 
 @dataclass(frozen=True)
 class Question:
-    """A law with its values, what the board offers, and the text that its lines are those of."""
+    """A law with its values, the board's limits, and the text of its lines."""
 
     offer: "BoardPlanner"
     request: "PlanRequest"
@@ -31,7 +31,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Count:
-    """The answer: cycles by line from 1, and in a line what a call takes and how fast it can be rendered."""
+    """Cycles by line from 1, and one line on cycles per call and the possible rate."""
 
     question: Question
     by_line: Mapping[int, float]
@@ -39,8 +39,8 @@ class Count:
 
 
 def count(question: Question) -> Count:
-    """Count a law's cycles, one that the board refuses too."""
-    from hapkit_studio.haptics import board_plan  # late: keeps start-up fast
+    """Count a law's cycles, also if the board would reject it."""
+    from hapkit_studio.haptics import board_plan  # here: slow to import
     from hapkit_studio.laws import board
 
     offer, request = question.offer, question.request
@@ -62,7 +62,7 @@ def count(question: Question) -> Count:
 
 
 class Cycles(QObject):
-    """Counts the law that is open, in the version that was loaded last, with the values it is played with."""
+    """Counts the open law, as last loaded, with its present values."""
 
     def __init__(self, studio: Studio, own: OwnEnvironments, page: CodePage, parent: QObject | None = None):
         super().__init__(parent)
@@ -78,8 +78,8 @@ class Cycles(QObject):
         own.judged.connect(lambda _path, _verdict: self._soon.start())
 
     def look(self) -> None:
-        """Have the open law counted if that is wanted; a law that is broken keeps what was counted before."""
-        self._worker.forget()  # the same question may be about a text that was opened anew
+        """Recount the open law if its cycles are shown; for an invalid law the old figures stay."""
+        self._worker.forget()  # the same question may refer to a reopened text
         if not self._page.counting:
             self._page.show_cycles(None, "")
             return

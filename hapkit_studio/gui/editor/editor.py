@@ -1,4 +1,4 @@
-"""The editor, in the place of the plots: a page for a new law, for code, for a file from someone else."""
+"""The editor in place of the plots: pages for a new law, for code, for another person's file."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -49,7 +49,7 @@ class Chooser(QWidget):
         self.begin()
 
     def begin(self, taken: Iterable[str] = ()) -> None:
-        """Begin anew, with the first template; none of the titles taken is proposed."""
+        """Reset to the first template; ``taken`` titles are not proposed."""
         self._taken = tuple(taken)
         self.group.button(0).setChecked(True)
         self.title.setModified(False)
@@ -59,7 +59,7 @@ class Chooser(QWidget):
         self.title.selectAll()
 
     def _propose(self, index: int) -> None:
-        """Name it after the template until a person has named it."""
+        """Propose the template's name until the user has entered one."""
         if not self.title.isModified():
             self.title.setText(folder.free_title(f"My {self._templates[index].title.lower()}", self._taken))
 
@@ -85,7 +85,7 @@ class Chooser(QWidget):
 
 
 class SourcePage(QWidget):
-    """Emits ``run_pressed`` with the very source that was shown, or ``left``."""
+    """Emits ``run_pressed`` with the source that was shown, or ``left``."""
 
     run_pressed = Signal(object)
     left = Signal()
@@ -108,7 +108,7 @@ class SourcePage(QWidget):
         down(head, rule(), (self.code, 1), into=self)
 
     def show_source(self, source: Source) -> None:
-        """Show a file that is not trusted yet."""
+        """Show an untrusted file."""
         self.source, name = source, source.path.name
         self.title.setText(f"{name} is from someone else, or was changed outside the studio.")
         self.code.setPlainText(source.text)

@@ -13,7 +13,7 @@ _MARGIN, _PADDING, _ABOVE_HEADING, _APART = 12, 4, 18, 8
 
 
 class LanguageDialog(TextDialog):
-    """The page, and a field that finds words in it; it begins at the first place of `word`."""
+    """The reference page with a search field; starts at the first occurrence of ``word``."""
 
     def __init__(self, word: str = "", parent: QWidget | None = None):
         super().__init__("Law language", parent)
@@ -21,13 +21,13 @@ class LanguageDialog(TextDialog):
         self.field.setAccessibleName("Find in this page")
         self.page = QTextBrowser()
         self.page.setAccessibleName("Law language")
-        self.page.setMarkdown(reference.page().split("\n", 2)[2])  # the dialog has the title
+        self.page.setMarkdown(reference.page().split("\n", 2)[2])  # the dialog has its own title
         self.page.document().setDocumentMargin(_MARGIN)
         self.page.setMinimumSize(theme.px(_WIDE), theme.px(_HIGH))
         self.field.textChanged.connect(self.find_first)
         self.field.returnPressed.connect(self.find_next)
         theme.changed.connect(self._dress)
-        self.leave.setAutoDefault(False)  # Enter belongs to the field
+        self.leave.setAutoDefault(False)  # Enter belongs to the search field
         self.column.addWidget(self.field)
         self.column.addWidget(self.page)
         self.column.addLayout(across(None, self.leave))
@@ -35,17 +35,17 @@ class LanguageDialog(TextDialog):
         self.field.setText(word)
 
     def find_first(self, word: str) -> None:
-        """Select the first place of a word, nothing where there is none."""
+        """Select the first occurrence of a word, if any."""
         self.page.moveCursor(QTextCursor.MoveOperation.Start)
         self.page.find(word)
 
     def find_next(self) -> None:
-        """Select the next place of the word, after the last one the first again."""
+        """Select the next occurrence, wrapping around."""
         if not self.page.find(self.field.text()):
             self.find_first(self.field.text())
 
     def _dress(self) -> None:
-        """Give headings and code their distance, and code and tables the colours of the theme."""
+        """Format headings, code and tables in the theme's colours."""
         document, was_code = self.page.document(), False
         block = document.begin()
         while block.isValid():

@@ -1,1 +1,1 @@
-"""What the whole window is made of: theme, style, icons, number fields, switches."""
+"""Shared widgets: theme, style, icons, number fields, switches."""

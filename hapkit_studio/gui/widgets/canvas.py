@@ -1,4 +1,4 @@
-"""The ground of a plot: ticks, axes, frame, grid and the mapping to pixels; subclasses paint the data."""
+"""Base of plots: ticks, axes, frame, grid and mapping to pixels; subclasses paint the data."""
 
 import math
 from typing import TypeVar
@@ -12,19 +12,20 @@ from PySide6.QtWidgets import QGraphicsGridLayout, QMenu, QSizePolicy
 from hapkit_studio.gui.widgets.text import paint_words
 from hapkit_studio.gui.widgets.theme import number, theme
 
-_EDGE, _MARGIN = 0.04, 0.12  # of the range: so near is on the frame; what is left free beyond the data
-_LOOSE = 1.15  # a fitted range, as a multiple of the data's
-_OVERHANG = 40  # px a label may stand out beside the frame
-_TICKS = {"left": (5, 15.0), "bottom": (6, 56.0)}  # how many at most; px from one label to the next
+# fractions of the range: distance at which data count as on the frame; margin beyond the data
+_EDGE, _MARGIN = 0.04, 0.12
+_LOOSE = 1.15  # fitted range as a multiple of the data's range
+_OVERHANG = 40  # px by which a label may extend beyond the frame
+_TICKS = {"left": (5, 15.0), "bottom": (6, 56.0)}  # maximum number; px between labels
 Numbers = TypeVar("Numbers", float, np.ndarray)
-LABEL = 12  # px at the usual scale: half of the last label
-RIGHT = 16  # px kept free beside the frame, for the last label and the mark of now
+LABEL = 12  # px at scale 1: half of the last label
+RIGHT = 16  # px beside the frame for the last label and the mark of now
 
 
 def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> list[float]:
-    """Return the multiples in [low, high] of the least step of 1, 2, 5 × 10ⁿ that makes at most so many.
+    """Return the multiples in [low, high] of the smallest step 1, 2, 5 × 10ⁿ with at most ``most`` ticks.
 
-    gaps: how many steps may lie side by side there, so that labels keep their distance.
+    gaps: maximum number of steps in the range, for a minimum distance of labels.
     """
     span = max(high - low, 1e-12)
     least = span / gaps
@@ -38,16 +39,16 @@ def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> lis
 
 
 def labels(values: list[float]) -> list[str]:
-    """Write tick values with as many decimals as their distance needs."""
+    """Format tick values with the decimals that their distance needs."""
     size = min(np.diff(values)) if len(values) > 1 else abs(values[0]) if values else 1.0
     decimals = max(0, -math.floor(math.log10(size) + 1e-9)) if size > 0 else 0
     return [number(value, decimals) for value in values]
 
 
 def widened(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
-    """Return the range that shows [low, high] too, with a margin wherever it had to grow.
+    """Return the range extended to show [low, high], with a margin on extended sides.
 
-    It grows before a line lies on the frame.
+    It is extended before a line reaches the frame.
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return shown
@@ -59,13 +60,13 @@ def widened(shown: tuple[float, float], low: float, high: float) -> tuple[float,
 
 
 def fitted(low: float, high: float, least: float) -> tuple[float, float]:
-    """Return the range that shows [low, high] with a margin, at least so much to each side of its middle."""
+    """Return the range for [low, high] with a margin, at least ``least`` on each side of its middle."""
     middle, half = (low + high) / 2, max((high - low) / 2 * _LOOSE, least)
     return middle - half, middle + half
 
 
 def with_nearest(low: float, high: float, places: np.ndarray) -> tuple[float, float]:
-    """Return the range [low, high], extended to the nearest of some places (n,) unless it holds one."""
+    """Return the range [low, high], extended to the nearest of some values (n,) unless it contains one."""
     if not len(places):
         return low, high
     nearest = float(places[np.argmin(np.maximum(low - places, places - high))])
@@ -88,24 +89,24 @@ class Axis(pg.AxisItem):
         return [(0.0, self.places(minVal, maxVal, size))]
 
     def places(self, low: float, high: float, size: float) -> list[float]:
-        """Return where ticks and grid lines stand between two values so many pixels apart."""
+        """Return the positions of ticks and grid lines between two values ``size`` pixels apart."""
         most, room = _TICKS[self.orientation]
         return ticks(low, high, most, max(size / theme.px(room), 1.0))
 
     def resizeEvent(self, ev=None):
-        """Write the labels anew: an update alone leaves those of the old height in Qt's cached picture."""
+        """Rebuild the labels: update() alone would reuse Qt's cached picture of the old height."""
         super().resizeEvent(ev)
         mode = self.cacheMode()
         self.setCacheMode(pg.QtWidgets.QGraphicsItem.CacheMode.NoCache)
         self.setCacheMode(mode)
 
     def generateDrawSpecs(self, p):
-        """Leave out the tick lines, the grid says the same; keep labels at the edge whole."""
+        """Omit the tick lines, as there is a grid; keep labels at the edge complete."""
         specs = super().generateDrawSpecs(p)
         return specs and (specs[0], [], [(self._inside(box), *rest) for box, *rest in specs[2]])
 
     def _inside(self, box: QRectF) -> QRectF:
-        """Return a label's box moved into the widget from above and below."""
+        """Return a label's box shifted vertically into the widget."""
         view = self.getViewWidget()
         if self.orientation == "left" and view is not None:
             room = self.mapRectFromScene(QRectF(view.viewport().rect()))
@@ -120,11 +121,11 @@ class Axis(pg.AxisItem):
 
 
 class Canvas(pg.GraphicsView):
-    """A plot without a legend, menu or autoscale; ``paint_under`` and ``paint_over`` draw the data."""
+    """A plot without legend, menu or autoscale; ``paint_under`` and ``paint_over`` draw the data."""
 
     fit_wanted = Signal()
     pointed = Signal(object)
-    paper = "surface"  # the token round the frame
+    paper = "surface"  # token of the background around the frame
     below = 22  # px for the labels below the frame
 
     def __init__(self, bottom: bool, unit: str = "", left_width: float = 44.0):
@@ -132,7 +133,7 @@ class Canvas(pg.GraphicsView):
         self.bottom, self.left = Axis("bottom", unit), Axis("left")
         self._left_width = left_width
         self.bottom.setVisible(bottom)
-        # pyqtgraph's own plot makes a hundred widgets for menus with each
+        # pyqtgraph's PlotItem would create a hundred menu widgets each
         ground = self._ground = pg.GraphicsWidget()
         self.view = pg.ViewBox(parent=ground, enableMenu=False)
         grid = QGraphicsGridLayout(ground)
@@ -163,7 +164,7 @@ class Canvas(pg.GraphicsView):
         self.recolor()
 
     def recolor(self) -> None:
-        """Take the theme's colours, fonts and sizes."""
+        """Apply the theme's colours, fonts and sizes."""
         beside = max(RIGHT, theme.px(LABEL))
         self._ground.setContentsMargins(0, 0, beside, 0 if self.bottom.isVisible() else 1)
         self.left.setWidth(theme.px(self._left_width))
@@ -182,7 +183,7 @@ class Canvas(pg.GraphicsView):
         self._box = None
 
     def measure(self) -> QRectF:
-        """Take mapping and grid anew if axes or size changed; return the plot's rectangle."""
+        """Update mapping and grid if axes or size changed; return the plot's rectangle."""
         if self._box is not None:
             return self._box
         box = self._box = self.view.sceneBoundingRect()
@@ -197,12 +198,12 @@ class Canvas(pg.GraphicsView):
         return box
 
     def to_pixels(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
-        """Map data to pixels, as last measured; painting measures first."""
+        """Map data to pixels with the last ``measure``; painting calls it first."""
         left, across, bottom, up = self._map
         return left + x * across, bottom + y * up
 
     def pixel(self, x: float, y: float) -> QPointF:
-        """Map one point to pixels, as last measured."""
+        """Map one point to pixels with the last ``measure``."""
         return QPointF(*self.to_pixels(x, y))
 
     def to_x(self, pixel: float) -> float:
@@ -213,16 +214,16 @@ class Canvas(pg.GraphicsView):
     # painting -----------------------------------------------------------------------------------
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
-        """Paint what lies below the grid."""
+        """Paint the layer below the grid."""
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint the data, clipped to the frame."""
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
-        """Paint what may stand over the frame."""
+        """Paint marks that may extend beyond the frame."""
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint ground, grid and frame, what lies below the grid included."""
+        """Paint background, lower layer, grid and frame."""
         box = self.measure()
         painter.fillRect(rect, theme.color(self.paper))
         painter.fillRect(box, theme.color("plot"))
@@ -247,7 +248,7 @@ class Canvas(pg.GraphicsView):
         self.paint_marks(painter, box)
 
     def note(self, painter: QPainter, x: float, y: float, text: str, token: str, right: bool = False) -> None:
-        """Write words inside the plot with a rim of its ground, kept inside the frame."""
+        """Write a label inside the plot with a halo, shifted into the frame."""
         font, box = theme.font("label"), self.measure()
         width = QFontMetricsF(font).horizontalAdvance(text)
         most = max(box.right() - width - 4, box.left() + 4)
@@ -257,22 +258,22 @@ class Canvas(pg.GraphicsView):
     # pointer ------------------------------------------------------------------------------------
 
     def mouseMoveEvent(self, event) -> None:
-        """Say where on the x axis the pointer is."""
+        """Emit the pointer's x value."""
         super().mouseMoveEvent(event)
         place = event.position()
         self.pointed.emit(self.to_x(place.x()) if self.measure().contains(place) else None)
 
     def leaveEvent(self, event) -> None:
-        """Say that the pointer is gone."""
+        """Emit that the pointer has left."""
         super().leaveEvent(event)
         self.pointed.emit(None)
 
     def mouseDoubleClickEvent(self, event) -> None:
-        """Ask for the axes to be fitted."""
+        """Request fitting of the axes."""
         self.fit_wanted.emit()
 
     def contextMenuEvent(self, event) -> None:
-        """Offer the actions that were added."""
+        """Show the added actions."""
         menu = QMenu(self)
         menu.addActions(self.actions())
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

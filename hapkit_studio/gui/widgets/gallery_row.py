@@ -1,4 +1,4 @@
-"""A row of the gallery: icon, title, one line and a shortcut; on a narrow rail icon and shortcut alone."""
+"""A row of the gallery: icon, title, summary and shortcut; on a narrow rail icon and shortcut only."""
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QFont, QFontMetrics, QKeyEvent, QPainter, QPaintEvent, QPen
@@ -11,35 +11,35 @@ from hapkit_studio.gui.widgets.theme import theme
 
 ROW, RAIL_ROW = 51, 42  # px: height
 LEAST_ROW, LEAST_RAIL_ROW = 42, 34
-_ICON, _LEFT, _RIGHT = 10, 41, 30  # px: left edge of the icon, of the words, and room for the shortcut
+_ICON, _LEFT, _RIGHT = 10, 41, 30  # px: left edges of icon and text; width of the shortcut
 _EDGES = 2
-_PALE = 0.45  # opacity of a row that cannot be chosen yet
+_PALE = 0.45  # opacity of a row that is not available yet
 _TIGHT = -0.5
 
 
 def icon_name(scene: str) -> str:
-    """Return the icon of a scene; environments from elsewhere may have none."""
+    """Return the icon of a scene, a plain one for environments of other packages."""
     return scene if scene in icons.names() else "circle"
 
 
 class GalleryRow(QAbstractButton):
-    """One line of the gallery; checked while it is in force. color is the token of icon and title."""
+    """A row of the gallery, checked while it is in force. color: token of icon and title."""
 
     def __init__(self, icon: str, title: str, summary: str, key: str = "", color: str = "ink"):
         super().__init__()
         self.key, self.color = key, color
         self.rail, self.waiting = False, ""
         self.setCheckable(True)
-        # a click leaves the arrow keys with the scene, where they move the hand
+        # the arrow keys stay with the scene after a click, where they move the hand
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)  # a title may be cut
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)  # titles may be truncated
         self.setFixedHeight(ROW)
         self.set_words(icon, title, summary)
         theme.changed.connect(self.update)
 
     def set_words(self, icon: str, title: str, summary: str, waiting: str = "") -> None:
-        """Show other words; waiting: why it cannot be had yet, in paler colours."""
+        """Set icon and texts; waiting: why it is not available yet, in faded colours."""
         self.picture, self.title, self.summary, self.waiting = icon, title, summary, waiting
         words = waiting or summary
         self.setAccessibleName(f"{title}: {words}" if words else title)
@@ -47,7 +47,7 @@ class GalleryRow(QAbstractButton):
         self.update()
 
     def set_rail(self, rail: bool, height: int) -> None:
-        """Draw icon and key alone, title and summary as a tooltip; or all of it."""
+        """Show icon and key only, with title and summary as a tooltip; or everything."""
         self.rail = rail
         self.setFixedHeight(height)
         self._show_tip()
@@ -57,7 +57,7 @@ class GalleryRow(QAbstractButton):
         self.setToolTip(plain_tip(self.accessibleName() if self.rail else self.long_tip()))
 
     def long_tip(self) -> str:
-        """Return the tooltip beside the words."""
+        """Return the tooltip with title and summary."""
         return ""
 
     def sizeHint(self) -> QSize:
@@ -68,7 +68,7 @@ class GalleryRow(QAbstractButton):
         return QSize(wide + 2 + theme.px(_LEFT + (_RIGHT if self.key else 8)), theme.px(LEAST_ROW))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Let Enter choose: Space is the pause key."""
+        """Choose with Enter: Space is the pause key."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.click()
         else:
@@ -110,7 +110,7 @@ class GalleryRow(QAbstractButton):
             lines = [("body", color, self.title, 0, self.height())]
         for role, token, words, top, height in lines:
             font = theme.font(role)
-            if QFontMetrics(font).horizontalAdvance(words) > room:  # it would be cut
+            if QFontMetrics(font).horizontalAdvance(words) > room:  # it would be truncated
                 font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, _TIGHT)
             painter.setPen(theme.color(token))
             painter.setFont(font)

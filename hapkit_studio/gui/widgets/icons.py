@@ -57,7 +57,7 @@ def icon(name: str, color: str = "ink", size: int = 20) -> QIcon:
 
 
 class _Binding(QObject):
-    """Keeps one target's icon in the theme's colours; lives and dies with the target."""
+    """Keeps one target's icon in the theme's colours; lives as long as the target."""
 
     def __init__(self, target: QAbstractButton, name: str, color: str, size: int):
         super().__init__(target)
@@ -79,7 +79,7 @@ _folder = tempfile.TemporaryDirectory(prefix="hapkit-icons-")
 
 
 def file(name: str, color: str) -> str:
-    """Return the path of a coloured SVG file, for style sheets, which take no pictures from memory."""
+    """Return the path of a coloured SVG file, as style sheets cannot use pictures in memory."""
     path = Path(_folder.name) / f"{name}-{theme.color(color).name()[1:]}.svg"
     path.write_text(svg(name, color), encoding="utf-8")
     return path.as_posix()

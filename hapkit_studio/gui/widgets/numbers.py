@@ -1,4 +1,4 @@
-"""Number fields: a quantity with its unit on the screen, a spin box and a slider for it."""
+"""Number fields: a quantity in display units, with a spin box and a slider."""
 
 import math
 import re
@@ -28,14 +28,14 @@ _THOUSANDS = re.compile(r"-?[1-9]\d{0,2}(,\d{3})+(\.\d+)?")
 _BEYOND = 1e9
 _HEIGHT = 20
 _THUMB = 16.0
-_END = 11.0  # from the thumb at a limit to the slider's end: its focus ring stays whole
+_END = 11.0  # px from the thumb at a limit to the slider's end, for its focus ring
 _GROOVE = 4.0
 
 
 def _number(text: str) -> float | None:
-    """Return the number that a text is; None where it is none.
+    """Return a text as a number, None if it is not one.
 
-    Also with a true minus, with commas between thousands as the window writes them, or with a decimal comma.
+    Accepts a true minus, thousands separators and a decimal comma.
     """
     plain = text.strip().replace("−", "-")
     plain = plain.replace(",", "" if _THOUSANDS.fullmatch(plain) else ".")
@@ -43,9 +43,9 @@ def _number(text: str) -> float | None:
 
 
 class NumberBox(QDoubleSpinBox):
-    """Emits ``entered`` with a finished number in screen units, which may be out of range.
+    """Emits ``entered`` with a finished number in display units, possibly out of range.
 
-    Commas between thousands are shown while it has no focus: a digit typed beside one would displace it.
+    Thousands separators are hidden while it has the focus, as typing would displace them.
     """
 
     entered = Signal(float)
@@ -64,11 +64,11 @@ class NumberBox(QDoubleSpinBox):
         self.editingFinished.connect(self._finish)
 
     def show_value(self, value: float) -> None:
-        """Show a value without saying so to anyone."""
+        """Set a value without emitting a signal."""
         self._typed = False
         with QSignalBlocker(self):
             self.setValue(value)
-            if self.lineEdit().text() != self.textFromValue(value):  # else the cursor stays
+            if self.lineEdit().text() != self.textFromValue(value):  # otherwise the cursor would move
                 self.lineEdit().setText(self.textFromValue(value))
 
     def textFromValue(self, value: float) -> str:
@@ -92,7 +92,7 @@ class NumberBox(QDoubleSpinBox):
         self.entered.emit(value)
 
     def event(self, event: QEvent) -> bool:
-        """Leave Ctrl+Z to the window unless a text is being edited, whose own it is."""
+        """Pass Ctrl+Z to the window unless a text is being edited."""
         override = event.type() == QEvent.Type.ShortcutOverride and not self._typed
         if override and isinstance(event, QKeyEvent) and (event.matches(_UNDO) or event.matches(_REDO)):
             event.ignore()
@@ -100,7 +100,7 @@ class NumberBox(QDoubleSpinBox):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Take Home and End for the limits unless a text is being edited, where they move the cursor."""
+        """Use Home and End for the limits unless a text is being edited."""
         ends = {Qt.Key.Key_Home: self._quantity.low, Qt.Key.Key_End: self._quantity.high}
         if event.key() in ends and not self._typed:
             self.show_value(ends[Qt.Key(event.key())])
@@ -109,7 +109,7 @@ class NumberBox(QDoubleSpinBox):
         super().keyPressEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Turn values only where the focus is, so that scrolling past changes nothing."""
+        """Ignore the wheel without focus, so that scrolling the panel changes nothing."""
         if self.hasFocus():
             super().wheelEvent(event)
         else:
@@ -134,7 +134,7 @@ class NumberBox(QDoubleSpinBox):
 
 
 class ValueSlider(QSlider):
-    """Emits ``picked`` with a value in screen units; keys move it by steps, as any slider."""
+    """Emits ``picked`` with a value in display units; keys move it by steps."""
 
     picked = Signal(float)
 
@@ -158,14 +158,14 @@ class ValueSlider(QSlider):
         return QSize(60, theme.px(_HEIGHT))
 
     def show_value(self, value: float) -> None:
-        """Show an exact value, on a step or between two, without saying so to anyone."""
+        """Set an exact value, also between steps, without emitting a signal."""
         self._exact = value
         with QSignalBlocker(self):
             self.setValue(self._quantity.index(value))
         self.update()
 
     def show_ranges(self, ranges: Sequence[tuple[float, float]]) -> None:
-        """Hatch ranges of values: what is there, and more than the scene can take."""
+        """Hatch unstable ranges of values."""
         if self._ranges != ranges:
             self._ranges = ranges
             self.update()
@@ -182,7 +182,7 @@ class ValueSlider(QSlider):
         self._pick(self._quantity.default)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Turn values only where the focus is, so that scrolling past changes nothing."""
+        """Ignore the wheel without focus, so that scrolling the panel changes nothing."""
         if self.hasFocus():
             super().wheelEvent(event)
         else:
@@ -194,7 +194,7 @@ class ValueSlider(QSlider):
         middle, thumb = self.height() / 2.0, self._place(self._exact)
         radius, thick = theme.px(_THUMB) / 2, theme.px(_GROOVE)
         enabled = self.isEnabled()
-        # in high contrast a filled groove would hide where the accent ends
+        # in high contrast a filled groove would hide the end of the accent
         outlined = theme.name == "contrast"
         painter.setPen(QPen(theme.color("edge"), 1) if outlined else Qt.PenStyle.NoPen)
         painter.setBrush(theme.color("surface" if outlined else "line"))

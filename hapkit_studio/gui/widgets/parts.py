@@ -1,4 +1,4 @@
-"""What pages and dialogs are put together from: rows, columns, labels, signs, a line with an answer."""
+"""Building blocks of pages and dialogs: rows, columns, labels, signs, a line with an answer."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
@@ -31,9 +31,9 @@ _Box = TypeVar("_Box", bound=QBoxLayout)
 def across(
     *parts: Part, into: QWidget | None = None, margins: Margins = (0, 0, 0, 0), gap: int = 8
 ) -> QHBoxLayout:
-    """Return a row of parts: a number is a space in px, None takes what is free, (part, n) stretches.
+    """Return a row of parts: a number is a space in px, None a stretch, (part, n) a part with stretch n.
 
-    into: the widget that the row is laid out in.
+    into: the widget that gets the layout.
     """
     return _filled(QHBoxLayout(into) if into else QHBoxLayout(), parts, margins, gap)
 
@@ -41,7 +41,7 @@ def across(
 def down(
     *parts: Part, into: QWidget | None = None, margins: Margins = (0, 0, 0, 0), gap: int = 0
 ) -> QVBoxLayout:
-    """Return a column of parts, which are as in a row."""
+    """Return a column of parts, as in ``across``."""
     return _filled(QVBoxLayout(into) if into else QVBoxLayout(), parts, margins, gap)
 
 
@@ -62,7 +62,7 @@ def _filled(box: _Box, parts: tuple[Part, ...], margins: Margins, gap: int) -> _
 
 
 def refill(box: QBoxLayout, parts: Iterable[QWidget]) -> None:
-    """Put widgets into a row or column in place of those in it, which are deleted."""
+    """Replace the widgets of a row or column; the old ones are deleted."""
     while item := box.takeAt(0):
         if old := item.widget():
             old.hide()
@@ -72,7 +72,7 @@ def refill(box: QBoxLayout, parts: Iterable[QWidget]) -> None:
 
 
 class Words(QLabel):
-    """Plain text that wraps neither between a number and its unit nor within a unit; ``text`` is as set."""
+    """Label that wraps neither between number and unit nor within a unit; ``text`` is as set."""
 
     def __init__(self, text: str):
         super().__init__(textFormat=Qt.TextFormat.PlainText)
@@ -87,7 +87,7 @@ class Words(QLabel):
 
 
 def label(text: str = "", role: str = "", wrap: bool = True) -> QLabel:
-    """Return a label of plain text that the style sheet knows by its role."""
+    """Return a plain-text label with a style-sheet role."""
     made = Words(text)
     made.setWordWrap(wrap)
     made.setProperty("role", role)
@@ -100,7 +100,7 @@ def hint(text: str = "") -> QLabel:
 
 
 def rule() -> QFrame:
-    """Return a hairline between two parts."""
+    """Return a horizontal hairline."""
     line = QFrame()
     line.setProperty("rule", True)
     line.setFixedHeight(1)
@@ -108,14 +108,14 @@ def rule() -> QFrame:
 
 
 def keep_size_when_hidden(widget: QWidget) -> None:
-    """Let a widget keep its room while it is hidden, so that nothing moves when it comes and goes."""
+    """Reserve a hidden widget's space, so that nothing moves when it appears."""
     policy = widget.sizePolicy()
     policy.setRetainSizeWhenHidden(True)
     widget.setSizePolicy(policy)
 
 
 class Sign(QLabel):
-    """An icon in a token's colour, in the theme in force; without a name nothing."""
+    """An icon in a token's colour of the present theme; empty without a name."""
 
     def __init__(self, size: int = 18, name: str = "", token: str = "ink2"):
         super().__init__()
@@ -137,7 +137,7 @@ class Sign(QLabel):
 
 
 class AnswerLine(QWidget):
-    """A sign and the answer in one sentence; before there is one, what to do."""
+    """A sign and the answer in one sentence; before that, an instruction."""
 
     def __init__(self, text: str = "", margins: Margins = (0, 0, 0, 0)):
         super().__init__()
@@ -146,13 +146,13 @@ class AnswerLine(QWidget):
         self.say(text)
 
     def say(self, text: str, sign: str = "circle", token: str = "ink2") -> None:
-        """Show words and a sign, a neutral one before there is an answer."""
+        """Show text with a sign, a neutral one by default."""
         self.words.setText(text)
         self.sign.show_sign(sign, token)
 
 
 class AnswerLines(QWidget):
-    """Answers below each other, each with its own sign; warnings and dangers in their colour as well."""
+    """Answers, one per line, each with a sign; warnings and dangers in their colour."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -161,7 +161,7 @@ class AnswerLines(QWidget):
 
     @property
     def text(self) -> str:
-        """Return what is said, a line each."""
+        """Return the texts, one per line."""
         return "\n".join(line.words.text() for line in self.lines if not line.isHidden())
 
     def say(self, *answers: tuple[str, str, str]) -> None:
@@ -177,7 +177,7 @@ class AnswerLines(QWidget):
 
 
 def rows_of(column: QWidget) -> Iterator[QWidget]:
-    """Give the parts in sight of a column, and those of each column or form in it."""
+    """Yield the visible parts of a column, and of each column or form inside."""
     for part in column.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly):
         if part.isVisibleTo(column):
             if isinstance(part.layout(), QVBoxLayout) or part.property("form"):
@@ -190,9 +190,9 @@ SIDE = 16
 
 
 class ScrollColumn(QScrollArea):
-    """A column that scrolls where it is too long; the bar stands in its margin, so that nothing moves.
+    """A scrolling column; the scroll bar is in its margin, so that nothing moves.
 
-    A row that is cut at the bottom is not seen at all, unless it is half as tall as the view.
+    A row cut by the bottom edge is hidden unless it is half as tall as the view.
     """
 
     def __init__(self, top: int = 12, gap: int = 8):
@@ -205,7 +205,7 @@ class ScrollColumn(QScrollArea):
         self.body.setObjectName("panelBody")
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         bar = self.verticalScrollBar()
-        bar.ensurePolished()  # its width is the style sheet's
+        bar.ensurePolished()  # its width comes from the style sheet
         beside = max(SIDE - bar.sizeHint().width(), 0)
         self.column = down(None, into=self.body, margins=(SIDE, top, beside, top), gap=gap)
         self._cover = QWidget(self)
@@ -216,7 +216,7 @@ class ScrollColumn(QScrollArea):
         bar.valueChanged.connect(self._cover_cut_row)
 
     def _show_bar_if_needed(self, _low: int, high: int) -> None:
-        self.verticalScrollBar().setEnabled(high > 0)  # disabled it is not seen
+        self.verticalScrollBar().setEnabled(high > 0)  # a disabled bar is invisible
 
     def add(self, *parts: QWidget) -> None:
         """Add parts at the bottom."""
@@ -224,9 +224,9 @@ class ScrollColumn(QScrollArea):
             self.column.insertWidget(self.column.count() - 1, part)
 
     def reveal(self, part: QWidget) -> None:
-        """Scroll until a part that has just grown is seen, or as much of it as there is room for."""
+        """Scroll to a part that has just grown, as far as it fits."""
         grown: QWidget | None = part
-        while grown is not None and grown is not self:  # laid out at once: what it takes is known only then
+        while grown is not None and grown is not self:  # lay out at once to know its size
             QCoreApplication.sendEvent(grown, QEvent(QEvent.Type.LayoutRequest))
             grown = grown.parentWidget()
         bar, top = self.verticalScrollBar(), part.mapTo(self.body, QPoint()).y()
@@ -234,7 +234,7 @@ class ScrollColumn(QScrollArea):
         bar.setValue(max(bar.value(), min(top, bottom - self.viewport().height())))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the column, as Qt's own area does, and the rows in it."""
+        """Follow the column, as Qt's own scroll area does, and the rows in it."""
         done = super().eventFilter(watched, event)
         if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
             self._cover_cut_row()
@@ -245,7 +245,7 @@ class ScrollColumn(QScrollArea):
         self._cover_cut_row()
 
     def _cover_cut_row(self) -> None:
-        """Lay the ground over the row that the bottom edge cuts, and over a rule left with nothing below."""
+        """Cover the row that the bottom edge cuts, and a rule with nothing below it."""
         view = self.viewport()
         end = edge = self.verticalScrollBar().value() + view.height()
         spans = [(part.mapTo(self.body, QPoint()).y(), part.height()) for part in rows_of(self.body)]
@@ -259,7 +259,7 @@ class ScrollColumn(QScrollArea):
 
 
 def primary(button: QPushButton) -> QPushButton:
-    """Return a button as the one that does what its window is for."""
+    """Mark a button as the primary one of its window."""
     button.setProperty("primary", True)
     return button
 
@@ -267,7 +267,7 @@ def primary(button: QPushButton) -> QPushButton:
 def choose_file(
     parent: QWidget, title: str, kinds: str, then: Callable[[str], object], save_as: str = ""
 ) -> QFileDialog:
-    """Ask for a file beside the window, which goes on meanwhile; save_as proposes one to be written."""
+    """Open a non-modal file dialog; save_as: proposed name for saving."""
     dialog = QFileDialog(parent, title, QDir.homePath(), kinds)
     dialog.setFileMode(QFileDialog.FileMode.AnyFile if save_as else QFileDialog.FileMode.ExistingFile)
     if save_as:

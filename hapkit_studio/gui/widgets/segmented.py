@@ -7,7 +7,7 @@ from hapkit_studio.gui.widgets.parts import across
 
 
 class Segmented(QWidget):
-    """Emits ``chosen`` with the index of the option a person picked; arrow keys move along."""
+    """Emits ``chosen`` with the index of the option that the user picked; arrow keys change it."""
 
     chosen = Signal(int)
 
@@ -41,14 +41,14 @@ class Segmented(QWidget):
         return self._group.button(index)  # type: ignore[return-value]
 
     def show_index(self, index: int) -> None:
-        """Show an option as chosen without saying so to anyone."""
+        """Select an option without emitting a signal."""
         blocked = self._group.blockSignals(True)
         self._group.button(index).setChecked(True)
         self._group.blockSignals(blocked)
         self._lead_tab()
 
     def _lead_tab(self) -> None:
-        """Let Tab stop at the chosen option alone."""
+        """Make Tab stop at the chosen option only."""
         for button in self._group.buttons():
             policy = Qt.FocusPolicy.StrongFocus if button.isChecked() else Qt.FocusPolicy.ClickFocus
             button.setFocusPolicy(policy)

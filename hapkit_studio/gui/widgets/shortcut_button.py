@@ -1,4 +1,4 @@
-"""A button with icon, word and the cap of its shortcut."""
+"""A button with icon, text and the cap of its shortcut key."""
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QLabel, QPushButton, QWidget
@@ -10,7 +10,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 
 class ShortcutButton(QPushButton):
-    """A push button laid out from parts, so that its size follows all of them."""
+    """A push button laid out from parts, so that its size follows them."""
 
     word_role = "button"
 
@@ -32,18 +32,18 @@ class ShortcutButton(QPushButton):
         self.show_look()
 
     def set_look(self, icon: str, text: str, color: str, cap_color: str = "ink3") -> None:
-        """Change icon, word, the colour token of both and that of the key cap."""
+        """Set icon, text, their colour token and that of the key cap."""
         self._icon, self._color, self._cap_color = icon, color, cap_color
         self.word.setText(text)
         self.show_look()
 
     def set_cap(self, visible: bool) -> None:
-        """Show the key cap, or leave it out where room is short."""
+        """Show or hide the key cap."""
         self.cap.setVisible(visible)
         self.updateGeometry()
 
     def show_look(self) -> None:
-        """Paint the parts in the theme in force."""
+        """Apply the present theme to the parts."""
         self.picture.setPixmap(icons.pixmap(self._icon, theme.px(18), self._color, self.devicePixelRatioF()))
         mark(self.word, "ink", self._color)
         mark(self.cap, "ink", self._cap_color)

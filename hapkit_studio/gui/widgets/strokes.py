@@ -1,4 +1,4 @@
-"""Lines of many points, painted fast: as loose segments, which Qt strokes 20 times faster than a path."""
+"""Fast painting of long lines: Qt draws separate segments 20 times faster than a path."""
 
 import numpy as np
 from pyqtgraph.Qt import internals
@@ -9,17 +9,17 @@ from hapkit_studio.gui.widgets.theme import theme
 
 ON, PERIOD = 5.0, 8.5  # px
 _LEAST_STEP = 0.8  # px
-_FINE = 1.4  # device pixel ratio from which square joints show
-_TREMOR, _NOISY = 0.25, 0.2  # px²: a turn that is seen; the share of turns that makes noise
-_LONG = 5.0  # px: noise that rises so far from point to point fills an area
-_DENSE = 2.5  # dashes of several lengths along a line so many times longer than wide are a scribble
+_FINE = 1.4  # device pixel ratio from which square joints are visible
+_TREMOR, _NOISY = 0.25, 0.2  # px²: area of a visible turn; fraction of such turns in noise
+_LONG = 5.0  # px between points from which noise fills an area
+_DENSE = 2.5  # dashes per length above which a dashed line becomes a scribble
 _ARROWS_APART = 12.0  # px
-_HEAD = 8.0  # px: how long an arrow head is
-_HAZE = 40.0  # dashes along a line so many times longer than wide would be a haze
+_HEAD = 8.0  # px, length of an arrow head
+_HAZE = 40.0  # dashes per length above which a dashed line becomes a haze
 
 
 def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:
-    """Return a pen with flat ends, dashed in units of its width if given; all lines of data are grown."""
+    """Return a pen with flat ends, dashed in units of its width if given; widths follow the theme's scale."""
     result = QPen(color, width * theme.scale, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
     if dash:
         result.setDashPattern(dash)
@@ -27,13 +27,13 @@ def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:
 
 
 def level(painter: QPainter, box: QRectF, y: float, token: str, dash: list[float]) -> None:
-    """Draw a dashed line across a frame in a token's colour."""
+    """Draw a horizontal dashed line across a frame in a token's colour."""
     painter.setPen(pen(theme.color(token), 1.6, dash))
     painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
 
 
 def segments(painter: QPainter, ends: np.ndarray) -> None:
-    """Draw loose segments (n, 4): x1, y1, x2, y2 in pixels, with the painter's pen."""
+    """Draw separate segments (n, 4): x1, y1, x2, y2 in pixels, with the painter's pen."""
     if len(ends):
         store = internals.PrimitiveArray(QLineF, 4)
         store.resize(len(ends))
@@ -42,7 +42,7 @@ def segments(painter: QPainter, ends: np.ndarray) -> None:
 
 
 def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width: float = 2.0) -> None:
-    """Draw a line, smooth unless it is noise, its joints round on fine screens: where each can be seen."""
+    """Draw a line, smoothed unless it is noise, with round joints on high-resolution screens."""
     rise = np.diff(y)
     noise = np.count_nonzero(rise[1:] * rise[:-1] < -_TREMOR) > _NOISY * len(rise)
     haze = noise and np.nansum(np.abs(rise)) > _LONG * len(rise)
@@ -55,7 +55,7 @@ def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width:
 
 
 def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a line without the points that lie less than a step along it behind one that is kept."""
+    """Return a line without points closer than a step along it to the previous one."""
     steps = np.nan_to_num(np.hypot(np.diff(x), np.diff(y)), nan=10.0 * _LEAST_STEP)
     whole = np.floor(np.concatenate([[0.0], np.cumsum(steps)]) / _LEAST_STEP)
     kept = np.concatenate([[True], np.diff(whole) > 0])
@@ -64,13 +64,13 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def joined(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the segments (n, 4) between neighbours, none over a NaN."""
+    """Return the segments (n, 4) between neighbours, with gaps at NaN."""
     ends = np.column_stack([x[:-1], y[:-1], x[1:], y[1:]])
     return ends[np.isfinite(ends).all(axis=1)]
 
 
 def patterned(x: np.ndarray, y: np.ndarray, dash: tuple[float, ...]) -> np.ndarray:
-    """Return the dashes (n, 4) along a line, on and off by turns for so many pixels; dense lines whole."""
+    """Return the dashes (n, 4) along a line, with on and off lengths in pixels; dense lines are solid."""
     along = np.nansum(np.hypot(np.diff(x), np.diff(y)))
     if len(x) > 1 and along > _DENSE * max(np.nanmax(x) - np.nanmin(x), 1.0):
         return joined(x, y)
@@ -82,9 +82,9 @@ def patterned(x: np.ndarray, y: np.ndarray, dash: tuple[float, ...]) -> np.ndarr
 def dashed(
     x: np.ndarray, y: np.ndarray, on: float = ON, period: float = PERIOD, lead: float = 0.0
 ) -> np.ndarray:
-    """Return the dashes (n, 4) along a line, 5 on and 3.5 off if not told otherwise, the first after a lead.
+    """Return the dashes (n, 4) along a line, by default 5 on and 3.5 off, the first after ``lead`` px.
 
-    Each run after a NaN starts anew.
+    Each run after a NaN restarts the pattern.
     """
     good = np.isfinite(x) & np.isfinite(y)
     edges = np.flatnonzero(np.diff(good.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
@@ -93,7 +93,7 @@ def dashed(
     if not len(edges) or along[-1] > _HAZE * max(np.nanmax(x) - np.nanmin(x), 1.0):
         return joined(x, y)
     lengths = along[edges[:, 1] - 1] - along[edges[:, 0]]
-    ends = np.cumsum(np.ceil(lengths / period) * period)  # runs put one behind the other, by whole periods
+    ends = np.cumsum(np.ceil(lengths / period) * period)  # concatenate the runs at multiples of the period
     begins = np.concatenate([[0.0], ends[:-1]])
     start = np.arange(0.0, ends[-1] - 0.5 * period, period)
     run = np.searchsorted(ends, start, side="right")
@@ -107,7 +107,7 @@ def dashed(
 
 
 def arrows(painter: QPainter, box: QRectF, x: np.ndarray, y: np.ndarray, color: QColor) -> None:
-    """Point out of a frame, with arrow heads not too close together, where a line (n,) in px leaves it."""
+    """Draw arrow heads, not too close together, where a line (n,) in px leaves a frame."""
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(color)
     for edge, beyond, inwards in ((box.top(), y < box.top(), 1.0), (box.bottom(), y > box.bottom(), -1.0)):
@@ -122,7 +122,7 @@ def arrows(painter: QPainter, box: QRectF, x: np.ndarray, y: np.ndarray, color: 
 
 
 def mark(painter: QPainter, at: QPointF, token: str, radius: float = 4.0, shape: str = "dot") -> None:
-    """Draw a dot or a diamond in a token's colour with a rim of the card's."""
+    """Draw a dot or a diamond in a token's colour with a rim in the card's colour."""
     radius *= theme.scale
     painter.setPen(QPen(theme.color("surface"), 1.5))
     painter.setBrush(theme.color(token))

@@ -1,4 +1,4 @@
-"""The application's style sheet, and the properties its rules select by; both follow the theme."""
+"""The application's style sheet and its selector properties; both follow the theme."""
 
 import re
 
@@ -12,7 +12,7 @@ _THIN = 3  # px
 
 
 def apply(app: QApplication) -> None:
-    """Give the application the theme and the style sheet, and keep both up to date."""
+    """Apply theme and style sheet to the application, and keep both up to date."""
     if app.property("styled") is None:
         app.setProperty("styled", True)
         theme.changed.connect(lambda: app.setStyleSheet(stylesheet()))
@@ -20,9 +20,9 @@ def apply(app: QApplication) -> None:
 
 
 def stylesheet() -> str:
-    """Return assets/style.qss with the tokens (@name) and icons (%name%) of the theme in force filled in.
+    """Return assets/style.qss with the present theme's tokens (@name) and icons (%name%).
 
-    Sizes in px grow with the theme's scale, thin lines with its frame.
+    Sizes in px follow the theme's scale, thin lines its frame width.
     """
     text = resources.path("style.qss").read_text(encoding="utf-8")
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
@@ -36,7 +36,7 @@ def _grown(size: int) -> int:
 
 
 def mark(widget: QWidget, name: str, value: object) -> None:
-    """Set a property that style sheets select by, and style the widget anew if it changed."""
+    """Set a property used by style-sheet selectors, and restyle the widget if it changed."""
     if widget.property(name) != value:
         widget.setProperty(name, value)
         widget.style().unpolish(widget)

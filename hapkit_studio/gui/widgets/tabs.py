@@ -1,4 +1,4 @@
-"""Tabs, those for which there is no room in a menu at their end."""
+"""A tab bar that moves tabs without room to a menu at its end."""
 
 from functools import partial
 
@@ -9,12 +9,12 @@ from hapkit_studio.gui.widgets import icons
 
 
 class Tabs(QTabBar):
-    """A row of tabs. The last ones give way to a menu, never the first, the current, or the one ``kept``.
+    """A row of tabs. The last ones move to a menu, never the first, the current, or the ``kept`` one.
 
     kept: a tab's data.
     """
 
-    _fitting = True  # until all is there
+    _fitting = True  # until construction is complete
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent, drawBase=False, expanding=False, usesScrollButtons=False)
@@ -51,8 +51,8 @@ class Tabs(QTabBar):
         return [self.tabSizeHint(index).width() for index in range(self.count())]
 
     def _fit(self) -> None:
-        """Show as many tabs as there is room for, and offer the others in the menu."""
-        if self._fitting:  # each tab that is shown or hidden lays all out anew
+        """Show as many tabs as fit, and offer the others in the menu."""
+        if self._fitting:  # showing or hiding a tab triggers a layout
             return
         self._fitting = True
         widths, button = self._widths(), self.more.sizeHint()
@@ -64,7 +64,8 @@ class Tabs(QTabBar):
             if index != self.currentIndex() and (self.kept is None or self.tabData(index) != self.kept):
                 hidden.add(index)
         for index in range(self.count()):
-            if self.isTabVisible(index) == (index in hidden):  # Qt forgets a change before one that is none
+            # Qt bug: a no-op setTabVisible discards the change before it
+            if self.isTabVisible(index) == (index in hidden):
                 self.setTabVisible(index, index not in hidden)
         self._offer(sorted(hidden))
         shown = sum(width for index, width in enumerate(widths) if index not in hidden)

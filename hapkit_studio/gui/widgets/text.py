@@ -1,4 +1,4 @@
-"""Text for labels, tooltips and painters: plain, restricted HTML, or painted once and copied."""
+"""Text for labels, tooltips and painters: plain, restricted HTML, or cached pictures."""
 
 import html
 import math
@@ -18,25 +18,25 @@ _ALLOWED = re.compile(r"&lt;(/?(?:i|b|sub|sup))&gt;|&amp;(nbsp;)")
 
 
 def rich(words: str) -> str:
-    """Return words as HTML in which nothing but <i>, <b>, <sub>, <sup> and &nbsp; means anything."""
+    """Return text as HTML in which only <i>, <b>, <sub>, <sup> and &nbsp; are interpreted."""
     escaped = html.escape(printable(words), quote=False)
     return _ALLOWED.sub(lambda found: f"<{found[1]}>" if found[1] else f"&{found[2]}", escaped)
 
 
 def plain(label: QLabel) -> QLabel:
-    """Return a label that shows every letter as it stands."""
+    """Make a label show plain text; return it."""
     label.setTextFormat(Qt.TextFormat.PlainText)
     return label
 
 
 def plain_tip(words: str) -> str:
-    """Return words for a tooltip, whose format cannot be chosen: escaped where Qt sees HTML in them."""
+    """Return text for a tooltip, which has no plain format: escaped if Qt would detect HTML."""
     words = printable(words)
     return Rich.convertFromPlainText(words) if Rich.mightBeRichText(words) else words
 
 
 def tip(sentences: Iterable[str], formula: str) -> str:
-    """Return the sentences that are not empty, each with its full stop, and the formula below, as HTML."""
+    """Return the non-empty sentences, each with its full stop, and the formula below, as HTML."""
     words = unbroken(" ".join(sentence.rstrip(".") + "." for sentence in sentences if sentence))
     return "".join(f"<p>{rich(part)}</p>" for part in (words, formula) if part)
 
@@ -51,7 +51,7 @@ def paint_words(
     rim: float,
     ratio: float,
 ) -> None:
-    """Write text from x on base line y; tokens are the text's and its ground's; rim is the halo in px."""
+    """Draw text from x on base line y; tokens: of text and background; rim: halo in px."""
     room = math.ceil(rim + 1.0)
     colors = tuple(theme.color(token).name() for token in tokens)
     picture, ascent = _picture(text, font.key(), colors, rim, ratio, room)

@@ -1,4 +1,4 @@
-"""The look in force: colours by token, fonts by role, how large they are; follows the system."""
+"""The present theme: colours by token, fonts by role, scale; follows the system."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from hapkit_studio.palette import table
 __all__ = ["MINUS", "MODES", "ROLES", "Theme", "number", "theme"]
 
 MODES = ("system", "light", "dark", "contrast")
-# role: pixels, weight
+# by role: pixels, weight
 ROLES = {
     "tick": (12, 400),
     "hint": (12, 400),
@@ -29,10 +29,9 @@ ROLES = {
 
 
 class Theme(QObject):
-    """Holds the mode in force, ``tokens`` as "#RRGGBB"; ``changed`` fires after every switch.
+    """Holds the present mode and its ``tokens`` as "#RRGGBB"; ``changed`` is emitted after a switch.
 
-    scale: how many times larger than usual everything is drawn; frame: how many px wide a thin line is;
-    grid: whether plots have one.
+    scale: size factor; frame: width of thin lines in px; grid: show grids in plots.
     """
 
     changed = Signal()
@@ -57,18 +56,18 @@ class Theme(QObject):
         return color
 
     def paler(self, token: str, ground: str, share: float) -> QColor:
-        """Return an opaque mixture, ``share`` of a token's colour on the ground's: may overlap itself."""
+        """Return an opaque mixture, ``share`` of a token's colour on the background's."""
         over, under = self.color(token), self.color(ground)
         parts = (over.redF(), under.redF()), (over.greenF(), under.greenF()), (over.blueF(), under.blueF())
         return QColor.fromRgbF(*(share * a + (1.0 - share) * b for a, b in parts))
 
     def apply(self, app: QApplication) -> None:
-        """Give the application this look, and follow the system from now on."""
+        """Apply this theme to the application, and follow the system's from now on."""
         if self._app is None:
             self._app = app
             app.setStyle("Fusion")
             app.styleHints().colorSchemeChanged.connect(self._follow)
-            self.name = ""  # nothing has this look yet
+            self.name = ""  # force the first switch
         self.set_mode(self.mode)
 
     def set_mode(self, mode: str) -> None:
@@ -79,13 +78,13 @@ class Theme(QObject):
         self._switch(self._system() if mode == "system" else mode)
 
     def set_scale(self, scale: float, frame: int = 1) -> None:
-        """Draw everything so many times larger than usual, and thin lines so many px wide."""
+        """Set the size factor, and the width of thin lines in px."""
         if (scale, frame) != (self.scale, self.frame):
             self.scale, self.frame = scale, frame
             self._refresh()
 
     def px(self, size: float) -> int:
-        """Return a size in px as large as everything is drawn now, rounded down: words fit their places."""
+        """Return a size in scaled px, rounded down so that text fits."""
         return int(self.scale * size + 1e-6)
 
     def _system(self) -> str:
@@ -106,7 +105,7 @@ class Theme(QObject):
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """Style the widgets once for all changes made inside: it takes 0.4 s for those of the window."""
+        """Restyle the widgets once for all changes made inside: it takes 0.4 s for the window."""
         self._together, self._pending = True, False
         try:
             yield
@@ -128,7 +127,7 @@ class Theme(QObject):
         self.refreshing = False
 
     def palette(self) -> QPalette:
-        """Return the palette for whatever the style sheet leaves to the style."""
+        """Return the palette for elements not covered by the style sheet."""
         palette = QPalette()
         role = QPalette.ColorRole
         pairs = {
@@ -144,7 +143,7 @@ class Theme(QObject):
         return palette
 
     def font(self, role: str) -> QFont:
-        """Return the font of a role in ROLES, with tabular figures where the face has them."""
+        """Return the font of a role in ROLES, with tabular figures if available."""
         if role not in self._fonts:
             pixels, weight = ROLES[role]
             font = QFont(_family())
@@ -160,7 +159,7 @@ class Theme(QObject):
 
 
 def _family() -> str:
-    """Return Inter where installed, else the system's face."""
+    """Return Inter if installed, else the system's font."""
     installed = QFontDatabase.families() if QApplication.instance() else []
     if "Inter" in installed:
         return "Inter"

@@ -1,1 +1,1 @@
-"""Set up my Hapkit, and Test my Hapkit: beside the window, on the board itself."""
+"""Set up my Hapkit, and Test my Hapkit: dialogs that work on the board itself."""

@@ -1,4 +1,4 @@
-"""A dialog that has the board for itself: E-stop in its corner, Esc stops, closing gives the board back."""
+"""A dialog that owns the board: E-stop in its corner, Esc stops, closing returns the board."""
 
 import math
 from dataclasses import dataclass
@@ -26,14 +26,14 @@ NEUTRAL = ("circle", "ink3")
 SIGNS = {PASS: ("check", "ok"), WARN: ("triangle", "warn"), FAIL: ("triangle", "danger"), SKIP: NEUTRAL}
 """Icon and colour of a result's level."""
 LONG_SECONDS = 5.0
-"""s from which on a run shows how far it is."""
+"""s from which on a run shows its progress."""
 _EVERY = 5
-"""Of so many samples pictures show one."""
+"""One of this many samples is drawn."""
 
 
 @dataclass(frozen=True)
 class Recent:
-    """The last ten seconds of a board: time s (n,), reading (n,), position m (n,), and the force in N now."""
+    """The last ten seconds of a board: time s (n,), reading (n,), position m (n,); the present force in N."""
 
     time: np.ndarray
     raw: np.ndarray
@@ -42,7 +42,7 @@ class Recent:
 
 
 class BoardDialog(QDialog):
-    """Takes the board over from the loop while it is open, and hands it back. Never blocks the window."""
+    """Takes the board from the loop while it is open, and returns it. Non-modal."""
 
     title = ""
 
@@ -68,7 +68,7 @@ class BoardDialog(QDialog):
 
     @classmethod
     def open_over(cls, studio: "Studio", window: QWidget, closed: SignalInstance) -> "BoardDialog":
-        """Open the dialog over the window, or raise the one that has the board; it closes with the window."""
+        """Open the dialog over the window, or raise the one that owns the board; the window closes it."""
         for dialog in window.findChildren(BoardDialog):
             if dialog.isVisible():
                 dialog.raise_()
@@ -80,27 +80,27 @@ class BoardDialog(QDialog):
         made.begin()
         return made
 
-    # what each dialog does
+    # for subclasses
 
     @staticmethod
     def prepare(runner: "BoardRunner") -> Any:
-        """Return what jobs are given, made of the open board in the board's thread."""
+        """Return the argument of jobs, made from the open board in the board's thread."""
         return runner
 
     def show_recent(self, recent: Recent) -> None:
-        """Draw what the board reports; twenty times a second."""
+        """Draw the board's reports, twenty times per second."""
 
     # the board
 
     def begin(self) -> None:
         """Take the board over."""
         self.studio.device.let_go(self.windowTitle())
-        self.setFocus()  # not the E-stop: an Enter too many would latch it
+        self.setFocus()  # not the E-stop: an accidental Enter would latch it
         self.board.start()
         self._frames.start()
 
     def close_or_cancel(self) -> None:
-        """Cancel the job that runs; close where none does."""
+        """Cancel the running job, or close the dialog."""
         if self.board.job_running:
             self.board.cancel()
         else:
@@ -111,7 +111,7 @@ class BoardDialog(QDialog):
         samples = list(runner.recent) if runner is not None else []
         if runner is None or not samples:
             return
-        # every sample would cost the thread that answers them its time
+        # drawing every sample would delay the thread that answers them
         shown = samples[(len(samples) - 1) % _EVERY :: _EVERY]
         clock, raw, count = np.array([(s.time_us, s.raw, s.count) for s in shown]).T
         time = 1e-6 * np.cumsum(np.diff(clock, prepend=clock[0]) % 2**32)
@@ -127,14 +127,14 @@ class BoardDialog(QDialog):
             self.board.release()
 
     def _link_changed(self) -> None:
-        """Leave the board to another device that was chosen meanwhile."""
+        """Release the board if another device was chosen."""
         if self.studio.link.state != "idle" and self.isVisible():
             self.close()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Stop the motor at Esc; at Enter press only the button that has the focus.
+        """Stop the motor on Esc; on Enter press only the focused button.
 
-        A number that is typed must not start the motor, nor a key held down.
+        Neither typing a number nor key repeat may start the motor.
         """
         if event.key() == Qt.Key.Key_Escape:
             self.studio.stop()
@@ -146,7 +146,7 @@ class BoardDialog(QDialog):
             super().keyPressEvent(event)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Motor off, and the board back to the loop."""
+        """Switch the motor off and return the board to the loop."""
         self._frames.stop()
         self.board.end()
         self.studio.stop_changed.disconnect(self._stop_changed)
@@ -170,7 +170,7 @@ class BoardDialog(QDialog):
 
 
 class ResultBox(QFrame):
-    """An icon, what was found, and below it what to do; at the bottom, how far something is."""
+    """An icon, the result, the remedy below it; a progress bar at the bottom."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -183,10 +183,10 @@ class ResultBox(QFrame):
         self.bar.hide()
         text = down(None, self.words, self.remedy, None, gap=4)
         down((across(self.sign, (text, 1), gap=12), 1), self.bar, into=self, margins=(14, 7, 14, 4), gap=2)
-        self.setMinimumHeight(66)  # two lines: most results move nothing
+        self.setMinimumHeight(66)  # two lines, so that most results move nothing
 
     def show_text(self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL) -> None:
-        """Show words and what to do, with an icon and its colour."""
+        """Show text and remedy with an icon and its colour."""
         self.words.setText(words)
         self.remedy.setText(remedy)
         self.remedy.setVisible(bool(remedy))
@@ -199,15 +199,15 @@ class ResultBox(QFrame):
         self.show_text(result.words, result.remedy, SIGNS[result.level])
 
     def show_warning(self, words: str, remedy: str = "") -> None:
-        """Show what went wrong, and what to do."""
+        """Show a problem and its remedy."""
         self.show_text(words, remedy, SIGNS[WARN])
 
     def show_working(self, words: str) -> None:
-        """Show what is under way."""
+        """Show the activity."""
         self.show_text(words, "", ("circle", "accent"))
 
     def show_progress(self, passed: float, seconds: float) -> None:
-        """Show how far a run is that takes so many s; nothing for a short one and one without end."""
+        """Show the progress of a run of ``seconds``; nothing for a short or endless one."""
         shown = LONG_SECONDS <= seconds < math.inf
         if shown:
             self.bar.setValue(round(100 * passed / seconds))

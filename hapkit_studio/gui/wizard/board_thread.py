@@ -1,4 +1,4 @@
-"""The thread that owns the board while a dialog has it: jobs one at a time, samples between them."""
+"""The thread that owns the board for a dialog: one job at a time, samples in between."""
 
 import queue
 import threading
@@ -12,21 +12,21 @@ from hapkit_studio.devices.board_runner import BoardRunner
 from hapkit_studio.errors import DeviceError, PortBusyError, StudioError
 
 BUSY_SECONDS = 5.0
-"""s for the studio's own loop to let go of the port."""
+"""s, time-out for the studio's own loop to release the port."""
 JOIN_SECONDS = 5.0
 _RETRY_SECONDS = 0.05
 POLL_MS = 15
-"""How often the window looks for what the thread reports."""
+"""ms between the window's checks for reports."""
 
 Job = Callable[[Any], object]
 
 
 class BoardThread(QObject):
-    """Opens a board in its own thread; ``run_job`` hands it a job on what ``prepare`` made of the runner.
+    """Opens a board in its own thread; ``run_job`` gives it a job on the result of ``prepare``.
 
-    Signals are emitted in the window's thread. ``refused``: a job ended without a result, the board is there.
-    ``failed``: the board is gone, nothing will run any more until ``start``. ``progressed``: what a job
-    told by ``report_progress`` while it runs.
+    Signals are emitted in the window's thread. ``refused``: a job ended without a result, the board is still
+    there. ``failed``: the board is lost; nothing runs until ``start``. ``progressed``: the argument of
+    ``report_progress`` in a job.
     """
 
     opened = Signal(object)
@@ -50,11 +50,11 @@ class BoardThread(QObject):
         self._reports: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
         self._timer = QTimer(self, interval=POLL_MS)
         self._timer.timeout.connect(self._read_reports)
-        self.destroyed.connect(self._quit.set)  # whoever forgets to end it leaves no thread behind
+        self.destroyed.connect(self._quit.set)  # ends the thread with its owner
         self._thread = threading.Thread()
 
     def start(self) -> None:
-        """Open the board; after a failure anew, with nothing kept of the time before."""
+        """Open the board; after a failure again, without earlier state."""
         if self._thread.ident is not None:
             self._thread.join(JOIN_SECONDS)
         if self._quit.is_set():
@@ -69,7 +69,7 @@ class BoardThread(QObject):
         self._timer.start()
 
     def run_job(self, job: Job, after: Callable[[Any], object]) -> bool:
-        """Run a job on the subject, then ``after(result)`` here; False where one runs or no board is."""
+        """Run a job on the subject, then ``after(result)`` here; return False if busy or without board."""
         if self.busy or self.runner is None:
             return False
         self.runner.begin_job()
@@ -80,7 +80,7 @@ class BoardThread(QObject):
 
     @property
     def job_running(self) -> bool:
-        """Say whether a job was handed over and has not ended yet."""
+        """Return True if a job was started and has not ended."""
         return self._after is not None
 
     def cancel(self) -> None:
@@ -89,7 +89,7 @@ class BoardThread(QObject):
             self.runner.cancel()
 
     def stop(self) -> None:
-        """E-stop: at the next sample; also for a board that is not open yet."""
+        """E-stop at the next sample; also before the board is open."""
         self._stopped = True
         if self.runner is not None:
             self.runner.stop()
@@ -102,11 +102,11 @@ class BoardThread(QObject):
 
     @property
     def has_hand(self) -> bool:
-        """Say whether the board has a hand that the window moves, as the virtual board has."""
+        """Return True if the window moves the board's hand, as for the virtual board."""
         return self.runner is not None and bool(self.runner.board.simulated_hand)
 
     def move_hand(self, place: float | None) -> None:
-        """Hold the virtual board's hand at a place in m; None lets go."""
+        """Hold the virtual board's hand at a position in m; None lets go."""
         if self.runner is not None and self.has_hand:
             self.runner.board.move_hand(place)
 

@@ -1,4 +1,4 @@
-"""Set up my Hapkit: seven steps on the board itself, each of which may be skipped."""
+"""Set up my Hapkit: seven steps on the board, each of which may be skipped."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -37,14 +37,14 @@ _WORDS = {_BACK: "Back", _NEXT: "Next", _SKIP: "Skip", _AGAIN: "Try again"}
 
 
 class _Pages(QWizard):
-    """Leaves keys to the dialog that it stands in: Esc stops the motor, Enter presses what has the focus."""
+    """Passes keys to its dialog: Esc stops the motor, Enter presses the focused button."""
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         event.ignore()
 
 
 class SetupDialog(BoardDialog):
-    """Back, Next and Skip, or any step from the list; nothing runs without a button being pressed."""
+    """Back, Next and Skip, or any step from the list; every action needs a button press."""
 
     title = "Set up my Hapkit"
 
@@ -72,52 +72,52 @@ class SetupDialog(BoardDialog):
 
     @staticmethod
     def prepare(runner: "BoardRunner") -> Calibration:
-        """Return a calibration; where a USB chip may hold frames back, with what filling them gains."""
+        """Return a calibration; for a USB chip that delays frames, measure the gain of padding."""
         work = Calibration(runner)
         if runner.board.usb_chip:
             work.padding = measure_padding(runner.board)
         return work
 
-    # what a person does
+    # user actions
 
     @property
     def index(self) -> int:
-        """Return the number of the step in sight, from 0."""
+        """Return the number of the visible step, from 0."""
         return self.pages.currentId()
 
     @property
     def step(self) -> StepPage:
-        """Return the step in sight."""
+        """Return the visible step."""
         return self.steps[self.index]
 
     def go(self, index: int) -> None:
-        """Show a step; its neighbours stay those of Back and Next."""
+        """Show a step; Back and Next lead to its neighbours."""
         while self.index < index:
             self.pages.next()
         while self.index > index:
             self.pages.back()
 
     def skip_step(self) -> None:
-        """Leave a step out, and say what is assumed then."""
+        """Skip a step, and state the assumption."""
         self._skipped[self.index] = CheckResult(SKIP, f"Left out. Assumed: {self.step.if_skipped}.")
         self.pages.next()
 
     def try_again(self) -> None:
-        """Open the board anew and begin with the first step: what was found before is not in force."""
+        """Open the board again and start with the first step, without earlier results."""
         self.board.start()
         self.reset()
         self._show_opening()
         self.setFocus()
 
     def reset(self) -> None:
-        """Forget results and notes of all steps, and go to the first."""
+        """Clear results and notes of all steps, and go to the first."""
         self._skipped.clear()
         for step in self.steps:
             step.reset()
         self.pages.restart()
 
     def notes(self) -> Notes:
-        """Return for every step but the last whether it is done, and what was found or is assumed."""
+        """Return for every step but the last whether it is done, and its result or assumption."""
         return {
             step.name: (step.result is not None, step.result.words if step.result else step.if_skipped)
             for step in self.steps[:-1]
@@ -129,7 +129,7 @@ class SetupDialog(BoardDialog):
             self.step.box.show_progress(*self.board.runner.progress)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Hand a board with other settings back stopped: its handle may stand inside a wall now."""
+        """Return a board with changed settings in the stopped state: its handle may be inside a wall."""
         work = self.board.subject
         changed = (
             work is not None and replace(of_settings(work.original), label=work.board.label) != work.board
@@ -138,10 +138,10 @@ class SetupDialog(BoardDialog):
             self.studio.stop()
         super().closeEvent(event)
 
-    # what happens
+    # events
 
     def _entered(self, index: int) -> None:
-        """Begin the step that has come into sight; index: -1 while the wizard begins again."""
+        """Start the step that has become visible; index: -1 while the wizard restarts."""
         if index < 0:
             return
         for step in self.steps:
@@ -155,7 +155,7 @@ class SetupDialog(BoardDialog):
         self._focus()
 
     def _focus(self) -> None:
-        """Give the keyboard to Next where the step is done, or to the step's own button.
+        """Give the focus to Next if the step is done, or to the step's own button.
 
         Never to one that starts the motor: then to the page itself, where Enter does nothing.
         """
@@ -173,7 +173,7 @@ class SetupDialog(BoardDialog):
         self._focus()
 
     def _job_started(self) -> None:
-        """Give the keyboard to the E-stop while something runs."""
+        """Give the focus to the E-stop during a job."""
         self._show_state()
         self.stop.setFocus()
 
@@ -185,7 +185,7 @@ class SetupDialog(BoardDialog):
             self._focus()
 
     def _failed(self, words: str) -> None:
-        """Say it on every page; the only ways on are Try again and Close."""
+        """Show the failure on every page; only Try again and Close remain."""
         for step in self.steps:
             step.box.show_text(words, "Motor off. Check the cable, then try again.", ("unplugged", "warn"))
         self._show_state()
@@ -193,22 +193,22 @@ class SetupDialog(BoardDialog):
         self.again.setFocus()
 
     def _undone(self) -> None:
-        """Begin again: nothing that was found is in force any more."""
+        """Restart: no result is in force any more."""
         self.reset()
         words = "The board has its old settings again. Nothing is left to save."
         self.step.box.show_text(words, look=SIGNS[PASS])
 
     def _changed(self) -> None:
-        """Show what became of a step, and go on with the keyboard where it is done."""
+        """Show a step's result, and move the focus on if it is done."""
         tried, work = self.direction_step, self.board.subject
         if tried.result is not None and work is not None and work.direction is None:
-            tried.reset()  # what was changed since has reversed force or position
+            tried.reset()  # later changes have reversed force or position
         self._show_state()
         if self.step.result is not None and self.step.result.good:
             self._focus()
 
     def _show_state(self) -> None:
-        """Show what became of the steps, what can be done now, and what Skip means."""
+        """Show the state of the steps, the possible actions, and the meaning of Skip."""
         for index, step in enumerate(self.steps):
             result, row = step.result or self._skipped.get(index), self.list.item(index)
             words = result.words if result is not None else "not done yet"
@@ -225,11 +225,11 @@ class SetupDialog(BoardDialog):
         self.back.setEnabled(free and self.index > 0)
         self.close_button.setText("Cancel" if self.board.job_running else "Close")
 
-    # putting together
+    # construction
 
     def _make_pages(self) -> QWizard:
         pages = _Pages(self)
-        pages.setWindowFlags(Qt.WindowType.Widget)  # part of this dialog, no window of its own
+        pages.setWindowFlags(Qt.WindowType.Widget)  # part of this dialog, no separate window
         pages.setWizardStyle(QWizard.WizardStyle.ModernStyle)
         pages.setOption(QWizard.WizardOption.IndependentPages)
         pages.setOption(QWizard.WizardOption.NoDefaultButton)

@@ -1,4 +1,4 @@
-"""Connect: USB only, and which kit it is."""
+"""Connect: USB only, and the kind of kit."""
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox
@@ -14,7 +14,7 @@ from hapkit_studio.protocol.messages import Origin
 
 
 class ConnectStep(StepPage):
-    """Plug in USB only, and say which kit it is; skipped, the board's own numbers stay."""
+    """Connect USB only, and choose the kit; if skipped, the board's own numbers stay."""
 
     padding_chosen = Signal(int)
     name = "Connect"
@@ -42,7 +42,7 @@ class ConnectStep(StepPage):
         self._show_note()
 
     def enter(self) -> None:
-        """Show the kit that the board is set to; fill frames from now on if that is faster."""
+        """Show the board's present kit; pad frames from now on if that is faster."""
         if self.calibration is None or self.result is not None:
             return
         now, found = self.calibration.original, self.calibration.padding
@@ -60,7 +60,7 @@ class ConnectStep(StepPage):
         self.enter()
 
     def use_kit(self) -> None:
-        """Take the kit's numbers."""
+        """Apply the kit's numbers."""
         kit = profiles.named(self.kits.currentData())
         if kit is profiles.numbered(self.calibration.board.profile):
             self.finish(passed(f"{kit.title}: as the board has it."))
@@ -73,7 +73,7 @@ class ConnectStep(StepPage):
 
 
 def frame_words(found: Padding) -> str:
-    """Write how frames are sent from now on, and the delays that were measured in ms."""
+    """Return how frames are sent from now on, and the measured delays in ms."""
     plain, padded = (f"{1e3 * delay:.1f} ms" for delay in found)
     if found.better:
         return f"USB frames are filled to {found.better} bytes: {padded} delay instead of {plain}."

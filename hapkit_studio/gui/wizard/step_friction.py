@@ -1,4 +1,4 @@
-"""Friction: a gentle sweep tells mass, damping and dry friction."""
+"""Friction: a slow sweep measures mass, damping and dry friction."""
 
 from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.paddle import SweepResult
@@ -14,7 +14,7 @@ _ESTIMATES = {"mass": "Mass", "viscous": "Damping", "coulomb": "Dry friction"}
 
 
 class FrictionStep(StepPage):
-    """A gentle sweep tells mass, damping and dry friction, and a dead band of the motor."""
+    """A slow sweep measures mass, damping, dry friction, and a dead band of the motor."""
 
     pushes = needs_direction = True
     name = "Friction"
@@ -39,7 +39,7 @@ class FrictionStep(StepPage):
 
     def enter(self) -> None:
         super().enter()
-        self.plot.start = None  # limits are about where the handle is now
+        self.plot.start = None  # limits are relative to the handle's present position
 
     def show_recent(self, recent: Recent) -> None:
         super().show_recent(recent)
@@ -52,7 +52,7 @@ class FrictionStep(StepPage):
 
     def start(self) -> None:
         """Sweep."""
-        self.plot.start = None  # limits are about where the handle is now
+        self.plot.start = None  # limits are relative to the handle's present position
         self.run_job("Sweeping. Hands off…", lambda work: work.sweep(), self._swept)
 
     def _swept(self, sweep: SweepResult) -> None:

@@ -1,4 +1,4 @@
-"""What the page of a step is made of: words, pictures, buttons, and below them what was found."""
+"""Base of a step's page: texts, pictures, buttons, and the result below."""
 
 from collections.abc import Callable
 from typing import Any
@@ -23,10 +23,10 @@ _SIDE, _SPACE = 24, 12
 class StepPage(QWizardPage):
     """One step. It is complete once it has a result; until then it may only be skipped.
 
-    name: in the list of steps; heading, words: on the page; begin: what the box says at first; if_skipped:
-    what is assumed then; pushes: the motor does; needs_direction: not before that is known; first: the button
-    that gets the keyboard, never one that starts the motor. ``job_started``: a job runs from now on;
-    ``changed``: the result did.
+    name: in the list of steps; heading, words: on the page; begin: initial text of the box; if_skipped: the
+    assumption then; pushes: the motor pushes; needs_direction: requires the direction test; first: the button
+    with the initial focus, never one that starts the motor. ``job_started``: a job is running; ``changed``:
+    the result changed.
     """
 
     job_started, changed = Signal(), Signal()
@@ -60,16 +60,16 @@ class StepPage(QWizardPage):
 
     @property
     def calibration(self) -> Calibration:
-        """Return the calibration under way; there is none before the board is open."""
+        """Return the present calibration; requires an open board."""
         return self.board.subject
 
     def isComplete(self) -> bool:
         return self.result is not None and not self.board.busy
 
-    # what a step declares
+    # for subclasses
 
     def enter(self) -> None:
-        """Show what holds now; the page has come into sight, or the board has been opened."""
+        """Update the page when it becomes visible or the board is opened."""
         if self.needs_direction and self.result is None and self.calibration is not None:
             if self.calibration.direction_known:
                 self.box.show_text("The motor is off until you press a button.")
@@ -77,29 +77,29 @@ class StepPage(QWizardPage):
                 self.box.show_warning(NO_DIRECTION)
 
     def show_recent(self, recent: Recent) -> None:
-        """Draw what the board reports; twenty times a second while in sight."""
+        """Draw the board's reports, twenty times per second while visible."""
         if self.handle is not None:
             self.handle.show_handle(float(recent.position[-1]), recent.force)
 
     def reset(self) -> None:
-        """Forget what was found: it holds no longer."""
+        """Clear an outdated result."""
         self.result = None
         self.box.show_text("Not done yet. The motor is off.")
 
-    # what a step uses
+    # building blocks
 
     def add_text(self, words: str = "") -> QLabel:
-        """Add words on what to do; return their label."""
+        """Add an instruction; return its label."""
         made = label(words)
         self.column.addWidget(made)
         return made
 
     def add_row(self, *parts: QWidget) -> None:
-        """Add parts side by side, from the left."""
+        """Add parts side by side, left-aligned."""
         self.column.addLayout(across(*parts, None, gap=10))
 
     def add_handle(self, picture: QWidget | None = None) -> None:
-        """Add a picture of the handle, whose hand a person drags where the board has one; beside another."""
+        """Add a picture of the handle, with a draggable hand if the board has one, beside another picture."""
         view = self.handle = HandleView(with_force=self.pushes)
         view.hand_moved.connect(self.board.move_hand)
         view.hand_released.connect(lambda: self.board.move_hand(None))
@@ -117,9 +117,9 @@ class StepPage(QWizardPage):
         motor: bool = False,
         ready: Callable[[], bool] = lambda: True,
     ) -> QPushButton:
-        """Return a button of the step, disabled while a job runs or it is not ready.
+        """Return a button of the step, disabled during a job or if it is not ready.
 
-        One that starts the motor waits for the direction where the step needs it.
+        One that starts the motor requires the direction test if the step needs it.
         """
         made = as_primary(QPushButton(words)) if primary else QPushButton(words)
         made.setProperty("tall", True)
@@ -133,27 +133,27 @@ class StepPage(QWizardPage):
     def job_button(
         self, words: str, says: str, job: Job, after: Callable[[Any], object], **options: Any
     ) -> QPushButton:
-        """Return a button that runs a job, which needs nothing that is typed; options: as of ``button``."""
+        """Return a button that runs a job without typed input; options: as of ``button``."""
         return self.button(words, lambda: self.run_job(says, job, after), **options)
 
     def run_job(self, words: str, job: Job, after: Callable[[Any], object]) -> None:
-        """Hand the board's thread a job, say meanwhile what it does, then call after(result)."""
+        """Run a job in the board's thread, show its activity, then call after(result)."""
         if self.board.run_job(job, after):
             self.box.show_working(words)
             self.job_started.emit()
 
     def finish(self, result: CheckResult) -> None:
-        """Show and keep what the step found."""
+        """Show and store the step's result."""
         self.result = result
         self.box.show_result(result)
         self.changed.emit()
 
     def show_refusal(self, words: str, remedy: str = "") -> None:
-        """Show why a job ended without a result, and what to do."""
+        """Show why a job ended without a result, and the remedy."""
         self.box.show_warning(words, remedy)
 
     def offer_buttons(self) -> None:
-        """Enable the buttons that are ready, and Next; none while a job runs or there is no board."""
+        """Enable the buttons that are ready, and Next; none during a job or without a board."""
         free = not self.board.busy and self.calibration is not None
         for button, ready in self._buttons:
             button.setEnabled(free and ready())
@@ -161,7 +161,7 @@ class StepPage(QWizardPage):
 
 
 class ThousandthsBox(QDoubleSpinBox):
-    """A number box in mm or g, whose value in SI units is a thousandth of what it shows."""
+    """A number box in mm or g, with its value in SI units."""
 
     def __init__(self, name: str, unit: str, low: float, high: float, decimals: int) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Save: what changed, the kit's name, and keeping it: on the board and in a file."""
+"""Save: changes, the kit's name, and storing on the board and in a file."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.calibrate.calibration import Calibration
 
 Notes = dict[str, tuple[bool, str]]
-"""By the name of a step: whether it is done, and what was found or else is assumed."""
+"""By step name: whether it is done, and its result or assumption."""
 _UNSAVED = "Not saved yet: the board would forget it at its next start."
 
 
 class SaveStep(StepPage):
-    """Complete once the board has kept its settings. ``undone``: the old ones are back."""
+    """Complete once the board has stored its settings. ``undone``: the old ones are restored."""
 
     undone = Signal()
     name = "Save"
@@ -68,7 +68,7 @@ class SaveStep(StepPage):
         self.keep_everything()
 
     def enter(self) -> None:
-        """Show what the board had, and what it has now."""
+        """Show the board's old and new settings."""
         self.keep_everything()
         if self.calibration is None:
             return
@@ -86,7 +86,7 @@ class SaveStep(StepPage):
     # saving
 
     def store(self) -> None:
-        """Keep the settings on the board and write the file."""
+        """Store the settings on the board and write the file."""
         try:
             label = calibration_file.checked_label(self.label.text())
         except ParameterError as error:
@@ -110,7 +110,7 @@ class SaveStep(StepPage):
         self.finish(passed(f"Saved on the board and in {Path(path).name}. {self._next_start()}"))
 
     def _next_start(self) -> str:
-        """Say where the handle must be when the board is switched on, for its zero to be right."""
+        """Return where the handle must be when the board is switched on, for a correct zero."""
         board = self.calibration.board
         if board.sensor == Sensor.QUADRATURE:
             return "Always switch on with the handle in the middle: an encoder's zero is where it starts."
@@ -121,7 +121,7 @@ class SaveStep(StepPage):
     # undoing
 
     def ask(self) -> None:
-        """Ask before everything that was found is dropped."""
+        """Ask before discarding all results."""
         self._show_question(True)
         self.box.show_warning(
             "Restore the settings that the board had when this window opened?",
@@ -130,7 +130,7 @@ class SaveStep(StepPage):
         self.keep.setFocus()
 
     def keep_everything(self) -> None:
-        """Leave things as they are."""
+        """Cancel the undo."""
         self._show_question(False)
         if self.result is not None:
             self.box.show_result(self.result)

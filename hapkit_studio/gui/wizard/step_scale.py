@@ -1,4 +1,4 @@
-"""Zero and scale: hold the handle at marks; both follow, and are checked against the radii."""
+"""Zero and scale from marks at which the handle is held, checked against the radii."""
 
 from PySide6.QtWidgets import QLabel
 
@@ -11,10 +11,10 @@ from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.step_page import StepPage, ThousandthsBox
 
 REACH = 0.050
-"""m to either side at which a mark may be."""
+"""m on either side within which marks are allowed."""
 PLACES = (0.0, -0.020, 0.020, 0.0)
 _SAME = 6e-6
-"""m by which a radius may differ from what is shown of it."""
+"""m; differences in a radius that are rounding of the display."""
 _RADII = (
     ("handle_radius", "Axis to handle, rh"),
     ("pulley_radius", "Pulley, rp"),
@@ -23,7 +23,7 @@ _RADII = (
 
 
 class ScaleStep(StepPage):
-    """Complete once the marks are in force."""
+    """Complete once the scale is applied."""
 
     name = "Zero and scale"
     heading = "Zero and scale: hold the handle at marks"
@@ -78,7 +78,7 @@ class ScaleStep(StepPage):
         self.run_job("Hold still…", lambda work: work.take_mark(place), self._mark_taken)
 
     def forget_marks(self) -> None:
-        """Take all marks again."""
+        """Discard all marks."""
         self.calibration.forget_marks()
         self.reset()
         self.changed.emit()
@@ -105,7 +105,7 @@ class ScaleStep(StepPage):
         words = " The sensor counts the other way: positions are reversed." if reverse else ""
         self.residuals.setText(f"Each mark's distance from the straight line: {off} mm.{words}")
         self.box.show_result(scale.result)
-        # an Enter too many must not take a fifth mark
+        # an accidental Enter must not take a fifth mark
         self.first = self.apply if scale.result.good else None
 
     def _scale_in_force(self, result: CheckResult) -> None:
@@ -113,7 +113,7 @@ class ScaleStep(StepPage):
         self.finish(result)
 
     def _offer_mark(self) -> None:
-        """Offer the next mark."""
+        """Show the next mark."""
         taken = [mark.place for mark in self._marks]
         left = PLACES[len(taken) :]
         self.place.show_si(left[0] if left else 0.0)
@@ -127,7 +127,7 @@ class ScaleStep(StepPage):
     # radii
 
     def use_radii(self) -> None:
-        """Put the radii in force that were typed."""
+        """Apply the typed radii."""
         radii = {key: box.si for key, box in self.radii.items()}
         self.run_job("Sending…", lambda work: work.change_geometry(**radii), self._radii_in_force)
 
@@ -136,7 +136,7 @@ class ScaleStep(StepPage):
         self.result = None
         self.changed.emit()
         if len(self._marks) >= len(PLACES):
-            self._fit()  # what was taken says at once whether they are right
+            self._fit()  # existing marks show at once whether they are right
         else:
             words = "The board has these radii now. Take the marks: they check them."
             self.box.show_text(words, look=SIGNS[PASS])
@@ -146,7 +146,7 @@ class ScaleStep(StepPage):
             box.show_si(getattr(self.calibration.board, key))
 
     def _radii_differ(self) -> bool:
-        """Return whether the radii typed are others than the board's."""
+        """Return True if the typed radii differ from the board's."""
         board = self.calibration.board
         return any(abs(box.si - getattr(board, key)) > _SAME for key, box in self.radii.items())
 

@@ -1,4 +1,4 @@
-"""Strength: the motor constant, from weights that the motor carries, a kitchen scale, or two springs."""
+"""Strength: the motor constant from weights, a kitchen scale, or two springs."""
 
 import threading
 
@@ -26,7 +26,7 @@ PUSH = 1.0
 """N on the kitchen scale."""
 PUSH_SECONDS = 20.0
 SPRING = 100.0
-"""N/m of the first spring, until somebody types another."""
+"""N/m of the first spring by default."""
 _WEIGHTS = (
     "Lay the kit on its left side. Hold the handle in the middle and press Carry; after a second let go "
     "slowly. First without a mass, then with 50 g and with 100 g (coins: weigh them)."
@@ -42,7 +42,7 @@ _SPRINGS = (
 
 
 class StrengthStep(StepPage):
-    """Complete once a motor constant was measured; skipped, the profile's stays."""
+    """Complete once a motor constant was measured; if skipped, the profile's stays."""
 
     name = "Strength"
     heading = "Strength: what the motor really pushes"
@@ -66,7 +66,7 @@ class StrengthStep(StepPage):
             ready=lambda: self.calibration.weighed,
         )  # fmt: skip
         self.push = self.button("Push", self.start_pushing, primary=True, motor=True)
-        self.enough = QPushButton("Enough")  # the only one that is of use while the motor pushes
+        self.enough = QPushButton("Enough")  # the only enabled button while the motor pushes
         self.enough.setProperty("tall", True)
         self.enough.clicked.connect(self._pushed_enough.set)
         self.reading = ThousandthsBox("Reading", "g", 0.0, 500.0, 1)
@@ -99,7 +99,7 @@ class StrengthStep(StepPage):
 
     def offer_buttons(self) -> None:
         super().offer_buttons()
-        self.method.setEnabled(not self.board.busy)  # the button that ends a push stays in sight
+        self.method.setEnabled(not self.board.busy)  # the button that ends a push stays visible
 
     def _show_method(self, index: int) -> None:
         self.how.setText((_WEIGHTS, _SCALE, _SPRINGS)[index])
@@ -128,7 +128,7 @@ class StrengthStep(StepPage):
     # weights
 
     def start_carrying(self) -> None:
-        """Carry the mass that hangs at the handle."""
+        """Carry the mass at the handle."""
         mass = self.mass.si
         self.run_job(
             "Carrying. Let go slowly… it creeps up and down for 6 s.",
@@ -161,14 +161,14 @@ class StrengthStep(StepPage):
         self.reading.setFocus()
 
     def use_reading(self) -> None:
-        """Take the motor constant that the reading tells."""
+        """Apply the motor constant computed from the reading."""
         reading = self.reading.si
         self.run_job("Sending…", lambda work: work.use_reading(reading), self._measured)
 
     # springs
 
     def start_pulling(self) -> None:
-        """Pull at the spring that is hooked to the handle."""
+        """Pull the attached spring."""
         stiffness = self.stiffness.value()
         self.run_job("Pulling, hands off…", lambda work: (stiffness, work.pull(stiffness)), self._pulled)
 
@@ -185,6 +185,6 @@ class StrengthStep(StepPage):
 
 
 def _hang(mass: float) -> str:
-    """Return what to do for the next mass in kg."""
+    """Return the instruction for the next mass in kg."""
     what = f"hang {1e3 * mass:g} g on it" if mass > 0.0 else "take the mass off"
     return f"Next: {what}, hold the handle in the middle, press Carry."
