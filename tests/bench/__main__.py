@@ -1,4 +1,4 @@
-"""Run every benchmark, or those named; show each as it ends: ``python -m tests.bench [NAME ...]``."""
+"""Run all or the named benchmarks and print each result: ``python -m tests.bench [NAME ...]``."""
 
 import argparse
 import inspect
@@ -36,7 +36,7 @@ def main() -> int:
 
 
 def measured(name: str, run: Callable[..., list[Row]], pictures: Path | None) -> list[Row]:
-    """Return a benchmark's rows; one that fails is a row with its reason, and stops no other."""
+    """Return a benchmark's rows; a failure becomes a row with its reason."""
     try:
         return run(pictures) if inspect.signature(run).parameters else run()
     except (Exception, SystemExit) as error:

@@ -15,12 +15,12 @@ from hapkit_studio.parameters import Parameter
 from tests.bench.frame import Row
 
 NAME, ORDER = "accuracy", 45
-LIVE, SLIDES = 0.050, 20  # s; values that are tried
+LIVE, SLIDES = 0.050, 20  # s; number of values tried
 MOST = {"work-precision of all methods": 90.0, "all scenes in parts": 60.0, "the puck, not split": 1.0}  # s
 
 
 def run(folder: Path | None = None) -> list[Row]:
-    """Return the times; draw accuracy-<part>.png where a folder is given."""
+    """Return the times; draw accuracy-<part>.png if a folder is given."""
     library, times = list(environments.discover().values()), [time.perf_counter()]
     questions = [Question(e, e.values()) for e in library]
     methods = accuracy.of_methods()
@@ -45,7 +45,7 @@ def run(folder: Path | None = None) -> list[Row]:
 
 
 def live(found: SceneResult) -> float:
-    """Return the median of the thread's own time in s for an answer to a slider of a scene."""
+    """Return the median processor time in s of an answer to a slider of a scene."""
     question, times = found.question, []
     key = next((p.key for p in question.environment.parameters if isinstance(p, Parameter)), "")
     for n in range(SLIDES):

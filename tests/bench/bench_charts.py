@@ -1,4 +1,4 @@
-"""Time of each measuring command, as a person runs it; what it draws goes into a folder."""
+"""Time of each measuring command, run as by a user; its figures go to a folder."""
 
 import contextlib
 import io
@@ -27,7 +27,7 @@ COMMANDS = {
 
 
 def run(folder: Path | None = None) -> list[Row]:
-    """Run every command once to compile, then once for its time; draw into the folder."""
+    """Run every command once to compile, then once to measure; draw into the folder."""
     with tempfile.TemporaryDirectory() as scratch:
         record = str(Path(scratch, "run.csv"))
         _run(*RECORD, "--csv", record)

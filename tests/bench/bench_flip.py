@@ -7,11 +7,11 @@ from tests.bench.frame import Row
 from tests.firmware import flips
 
 NAME, ORDER = "flip", 45
-MAGNETS = range(0, flips.COUNTS, 37)  # counts at the middle of the travel: where the magnet happens to sit
+MAGNETS = range(0, flips.COUNTS, 37)  # counts at the middle: position of the magnet
 
 
 def worst_millimetres(tracker, rate: float) -> float:
-    """Return the largest error in mm over a 40 mm, 2 Hz sine, at the magnet's worst place."""
+    """Return the largest error in mm over a 40 mm, 2 Hz sine, at the worst position of the magnet."""
     counts = max(flips.worst_error(tracker, flips.sine(rate, magnet)) for magnet in MAGNETS)
     return 1e3 * flips.QUANTUM * counts
 
@@ -25,7 +25,7 @@ def error_row(rate: int) -> Row:
 
 
 def speed_row(rate: float) -> Row:
-    """Return the row of the handle's speed from which on flips are lost."""
+    """Return the row of the lowest handle speed at which flips are lost."""
     metres = flips.QUANTUM * rate
     found, reference = (metres * flips.fastest(tracker) for tracker in (flips.ours, flips.template))
     limit = metres * flips.LIMIT
@@ -36,7 +36,7 @@ def speed_row(rate: float) -> Row:
 
 
 def run() -> list[Row]:
-    """Return the error at three rates and the speed at one; nothing where there is no g++."""
+    """Return the error at three rates and the speed at one; none without g++."""
     if shutil.which("g++") is None:
         print("  no g++ to build the firmware's tracker with", file=sys.stderr)
         return []

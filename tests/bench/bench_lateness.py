@@ -1,4 +1,4 @@
-"""Wake-up lateness of the loop under a busy window, beside cyclictest in the same seconds and Python."""
+"""Wake-up lateness of the loop with a busy window, with cyclictest and a Python thread for reference."""
 
 import json
 import os
@@ -18,9 +18,9 @@ UNPRIVILEGED = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock,-sys_resource"]
 
 
 def start_cyclictest(level: int, processor: int) -> subprocess.Popen | None:
-    """Start rt-tests' thread at 1 kHz on a processor, at a real-time level (0: normal priority).
+    """Start cyclictest at 1 kHz on a processor, at a real-time level (0: normal priority).
 
-    None where it is not installed. At normal priority it may not keep the processors awake: nobody else may.
+    None if not installed. At normal priority it must not keep the processors awake.
     """
     if shutil.which("cyclictest") is None:
         return None
@@ -42,7 +42,7 @@ def percentiles(program: subprocess.Popen) -> list[float] | None:
 
 
 def ask(load: subprocess.Popen, line: str) -> dict:
-    """Ask the window in a program of its own for one measurement."""
+    """Request one measurement from the window's process."""
     print(line, file=load.stdin, flush=True)
     assert load.stdout is not None
     answer = load.stdout.readline()
@@ -52,7 +52,7 @@ def ask(load: subprocess.Popen, line: str) -> dict:
 
 
 def processors() -> tuple[int, int]:
-    """Return two processors that this program may use, twice the same if there is only one."""
+    """Return two processors that this program may use, the same twice if there is only one."""
     allowed = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
     return allowed[0], allowed[-1]
 
@@ -60,8 +60,8 @@ def processors() -> tuple[int, int]:
 def measure(prefix: list[str]) -> tuple[str, int, dict[str, np.ndarray]]:
     """Return the priority obtained, its level, and per kind the lateness in µs (blocks, POINTS), or the fps.
 
-    Loop and cyclictest run during the same seconds on a processor each, exchanged after every block, so
-    that what the host does to one processor meets both alike.
+    Loop and cyclictest run at the same time on one processor each, exchanged after every block, so that the
+    host's load affects both equally.
     """
     found: dict[str, list] = {"engine": [], "cyclictest": [], "python": [], "fps": []}
     command = [*prefix, sys.executable, "-m", "tests.bench.load"]
@@ -104,7 +104,7 @@ def rows(prefix: list[str], who: str) -> list[Row]:
         else:
             table.append(Row(what, value, "µs"))
     value, slow = float(np.median(engine[:, -1])), float(np.median(python[:, -1]))
-    # at normal priority the scheduler decides, whatever the language
+    # at normal priority the scheduler decides, in any language
     goal = ("≥ 20 × better", slow / value >= 20.0) if level else ("", None)
     what = f"lateness p{POINTS[-1]:g}, {who} ({priority})"
     table.append(Row(what, value, "µs", "Python thread", slow, slow / value, *goal))
@@ -113,7 +113,7 @@ def rows(prefix: list[str], who: str) -> list[Row]:
 
 
 def run() -> list[Row]:
-    """Return the rows of this user and, as root, those without any right to priority."""
+    """Return the rows of this user and, as root, those without real-time priority."""
     table = rows([], "this user")
     if os.name == "posix" and os.geteuid() == 0 and shutil.which("setpriv"):
         table += rows(UNPRIVILEGED, "unprivileged")

@@ -1,4 +1,4 @@
-"""Time of a tick with each law, every choice of it, beside a tick whose law is free."""
+"""Time of a tick with each law and option, relative to a tick with the free law."""
 
 import numpy as np
 
@@ -11,12 +11,12 @@ from tests.bench.frame import Row
 
 NAME, ORDER = "laws", 21
 STATIC, ANY = 60.0, 250.0
-# back and forth through everything on the rail, fast enough to slip and slow enough to purr
+# to and fro over the whole rail, fast enough to slip and slow enough to purr
 SWEEP = 0.045 * np.sin(2.0 * np.pi * 0.3e-3 * np.arange(TICKS))
 
 
 def per_tick(environment: Environment, values: dict[str, float]) -> float:
-    """Return ns a tick takes, its law included, while the handle sweeps across."""
+    """Return the ns per tick including the law, while the handle moves across."""
     r, _ = headless.Scene(environment, values).prepare()
     out = headless.new_rows(TICKS)
     return nanoseconds(lambda: many_ticks(r, SWEEP, 1e-3, out), TICKS)
@@ -34,7 +34,7 @@ def forms(environment: Environment) -> list[tuple[str, dict[str, float]]]:
 
 
 def run() -> list[Row]:
-    """Return a row a law with its slowest form."""
+    """Return a row per law with its slowest option."""
     library = environments.discover()
     reference = per_tick(library["free"], {})
     found = []

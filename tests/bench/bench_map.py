@@ -1,4 +1,4 @@
-"""The stability map: its time beside NumPy's on all cells at once, and the measured boundary's error."""
+"""The stability map: its time relative to NumPy on all cells, and the error of the measured boundary."""
 
 import statistics
 import time
@@ -31,7 +31,7 @@ ESTIMATORS = (
 
 
 def best(work: Callable[[], object], times: int = 3, clock: Callable[[], float] = time.process_time) -> float:
-    """Return the median time of some, after one that compiles; by itself this program's own, on all cores."""
+    """Return the median time of several runs after one that compiles; by default processor time."""
 
     def took() -> float:
         begin = clock()
@@ -43,10 +43,10 @@ def best(work: Callable[[], object], times: int = 3, clock: Callable[[], float] 
 
 
 def maps() -> list[Row]:
-    """Return the time of whole maps on one core beside NumPy, and on every core.
+    """Return the time of whole maps on one core relative to NumPy, and on all cores.
 
-    A map with friction and sensor steps renders few of its cells, NumPy steps all. Raise where more than one
-    cell of a hundred has another verdict.
+    A map with friction and sensor steps simulates few of its cells, NumPy all. Raise if more than 1 % of the
+    cells differ.
     """
     k, b = (axis.ravel() for axis in np.meshgrid(STIFFNESS, DAMPING, indexing="ij"))
     rows, what = [], f"map of {STIFFNESS.size} × {DAMPING.size}"
@@ -102,7 +102,7 @@ def boundaries(cases: list[tuple[LoopSettings, float]]) -> list[float]:
 
 
 def error() -> list[Row]:
-    """Return the largest error of the measured boundary over the cases that some spring stands."""
+    """Return the largest error of the measured boundary over the cases with a stable spring."""
     rng, cases = np.random.default_rng(4), []
     while len(cases) < CASES:
         drawn = case(rng)

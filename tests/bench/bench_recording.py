@@ -1,4 +1,4 @@
-"""What recording costs: lateness of the loop in alternation with none, share of a core, bytes."""
+"""Cost of recording: lateness of the loop with and without, load of a core, bytes."""
 
 import math
 import statistics
@@ -15,14 +15,14 @@ from tests.bench.frame import Row
 
 NAME, ORDER = "recording", 62
 PAIRS, SECONDS = 5, 4.0
-SIZED_SECONDS = 20.0  # long enough that an empty file's bytes no longer count
+SIZED_SECONDS = 20.0  # long enough that an empty file's size does not matter
 HAND_SECONDS = 0.02
-STROKE, STROKE_HZ = 0.02, 0.8  # m: an unhurried hand, so that there is something to compress
+STROKE, STROKE_HZ = 0.02, 0.8  # m: a slow hand, for compressible data
 FASTEST, USUAL = 4000.0, 1000.0  # Hz
 
 
 def move_hand(engine: Engine, seconds: float) -> None:
-    """Let the virtual hand move to and fro for so many s."""
+    """Move the virtual hand to and fro for some seconds."""
     end = time.perf_counter() + seconds
     while (now := time.perf_counter()) < end:
         engine.move_hand(STROKE * math.sin(2.0 * math.pi * STROKE_HZ * now))
@@ -30,14 +30,14 @@ def move_hand(engine: Engine, seconds: float) -> None:
 
 
 def lateness(engine: Engine, seconds: float) -> float:
-    """Return the loop's p99.9 in µs over so many s."""
+    """Return the loop's p99.9 in µs over some seconds."""
     before = engine.lateness_bins.copy()
     move_hand(engine, seconds)
     return health.lateness_percentiles(engine.lateness_bins - before)["p99.9"]
 
 
 def recorded(engine: Engine, recorder: Recorder, path: Path, seconds: float) -> tuple[float, float, float]:
-    """Return the same while a session is written, the recorder's share of a core in %, and bytes a second."""
+    """Return the same during a recording, the recorder's load of a core in %, and bytes per second."""
     thread = next(thread for thread in threading.enumerate() if thread.name == "hapkit-recorder")
     assert thread.ident is not None
     clock = time.pthread_getcpuclockid(thread.ident)
@@ -53,7 +53,7 @@ def recorded(engine: Engine, recorder: Recorder, path: Path, seconds: float) -> 
 
 
 def run() -> list[Row]:
-    """Return lateness and share of a core at 4 kHz, megabytes an hour at 1 kHz and of what is kept."""
+    """Return lateness and load of a core at 4 kHz, MB per hour at 1 kHz, and MB in memory."""
     engine, recorder = Engine(SimulatedHapkit(), "spring"), Recorder()
     engine.start()
     with tempfile.TemporaryDirectory() as folder:

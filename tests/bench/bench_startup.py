@@ -12,14 +12,14 @@ WARM_RUNS = 5
 
 
 def start(*words: str, **environment: str) -> dict[str, Any]:
-    """Return s to the window, to the first plotted sample and to the end, and what was said meanwhile."""
+    """Return s to the window, to the first plotted sample and to the end, and the messages meanwhile."""
     begin = time.perf_counter()
     seen = child("first_sample", *words, **environment)
     return {key: value - begin if isinstance(value, float) else value for key, value in seen.items()}
 
 
 def run() -> list[Row]:
-    """Return the median of warm starts, and one cold start with its message until every law is there."""
+    """Return the median of warm starts, and one cold start with its message until all laws are compiled."""
     start()
     value = statistics.median(start()["sample"] for _ in range(WARM_RUNS))
     with tempfile.TemporaryDirectory() as cache:

@@ -18,12 +18,12 @@ RATES, DELAYS, WORKERS, DIRECT_ROWS = 5, 2, 2, 200
 
 
 def most_memory() -> float:
-    """Return the most memory in MB that this program ever took (Linux)."""
+    """Return this program's peak memory in MB (Linux)."""
     return 1e-3 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def measure(rates: int, delays: int) -> list[Row]:
-    """Return what a point costs on two workers beside direct calls on one core, and the memory."""
+    """Return the cost per point on two workers relative to direct calls on one core, and the memory."""
     axes, before = survey.usual_axes(rates, delays), most_memory()
     drawn = np.random.default_rng(1).integers(np.prod(axes.shape[:-1]), size=DIRECT_ROWS).tolist()
     survey.compute_rows(axes, drawn[:1])

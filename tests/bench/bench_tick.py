@@ -1,4 +1,4 @@
-"""Time of a tick, and of one with the paddle's physics, beside MuJoCo stepping the same slider and wall."""
+"""Time of a tick, and of one with the paddle's physics, relative to MuJoCo with the same wall."""
 
 import statistics
 import time
@@ -32,13 +32,13 @@ SLIDER_AND_WALL = """
 
 @compiled
 def many_ticks(r, positions, period, out):
-    """Render every position (n,) in m; what one live sample does besides reading clocks."""
+    """Render every position (n,) in m: the work of a live sample without reading clocks."""
     for k in range(positions.shape[0]):
         tick(r, positions[k], period, 0.0, out[k])
 
 
 def nanoseconds(function, count: int) -> float:
-    """Return the median over blocks of the time one of count repetitions takes."""
+    """Return the median over blocks of the time per repetition."""
     function()
     times = []
     for _ in range(BLOCKS):

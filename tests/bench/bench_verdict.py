@@ -1,4 +1,4 @@
-"""Time of one verdict on a scene, and eight scenes as a picture: what is said beside what the handle does."""
+"""Time of one verdict on a scene, and eight scenes as a figure: verdict and motion of the handle."""
 
 import statistics
 import time
@@ -17,13 +17,13 @@ from tests.bench.frame import Row
 
 NAME, ORDER = "verdict", 31
 LATE = 1e-3
-# Stiffness of a spring in N/m at 1 kHz and 1 ms: far below its limit of 334 N/m, near it, above, far above.
+# stiffness of a spring in N/m at 1 kHz and 1 ms delay, whose limit is 334 N/m
 STIFFNESS = {"calm": 100.0, "near the limit": 320.0, "above": 500.0, "buzzing": 1800.0}
-PUSHES = (0.5e-3, 6e-3)  # to either side of where 500 N/m swings on
+PUSHES = (0.5e-3, 6e-3)  # m, below and above the boundary of 500 N/m
 
 
 def scenes() -> dict[str, tuple[Asked, str]]:
-    """Return eight scenes, with friction and without, held and let go, and whose motion is drawn."""
+    """Return eight scenes, with and without friction, held and released, and the hand of the drawn motion."""
     spring, found = environments.named("spring"), {}
     for name, stiffness in STIFFNESS.items():
         for friction, hand in ((True, "released"), (name in ("calm", "above"), "light")):
@@ -35,7 +35,7 @@ def scenes() -> dict[str, tuple[Asked, str]]:
 
 
 def motion(asked: Asked, push: float) -> np.ndarray:
-    """Return the place (n,) in m of a handle let go at rest at a push in m, in the setting's hand."""
+    """Return the position (n,) in m of a handle released at rest at a push in m, in the setting's hand."""
     scene, grip = asked.scene, grip_named(asked.setting.hand)
     scene = replace(scene, device=replace(scene.device, initial_position=push))
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
@@ -58,14 +58,14 @@ def draw(path: Path, mode: str) -> None:
 
 
 def seconds(asked: Asked) -> float:
-    """Return what one verdict takes."""
+    """Return the time of one verdict in s."""
     start = time.perf_counter()
     verdict(asked)
     return time.perf_counter() - start
 
 
 def run(pictures: Path | None = None) -> list[Row]:
-    """Return the median of twenty verdicts of each scene; draw them where a folder for pictures is given."""
+    """Return the median of twenty verdicts of each scene; draw them if a folder is given."""
     for mode in ("light", "dark") if pictures else ():
         draw(pictures / f"verdict-{mode}.png", mode)
     slowest = max(statistics.median(seconds(asked) for _ in range(20)) for asked, _ in scenes().values())

@@ -1,4 +1,4 @@
-"""Frames a second and the window thread's share of a core, beside pyqtgraph's own downsampling."""
+"""Frames per second and the window thread's load of a core, relative to pyqtgraph's downsampling."""
 
 from tests.bench.frame import Row, child
 
@@ -7,7 +7,7 @@ SECONDS = 10
 
 
 def run() -> list[Row]:
-    """Return both rows; the pictures run in a program of their own, one after the other."""
+    """Return both rows; each is measured in its own process."""
     found = child("plots", str(SECONDS))
     ours, reference = found["ours"], found["pyqtgraph_peak"]
     fps, other = ours["fps"], reference["fps"]

@@ -1,7 +1,7 @@
-"""How stiff a spring the real firmware holds still, rendered by the computer and by the board itself.
+"""The stiffest spring that the firmware renders stably, rendered by the computer and by the board.
 
-The virtual board in lockstep, without Coulomb friction and without a hand: all goes by the board's clock. The
-handle rests a little way off the spring's centre; whether its swing grows or dies out is read off the peaks.
+The virtual board in lockstep, without Coulomb friction and without a hand, in board time. The handle rests a
+little off the spring's centre; growth is computed from the peaks of its oscillation.
 """
 
 from collections.abc import Iterator
@@ -24,12 +24,12 @@ from tests.firmware.vb import exchange, opened
 
 MASS, VISCOUS = 0.044, 0.5
 _OFF, _PULL = 1.2e-3, 2.0
-"""At most so many m off the centre and so many N: the clamp is far away, and so are single counts."""
+"""m and N: limits of the initial displacement, far from the force limit and from single counts."""
 
 
 @dataclass(frozen=True)
 class Swing:
-    """What a handle did: times in s, positions in m about the centre; the mean delay in s as measured."""
+    """An oscillation: times in s, positions in m about the centre; the mean measured delay in s."""
 
     time: np.ndarray
     position: np.ndarray
@@ -38,7 +38,7 @@ class Swing:
 
     @property
     def rate(self) -> float:
-        """How fast the swing grows in 1/s, negative where it dies out: the slope of its peaks' logarithm."""
+        """Growth rate in 1/s, negative for decay: the slope of the logarithm of the peaks."""
         x = self.position - np.median(self.position[len(self.position) // 2 :])
         turns = np.flatnonzero((np.diff(np.sign(x)) != 0) & (self.time[1:] > self.time[0] + 0.1))
         parts = [slice(a, b) for a, b in pairwise(turns) if b - a > 2]
@@ -49,9 +49,9 @@ class Swing:
 
 @contextmanager
 def _board(stiffness: float) -> Iterator[tuple[VirtualBoard, float, float]]:
-    """Open a board at rest; yield it, its place and a little off its spring's centre in m."""
+    """Open a board at rest; yield it, its position and a spring centre nearby in m."""
     options = ["--coulomb", "0", "--mass", str(MASS), "--viscous", str(VISCOUS)]
-    # its clock stands still however long a busy machine thinks
+    # its clock stops while it waits for a busy machine
     with opened(options=[*options, "--answer-timeout", "60"]) as board:
         board.start_stream()
         start = exchange(board.fileno(), 0.05, lambda sample: 0.0)[-1].count * board.quantum
@@ -59,7 +59,7 @@ def _board(stiffness: float) -> Iterator[tuple[VirtualBoard, float, float]]:
 
 
 def on_computer(stiffness: float, damping: float, spec: str, seconds: float) -> Swing:
-    """Render a spring by the answers to the board's samples."""
+    """Render a spring by replies to the board's samples."""
     with _board(stiffness) as (board, start, centre):
         quantum = board.quantum
         code, coefs = estimators.design(spec, 1000.0, quantum)

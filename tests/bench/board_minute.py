@@ -1,4 +1,4 @@
-"""Open the window on the virtual board, keep both busy, print frames lost and the median round trip."""
+"""Open the window on the virtual board, keep both busy, print lost frames and the median round trip."""
 
 import json
 import sys
@@ -14,7 +14,7 @@ from tests.bench.window import keep_busy, open_window
 
 
 class RoundTrips:
-    """Collects every measured round trip in s; clears faults, as there is no round trip during one."""
+    """Collects every measured round trip in s; clears faults, which suspend round trips."""
 
     def __init__(self, window: MainWindow):
         self._studio = window.studio
@@ -24,7 +24,7 @@ class RoundTrips:
         self.faults: list[str] = []
 
     def read(self) -> None:
-        """Copy the new entries of the ring; call it before the ring has wrapped around."""
+        """Copy the new entries of the ring; call it before the ring wraps."""
         count = int(self._delays.counts[delays.OF_COMPUTER])
         new = np.arange(max(self._seen, count - delays.DELAYS_KEPT), count) % delays.DELAYS_KEPT
         self.values += self._delays.values[delays.OF_COMPUTER, new].tolist()

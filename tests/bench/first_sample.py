@@ -1,4 +1,4 @@
-"""Open the window as a person does; print the clock at its first picture, first plotted sample, last law."""
+"""Open the window like a user; print the times of its first frame, first plotted sample, last law."""
 
 import gc
 import json
@@ -12,7 +12,7 @@ gc.disable()
 OPTIONS = window_parser().parse_args([])
 PREPARING = prepare.begin(
     "loop", OPTIONS.environment or prepare.FIRST
-)  # as the command line does, before Qt is loaded
+)  # like the command line, before Qt is loaded
 
 from PySide6.QtCore import QTimer  # noqa: E402
 from PySide6.QtWidgets import QApplication, QLabel  # noqa: E402
@@ -23,9 +23,9 @@ LOOK_MS = 20
 
 
 def main(everything: bool) -> None:
-    """Print one JSON object: clocks in s of time.perf_counter, and what the window said while it prepared.
+    """Print one JSON object: times in s of time.perf_counter, and the window's messages meanwhile.
 
-    everything: go on until every environment can be had.
+    everything: wait until every environment is available.
     """
     application = QApplication(["bench"])
     window = app.build(OPTIONS)

@@ -1,4 +1,4 @@
-"""One benchmark a file, found by its ``NAME`` and ``run()``; rows that stand beside their reference."""
+"""Framework: each module with ``NAME`` and ``run()`` is a benchmark; rows have a reference value."""
 
 import importlib
 import json
@@ -17,7 +17,7 @@ from hapkit_studio.devices import virtual_board
 
 @dataclass(frozen=True)
 class Row:
-    """One figure; reference and ratio where there is one, ok None where there is no target."""
+    """One figure; reference and ratio if available, ok None without a target."""
 
     what: str
     value: float
@@ -30,9 +30,9 @@ class Row:
 
 
 def discover() -> dict[str, Callable[..., list[Row]]]:
-    """Return name -> run of every ``bench_*.py`` beside this file, in their declared order.
+    """Return name -> run of every ``bench_*.py`` in this folder, in declared order.
 
-    One that draws takes the folder for its pictures.
+    Benchmarks with figures take the folder for them.
     """
     files = sorted(Path(__file__).parent.glob("bench_*.py"))
     modules = [importlib.import_module(f"tests.bench.{path.stem}") for path in files]
@@ -43,7 +43,7 @@ def child(module: str, *words: str, **environment: str) -> dict[str, Any]:
     """Return the JSON object that a program of this folder prints last, run without a display."""
     done = subprocess.run(
         [sys.executable, "-m", f"tests.bench.{module}", *words],
-        # a program that was started before finds its byte code
+        # use cached byte code, like a program that was started before
         env={"QT_QPA_PLATFORM": "offscreen", **os.environ, "PYTHONDONTWRITEBYTECODE": "", **environment},
         capture_output=True,
         text=True,
@@ -56,7 +56,7 @@ def child(module: str, *words: str, **environment: str) -> dict[str, Any]:
 
 
 def without_board() -> bool:
-    """Return whether the virtual board is missing; say so."""
+    """Return True, with a message, if the virtual board is missing."""
     if not virtual_board.built():
         print("  the virtual board is not built: make firmware", file=sys.stderr)
     return not virtual_board.built()
@@ -69,7 +69,7 @@ def resident() -> float:
 
 
 def machine() -> dict[str, object]:
-    """Return what the figures depend on."""
+    """Return the properties of the machine on which figures depend."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.is_file() else []
     models = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
@@ -83,7 +83,7 @@ def machine() -> dict[str, object]:
 
 
 def new_file(folder: Path) -> Path:
-    """Return a file for the results of a run that begins now."""
+    """Return a file for the results of a new run."""
     folder.mkdir(parents=True, exist_ok=True)
     return folder / time.strftime("%Y%m%d-%H%M%S.json")
 
@@ -95,7 +95,7 @@ def save(rows: Iterable[Row], path: Path) -> None:
 
 
 def print_head() -> None:
-    """Begin a Markdown table of rows."""
+    """Print the header of a Markdown table of rows."""
     print("| what | value | reference in the same run | ratio | to reach | reached |")
     print("|---|---|---|---|---|---|", flush=True)
 

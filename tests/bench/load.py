@@ -1,6 +1,6 @@
-"""The window under load, told line by line: ``engine 6``, ``python 6``, ``processor 1``, ``idle``.
+"""The window under load, controlled line by line: ``engine 6``, ``python 6``, ``processor 1``, ``idle``.
 
-Answers each line with one line of JSON; a program of its own, so that it can run without privileges.
+Answers each line with one line of JSON; a separate process, so that it can run unprivileged.
 """
 
 import json
@@ -26,7 +26,7 @@ def engine_block(engine, seconds: float) -> dict[str, float]:
 
 
 def python_block(seconds: float) -> dict[str, float]:
-    """Return those of a plain Python thread that sleeps to the same deadlines."""
+    """Return the same for a plain Python thread with the same deadlines."""
     count = round(seconds / PERIOD)
     lateness = np.zeros(count)
     start = time.perf_counter()

@@ -1,4 +1,4 @@
-"""The stability map as NumPy would be used for it: every cell at once, the same handle, loop and rule."""
+"""Reference implementation of the stability map in NumPy: all cells at once, same handle, loop and rule."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def by_roots(what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> 
     """Return the classes (n,) of an ideal device, no delay: eigenvalues of all loops' matrices, stacked."""
     x_v, v_v, x_f, v_f = _glide(what, what.period)
     late = damping / what.period
-    loops = np.zeros((stiffness.size, 3, 3))  # of x, v, the position a sample ago
+    loops = np.zeros((stiffness.size, 3, 3))  # state: x, v, the previous sample's position
     loops[:, 0] = np.column_stack([1.0 - x_f * (stiffness + late), np.full_like(late, x_v), x_f * late])
     loops[:, 1] = np.column_stack([-v_f * (stiffness + late), np.full_like(late, v_v), v_f * late])
     loops[:, 2, 0] = 1.0

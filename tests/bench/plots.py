@@ -1,6 +1,6 @@
-"""Time the window's pictures: five curves and the scene, 60 s of history at 4 kHz, at 60 frames a second.
+"""Time of the window's frames: five curves and the scene, 60 s of history at 4 kHz, at 60 fps.
 
-Prints one JSON object; beside it the same data in pyqtgraph's own curves with its peak downsampling.
+Prints one JSON object, with pyqtgraph's own curves and peak downsampling for reference.
 """
 
 import json
@@ -58,7 +58,7 @@ class Ours:
 
 
 class Reference:
-    """pyqtgraph's curves over the same minute, which it reads again in every frame."""
+    """pyqtgraph's curves over the same minute, processed again in every frame."""
 
     def __init__(self, grid: QGridLayout):
         self.data, self.end = np.zeros((rows.FLAGS, int(4 * SPAN * RATE))), 0
@@ -135,7 +135,7 @@ def measure(kind: type, seconds: float) -> dict[str, float]:
 
 
 def main(seconds: float) -> None:
-    """Measure both, in turn, and print them."""
+    """Measure both alternately, and print the results."""
     app = QApplication([])
     result = {"ours": measure(Ours, seconds), "pyqtgraph_peak": measure(Reference, seconds)}
     app.quit()

@@ -1,6 +1,6 @@
-"""Time a replay of one hour at 4 kHz: opening, and a frame of all plots while it is scrolled through.
+"""Time of a replay of one hour at 4 kHz: opening, and a frame of all plots while scrolling.
 
-Prints one JSON object; beside it a frame of the live plots over their last minute at the same rate.
+Prints one JSON object, with a frame of the live plots over their last minute for reference.
 """
 
 import json
@@ -25,7 +25,7 @@ QUANTUM = 20.7e-6
 
 
 def write(path: Path) -> None:
-    """Write an hour; its chunks are many copies of a minute's, whose signal repeats itself."""
+    """Write an hour; its chunks are copies of a minute of a periodic signal."""
     writer = SessionWriter(path)
     for first in range(0, int(SECONDS * RATE), CHUNK):
         table = telemetry(first, CHUNK)

@@ -1,4 +1,4 @@
-"""The real window, offscreen, with its loop running: what the benchmarks of the whole put load on."""
+"""The real window, offscreen, with its loop running, for benchmarks of the whole."""
 
 import math
 import os
@@ -39,7 +39,7 @@ def process_until(application: QApplication, condition: Callable[[], bool], seco
 
 
 def keep_busy(window: MainWindow) -> QTimer:
-    """Let the hand swing in and out and have everything repainted, sixty times a second."""
+    """Move the hand and repaint everything, sixty times per second."""
     timer = QTimer(window, interval=FRAME_MS)
     timer.setTimerType(window.live._frames.timerType())
 

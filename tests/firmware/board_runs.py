@@ -1,4 +1,4 @@
-"""Runs of laws in the virtual board, in lockstep: code in, telemetry out, a word in now and then."""
+"""Runs of laws in the virtual board in lockstep: code in, telemetry out, occasional messages."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -18,18 +18,18 @@ from tests.firmware.vb import heard, opened
 
 FREQUENCY = 16e6
 SETTLE = 0.05
-"""s before the processor's share and skipped ticks are counted: the force has faded in."""
+"""s before processor load and skipped ticks are counted: the force has faded in."""
 Filter = tuple[Estimator, float, float]
-"""How the board estimates velocity, with the two coefficients of Law."""
+"""The board's velocity estimator, with both coefficients of Law."""
 
 
 class Refused(Exception):
-    """The board does not run a law."""
+    """The board rejects a law."""
 
 
 @dataclass
 class Rendering:
-    """What a run told: telemetry, truth log, processor's share 0..1, skipped ticks, counters at the end."""
+    """Result of a run: telemetry, truth log, processor load 0..1, skipped ticks, final counters."""
 
     telemetry: list[Telemetry]
     truth: np.recarray
@@ -39,17 +39,17 @@ class Rendering:
 
 
 def usual(rate: int) -> Filter:
-    """Return a velocity filter that may stand for any."""
+    """Return a typical velocity filter."""
     return Estimator.KALMAN, 0.35, 0.06 * rate
 
 
 def program(environment: Environment, values: Mapping[str, float], rate: int, room: int) -> Program:
-    """Return an environment's law as code for so many ticks a second and bytes of arena."""
+    """Return an environment's law as code for a rate in Hz and an arena in bytes."""
     return code.compile(environment.force, values, 1.0 / rate, room)
 
 
 def announced(law: Program, rate: int, filter: Filter, generation: int) -> Law:
-    """Return the message that begins to send a law."""
+    """Return the message that starts sending a law."""
     shape = (law.states, len(law.given), law.slots, len(law.code))
     return Law(generation, round(2e6 / rate), *filter, *shape, crc16(law.data))
 
@@ -59,7 +59,7 @@ def piece(law: Program, generation: int, at: int) -> Piece:
 
 
 def frames(board: VirtualBoard) -> Iterator[Message]:
-    """Yield what the board says for ever; fail where it falls silent."""
+    """Yield the board's messages; fail on silence."""
     decoder = Decoder()
     while True:
         yield from heard(board.fileno(), decoder)
@@ -72,7 +72,7 @@ def send(
     filter: Filter | None = None,
     stream: Iterator[Message] | None = None,
 ) -> Telemetry:
-    """Send a law, a piece a sample, until the board renders it; return its first frame, raise Refused."""
+    """Send a law, one piece per sample, until the board renders it; return its first frame, raise Refused."""
     os.write(board.fileno(), encode(announced(law, rate, filter or usual(rate), 1)))
     for message in stream or frames(board):
         word = encode(Alive())
@@ -88,7 +88,7 @@ def send(
 
 
 def listen(board: VirtualBoard, seconds: float, stream: Iterator[Message]) -> list[Telemetry]:
-    """Answer telemetry as often as the studio; return that of so many s of board time, or to a sample."""
+    """Answer telemetry like the studio; return the frames of ``seconds`` of board time."""
     seen, told = [], -1
     for message in stream:
         if not isinstance(message, Telemetry):
@@ -102,7 +102,7 @@ def listen(board: VirtualBoard, seconds: float, stream: Iterator[Message]) -> li
     return seen
 
 
-# a script goes by the board's clock, which must not run on while a busy machine keeps us waiting
+# a script runs in board time, which must not advance while a busy machine delays us
 WAITING = ("--await", "0", "--answer-timeout", "60")
 
 
@@ -116,7 +116,7 @@ def render(
     options=(),
     firmware=None,
 ) -> Rendering:
-    """Render one law from the start of a run, with the usual firmware or another image; raise Refused."""
+    """Render one law from the start of a run, with the usual or another firmware; raise Refused."""
     log, commands = folder / "truth.f64", folder / "script.txt"
     commands.write_text("\n".join(script))
     with opened(log=log, script=commands, options=(*WAITING, *options), firmware=firmware) as board:

@@ -1,4 +1,4 @@
-"""Boot loaders for the virtual board, whole and broken ones, and a board that begins with one."""
+"""Boot loaders for the virtual board, intact and broken, and a board that starts with one."""
 
 import shutil
 import subprocess
@@ -12,7 +12,7 @@ from tests.firmware.vb import chip
 
 BOOT_LOADERS = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")
 OLD = BOOT_LOADERS / "atmega" / "ATmegaBOOT_168_atmega328.hex"
-"""The one of boards from before 2010: 57,600 baud, 2 KB."""
+"""The boot loader of boards from before 2010: 57,600 baud, 2 KB."""
 START = 0x7E00
 
 needs_avrdude = pytest.mark.skipif(
@@ -25,7 +25,7 @@ _OTHER_SIGNATURE = (0xE985, 0xE984)  # ldi r24, 0x95 becomes ldi r24, 0x94
 
 
 def optiboot(folder: Path, baud: int = 115200) -> Path:
-    """Compile the Arduino Uno's boot loader; its lights would make it too large with this compiler."""
+    """Compile the Arduino Uno's boot loader without its LED code, which would not fit with this compiler."""
     sources, elf, image = BOOT_LOADERS / "optiboot", folder / "optiboot.elf", folder / "optiboot.hex"
     flags = ["-Os", "-fno-inline-small-functions", "-fno-split-wide-types", "-mshort-calls", "-w"]
     flags += ["-mmcu=atmega328p", "-DF_CPU=16000000L", "-DLED_START_FLASHES=0", f"-DBAUD_RATE={baud}"]
@@ -37,7 +37,7 @@ def optiboot(folder: Path, baud: int = 115200) -> Path:
 
 
 def that_writes_nothing(folder: Path) -> Path:
-    """Return a boot loader that answers everything and leaves the flash as it is."""
+    """Return a boot loader that replies to everything and leaves the flash unchanged."""
     return _changed(optiboot(folder), *_NO_SPM)
 
 
@@ -68,7 +68,7 @@ def small_image(folder: Path, name: str = "chatter") -> Path:
 
 
 class Board:
-    """A virtual board with a boot loader, as a real cable shows it: one path, reset by opening."""
+    """A virtual board with a boot loader on a real cable: one path, reset on opening."""
 
     def __init__(self, folder: Path, boot_loader: Path, firmware: Path | None = None):
         self.port = str(folder / "port")

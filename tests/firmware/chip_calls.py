@@ -1,4 +1,4 @@
-"""The machine's program in simavr: its functions called one by one, their cycles counted."""
+"""The machine's program in simavr: calls of single functions, with cycle counts."""
 
 import shutil
 import struct
@@ -24,7 +24,7 @@ def build(folder: Path) -> None:
 
 
 class Chip:
-    """A program for the chip whose functions are called; a context that ends simavr."""
+    """A program for the chip whose functions are called; the context manager ends simavr."""
 
     def __init__(self, folder: Path, program: str = "machine.elf"):
         elf = folder / program
@@ -50,13 +50,13 @@ class Chip:
         return self._symbols[symbol] & 0xFFFF
 
     def call(self, symbol: str, first, second=None) -> tuple[np.ndarray, np.ndarray]:
-        """Call a function of one or two words (n,) of 4 bytes each: results (n,) likewise, cycles (n,)."""
+        """Call a function of one or two words (n,) of 4 bytes: results (n,), cycles (n,)."""
         first = np.atleast_1d(first)
         second = np.zeros_like(first) if second is None else np.broadcast_to(second, first.shape)
         given = np.empty((len(first), 2), np.uint32)
         given[:, 0], given[:, 1] = np.ascontiguousarray(second).view(np.uint32), first.view(np.uint32)
         found = []
-        for part in np.array_split(given, -(-len(given) // 4096)):  # what fits into the pipes
+        for part in np.array_split(given, -(-len(given) // 4096)):  # limited by the pipes' buffers
             self._say(struct.pack("<cHI", b"C", self.place(symbol), len(part)) + part.tobytes())
             found.append(self._hear(8 * len(part)))
         out = np.frombuffer(b"".join(found), np.uint32).reshape(-1, 2)
@@ -82,13 +82,13 @@ class Chip:
 
 
 class ChipMachine:
-    """The machine in simavr, used as the one for this computer in tests/laws/machine_pc.py."""
+    """The machine in simavr, with the interface of tests/laws/machine_pc.py."""
 
     VERIFY = "machine::verify(machine::Shape const&, unsigned long*)"
     RUN = "machine::run(float, float)"
     RUN_PLAINLY = "machine::run_plainly(float, float)"
     SHAPE, CYCLES = 0x700, 0x708
-    """Where there is neither a variable nor, at the depth that is needed, stack."""
+    """Addresses free of variables and, at the required depth, of stack."""
 
     def __init__(self, chip: Chip):
         self._chip = chip

@@ -1,7 +1,7 @@
-"""The faults: what is done to the virtual board, when, what has to come of it; and how one is run.
+"""The faults: action on the virtual board, time, required result; and how to run one.
 
-Times are the board's, in s. A medium hand leads the handle of a spring to and fro all the while. The studio's
-compiled loop runs on the virtual board, reconnecting as the window does.
+Times are board times in s. A medium hand moves the handle in a spring to and fro. The studio's compiled loop
+runs on the virtual board and reconnects like the window.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,7 +32,7 @@ from tests.firmware.vb import QUANTUM
 from tests.haptics.support import LoopHarness
 
 START, END = 0.5, 0.8
-"""When a fault begins and ends."""
+"""Start and end of a fault."""
 STALL = END - START
 SECONDS = 1.2
 
@@ -42,9 +42,9 @@ HAND = (
     "0.85 hand 0.008 400 8 0.1 0.2",
 )
 JUMP = (arrays.NO_FAULT, arrays.OVER_SPEED)
-"""A sensor that comes back elsewhere has moved too fast to be true."""
+"""A sensor that recovers at another position appears to move too fast."""
 LITTLE = (HAND[0], "0.6 hand 0.004 400 8 0.1 0.1", HAND[2])
-"""Less than half a turn of the motor from START to END: more cannot be told from another turn."""
+"""Less than half a turn of the motor between START and END, so that turns can be counted."""
 STIFFNESS = 120.0
 
 WATCHDOG, STALE, RECOVER, FADE, HOLD = 0.025, 0.020, 0.100, 0.030, 0.5
@@ -57,12 +57,12 @@ def no_spam(time: float) -> bytes:
 
 @dataclass(frozen=True)
 class Case:
-    """One fault and the bounds of what it may do.
+    """One fault and its bounds.
 
-    off: the motor is off so many s after START at the latest, and stays off until END; back: full force so
-    many s after END; latched: the faults that the loop may have latched in the end; wrong: the sensor itself
-    lies between START and END, what it says then is no error of the record; lossy: frames are lost; extra:
-    forces that another program sends; board: the board renders.
+    off: the motor is off at most this many s after START, and stays off until END. back: full force at most
+    this many s after END. latched: faults that the loop may latch. wrong: the sensor itself is wrong between
+    START and END, which is no error of the recording. lossy: frames are lost. extra: forces sent by another
+    program. board: the board renders.
     """
 
     name: str
@@ -88,7 +88,7 @@ def during(what: str, on: str, off: str = "0") -> tuple[str, str]:
 
 
 def _garbage(time: float) -> bytes:
-    """Return a line full of random bytes: 90 a ms, the answer beside them."""
+    """Return a line full of random bytes: 90 per ms, besides the replies."""
     if not START <= time < END:
         return b""
     return np.random.default_rng(int(1e6 * time)).integers(0, 256, 90, dtype=np.uint8).tobytes() + b"\0"
@@ -98,14 +98,14 @@ FOREIGN = 0.4
 
 
 def _forces(time: float) -> bytes:
-    """Return a line full of valid commands: eight a ms."""
+    """Return a line full of valid commands: eight per ms."""
     return encode(Force(0, 0, FOREIGN)) * 8 if START <= time < END else b""
 
 
 BACK = RECOVER + FADE + 5 * PERIOD
 AGAIN = HOLD + FADE + 0.025
 GIVEN_UP = GONE_AFTER + 2.0 * STALE
-"""s: a loop looks once in STALE, and again when it has waited that long."""
+"""s until a loop gives up: it checks every STALE."""
 
 DAMAGE = [
     Case(f"{words} {way} the board", during(f"{direction} {kind}", rate), lossy=True)
@@ -128,7 +128,8 @@ STALLS = [
     Case(
         "from the board nothing for 300 ms",
         (f"{START} from stall {STALL}",),
-        # the zero of the computer, 20 ms by its own clock, comes first unless the board's goes faster
+        # the computer's zero command, after 20 ms of its own time, comes first unless the board's clock is
+        # faster
         off=WATCHDOG,
         back=BACK + 0.02,
     ),
@@ -173,7 +174,7 @@ FLOOD = [
 ]
 
 HANDOVER = 0.1
-"""s: fade out, settings, loop and scene some frames apart, fade in."""
+"""s: fade-out, settings, loop and scene in several frames, fade-in."""
 
 COMPUTER = [Case("none"), *DAMAGE, *LATENCY, *STALLS, *ENDS, *SENSOR, *FLOOD]
 BOARD_RENDERS = ", board renders"
@@ -203,7 +204,7 @@ VALUES = {"stiffness": STIFFNESS}
 
 @dataclass
 class Run:
-    """What came of it: the truth, the ring's rows, the forces sent with their times, the counters."""
+    """Result of a run: the truth, the ring's rows, the forces sent with their times, the counters."""
 
     case: Case
     truth: np.ndarray
@@ -225,7 +226,7 @@ class Session:
         turns.quit = lambda: store_release(self.harness.r.control, arrays.QUIT, 1)
 
     def offer(self, conn: link.Link) -> None:
-        """Learn what the board can render and want it to, as the engine does."""
+        """Ask what the board can render and request it, like the engine."""
         settings = self.turns.ask(SettingsRequest(), Settings)
         offer = BoardPlanner(self.turns.ask(HelloRequest(), Hello).arena, settings)
         way = offer.plan(PlanRequest(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
@@ -233,7 +234,7 @@ class Session:
         self.harness.set(SPRING, VALUES, board=way)
 
     def connect(self, hold: float) -> np.ndarray:
-        """Render until the line or the time ends; return the rows."""
+        """Render until the connection or the time ends; return the rows."""
         r, conn = self.harness.r, link.new_link(QUANTUM)
         self.turns.say(encode(Stream(0, 0)) + encode(Release()))
         if self.board:
@@ -247,10 +248,10 @@ class Session:
 
 
 def _render(run: Run, session: Session) -> None:
-    """Connect, and again once the cable is back."""
+    """Connect, and again after the cable is plugged in."""
     turns, case = session.turns, run.case
     turns.until, turns.killed, turns.spam = case.seconds, case.killed, case.spam
-    reset = any("reset" in words for words in case.script)  # the loop gives a silent board up by itself
+    reset = any("reset" in words for words in case.script)  # the loop gives up a silent board by itself
     hold = 0.0
     while True:
         run.rows.append(session.connect(hold))
@@ -266,7 +267,7 @@ def _render(run: Run, session: Session) -> None:
 
 
 def run_case(case: Case, folder: Path) -> Run:
-    """Run one case; return what came of it."""
+    """Run one case; return its result."""
     turns = Turns(
         folder, sorted([*case.hand, *case.script], key=lambda line: float(line.split()[0])), case.options
     )

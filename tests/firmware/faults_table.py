@@ -1,6 +1,6 @@
 """Measure every fault and print the table: `python -m tests.firmware.faults_table > assets/docs/faults.md`.
 
-What a fault did is in the truth log of the board and the rows of the studio.
+Results come from the board's truth log and the studio's rows.
 """
 
 import argparse
@@ -21,29 +21,29 @@ DUTY = 255
 NOT_RENDERED = rows.STALE | rows.STOPPED | rows.FAULT | rows.FADING
 MARKED = rows.STALE | rows.STOPPED | rows.FAULT
 COUNTS = 1.1
-"""Counts between record and truth that are none: one of the sensor's steps, a tenth of the log's 0.1 ms."""
+"""Counts of difference between recording and truth that are allowed: a sensor step, and the log's 0.1 ms."""
 STEP = 0.05
 """N: two steps of the duty at 1 N."""
 LATELY = 20
-"""Log rows in which a position may have been sampled, sent, answered."""
+"""Log rows during which a position may have been sampled, sent, answered."""
 BRIDGED = 0.01
 LONGEST_WAY = 0.40
-"""s that a command may have been under way: the longest stall and what had queued behind it."""
+"""s, longest delay of a command: the longest stall and the queue behind it."""
 
 
 @dataclass
 class Measured:
-    """Figures of one run; nan where there is nothing to measure."""
+    """Figures of one run; NaN if not applicable."""
 
     name: str
     peak: float  # N at the pins
     off: float  # s after START until the motor was off
-    on_while_off: float  # s that it was on again before END, where it had to be off
+    on_while_off: float  # s that it was on again before END, although it must be off
     back: float  # s after END until the full force was back
     rows: int
-    wrong_rows: int  # positions that are not the truth's, in rows that nothing marks
+    wrong_rows: int  # wrong positions in rows without a mark
     unmarked_gaps: int
-    foreign: int  # log rows with a force at the pins that nobody had sent: false accepts
+    foreign: int  # log rows with a force that was never sent: false accepts
     lost: int
     bad: int
     told: int  # damage that the board counted and reported, modulo 256
@@ -57,12 +57,12 @@ class Measured:
 
     @property
     def wrong(self) -> int:
-        """Everything that was recorded or done wrongly."""
+        """Return the number of wrong records and actions."""
         return self.wrong_rows + self.unmarked_gaps + self.foreign
 
 
 def measure(case: Case) -> Measured:
-    """Run one case and measure what it did."""
+    """Run one case and measure it."""
     with tempfile.TemporaryDirectory() as folder:
         run = run_case(case, Path(folder))
     truth = run.truth
@@ -85,7 +85,7 @@ def measure(case: Case) -> Measured:
 
 
 def time_off(run: Run) -> float:
-    """Return how long after START the motor went off, where the case wants it off."""
+    """Return how long after START the motor went off, if the case requires it."""
     if run.case.off is None:
         return np.nan
     after = run.truth[run.truth.time >= START]
@@ -93,7 +93,7 @@ def time_off(run: Run) -> float:
 
 
 def on_again(run: Run, off: float) -> float:
-    """Return for how many s the motor was on although it had to be off."""
+    """Return for how many s the motor was on although it must be off."""
     if run.case.off is None:
         return 0.0
     span = run.truth[(run.truth.time > START + off) & (run.truth.time < END)]
@@ -101,7 +101,7 @@ def on_again(run: Run, off: float) -> float:
 
 
 def time_back(run: Run) -> float:
-    """Return how long after END the full force was in the motor again, where the case wants it back."""
+    """Return how long after END the full force was back, if the case requires it."""
     if run.case.back is None:
         return np.nan
     found = run.rows[-1]
@@ -112,10 +112,7 @@ def time_back(run: Run) -> float:
 
 
 def errors(run: Run, found: np.ndarray, start: float) -> np.ndarray:
-    """Return by how many counts rows differ from the truth since the first one that counts; n,
-
-    where the board's clock began at start.
-    """
+    """Return the difference (n,) in counts between rows and truth; start: of the board's clock."""
     time = found[:, rows.BOARD_TIME] + start
     error = found[:, rows.POSITION] - np.interp(time, run.truth.time, run.truth.position)
     first = np.argmin(found[:, rows.FLAGS].astype(int) & MARKED)
@@ -123,7 +120,7 @@ def errors(run: Run, found: np.ndarray, start: float) -> np.ndarray:
 
 
 def start_of_clock(run: Run) -> float:
-    """Return how long after its start the board's clock began, to 25 us: rows before START agree best."""
+    """Return the start of the board's clock in s, to 25 us, by the best fit of rows before START."""
     found = run.rows[0]
     found = found[found[:, rows.BOARD_TIME] < START]
     tried = np.arange(0.0, 1e-3, 25e-6)
@@ -132,13 +129,13 @@ def start_of_clock(run: Run) -> float:
 
 
 def start_of_connection(run: Run, number: int) -> float:
-    """Return when the board's clock of a connection began: at the start, or at its reset."""
+    """Return the start of the board's clock for a connection: at the program's start, or at its reset."""
     reset = number == 1 and any("reset" in words for words in run.case.script)
     return start_of_clock(run) + (START if reset else 0.0)
 
 
 def wrong_rows(run: Run, number: int) -> int:
-    """Count the rows of a connection whose position is not the truth's and that nothing marks."""
+    """Count the rows of a connection with a wrong position and without a mark."""
     found = run.rows[number]
     if not len(found):
         return 0
@@ -146,29 +143,29 @@ def wrong_rows(run: Run, number: int) -> int:
     time, error = found[:, rows.BOARD_TIME] + start, errors(run, found, start)
     marked = (found[:, rows.FLAGS].astype(int) & MARKED) != 0
     if run.case.wrong:
-        marked |= (found[:, rows.FLAGS].astype(int) & rows.GAP) != 0  # bridged by the board, and marked so
+        marked |= (found[:, rows.FLAGS].astype(int) & rows.GAP) != 0  # bridged by the board, and marked
         marked |= (time >= START) & (time <= END + 1e-3)
     return int(np.count_nonzero((np.abs(error) > COUNTS) & ~marked))
 
 
 def unmarked_gaps(found: np.ndarray) -> int:
-    """Count jumps of the board's time by more than a period in rows that do not say so."""
+    """Count jumps of the board's time by more than a period in rows without a mark."""
     steps = np.diff(found[:, rows.BOARD_TIME])
     gap = (found[1:, rows.FLAGS].astype(int) & rows.GAP) != 0
     return int(np.count_nonzero((np.abs(steps - 1e-3) > 0.5e-3) & ~gap))
 
 
 def late_ticks(found: np.ndarray) -> int:
-    """Count samples that the board did not take at its period, a quarter of a millisecond at the shortest."""
+    """Count samples off the board's period by at least a quarter of a millisecond."""
     steps = np.diff(found[:, rows.BOARD_TIME]) / 0.25e-3
     return int(np.count_nonzero(np.abs(steps - np.round(steps)) > 0.05))
 
 
 def foreign_to_the_law(run: Run) -> int:
-    """Count log rows whose force does not lie between none and the spring's, where the handle was lately.
+    """Count log rows whose force is not between zero and the spring's at recent positions.
 
-    Forces that the computer sends, while it renders still, are the same spring's. Every connection has its
-    own zero, and the sensor may say wrong things while it is at fault.
+    Forces sent by the computer before the takeover are those of the same spring. Every connection has its own
+    zero, and the sensor may be wrong during a fault.
     """
     truth, case = run.truth, run.case
     held = np.isnan(truth.time)
@@ -182,7 +179,7 @@ def foreign_to_the_law(run: Run) -> int:
 
 
 def zeros(run: Run) -> list[float]:
-    """Return where in m the zero of each connection lies."""
+    """Return the zero of each connection in m."""
     found = []
     for number, some in enumerate(run.rows):
         first = some[np.argmin(some[:, rows.FLAGS].astype(int) & MARKED)]
@@ -198,9 +195,9 @@ def _lately(values: np.ndarray, what) -> np.ndarray:
 
 
 def foreign_to_the_loop(run: Run) -> int:
-    """Count log rows with a duty that answers no force sent lately, within a step.
+    """Count log rows whose duty matches no recent force, within a step.
 
-    A log row may fall between the writing of duty and direction, a microsecond: the next one tells.
+    A log row may fall between the writes of duty and direction, 1 µs apart: the next one decides.
     """
     times = np.array([t for t, _ in run.forces])
     sent = duty_of(np.array([f for _, f in run.forces]))

@@ -1,4 +1,4 @@
-"""Flip trackers over a sensor's readings: the firmware's own, compiled here, and the class template's."""
+"""Flip trackers on sensor readings: the firmware's own, compiled here, and the class template's."""
 
 import ctypes
 import functools
@@ -16,11 +16,11 @@ LOWEST = 51
 QUANTUM = math.pi * 0.090 * 0.005 / (COUNTS * 0.074)
 """m of handle travel per count."""
 THRESHOLD = 700
-"""Counts that the class template takes for a flip."""
+"""Counts that the class template counts as a flip."""
 LIMIT = COUNTS / 2
-"""Counts per sample that a one-sample difference can tell from a flip."""
+"""Counts per sample up to which a one-sample difference identifies a flip."""
 TEMPLATE_LIMIT = (COUNTS - THRESHOLD) / 2
-"""The same for the template, whose difference is over two samples."""
+"""The same for the template, with a difference over two samples."""
 
 _SOURCE = """
 #include "flip.h"
@@ -44,7 +44,7 @@ def _library() -> ctypes.CDLL:
 
 
 def readings(counts: np.ndarray) -> np.ndarray:
-    """Return what the sensor reads at a handle position (n,) in counts: a saw tooth of whole counts."""
+    """Return the readings at a handle position (n,) in counts: a saw tooth of whole counts."""
     return (LOWEST + np.floor(np.mod(counts, COUNTS))).astype(np.uint16)
 
 
@@ -58,9 +58,9 @@ def ours(raw: np.ndarray, counts: int = COUNTS) -> np.ndarray:
 
 
 def template(raw: np.ndarray) -> np.ndarray:
-    """Return the positions (n,) in counts as the class template of 2013 to 2024 finds them.
+    """Return the positions (n,) in counts found by the class template of 2013 to 2024.
 
-    A flip is a jump over two samples; its size is measured anew each time and multiplied by all flips so far.
+    A flip is a jump over two samples; its size is measured each time and multiplied by all flips so far.
     """
     before, earlier, flips, size, just = int(raw[0]), int(raw[0]), 0, 0, False
     out = np.empty(raw.size)
@@ -90,23 +90,23 @@ def worst_error(tracker, counts: np.ndarray) -> float:
 
 
 def throw(speed: float) -> np.ndarray:
-    """Return a position (n,) in counts: gently up to a speed in counts per sample, on, down to a creep.
+    """Return a position (n,) in counts: slow acceleration to a speed in counts per sample, coasting, creep.
 
-    The creep passes two more flips, so that the template measures their size anew.
+    The creep passes two more flips, so that the template measures their size again.
     """
     up = np.linspace(0.0, speed, 100)
     return np.cumsum(np.concatenate([up, np.full(100, speed), up[::-1], np.full(1000, 2.0)]))
 
 
 def loses_flips(tracker, speed: float) -> bool:
-    """Tell whether a tracker is off by a flip after a throw with a speed in counts per sample."""
+    """Return True if a tracker is off by a flip after a throw with a speed in counts per sample."""
     counts = throw(speed)
     found = tracker(readings(counts))
     return abs((found[-1] - found[0]) - (counts[-1] - counts[0])) > COUNTS / 2
 
 
 def fastest(tracker) -> float:
-    """Return the speed in counts per sample from which on a tracker loses flips."""
+    """Return the lowest speed in counts per sample at which a tracker loses flips."""
     low, high = 1.0, float(COUNTS)
     while high - low > 0.1:
         middle = 0.5 * (low + high)

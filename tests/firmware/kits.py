@@ -1,4 +1,4 @@
-"""Kits for tests of the real firmware: settings, what the EEPROM holds of them, motions of the handle."""
+"""Kits for tests of the firmware: settings, EEPROM contents, motions of the handle."""
 
 import math
 import struct
@@ -34,20 +34,20 @@ def crc(data: bytes) -> int:
 
 
 def block(kit: Board, sequence: int = 1) -> bytes:
-    """Return what one place of the EEPROM holds: mark, number of the save, settings, CRC."""
+    """Return the content of one EEPROM slot: mark, number of the save, settings, CRC."""
     body = struct.pack("BB", MARK, sequence) + kit.pack()[1:]
     return body + struct.pack(">H", crc(body))
 
 
 def eeprom(kit: Board, place: int = 0) -> bytes:
-    """Return a whole EEPROM that holds a kit."""
+    """Return a whole EEPROM with a kit."""
     memory = bytearray(b"\xff" * SIZE)
     memory[PLACES[place] : PLACES[place] + len(block(kit))] = block(kit)
     return bytes(memory)
 
 
 def options(kit: Board, memory, **more) -> tuple[str, ...]:
-    """Return the options of a virtual board that is such a kit, and has its EEPROM in a file."""
+    """Return the options of a virtual board with this kit and its EEPROM in a file."""
     words = {
         "eeprom": memory, "sensor": NAMES[Sensor(kit.sensor)], "counts": kit.counts_per_flip,
         "pins": 3 if kit.pins else 5, "direction": kit.direction, "sensor-sign": kit.sense,
@@ -57,7 +57,7 @@ def options(kit: Board, memory, **more) -> tuple[str, ...]:
 
 
 def motion(start: float, pieces: Iterable[tuple[float, float, float]], step: float = 2e-3) -> list[str]:
-    """Return a script that moves the handle: sines (amplitude m, frequency Hz, seconds), in pieces."""
+    """Return a script that moves the handle by consecutive sines (amplitude m, frequency Hz, seconds)."""
     lines, now = [], start
     for amplitude, frequency, seconds in pieces:
         for k in range(1, round(seconds / step) + 1):

@@ -18,13 +18,13 @@ pytestmark = needs_board
 SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.25 hand -0.03 300 4 0.05 0.1", "0.36 hand 0.03 300 4 0.05 0.05")
 MOST = 0.80
 FASTEST = ("free", "spring", "wall", "damping")
-# The cat has most to compute; what a puck gains by a cheaper rule than its own is felt.
+# the cat is the most expensive; cheaper integrators of the puck would be felt
 SLOWEST = ("cat", "puck")
 """Rendered at 4 kHz with their default choices; the cat at 500 Hz or more, all others at 2 kHz or more."""
 
 
 def choices(key):
-    """Return the default choices, then each other one with the rest as it is."""
+    """Return the default choices, then each other option alone."""
     found = [{}]
     for parameter in environments()[key].parameters:
         if isinstance(parameter, Choice):

@@ -1,4 +1,4 @@
-"""Settings in the EEPROM of the real firmware: kept without power, damage noticed, power cut while saving."""
+"""Settings in the firmware's EEPROM: persistence, damage, power cuts during saving."""
 
 import os
 import select
@@ -26,7 +26,7 @@ def memory(tmp_path):
 
 
 def settings_after(memory, **options):
-    """Switch a board on with an EEPROM, ask for its settings, switch it off."""
+    """Switch a board on with an EEPROM, read its settings, switch it off."""
     words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
     with opened("fast", options=("--eeprom", str(memory), *words)) as board:
         return board.settings()
@@ -39,7 +39,7 @@ def test_a_new_board_has_the_usual_kit_and_writes_nothing(memory):
 
 
 def test_what_is_saved_outlives_a_board_that_is_killed_and_is_laid_out_as_written_here(memory):
-    # numbers that a float of the wire holds exactly
+    # numbers that are exact in single precision
     kit = kits.board(
         pins=Pins.D3_D12, zero=-321, sense=-1, max_force=1.5, motor_constant=0.03125, dead_band=7
     )
@@ -69,7 +69,7 @@ def test_a_block_written_here_is_read(memory):
 def test_the_enables_of_both_boards_are_held_low(memory, tmp_path, pins):
     memory.write_bytes(kits.eeprom(kits.board(pins=pins)))
     ports = run(firmware(), tmp_path, "--seconds", "0.01", "--eeprom", str(memory)).summary["ports"]
-    # D3, D5, D6, D11 are the enables of both boards: low, and the motor's own is an output in either case
+    # D3, D5, D6, D11 are the enables of both boards: low; the motor's own is an output in both cases
     assert ports["ddrd"] & 0x68 == 0x68
     assert ports["ddrb"] & 0x08
     assert not ports["portd"] & 0x68
@@ -89,14 +89,14 @@ def test_damage_is_told_and_the_limits_are_the_defaults(memory):
 
 # --- power cuts
 def pass_time(board, message):
-    """Send a message; return once the board has handled it and 20 ms of its time are over."""
+    """Send a message; return after the board has handled it and 20 ms of board time have passed."""
     before = board.status()["time"]
     os.write(board.fileno(), encode(message))
     wait_until(lambda: board.status()["time"] > before + 0.019)
 
 
 def read(board):
-    """Return what has come from the board; its time stands still."""
+    """Return received bytes; board time stands still."""
     data = b""
     while select.select([board.fileno()], [], [], 0.0)[0]:
         data += os.read(board.fileno(), 4096)
@@ -104,7 +104,7 @@ def read(board):
 
 
 def ask(board):
-    """Return the settings in force, past the answers to earlier messages."""
+    """Return the settings in force, skipping replies to earlier messages."""
     pass_time(board, Alive())  # after a reset it is deaf for a moment
     read(board)
     pass_time(board, SettingsRequest())
@@ -113,7 +113,7 @@ def ask(board):
 
 
 def test_a_reset_while_saving_leaves_old_or_new(memory):
-    # a save of 73 bytes takes 3.4 ms each: 0.25 s; in lockstep the board's time stands still between messages
+    # saving 73 bytes takes 3.4 ms each, 0.25 s; in lockstep board time stands still between messages
     seen = []
     with opened(options=("--eeprom", str(memory))) as board:
         old = ask(board)
@@ -128,6 +128,6 @@ def test_a_reset_while_saving_leaves_old_or_new(memory):
             assert found.pack() in (old.pack(), new.pack()), cut
             seen.append(found.pack() == new.pack())
             old = found
-    assert np.array_equal(seen, np.sort(seen))  # early cuts leave the old ones, late ones the new
+    assert np.array_equal(seen, np.sort(seen))  # early cuts keep the old settings, late ones the new
     assert not seen[0]
     assert seen[-1]

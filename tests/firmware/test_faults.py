@@ -1,4 +1,4 @@
-"""Every fault within its bounds: force, time until off and until back, nothing recorded wrongly."""
+"""Every fault within its bounds: force, time until off and until back, no wrong records."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from tests.wide import wide
 pytestmark = needs_board
 
 LIMIT = 3.0 * (1.0 + 1.0 / 255.0)
-"""N: the limit of the board and half a step of its duty, at most full duty."""
+"""N: the board's limit and half a duty step, at most full duty."""
 STALES = {
     "none": 0,
     "to the board nothing for 300 ms": 1,
@@ -36,12 +36,12 @@ QUICK = (
     f"board reset in mid-motion{BOARD_RENDERS}",
     f"line full of valid commands{BOARD_RENDERS}",
 )
-"""Each kind of fault once; `make test-all` plays all."""
+"""One case per kind of fault; `make test-all` runs all."""
 
 
 @pytest.fixture(scope="module")
 def measured():
-    """Return what measures a case by its name, in a process of its own: the loop's clock is the board's."""
+    """Return a function that measures a case by name in its own process, with the board's clock."""
     words = [sys.executable, "-m", "tests.firmware.faults_table", "--serve"]
     program = subprocess.Popen(
         words, cwd=Path(__file__).parents[2], env=os.environ, stdin=-1, stdout=-1, text=True
@@ -74,7 +74,7 @@ def test_a_fault_does_no_more_than_it_may(case, measured):
     least = 0.4 if case.killed < case.seconds else 0.6
     assert found.rows > least * 1000 * (case.seconds - 0.3 * (case.off is not None))
     assert found.wrong_rows == found.unmarked_gaps == 0
-    assert found.foreign == 0  # no force was obeyed that nobody had sent
+    assert found.foreign == 0  # no force was applied that was never sent
     assert found.late_ticks == found.overruns == 0
     assert found.fault in case.latched
     if found.hurt_to:
@@ -83,12 +83,12 @@ def test_a_fault_does_no_more_than_it_may(case, measured):
         assert found.lost > 0
         assert found.bad > 0
     if case.options or found.hurt_to:
-        assert found.lost <= case.board  # a board that takes over leaves out one sample
+        assert found.lost <= case.board  # a board that takes over skips one sample
         assert found.bad == 0
     if case.lossy and not case.options and case.spam is no_spam and not case.board:
         assert found.hurt_to + found.hurt_from > 30
     assert found.stale == STALES.get(case.name, found.stale)
     if case.name == "none":
         assert found.lost == found.bad == found.told == found.fault == found.silent_offs == 0
-    if case.name == "to the board nothing for 300 ms":  # the board has cut its motor off meanwhile
+    if case.name == "to the board nothing for 300 ms":  # the board has switched its motor off meanwhile
         assert found.back >= RECOVER

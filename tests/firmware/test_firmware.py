@@ -1,4 +1,4 @@
-"""The firmware builds, fits the chip, and its parts without a chip in them pass their own tests."""
+"""The firmware builds, fits the chip, and its hardware-independent parts pass their own tests."""
 
 import hashlib
 import re
@@ -15,7 +15,7 @@ from tests.firmware.vb import opened
 FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
 SKETCH = FIRMWARE / "hapkit"
 FREE = 250
-"""Bytes of RAM that stay free however deep the stack is."""
+"""Bytes of RAM that stay free at the deepest stack."""
 
 needs_avr = pytest.mark.skipif(shutil.which("avr-g++") is None, reason="no avr-gcc")
 needs_gcc = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
@@ -31,14 +31,14 @@ BUILD = FIRMWARE / "build"
 
 @pytest.fixture(scope="module")
 def said():
-    """Have the firmware built; return what the build says of its size."""
+    """Build the firmware; return the printed sizes."""
     done = make()
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
 def stack_counted():
-    """Return the bytes of stack that the build counts on."""
+    """Return the stack size in bytes that the build assumes."""
     return int(re.search(r"^STACK \?= (\d+)$", (FIRMWARE / "Makefile").read_text(), re.MULTILINE)[1])
 
 

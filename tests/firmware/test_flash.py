@@ -1,4 +1,4 @@
-"""Flashing with the real avrdude, the real boot loaders in the virtual board, and boards that fail."""
+"""Flashing with the real avrdude and boot loaders in the virtual board, and failing boards."""
 
 from contextlib import ExitStack
 

@@ -1,4 +1,4 @@
-"""The flip tracker's error and its limit of speed, against theory and against the class template."""
+"""The flip tracker's error and speed limit, against theory and the class template."""
 
 import shutil
 
@@ -17,7 +17,7 @@ def test_the_error_stays_within_a_count_wherever_the_magnet_sits(rate):
 
 @pytest.mark.parametrize(("rate", "millimetres"), [(1000.0, 0.8), (500.0, 1.6), (230.0, 3.3)])
 def test_the_templates_error_grows_with_the_speed(rate, millimetres):
-    # what the class template's description gives by simulation, to the tenth
+    # simulated from the class template's description, to 0.1 mm
     errors = [flips.worst_error(flips.template, flips.sine(rate, m)) for m in range(0, flips.COUNTS, 37)]
     assert 1e3 * flips.QUANTUM * np.median(errors) == pytest.approx(millimetres, abs=0.15)
 

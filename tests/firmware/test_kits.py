@@ -1,4 +1,4 @@
-"""Every kit through the real firmware: pins, direction, the force that was asked for, counts of sensors."""
+"""Every kit with the real firmware: pins, direction, commanded force, sensor counts."""
 
 import os
 
@@ -15,26 +15,26 @@ from tests.firmware.vb import LONGEST_INTERRUPT, exchange, needs_board, opened, 
 pytestmark = needs_board
 
 AMPLITUDE = 2.8
-"""N, a little less than the usual kit's limit."""
+"""N, slightly below the usual kit's limit."""
 POWER = {MotorMap.SQUARE: 2.0, MotorMap.LINEAR: 1.0, MotorMap.TABLE: 1.5}
-"""With which the torque of the test's motors grows with the duty."""
+"""Exponents of torque over duty for the test's motors."""
 TABLE = tuple(round(255 * (k / 8) ** 1.5) for k in range(1, 9))
 HALF = 0.53
-"""Half a step of the duty, and what the firmware's whole numbers leave out."""
+"""Half a duty step, plus the firmware's rounding."""
 START = 0.1
 LATENCY = 5e-6
-"""m that a handle at 1 m/s moves from an edge of the encoder to the end of its interrupt."""
+"""m that a handle at 1 m/s moves during the encoder's interrupt latency."""
 SHAKE = ((0.040, 2.0, 0.5), (0.030, 5.0, 0.2), (0.010, 12.0, 0.25))
 """40 mm at 2 Hz, then 0.94 m/s, then 57 m/s^2."""
 
 
 def wave(sample):
-    """Ask for forces of both signs and all sizes."""
+    """Command forces of both signs and all sizes."""
     return AMPLITUDE * np.sin(0.09 * sample.seq)
 
 
 def play(folder, kit, seconds, law, script, **more):
-    """Run a board that is such a kit; return samples, truth log and counters."""
+    """Run a board with this kit; return samples, truth log and counters."""
     memory = folder / "eeprom"
     memory.write_bytes(kits.eeprom(kit))
     samples, log, summary = session(folder, seconds, law, script, options=kits.options(kit, memory, **more))
@@ -45,7 +45,7 @@ def play(folder, kit, seconds, law, script, **more):
 
 # --- motors
 def drive(folder, kit, **more):
-    """Ask for the wave; return what was asked (n,) and the rows of the truth log with what came of it."""
+    """Command the wave; return the commanded forces (n,) and the resulting rows of the truth log."""
     samples, log, _ = play(folder, kit, 0.16, wave, ("0 position 0",), **more)
     rows = rows_of(samples, log)
     first = samples[0].seq
@@ -56,7 +56,7 @@ def drive(folder, kit, **more):
 
 
 def force_at(kit, steps):
-    """Return the force in N of steps (n,) of duty above the dead band, straight between a table's points."""
+    """Return the force in N of steps (n,) of duty above the dead band, linear between a table's points."""
     share = np.clip(steps / (255.0 - kit.dead_band), 0.0, 1.0)
     if kit.motor_map != MotorMap.TABLE:
         return profiles.full_force(kit) * share ** POWER[kit.motor_map]
@@ -100,7 +100,7 @@ def test_every_motor_gives_the_force_that_was_asked_for(tmp_path, motor_map, dea
     kit = kits.board(motor_map=motor_map, dead_band=dead_band, table=TABLE, motor_constant=0.0217)
     asked, rows = drive(tmp_path, kit, **{"motor-power": POWER[motor_map]})
     assert_nearest_step(kit, asked, rows)
-    # of the table's straight pieces, the torque of this motor leaves itself less than 2 % of the largest
+    # the chords of the table differ from this motor's torque by less than 2 % of the largest
     bend = 0.02 * profiles.full_force(kit) if motor_map == MotorMap.TABLE else 0.0
     steps = np.abs(rows.duty) - dead_band
     step = force_at(kit, steps + 1.0) - force_at(kit, steps)
@@ -148,7 +148,7 @@ def follow(folder, kit, pieces=SHAKE, seconds=1.1, **more):
 
 
 def error(kit, samples, rows):
-    """Return the counts (n,) less those that the handle has moved since the first sample."""
+    """Return the counts (n,) minus those that the handle has moved since the first sample."""
     counts = np.array([s.count for s in samples])
     return np.abs(counts - counts[0] - (rows.position - rows.position[0]) / kit.quantum)
 
@@ -181,7 +181,7 @@ def test_bits_turned_on_the_bus_never_reach_the_position(tmp_path):
     assert summary["spi_turned"] > 20
     step = np.abs(np.diff(rows.position)).max() / kit.quantum
     worst = error(kit, samples, rows)
-    assert worst.max() <= 3.0 * step  # an error bit costs up to two readings more
+    assert worst.max() <= 3.0 * step  # an error bit costs up to two further readings
     flagged = np.array([bool(s.flags & BoardFlag.SENSOR) for s in samples])
     assert np.all(worst[~flagged] <= 1.0 + 1e-6)
     assert 0.01 < flagged.mean() < 0.15

@@ -1,7 +1,7 @@
-"""The real firmware renders laws on an imposed motion: bit by bit what the machine on this computer gives.
+"""The firmware renders laws on an imposed motion, bit by bit like the machine on this computer.
 
-At 1 kHz or less every tick is told: position and velocity as the board had them, the force, a value of the
-state. The machine on this computer and the law in double precision get the same rows from the first on.
+At 1 kHz or less every tick is reported: position and velocity used by the board, the force, a state value.
+The machine on this computer and the law in double precision get the same rows from the first on.
 """
 
 import math
@@ -28,7 +28,7 @@ pytestmark = [needs_board, needs_compiler]
 
 BOUND = 2e-3  # N
 ARENA = machine.ARENA
-# Held still at first, then into things and out of them, to both sides.
+# at rest first, then into and out of objects, on both sides
 MOTION = ("0 position 0", "0.15 position 0.013 0.06", "0.22 position -0.02 0.1", "0.33 position 0.011 0.08")
 SECONDS = 0.4
 CASES = [
@@ -56,7 +56,7 @@ SAMPLE = (2002, 2005, 2007, 2017)
 
 @dataclass
 class Run:
-    """What a board told of one law: rows (n, 2), forces (n,), (which, value) of the state in each frame."""
+    """A board's reports on one law: rows (n, 2), forces (n,), (index, value) of the state in each frame."""
 
     rows: np.ndarray
     forces: np.ndarray
@@ -65,7 +65,7 @@ class Run:
 
 
 def rate_of(program: Program) -> int | None:
-    """Return the rate at which every tick is told and the law fits its period, None where there is none."""
+    """Return the rate at which every tick is reported and the law fits its period, None without one."""
     for rate in (1000, 500):
         if program.most + machine.REST_AT_MOST + machine.FRAME < 16_000_000 // rate:
             return rate
@@ -73,7 +73,7 @@ def rate_of(program: Program) -> int | None:
 
 
 def rendered(folder, program: Program, rate: int) -> Run:
-    """Return what the board tells from a law's first tick on, until the time is over or its force is none."""
+    """Return the board's reports from a law's first tick until the time ends or its force is NaN."""
     commands = folder / "script.txt"
     commands.write_text("\n".join(MOTION))
     with opened(log=folder / "truth.f64", script=commands, options=board_runs.WAITING) as board:
@@ -95,10 +95,10 @@ def twin():
 
 
 def hold(twin: Machine, program: Program, found: Run) -> Run:
-    """Fail where the machine on this computer gives another bit; return the run from the law's first tick on.
+    """Fail on any different bit from the machine on this computer; return the run from the first tick on.
 
-    A force that is none is the last one. The first tick's frame may find the line taken: the handle was still
-    then, as it is in the next.
+    A NaN force is the last one. The first tick's frame may be missing on a busy line: the handle was at rest
+    then, as in the next.
     """
     for missing in (0, 1):
         rows = np.concatenate([found.rows[:1]] * missing + [found.rows])
@@ -121,7 +121,7 @@ def hold(twin: Machine, program: Program, found: Run) -> Run:
 
 
 def apart(law: Law, values, program: Program, rate: int, found: Run) -> float:
-    """Return how far in N a force lies beyond its bound at most, as long as there is a useful one."""
+    """Return the largest excess of a force over its error bound in N, as long as the bound is useful."""
     exact, analysis = Plain(law, values, 1.0 / rate), Analysis(program)
     worst = 0.0
     for (x, v), asked in zip(found.rows.astype(float).tolist(), found.forces, strict=True):
@@ -138,7 +138,7 @@ def apart(law: Law, values, program: Program, rate: int, found: Run) -> float:
 
 
 def hold_to_python(environment, values, twin: Machine, folder) -> np.ndarray:
-    """Fail where the board's forces are not those of the Python law; return these."""
+    """Fail if the board's forces differ from those of the Python law; return them."""
     rate = rate_of(board_runs.program(environment, values, 1000, ARENA))
     assert rate
     program = board_runs.program(environment, values, rate, ARENA)

@@ -12,7 +12,7 @@ from tests.laws.random_code import BY_NAME, code, random_code
 pytestmark = needs_compiler
 
 ENTRY = 52
-"""Cycles of run() besides its operations: slots 0 and 1 written, MAIN found, registers kept."""
+"""Cycles of run() besides its operations: slots 0 and 1, finding MAIN, saving registers."""
 SLOTS = 6
 EDGES = np.array(
     [0.0, -0.0, 1e-40, -1e-40, 1.1754944e-38, -1.1754944e-38, 1.0, -1.0, 0.99999994, 1.0000001, 0.5,
@@ -25,7 +25,7 @@ EDGES = np.array(
 
 @pytest.fixture(scope="module")
 def calls(tmp_path_factory):
-    """Return the chip whose functions are called."""
+    """Return the chip for calling functions."""
     folder = tmp_path_factory.mktemp("chip")
     build(folder)
     with Chip(folder) as found:
@@ -34,7 +34,7 @@ def calls(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def chip(calls):
-    """Return the machine on it."""
+    """Return the machine on the chip."""
     return ChipMachine(calls)
 
 
@@ -45,7 +45,7 @@ def computer():
 
 
 def law_of(operation) -> bytes:
-    """Return a law that does one operation to x, and v where it wants a second number."""
+    """Return a law that applies one operation to x, and v if it is binary."""
     if operation.operands == "":
         return code("MAIN", operation.name, "RETURN")
     if operation.operands == "ssn":
@@ -60,7 +60,7 @@ MEASURED = [*CALCULATING, *(BY_NAME[name] for name in ("LOAD_AT", "STORE_AT", "C
 
 
 def operands(rng, count: int) -> np.ndarray:
-    """Return pairs (n, 2): all bits, sizes that laws have, nearly equal ones, few bits, edges."""
+    """Return pairs (n, 2): random bits, typical sizes, nearly equal ones, few bits, edges."""
     part = count // 4
     bits = rng.integers(0, 2**32, (part, 2), dtype=np.uint32)
     usual = np.float32(rng.normal(size=(part, 2)) * 10.0 ** rng.uniform(-4, 3, (part, 2)))
@@ -76,7 +76,7 @@ def operands(rng, count: int) -> np.ndarray:
 
 
 def assert_same(found, wanted, rows):
-    """Compare bit by bit; one nan is as good as another."""
+    """Compare bit by bit; all NaN are equal."""
     same = (found.view(np.uint32) == wanted.view(np.uint32)) | (np.isnan(found) & np.isnan(wanted))
     assert same.all(), (rows[~same][:3], found[~same][:3], wanted[~same][:3])
 
@@ -112,7 +112,7 @@ def test_random_code_gives_the_same_bits_in_assembler_in_cpp_and_here(chip, comp
 
 
 def changed(rng, rows: np.ndarray, count: int) -> np.ndarray:
-    """Return rows with some of their bits changed, more or less."""
+    """Return rows with some bits changed."""
     bits = rows[rng.integers(len(rows), size=count)].view(np.uint32).copy()
     flips = np.uint32(1) << rng.integers(0, 32, bits.shape).astype(np.uint32)
     bits ^= np.where(rng.random(bits.shape) < 0.5, flips, 0).astype(np.uint32)
@@ -130,7 +130,7 @@ def test_no_operands_take_longer_than_the_table_says(chip, rng, operation):
     chip.load(0, [], SLOTS, law)
     chip.run(rows)
     cycles = chip.cycles - rest
-    for _ in range(12):  # from those that take longest to their neighbours
+    for _ in range(12):  # from the slowest to their neighbours
         best = rows[np.argsort(cycles)[-30:]]
         rows = np.concatenate([best, changed(rng, best, 300)])
         chip.run(rows)
@@ -175,7 +175,7 @@ CLOSE = {
     "EXP": 2e-7, "EXPM1": 2e-7, "LOG": 2e-7, "LOG1P": 3e-7, "SINH": 3e-7, "COSH": 2e-7, "TANH": 4e-7,
     "POWER": 5e-6, "HYPOT": 2e-7,
 }  # fmt: skip
-"""The most that a result may be off, of itself; the others are rounded to the nearest float."""
+"""Largest error of a result by itself; other operations are correctly rounded."""
 
 
 @pytest.mark.parametrize("operation", CALCULATING, ids=lambda o: o.name)
@@ -203,7 +203,7 @@ def test_sines_of_many_turns(chip, rng):
     for name, function in (("SIN", np.sin), ("COS", np.cos)):
         chip.load(0, [], SLOTS, code("MAIN", name, "RETURN"))
         found = chip.run(rows)[0].astype(float)
-        # less than what the angle itself is rounded by
+        # less than the rounding error of the angle itself
         assert np.all(np.abs(found - function(x.astype(float))) <= 1e-7 + ROUNDED * np.abs(x))
 
 
@@ -241,7 +241,7 @@ def test_where_numbers_end(chip, name, a, s, wanted):
 # --- an integer times a float in one go
 SMALLEST, LARGEST = np.finfo(np.float32).tiny, np.finfo(np.float32).max
 WHOLE = 2**24
-"""Up to here a float holds every integer; of a larger one, what it cannot hold is cut off."""
+"""Floats represent every integer up to here; larger ones are truncated."""
 INTEGERS = np.array(
     [0, 1, -1, 2, 255, 256, -256, 65535, 65536, -65537, WHOLE - 1, WHOLE, WHOLE + 1, -WHOLE - 1, 2**25 - 1,
      2**30, 2**31 - 1, -(2**31) + 1, -(2**31)], dtype=np.int32
@@ -250,7 +250,7 @@ FACTORS = np.float32([1.0, 0.5, 1 / 3, 1.9999999, 1.0000001, 20.7e-6, 1e-7, 2e-3
 
 
 def products(calls, value, factor):
-    """Return the chip's products, and how far they are from exact in units of their last bit (n,)."""
+    """Return the chip's products, and their error in units of the last bit (n,)."""
     found = calls.call("times", value.view(np.float32), factor)[0]
     exact = value.astype(float) * factor.astype(float)
     off = np.abs(found.astype(float) - exact) / np.spacing(np.abs(exact).astype(np.float32)).astype(float)
@@ -262,7 +262,7 @@ def test_an_integer_times_a_float_is_off_by_a_last_bit_at_most(calls, rng):
     _, off = products(calls, value, np.float32(10.0 ** rng.uniform(-25, 25, 700)))
     assert off.max() <= 1.0
     assert np.mean(off <= 0.5001) > 0.97
-    large = rng.integers(-(2**31), 2**31, 400).astype(np.int32)  # most are more than a float holds
+    large = rng.integers(-(2**31), 2**31, 400).astype(np.int32)  # most exceed a float's precision
     assert products(calls, large, np.float32(10.0 ** rng.uniform(-25, 25, 400)))[1].max() <= 2.5
     whole = rng.integers(-WHOLE, WHOLE + 1, 200).astype(np.int32)
     np.testing.assert_array_equal(products(calls, whole, np.ones(200, np.float32))[0], whole)
@@ -292,14 +292,14 @@ def test_products_from_the_smallest_float_to_beyond_the_largest(calls):
     assert 1 <= np.sum(~fits) < value.size
 
 
-# --- a filter's share of a number, and the bytes of a frame, as in C++
+# --- a filter's multiplication, and the bytes of a frame, as in C++
 WRITER, BODY, CODED = 0x700, 0x710, 0x780
-"""Places in the chip's memory that nothing else uses."""
+"""Unused addresses in the chip's memory."""
 LONGEST_BODY = 72
 
 
 def share(value, half):
-    """Return what estimator::share gives in C++ (n,) of (n,) uint32."""
+    """Return the result of estimator::share in C++ (n,) for (n,) uint32."""
     value, half = value.astype(np.uint64), half.astype(np.uint64)
     high, low, large, small = value >> 16, value & 0xFFFF, half >> 16, half & 0xFFFF
     total = high * large + (low * large >> 16) + (high * small >> 16)
@@ -325,7 +325,7 @@ def test_a_share_of_a_number_is_the_same_to_the_last_bit(calls, rng):
 
 
 def written(calls, body: bytes, *parts: int) -> bytes:
-    """Return the frame that the chip makes of a body, put into it in parts of so many bytes."""
+    """Return the chip's frame of a body written in parts of these sizes."""
     start = b"\xff\xff" + CODED.to_bytes(2, "little") + (CODED + 1).to_bytes(2, "little")
     calls.write(WRITER, start)
     at = 0

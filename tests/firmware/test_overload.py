@@ -1,4 +1,4 @@
-"""The firmware at its limits, by board time alone: stack, a line that is full, the longest law, a hang."""
+"""The firmware at its limits in board time: stack, full line, longest law, hang."""
 
 import itertools
 import math
@@ -49,14 +49,14 @@ pytestmark = needs_board
 
 
 class Talk:
-    """A computer that talks to a board; ``heard`` is what the board says."""
+    """A computer that communicates with a board; ``heard``: the board's messages."""
 
     def __init__(self, turns: Turns):
         self.turns, self.decoder = turns, Decoder()
         self.heard: list = []
 
     def turn(self) -> list:
-        """Let the board go on; return what it said meanwhile."""
+        """Advance the board; return its messages."""
         self.turns.turn()
         new = self.decoder.feed(self.turns.take(4096))
         self.heard += new
@@ -69,7 +69,7 @@ class Talk:
         return [m for m in self.heard if isinstance(m, kind)]
 
     def load(self, law: Program, rate: int, generation: int) -> None:
-        """Send a law, a piece a sample, with questions in between; what gets lost is said again."""
+        """Send a law, one piece per sample, with requests in between; repeat lost pieces."""
         head = announced(law, rate, usual(rate), generation)
         for turn in range(2000):
             known = False
@@ -85,7 +85,7 @@ class Talk:
         raise AssertionError("the law never began")
 
     def run(self, law: Program, generation: int, seconds: float) -> None:
-        """Let a law render, its constants always moving, stopped and let go now and then."""
+        """Let a law render with ramping constants, and occasional stops and releases."""
         moves = range(2 + law.states, 2 + len(law.given))[:TUNED]
         values = law.given[law.states : law.states + len(moves)]
         until, change = self.turns.time + seconds, 0
@@ -101,8 +101,8 @@ class Talk:
 
 # --- the stack
 TOP = 0x8FF
-"""Where the stack begins."""
-# Among them the ones with the deepest functions, with subroutines and with much to verify.
+"""Start address of the stack."""
+# including those with the deepest functions, with subroutines and with much to verify
 DEEP = (
     ("texture", {"kind": "grating"}, 4000),
     ("detents", {}, 4000),
@@ -110,7 +110,7 @@ DEEP = (
     ("puck", {}, 1000),
     ("cat", {}, 500),
 )
-# Too fast a handle at first and now and then, else to and fro.
+# handle too fast at first and occasionally, otherwise to and fro
 TO_AND_FRO = [
     f"{0.02 * k:.2f} position {0.04 * (-1) ** k} {0.018 if k % 20 else 0.005}" for k in range(1, 150)
 ]
@@ -136,13 +136,13 @@ def test_the_stack_takes_no_more_than_the_build_counts_on(tmp_path, sensor):
     assert 200 < stack <= stack_counted()
 
 
-# --- a law that is looked through for longer than the hardware watchdog waits
+# --- a law whose verification exceeds the hardware watchdog's time
 OPCODES = {operation.name: operation.code for operation in machine.OPERATIONS}
 RESET_AFTER = 0.016
 
 
 def long_law():
-    """Return a law that fills the arena, as many jumps under way from its beginning to its end as can be."""
+    """Return a law that fills the arena, with as many pending jumps from start to end as possible."""
     size = ARENA - 4 * 3 - RAMPS * RAMP
     code = bytearray([OPCODES["MAIN"]])
     jumps = []
@@ -169,14 +169,14 @@ def test_a_law_that_takes_long_to_look_through_begins(tmp_path):
     assert np.diff(times).max() > RESET_AFTER
 
 
-# --- a computer that never stops talking while the board renders
+# --- a computer that never stops sending while the board renders
 SECONDS = 2.0
 BYTES = 100_000
-"""Bytes a second that the line carries."""
+"""Bytes per second of the line."""
 AHEAD = 2500
-"""Bytes that wait: the longest turn, 20 ms, and more."""
+"""Bytes in advance: for the longest turn, 20 ms, and more."""
 KITS = 8
-"""Turns of the talk with another kit, half of which come through; then it is saved, which takes 0.25 s."""
+"""Turns with another kit, half of which arrive; then it is saved, which takes 0.25 s."""
 LAWS = ("wall", "texture", "friction", "cat", "button", "spring")
 RATES = (4000, 3400, 2000, 1600, 1000, 900, 500)
 COEFFICIENTS = ((0.0, 0.0), (0.2, 0.0), (0.35, 120.0))
@@ -184,7 +184,7 @@ MOTION = [(0.02, 4.0, 0.5), (0.01, 11.0, 0.7)]
 
 
 def words_of(turn: int, room: int) -> tuple[bytes, bytes]:
-    """Return what sends a law, whole, and what gives one of its constants the value that it has."""
+    """Return the bytes that send a whole law, and those that set one of its constants to its value."""
     key, rate, kind = LAWS[turn // 3 % len(LAWS)], RATES[turn % len(RATES)], turn % len(Estimator)
     environment = environments.named(key)
     law = program(environment, environment.values(), rate, room)
@@ -196,7 +196,7 @@ def words_of(turn: int, room: int) -> tuple[bytes, bytes]:
 
 
 def talk(room: int, kit) -> Iterator[bytes]:
-    """Yield what a computer may say and what none would, again and again."""
+    """Yield valid and invalid messages of a computer, repeatedly."""
     rng = np.random.default_rng(3)
     for turn in itertools.count(1):
         law, change = words_of(turn, room)
@@ -213,12 +213,12 @@ def talk(room: int, kit) -> Iterator[bytes]:
 
 
 def share(time: float) -> float:
-    """Return how full the line is: more than the board can read, then as much as it can, in turns."""
+    """Return the load of the line: alternately more than the board can read, and as much."""
     return 1.0 if time % 0.1 < 0.03 else 0.2
 
 
 def flood(turns: Turns, kit) -> Talk:
-    """Keep the line to a board full; return what was said."""
+    """Keep the line to a board full; return the board's messages."""
     words = talk(turns.ask(HelloRequest(), Hello).arena, kit)
     line, now, owed = Talk(turns), turns.time, AHEAD
     line.say(Stream(1, 0))
@@ -243,11 +243,11 @@ def test_a_full_line_never_keeps_interrupts_off(tmp_path, sensor):
     line = flood(turns, kit)
     summary = turns.end()
     assert 0 < summary["interrupts_off_cycles"] <= LONGEST_INTERRUPT
-    assert summary["overruns"] == summary["overwritten"] == 0  # of bytes, in the chip's port
+    assert summary["overruns"] == summary["overwritten"] == 0  # bytes, in the chip's port
     assert summary["received"] > 0.95 * 0.44 * BYTES * SECONDS
     duty = truth(turns.log).duty
     assert FULL_FORCE * (np.abs(duty).max() - 1.0) ** 2 / 255.0**2 <= kit.max_force
-    # whole frames, no restart, laws that push, an answer to every question
+    # whole frames, no restart, laws with force, a reply to every request
     shown = line.of(Telemetry)
     assert line.decoder.bad_frames == 0
     assert np.all(np.diff([frame.time_us for frame in shown]) > 0)
@@ -259,7 +259,7 @@ def test_a_full_line_never_keeps_interrupts_off(tmp_path, sensor):
     assert {Origin.UNSAVED, Origin.STORED} <= {frame.origin for frame in line.of(Settings)}
 
 
-# --- firmware that hangs, in its tick or in its main program: the hardware watchdog ends it
+# --- firmware that hangs in its tick or main program is reset by the hardware watchdog
 HANGS_AT = 0.3
 WATCHDOG = 0.025
 

@@ -1,4 +1,4 @@
-"""Sketches and firmware, built as the Arduino IDE does: what the pins render against the Python law."""
+"""Sketches and firmware, built as by the Arduino IDE: forces at the pins against the Python law."""
 
 import itertools
 import shutil
@@ -34,7 +34,7 @@ needs_ide = pytest.mark.skipif(
 
 _BOARD = ("=10819", "_AVR_UNO", "_ARCH_AVR")
 _CHIP = ["-mmcu=atmega328p", "-DF_CPU=16000000L", *(f"-DARDUINO{name}" for name in _BOARD)]
-# the options of the core's platform.txt
+# options of the core's platform.txt
 _COMMON = ["-c", "-Os", "-ffunction-sections", "-fdata-sections", "-flto", f"-I{CORE}", f"-I{VARIANT}"]
 _CXX = ["-std=gnu++11", "-fpermissive", "-fno-exceptions", "-fno-threadsafe-statics"]
 _LANGUAGES = {
@@ -44,14 +44,14 @@ _LANGUAGES = {
     ".ino": ["avr-g++", *_CXX, "-x", "c++", "-include", "Arduino.h"],
 }
 _STRICT = ["-Wall", "-Wextra", "-Werror"]
-FADE = 0.5  # s in which a sketch's force comes up
+FADE = 0.5  # s of a sketch's fade-in
 
 
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory):
-    """Return the Arduino core, all of it, compiled once."""
+    """Return the whole Arduino core, compiled once."""
     folder = tmp_path_factory.mktemp("core")
-    # avr-libc 2.0 keeps this one from C++ before 2011
+    # avr-libc 2.0 hides this macro from C++ before 2011
     options = ["-w", "-DDECIMAL_DIG=9"]
     made = [_compiled(s, folder, options) for s in sorted([*CORE.glob("*.c"), *CORE.glob("*.cpp")])]
     archive = folder / "core.a"
@@ -60,14 +60,14 @@ def archive(tmp_path_factory):
 
 
 def build(text: str, archive: Path, folder: Path) -> Path:
-    """Compile a sketch with every warning an error; return its .elf."""
+    """Compile a sketch with warnings as errors; return its .elf."""
     ino = folder / "sketch.ino"
     ino.write_text(text, encoding="utf-8")
     return linked([ino], archive, folder)
 
 
 def linked(sources: Sequence[Path], archive: Path, folder: Path) -> Path:
-    """Compile sources with every warning an error; return their .elf."""
+    """Compile sources with warnings as errors; return their .elf."""
     elf, objects = folder / "sketch.elf", [_compiled(source, folder, _STRICT) for source in sources]
     options = ["-w", "-Os", "-flto", "-fuse-linker-plugin", "-Wl,--gc-sections"]
     subprocess.run(["avr-gcc", *options, *_CHIP, "-o", elf, *objects, archive, "-lm"], check=True)
@@ -81,14 +81,14 @@ def _compiled(source: Path, folder: Path, options: Sequence[str]) -> Path:
 
 
 def rendered(elf: Path, folder: Path, script: tuple[str, ...], seconds: float, *options: str) -> np.ndarray:
-    """Return the truth log of a sketch, a row a tick, from the first one on."""
+    """Return the truth log of a sketch, one row per tick."""
     outcome = run(elf, folder, "--seconds", str(seconds), *options, script=script)
     assert (outcome.code, outcome.errors) == (0, "")
     return outcome.truth[1:]  # setup() reads the sensor once
 
 
 def asked(environment: Environment, values, position: np.ndarray, rate: float, spec) -> np.ndarray:
-    """Return the forces of the Python law, faded in and cut as a sketch does."""
+    """Return the forces of the Python law, with the sketch's fade-in and limit."""
     velocity = estimate_velocity(position, rate, spec, QUANTUM)
     law = environment.force.compiled()
     state, fault = own.law_memory(law)
@@ -102,7 +102,7 @@ def asked(environment: Environment, values, position: np.ndarray, rate: float, s
 ARITHMETIC = 2e-3  # N between single and double precision
 SWEEP = ("0.1 position 0.012 0.1", "0.25 position -0.03 0.2", "0.47 position 0.02 0.2")
 SECONDS = 0.7
-# with memory, in branches, and by other rates and estimators; then the ones with most arithmetic
+# with state, in branches, with other rates and estimators; then the most expensive ones
 FEW = (
     ("cat", {}, ()),
     ("friction", {"model": "lugre"}, ()),
@@ -137,11 +137,11 @@ ENVIRONMENT = Environment(
 
 
 def compare(environment, values, archive, folder, rate=None, spec="kalman"):
-    """Hold the force in effect at each reading against what the reading before asked for in Python."""
+    """Compare the force in effect at each reading with the Python law's for the reading before."""
     text = sketch.text(environment, values, None, rate, spec)
     rate = rate or sketch.usual_rate(environment, values)
     truth = rendered(build(text, archive, folder), folder, SWEEP, SECONDS)
-    assert len(truth) == pytest.approx(SECONDS * rate, abs=2)  # no tick was left out
+    assert len(truth) == pytest.approx(SECONDS * rate, abs=2)  # no tick was skipped
     steps = np.diff(truth.converter)
     steps -= 921 * np.round(steps / 921)
     position = QUANTUM * np.concatenate([[0.0], np.cumsum(steps)])
@@ -160,7 +160,7 @@ def test_a_sketch_renders_the_law_as_tuned_at_rate_and_velocity_chosen(key, give
 
 
 def written(folder, text):
-    """Return the environment that a person wrote."""
+    """Return a user's environment."""
     return reading.load_source(source.typed(folder / "ramp.py", text))
 
 
@@ -179,7 +179,7 @@ LAST = 0.8
 
 
 def held(kit, archive, folder, *options, script=HOLD):
-    """Return the duty that a spring ends up with where the handle is held."""
+    """Return the final duty of a spring with the handle held."""
     text = sketch.text(environments.named("spring"), {"stiffness": STIFFNESS, "damping": 0.0}, kit)
     elf = build(text, archive, folder)
     return rendered(elf, folder, script, LAST, *EVERY_MS, *options)[-1].duty
