@@ -109,6 +109,7 @@ class Run:
 
     def _save_session(self, path: str | Path) -> None:
         table = np.zeros((len(self.time), rows.ROW_WIDTH))
+        table[:, [rows.ENERGY_GIVEN, rows.ENERGY_LIMIT]] = np.nan  # a run does not hold them
         table[:, rows.TICK], table[:, rows.HOST_TIME] = np.arange(len(table)), self.time
         for signal in _SIGNALS:
             table[:, COLUMN[signal.name]] = getattr(self, signal.name)

@@ -127,3 +127,10 @@ def test_a_file_of_version_1_is_read_exported_noted_on_and_repaired(tmp_path):
 def test_a_layout_that_makes_no_sense_is_refused(signals):
     with pytest.raises(DamagedError, match=r"^its layout has "):
         checked_layout(signals)
+
+
+def test_a_run_that_is_saved_as_a_session_has_no_energies_of_the_observer(tmp_path):
+    hs.simulate("spring", seconds=0.2).save(tmp_path / "a.hapkit")
+    with closing(Session(tmp_path / "a.hapkit")) as session:
+        found = session.read(("energy_given", "energy_limit"))
+    assert np.isnan([*found.values()]).all()
