@@ -48,7 +48,7 @@ test-all: test
 
 $(WARM): warm-loop
 warm-loop $(WARM): warm-%: $(VENV)/.test
-	@$(CHECK) XDG_CACHE_HOME=$(CURDIR)/build $(BIN)/python -m hapkit_studio.gui.prepare $*
+	@$(CHECK) XDG_CACHE_HOME=$(CURDIR)/build $(BIN)/python -m hapkit_studio.gui.state.prepare $*
 
 lint: $(VENV)/.test
 	@.ci/system-packages.sh test
@@ -64,7 +64,7 @@ bench: $(VENV)/.bench
 
 pictures: $(VENV)/.run
 	@.ci/system-packages.sh run
-	QT_QPA_PLATFORM=offscreen $(BIN)/python -m hapkit_studio.gui.portraits assets/pictures
+	QT_QPA_PLATFORM=offscreen $(BIN)/python -m hapkit_studio.gui.shell.portraits assets/pictures
 	$(BIN)/hapkit-studio environments --markdown > assets/docs/environments.md
 
 firmware:
@@ -105,7 +105,7 @@ $(VENV)/.run: pyproject.toml | $(BIN)/pip
 # the first start then is as quick as every later one; after an edit the window compiles by itself
 $(VENV)/.compiled: $(VENV)/.run
 	@$(BIN)/python -m compileall -q hapkit_studio
-	@$(BIN)/python -m hapkit_studio.gui.prepare all
+	@$(BIN)/python -m hapkit_studio.gui.state.prepare all
 	@touch $@
 
 $(VENV)/.test: pyproject.toml | $(BIN)/pip

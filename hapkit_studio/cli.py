@@ -162,7 +162,7 @@ def _texts(_options: "argparse.Namespace") -> "Result":
     from hapkit_studio.commands.base import Result
 
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    from hapkit_studio.gui.texts import texts
+    from hapkit_studio.gui.shell.texts import texts
 
     found = texts()
     lines = "\n".join(f"{place} | {words}" for place, words in found)
@@ -177,11 +177,11 @@ def _window(given: Sequence[str]) -> int:
     if not (qt or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return _demo()
     gc.disable()  # imported objects stay: collecting them repeatedly would take 0.1 s
-    from hapkit_studio.gui import prepare
+    from hapkit_studio.gui.state import prepare
 
     first = options.environment or prepare.FIRST
     preparing = prepare.begin("loop", first)  # compile while Qt is loading
-    from hapkit_studio.gui import app
+    from hapkit_studio.gui.shell import app
 
     return app.run(given, preparing)
 

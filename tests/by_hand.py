@@ -16,7 +16,7 @@ import numpy as np
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
 
-from hapkit_studio.gui.window import MainWindow
+from hapkit_studio.gui.shell.window import MainWindow
 from hapkit_studio.haptics import rows
 from tests.bench.window import open_window, process_until
 

@@ -22,7 +22,7 @@ from hapkit_studio.analysis import survey
 from hapkit_studio.analysis.survey import Axes
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.environments import discover
-from hapkit_studio.gui import presets
+from hapkit_studio.gui.state import presets
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import (

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 import hapkit_studio
 from hapkit_studio import resources
 from hapkit_studio.arguments import window_parser
-from hapkit_studio.gui import app
+from hapkit_studio.gui.shell import app
 from hapkit_studio.haptics import rows
 
 PATIENCE = 180.0

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QTimer
 
-from hapkit_studio.gui.window import MainWindow
+from hapkit_studio.gui.shell.window import MainWindow
 from hapkit_studio.sessions.session import Session
 from tests.bench.frame import resident
 from tests.bench.window import keep_busy, open_window, process_until

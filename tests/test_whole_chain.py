@@ -8,8 +8,8 @@ from pytestqt.qtbot import QtBot
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
-from hapkit_studio.gui.actions import new_window
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.shell.actions import new_window
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.rows import RingReader

@@ -8,7 +8,7 @@ import numpy as np
 from PySide6.QtCore import QTimer
 
 from hapkit_studio.devices import delays
-from hapkit_studio.gui.window import MainWindow
+from hapkit_studio.gui.shell.window import MainWindow
 from hapkit_studio.haptics import rows
 from tests.bench.window import keep_busy, open_window
 

@@ -6,7 +6,7 @@ import sys
 import time
 
 from hapkit_studio.arguments import window_parser
-from hapkit_studio.gui import prepare
+from hapkit_studio.gui.state import prepare
 
 gc.disable()
 OPTIONS = window_parser().parse_args([])
@@ -17,7 +17,7 @@ PREPARING = prepare.begin(
 from PySide6.QtCore import QTimer  # noqa: E402
 from PySide6.QtWidgets import QApplication, QLabel  # noqa: E402
 
-from hapkit_studio.gui import app  # noqa: E402
+from hapkit_studio.gui.shell import app  # noqa: E402
 
 LOOK_MS = 20
 

@@ -11,8 +11,8 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 
 from hapkit_studio.arguments import window_parser
-from hapkit_studio.gui import app
-from hapkit_studio.gui.window import MainWindow
+from hapkit_studio.gui.shell import app
+from hapkit_studio.gui.shell.window import MainWindow
 
 FRAME_MS = 16
 

@@ -33,7 +33,7 @@ DEVICE = DeviceKind(10, lambda: [DeviceEntry("heavy-paddle", HeavyPaddle.title, 
 @pytest.mark.slow
 def test_a_new_device_needs_one_module(tmp_path):
     copy = copy_with(tmp_path, "hapkit_studio/devices/heavy_paddle.py", NEW)
-    files = "tests/devices/test_every_device.py", "tests/gui/test_every_device.py"
+    files = "tests/devices/test_every_device.py", "tests/gui/shell/test_every_device.py"
     said = run_tests(copy, "-m", "not slow and not alone", *files)
     assert "test_a_command_runs_it_with_a_hand[heavy-paddle] PASSED" in said
     assert "test_the_window_renders_records_judges_and_shows_all_pages[heavy-paddle] PASSED" in said

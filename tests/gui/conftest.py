@@ -9,12 +9,12 @@ from PySide6.QtCore import QCoreApplication, QDeadlineTimer
 from PySide6.QtTest import QTest
 
 from hapkit_studio.arguments import window_parser
-from hapkit_studio.gui import app
-from hapkit_studio.gui.actions import new_window
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.shell import app
+from hapkit_studio.gui.shell.actions import new_window
+from hapkit_studio.gui.shell.window import MainWindow
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
-from hapkit_studio.gui.window import MainWindow
 from tests.gui.board_fixtures import board_window, held_board_window, scripted  # noqa: F401
 from tests.gui.live.plot_fixtures import history, phase, plots  # noqa: F401
 from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine, delete_the_given_up, put_back

@@ -6,9 +6,9 @@ import numpy as np
 from numba import njit
 from PySide6.QtCore import QObject
 
-from hapkit_studio.gui import demos
-from hapkit_studio.gui.demo_player import DemoPlayer
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.teach import demos
+from hapkit_studio.gui.teach.demo_player import DemoPlayer
 from hapkit_studio.haptics import clock, simulated_loop
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.tick import adopt

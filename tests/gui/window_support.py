@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QDialog, QLabel
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import FIELDS, USUAL_LOOP
-from hapkit_studio.gui.dialogs import TextDialog
+from hapkit_studio.gui.widgets.dialogs import TextDialog
 from hapkit_studio.haptics.engine import Engine
 from tests.lateness import clear_lateness
 

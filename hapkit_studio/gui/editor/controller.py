@@ -10,13 +10,13 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from hapkit_studio.errors import LawError
-from hapkit_studio.gui.dialogs import TextDialog, text_dialog
 from hapkit_studio.gui.editor import code_page
 from hapkit_studio.gui.editor.code_page import CodePage
 from hapkit_studio.gui.editor.cycles import Cycles
 from hapkit_studio.gui.editor.editor import Editor
-from hapkit_studio.gui.own_environments import OwnEnvironments
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.own_environments import OwnEnvironments
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.widgets.dialogs import TextDialog, text_dialog
 from hapkit_studio.gui.widgets.parts import across, choose_file, label
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop import folder

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, QTimer
 
 from hapkit_studio.errors import LawError
-from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.editor.code_page import CodePage
-from hapkit_studio.gui.own_environments import OwnEnvironments
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.background import LatestAnswer
+from hapkit_studio.gui.state.own_environments import OwnEnvironments
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.laws.machine import ARENA
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.editor.code_page import CodePage, MessageLine
-from hapkit_studio.gui.own_environments import declared_words
+from hapkit_studio.gui.state.own_environments import declared_words
 from hapkit_studio.gui.widgets.gallery_row import GalleryRow, icon_name
 from hapkit_studio.gui.widgets.parts import Sign, across, down, label, rule
 from hapkit_studio.workshop import folder

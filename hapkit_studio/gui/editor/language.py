@@ -3,7 +3,7 @@
 from PySide6.QtGui import QTextBlockFormat, QTextCursor, QTextFormat, QTextTable
 from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
 
-from hapkit_studio.gui.dialogs import TextDialog
+from hapkit_studio.gui.widgets.dialogs import TextDialog
 from hapkit_studio.gui.widgets.parts import across
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.laws import reference

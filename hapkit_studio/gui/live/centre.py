@@ -4,16 +4,15 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStackedWidget, QWidget
 
-from hapkit_studio.gui import breakpoints
-from hapkit_studio.gui.breakpoints import GAP
 from hapkit_studio.gui.live.held import HeldList, HeldTraces
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import TimePlots
 from hapkit_studio.gui.live.time_view import SPANS, TimeView
 from hapkit_studio.gui.live.trigger import Trigger
 from hapkit_studio.gui.scenes import SceneView
-from hapkit_studio.gui.stored import StoredSettings
-from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.state.stored import StoredSettings
+from hapkit_studio.gui.widgets import breakpoints, icons
+from hapkit_studio.gui.widgets.breakpoints import GAP
 from hapkit_studio.gui.widgets.parts import across, down
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme

@@ -12,7 +12,7 @@ from hapkit_studio.gui.live.held import PastTrace
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import FRAME_MS, Live
 from hapkit_studio.gui.panel.rendering import RenderingSwitch
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from hapkit_studio.columns import Column
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.time_view import TimeView
-from hapkit_studio.gui.pages.table import Table
 from hapkit_studio.gui.widgets.parts import across, down, label
 from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.table import Table
 from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.haptics.signals import BY_NAME
 

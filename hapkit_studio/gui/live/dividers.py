@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
-from hapkit_studio.gui.undo import ENVIRONMENT, Settings, UndoHistory, joined, settings_of, words
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, UndoHistory, joined, settings_of, words
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 _RESTED = 1.0  # s: what changes later within the same gesture is a change of its own
 

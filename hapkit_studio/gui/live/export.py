@@ -17,11 +17,11 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication, QImage
 
 from hapkit_studio.errors import ParameterError, StudioError
-from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.live.history import Window
 from hapkit_studio.gui.live.live import KEPT_SECONDS
 from hapkit_studio.gui.live.plots.declared import OBJECT
 from hapkit_studio.gui.live.recorded import Recorded
+from hapkit_studio.gui.state.background import Job
 from hapkit_studio.gui.widgets.parts import choose_file
 from hapkit_studio.sessions import export, settings
 from hapkit_studio.settings_log import Log
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from hapkit_studio.api import Run
     from hapkit_studio.charts.run import Past
     from hapkit_studio.gui.live.centre import Centre
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 PICTURES = (".png", ".svg", ".pdf")
 COMMA = "Table, decimal comma (*.csv)"

@@ -25,6 +25,7 @@ _ALWAYS = (
     "energy",
 )  # cursors, trigger and export read these
 _AT_ONCE = 4096  # samples appended at a time
+LATELY_SECONDS = 5.0  # "of late" for the handle's highest speed
 
 
 @cache
@@ -317,3 +318,9 @@ class LiveHistory(Samples):
             self.dividers.pop(0)
         while len(self.changes) > 1 and self.changes[1] < self.start:
             self.changes.pop(0)
+
+
+def highest_speed(history: History, seconds: float = LATELY_SECONDS) -> float:
+    """Return the handle's highest speed in m/s in the newest seconds of a history, 0 without samples."""
+    velocity = history.between(history.now - seconds, np.inf).y["velocity"]
+    return float(np.nanmax(np.abs(velocity), initial=0.0))

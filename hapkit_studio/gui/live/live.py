@@ -8,7 +8,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from hapkit_studio.gui.live.history import LiveHistory
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:

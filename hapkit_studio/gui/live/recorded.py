@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui.environment_library import usable
 from hapkit_studio.gui.live.history import History, Samples, Window, channels
 from hapkit_studio.gui.live.plots.declared import OBJECT
+from hapkit_studio.gui.state.environment_library import usable
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.signals import COLUMN
 from hapkit_studio.sessions.chunk import BLOCK

@@ -16,12 +16,12 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from hapkit_studio.dynamics.loop_settings import from_table
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.background import Job
-from hapkit_studio.gui.environment_library import usable
 from hapkit_studio.gui.live.live import FRAME_MS, Live
 from hapkit_studio.gui.live.recorded import Recorded
-from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.undo import ENVIRONMENT, HAND, Settings, put, settings_of
+from hapkit_studio.gui.state.background import Job
+from hapkit_studio.gui.state.environment_library import usable
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.state.undo import ENVIRONMENT, HAND, Settings, put, settings_of
 from hapkit_studio.sessions.session import Session
 
 _SETTLE_MS = 80  # after it was dragged to another place

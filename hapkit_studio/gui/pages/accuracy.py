@@ -29,19 +29,19 @@ from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, estimator_words
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.background import LatestAnswer, Progress
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.measuring import MeasuringPage
-from hapkit_studio.gui.pages.table import Table
 from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
-from hapkit_studio.gui.undo import put
+from hapkit_studio.gui.state.background import LatestAnswer, Progress
+from hapkit_studio.gui.state.undo import put
 from hapkit_studio.gui.widgets.parts import down, hint
 from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.table import Table
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 PARTS = "Methods", "This scene", "What it needs"
 USE_RECOMMENDED, USE_CHOSEN = "Use recommended", "Use this method"

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QWidget
 
-from hapkit_studio.gui.background import end_all
+from hapkit_studio.gui.state.background import end_all
 from hapkit_studio.gui.widgets.parts import ScrollColumn, down, hint, label, rule
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 
 class Page(QWidget):

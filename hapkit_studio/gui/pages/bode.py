@@ -7,18 +7,18 @@ from hapkit_studio.analysis.bode import AMPLITUDE, CURVE_COLUMNS
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import on_screen, with_unit
-from hapkit_studio.gui.background import Progress
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.panel.rows import ParameterRow
+from hapkit_studio.gui.state.background import Progress
 from hapkit_studio.gui.widgets.parts import hint
 from hapkit_studio.gui.widgets.segmented import Segmented
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.bode.result import Bode
     from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 SIMULATION, VIRTUAL = range(2)
 _HOW = (

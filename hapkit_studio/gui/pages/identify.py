@@ -14,10 +14,10 @@ from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 from hapkit_studio.columns import Column
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui.background import Job, Progress
-from hapkit_studio.gui.open_recording import RecordingOpener
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
+from hapkit_studio.gui.pages.open_recording import RecordingOpener
+from hapkit_studio.gui.state.background import Job, Progress
 from hapkit_studio.gui.widgets.parts import down, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.haptics import rows
@@ -25,7 +25,7 @@ from hapkit_studio.haptics import rows
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Estimate, Identified, Part, Recording
     from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 
 # Numbers ramp and forces fade for 30 ms after a change.

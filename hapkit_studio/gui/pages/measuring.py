@@ -9,11 +9,10 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFrame, QProgressBar, QPushButton, QSizePolicy, QWidget
 
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.live.export import write
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel
 from hapkit_studio.gui.pages.drawing import Drawing
-from hapkit_studio.gui.pages.table import Table
+from hapkit_studio.gui.state.background import Job
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import (
     AnswerLine,
@@ -27,10 +26,11 @@ from hapkit_studio.gui.widgets.parts import (
     rule,
 )
 from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.table import Table
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 
 # more letters than that find no room beside the buttons; where the words stand among them

@@ -14,15 +14,15 @@ from PySide6.QtWidgets import QFileDialog, QFrame, QLineEdit, QPushButton
 from hapkit_studio.charts.session import draw
 from hapkit_studio.errors import StudioError
 from hapkit_studio.formatting import megabytes, number
-from hapkit_studio.gui.background import Job, Progress
-from hapkit_studio.gui.dialogs import WordsDialog
 from hapkit_studio.gui.editor.controller import DeleteDialog
 from hapkit_studio.gui.live.export import COMMA, TABLES
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.drawing import Drawing
-from hapkit_studio.gui.pages.table import Table
+from hapkit_studio.gui.state.background import Job, Progress
+from hapkit_studio.gui.widgets.dialogs import WordsDialog
 from hapkit_studio.gui.widgets.parts import across, choose_file, down, hint, primary, rule
 from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.table import Table
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.sessions.database import BESIDE
 from hapkit_studio.sessions.event_values import one_line
@@ -33,7 +33,7 @@ from hapkit_studio.sessions.session import Session, add_note
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 _NONE = "Nothing is recorded yet in {}. Press Record (R), or keep what already happened (Ctrl+Shift+S)."
 _READING = "Reading the sessions…"

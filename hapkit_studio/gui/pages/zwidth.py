@@ -10,11 +10,11 @@ from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, DEVICE_FORCE, SIMULATE
 from hapkit_studio.analysis.zwidth.result import COLUMNS, ENDED, Point, Protocol, ZWidth
 from hapkit_studio.charts.zwidth import Walls, draw, zwidth_figure
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.background import Progress, Work
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.panel.rows import ParameterRow
+from hapkit_studio.gui.state.background import Progress, Work
 from hapkit_studio.gui.widgets.parts import hint
 from hapkit_studio.gui.widgets.segmented import Segmented
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.backend_bases import MouseEvent
 
     from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
     from hapkit_studio.haptics.engine import Engine
 
 SIMULATION, DEVICE = range(2)

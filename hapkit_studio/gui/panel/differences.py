@@ -6,7 +6,7 @@ from PySide6.QtCore import Qt
 
 from hapkit_studio.columns import Column
 from hapkit_studio.dynamics.loop_settings import Difference
-from hapkit_studio.gui.pages.table import Table
+from hapkit_studio.gui.widgets.table import Table
 
 
 class DifferenceTable(Table):

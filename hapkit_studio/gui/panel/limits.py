@@ -10,8 +10,8 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.analysis.stability.margin import RELEASED
-from hapkit_studio.gui import prepare
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state import prepare
+from hapkit_studio.gui.state.studio import Studio
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.scene_verdict import Verdict

@@ -12,11 +12,11 @@ from hapkit_studio.dynamics.estimators import ESTIMATORS, parse
 from hapkit_studio.dynamics.loop_settings import CONTROLLER, DELAY, ESTIMATOR, GRIP, MODELS, RATE
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.lock import LOOP
 from hapkit_studio.gui.panel.rendering import RenderingSwitch
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
-from hapkit_studio.gui.stored import StoredSettings
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.lock import LOOP
+from hapkit_studio.gui.state.stored import StoredSettings
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.text import rich

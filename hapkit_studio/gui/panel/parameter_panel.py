@@ -13,8 +13,8 @@ from hapkit_studio.gui.panel.rows import ParameterRow, Row, row_of
 from hapkit_studio.gui.panel.stability_card import StabilityCard
 from hapkit_studio.gui.panel.two_settings import TwoSettings, TwoSettingsRow
 from hapkit_studio.gui.panel.warnings import WarningLines
-from hapkit_studio.gui.stored import StoredSettings
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.stored import StoredSettings
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.gallery_row import icon_name
 from hapkit_studio.gui.widgets.parts import SIDE, ScrollColumn, Sign, across, down, label, refill, rule

@@ -11,11 +11,10 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QLineEdit, QMenu, QPushButto
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import printable
-from hapkit_studio.gui import presets
-from hapkit_studio.gui.dialogs import FormDialog, text_dialog
 from hapkit_studio.gui.panel.differences import DifferenceTable
-from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.undo import (
+from hapkit_studio.gui.state import presets
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.state.undo import (
     ENVIRONMENT,
     Difference,
     Settings,
@@ -26,6 +25,7 @@ from hapkit_studio.gui.undo import (
     settings_of,
     settings_of_scene,
 )
+from hapkit_studio.gui.widgets.dialogs import FormDialog, text_dialog
 from hapkit_studio.gui.widgets.parts import across, choose_file, label
 from hapkit_studio.gui.widgets.text import plain_tip
 

@@ -8,10 +8,10 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.dynamics.loop_settings import BOARD, BOARD_RATE, COMPUTER, RENDERERS, LoopSettings
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.rows import ChoiceRow
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.background import LatestAnswer
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark

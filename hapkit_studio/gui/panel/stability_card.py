@@ -8,9 +8,9 @@ from PySide6.QtGui import QBrush, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.analysis.stability.margin import RELEASED, height, nice_width
-from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.panel.limits import JUDGING, Answer, LoopFacts, Question, answer
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.background import LatestAnswer
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.canvas import Canvas
 from hapkit_studio.gui.widgets.parts import AnswerLines, down, hint, label

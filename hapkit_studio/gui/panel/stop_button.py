@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QWidget
 
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.shortcut_button import ShortcutButton
 from hapkit_studio.gui.widgets.style import mark
 

@@ -4,10 +4,10 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.dialogs import FormDialog
 from hapkit_studio.gui.panel.differences import DifferenceTable
-from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.undo import Difference, Settings, UndoHistory, differences, settings_of_scene
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.state.undo import Difference, Settings, UndoHistory, differences, settings_of_scene
+from hapkit_studio.gui.widgets.dialogs import FormDialog
 from hapkit_studio.gui.widgets.parts import across, label
 
 NAMES = "A", "B"

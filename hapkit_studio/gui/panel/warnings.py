@@ -2,19 +2,15 @@
 
 import re
 
-import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.environments.base import Conditions
-from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.panel.limits import LoopFacts
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, refill
 from hapkit_studio.gui.widgets.text import tip
 from hapkit_studio.workshop.own import switched_off
-
-LATELY_SECONDS = 5.0
 
 
 class WarningLine(QWidget):
@@ -57,10 +53,9 @@ class WarningLines(QWidget):
             return None
         return Conditions(**{**vars(setting), "max_force": engine.max_force}, speed=self._speed)
 
-    def watch(self, history: History) -> None:
-        """Take the handle's highest speed of late; call it at a few hertz."""
-        velocity = history.between(history.now - LATELY_SECONDS, np.inf).y["velocity"]
-        self._speed = float(np.nanmax(np.abs(velocity), initial=0.0))
+    def watch(self, speed: float) -> None:
+        """Take the handle's highest speed of late in m/s; call it at a few hertz."""
+        self._speed = speed
         self.look()
 
     def look(self) -> None:

@@ -4,8 +4,7 @@ from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QFont, QFontMetrics, QKeyEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
-from hapkit_studio.gui import breakpoints
-from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets import breakpoints, icons
 from hapkit_studio.gui.widgets.text import plain_tip
 from hapkit_studio.gui.widgets.theme import theme
 

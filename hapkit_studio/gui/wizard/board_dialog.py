@@ -19,7 +19,7 @@ from hapkit_studio.gui.wizard.board_thread import BoardThread
 
 if TYPE_CHECKING:
     from hapkit_studio.devices.board_runner import BoardRunner
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 FRAME_MS = 50
 NEUTRAL = ("circle", "ink3")

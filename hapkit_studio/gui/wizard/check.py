@@ -12,7 +12,7 @@ from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent, ResultBox
 
 if TYPE_CHECKING:
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 _ICON = 20
 _BEGIN = "Handle in the middle, hands off, motor's supply on. Then press Test; it takes half a minute."

@@ -25,7 +25,7 @@ from hapkit_studio.gui.wizard.step_strength import StrengthStep
 
 if TYPE_CHECKING:
     from hapkit_studio.devices.board_runner import BoardRunner
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 _SIZE, _SMALLEST = (1060, 700), (860, 560)
 _ROW_HEIGHT, _LIST_WIDTH, _ICON = 44, 200, 18

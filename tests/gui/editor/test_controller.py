@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.gui.editor import code_page
 from hapkit_studio.gui.editor.language import LanguageDialog
-from hapkit_studio.gui.export_dialog import ExportDialog
-from hapkit_studio.gui.window_dialogs import KeysDialog
+from hapkit_studio.gui.shell.export_dialog import ExportDialog
+from hapkit_studio.gui.shell.window_dialogs import KeysDialog
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop import trial
 from hapkit_studio.workshop.source import is_trusted, read, typed
@@ -33,7 +33,7 @@ def opened(home, make_window, qtbot):
 @pytest.fixture
 def no_trials(monkeypatch):
     """Let no program be started; a test says itself what a trial has found."""
-    monkeypatch.setattr("hapkit_studio.gui.own_environments.Job.start", lambda *_: None)
+    monkeypatch.setattr("hapkit_studio.gui.state.own_environments.Job.start", lambda *_: None)
 
 
 def force_at(window, qtbot, place: float) -> float:

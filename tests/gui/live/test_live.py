@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QFrame
 
 from hapkit_studio.analysis.oscillation import Oscillation
 from hapkit_studio.formatting import number
-from hapkit_studio.gui import status_bar
-from hapkit_studio.gui.status_bar import StatusBar, late
+from hapkit_studio.gui.shell import status_bar
+from hapkit_studio.gui.shell.status_bar import StatusBar, late
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.priority import Priority
 from hapkit_studio.haptics.signals import COLUMN

@@ -27,5 +27,5 @@ def test_a_file_of_its_own_is_all_that_a_new_plot_takes(tmp_path):
     files = [
         f"tests/gui/live/test_{name}.py" for name in ("every_plot", "held", "live", "time_plots", "time_view")
     ]
-    said = run_tests(copy, "-m", "not slow and not alone", *files, "tests/gui/test_projector.py")
+    said = run_tests(copy, "-m", "not slow and not alone", *files, "tests/gui/teach/test_projector.py")
     assert "test_its_last_signal_is_drawn_and_read[replayed-lateness] PASSED" in said

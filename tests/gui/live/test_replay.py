@@ -13,18 +13,18 @@ from PySide6.QtTest import QTest
 import hapkit_studio as hs
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
-from hapkit_studio.gui.background import end_all
-from hapkit_studio.gui.device_link import LinkStatus
 from hapkit_studio.gui.live import export
 from hapkit_studio.gui.live.replay import FRAME
-from hapkit_studio.gui.lock import Lock
-from hapkit_studio.gui.undo import settings_of
+from hapkit_studio.gui.state.background import end_all
+from hapkit_studio.gui.state.device_link import LinkStatus
+from hapkit_studio.gui.state.lock import Lock
+from hapkit_studio.gui.state.undo import settings_of
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import MARKER, SETTINGS, Event, SessionWriter
 from tests.gui.demo_support import Clock
 from tests.gui.live.test_export import read
-from tests.gui.test_demos import written
+from tests.gui.teach.test_demos import written
 from tests.gui.window_support import SIMULATED
 from tests.lateness import clear_lateness
 from tests.sessions.damaged import mutate, set_value

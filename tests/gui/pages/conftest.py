@@ -3,9 +3,9 @@
 import pytest
 
 from hapkit_studio.analysis import failures
-from hapkit_studio.gui import prepare
 from hapkit_studio.gui.pages.break_it.page import BreakItPage
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state import prepare
+from hapkit_studio.gui.state.studio import Studio
 from tests.gui.pages.break_it_support import Gate, library, measured
 
 

@@ -17,7 +17,7 @@ from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.live.export import write
 from tests.gui.pages.drawing_support import outside
-from tests.gui.test_layout import cut_off, resize
+from tests.gui.shell.test_layout import cut_off, resize
 
 
 def sheet() -> Sheet:

@@ -14,7 +14,7 @@ from hapkit_studio.gui.pages.break_it.lists import known_words
 from hapkit_studio.gui.pages.break_it.record import Record
 from tests.gui.pages.break_it_support import measured, settled
 from tests.gui.pages.drawing_support import click, drawn, outside
-from tests.gui.test_layout import cut_off, settle
+from tests.gui.shell.test_layout import cut_off, settle
 
 
 @pytest.fixture

@@ -41,7 +41,7 @@ def seen(drawing, x, y):
 
 
 def test_matplotlib_waits_for_a_view():
-    code = "import sys, hapkit_studio.gui.window, hapkit_studio.gui.pages as t; t.discover()"
+    code = "import sys, hapkit_studio.gui.shell.window, hapkit_studio.gui.pages as t; t.discover()"
     code += "; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -12,11 +12,11 @@ from hapkit_studio.analysis.identify import Estimate, Handle, Part, Setup, from_
 from hapkit_studio.analysis.identify.words import conditions
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui import prepare
 from hapkit_studio.gui.live.export import write
 from hapkit_studio.gui.pages.identify import newest_piece
+from hapkit_studio.gui.state import prepare
 from tests.gui.pages.drawing_support import drawn, outside
-from tests.gui.test_layout import cut_off
+from tests.gui.shell.test_layout import cut_off
 
 LEFT_OVER = "time, s (residual: the force that no term explains)"
 

@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
-from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.pages import measuring
 from hapkit_studio.gui.pages.base import Page, View
 from hapkit_studio.gui.pages.measuring import RunBar
+from hapkit_studio.gui.state.background import Job
 
 
 class Plain(Page):

@@ -15,15 +15,15 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton
 
 from hapkit_studio.cli import main
-from hapkit_studio.gui.dialogs import WordsDialog
 from hapkit_studio.gui.editor.controller import DeleteDialog
 from hapkit_studio.gui.pages import sessions
+from hapkit_studio.gui.widgets.dialogs import WordsDialog
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.file import MARKER, Event, SessionWriter
 from hapkit_studio.sessions.folder import folder
 from hapkit_studio.sessions.overview import overview
 from hapkit_studio.sessions.session import Session
-from tests.gui.test_layout import cut_off, resize
+from tests.gui.shell.test_layout import cut_off, resize
 from tests.gui.window_support import PATIENCE_MS
 from tests.sessions.damaged import ESCAPES, mutate, set_value
 from tests.sessions.test_chunk import QUANTUM

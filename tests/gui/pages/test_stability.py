@@ -23,10 +23,10 @@ from hapkit_studio.gui.pages.stability import page as stability
 from hapkit_studio.gui.pages.stability.map_data import measuring
 from hapkit_studio.gui.pages.stability.page import reading
 from hapkit_studio.gui.pages.stability.trial import map_parameters
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.studio import Studio
 from tests.gui.pages.drawing_support import click, drawn, outside, point, spot, words
 from tests.gui.pages.stability_support import follow, made_up
-from tests.gui.test_layout import cut_off, resize
+from tests.gui.shell.test_layout import cut_off, resize
 from tests.gui.window_support import PATIENCE_MS, put_back
 
 

@@ -15,7 +15,7 @@ from hapkit_studio.gui.live.export import write
 from hapkit_studio.gui.pages.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows
 from tests.gui.pages.drawing_support import leave, outside, point, words
-from tests.gui.test_layout import cut_off, resize
+from tests.gui.shell.test_layout import cut_off, resize
 
 
 def made_up(capped=False, clamped=True):

@@ -7,11 +7,11 @@ import pytest
 from PySide6.QtCore import QPoint, QRect
 
 from hapkit_studio.formatting import unbroken
-from hapkit_studio.gui.banners import Notice
-from hapkit_studio.gui.live.history import LiveHistory
+from hapkit_studio.gui.live.history import LATELY_SECONDS, LiveHistory, highest_speed
 from hapkit_studio.gui.panel.limits import LoopFacts
-from hapkit_studio.gui.panel.warnings import LATELY_SECONDS, WarningLine, WarningLines
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.panel.warnings import WarningLine, WarningLines
+from hapkit_studio.gui.shell.banners import Notice
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY
 from tests.gui.window_support import PATIENCE_MS
@@ -61,10 +61,10 @@ def test_it_follows_values_and_loop_and_says_nothing_without_a_reason(lines, stu
 
 
 def test_it_remembers_the_speed_for_a_while(lines):
-    lines.watch(moving(0.9 * LATELY_SECONDS, 0.51))
+    lines.watch(highest_speed(moving(0.9 * LATELY_SECONDS, 0.51)))
     assert lines.texts == ["Too fast: 0.51 m/s"]
     for calm in (moving(1.1 * LATELY_SECONDS, 0.51), LiveHistory(60.0)):
-        lines.watch(calm)
+        lines.watch(highest_speed(calm))
         assert lines.texts == []
 
 
@@ -110,7 +110,7 @@ def test_warnings_and_verdict_stay_in_sight_the_map_where_there_is_room(
     for rank, key in enumerate(("one", "other")):
         kept_window.banners.set(key, Notice(key, rank, "warn", "triangle", "Title.", "Text."))
     studio.set_value("stiffness", 301.0)
-    lines.watch(moving(0.9 * LATELY_SECONDS, 0.51))
+    lines.watch(highest_speed(moving(0.9 * LATELY_SECONDS, 0.51)))
     qtbot.waitUntil(lambda: card.question() is not None)
     card.ask()
     card.wait()

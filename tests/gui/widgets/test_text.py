@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui.dialogs import text_dialog
-from hapkit_studio.gui.export_dialog import ExportDialog
+from hapkit_studio.gui.shell.export_dialog import ExportDialog
+from hapkit_studio.gui.widgets.dialogs import text_dialog
 from hapkit_studio.gui.widgets.parts import label
 from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
 from hapkit_studio.parameters import Choice, Parameter

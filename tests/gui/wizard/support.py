@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.errors import NoDataError
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.studio import Studio
 from tests.analysis.calibrate import student
 from tests.devices.paddle_kit import PaddleKit
 from tests.gui.window_support import PATIENCE_MS, SIMULATED

@@ -6,8 +6,8 @@ from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.undo import ENVIRONMENT, Settings, put, settings_of
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, put, settings_of
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures.base import Live

@@ -23,7 +23,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.gui.state.studio import Studio
 
 
 _SETTLE_MS = 200

@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from hapkit_studio.analysis.failures import Failure
 from hapkit_studio.analysis.failures.base import Shown, Try
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui.background import Job, Progress
+from hapkit_studio.gui.state.background import Job, Progress
 
 _SAME = 1e-9
 

@@ -15,7 +15,7 @@ from hapkit_studio.analysis.stability.verdict import Asked, verdict
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import on_screen
-from hapkit_studio.gui.background import Progress, Work
+from hapkit_studio.gui.state.background import Progress, Work
 
 # The dot may come this near to the upper or right edge before the axes change.
 _EDGE = 0.95

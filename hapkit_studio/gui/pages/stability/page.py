@@ -15,8 +15,6 @@ from hapkit_studio.analysis.stability.verdict import Asked
 from hapkit_studio.charts.stability import Dot, Map, draw, stability_figure
 from hapkit_studio.charts.style import Colors
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.background import LatestAnswer
-from hapkit_studio.gui.lock import LOOP
 from hapkit_studio.gui.pages.base import SidePanel
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.stability.map_data import (
@@ -31,7 +29,9 @@ from hapkit_studio.gui.pages.stability.trial import MapParameters, Trial, TrialC
 from hapkit_studio.gui.pages.stability.verdict import Verdict, VerdictColumn, verdict
 from hapkit_studio.gui.panel.limits import JUDGING, LoopFacts
 from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.background import LatestAnswer
+from hapkit_studio.gui.state.lock import LOOP
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.parts import across, hint, label, rule
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number, theme

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from hapkit_studio.analysis.stability.behaviour import Behaviour, Centre
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment, Values
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.quantity import Quantity

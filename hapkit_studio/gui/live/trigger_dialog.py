@@ -1,0 +1,36 @@
+"""The trigger's settings: at what the time plots stand, how often, and with how much time before it."""
+
+from PySide6.QtWidgets import QPushButton, QWidget
+
+from hapkit_studio.gui.live.trigger import EDGE, LEVELS, PARAMETERS, Trigger
+from hapkit_studio.gui.panel.rows import row_of
+from hapkit_studio.gui.widgets.dialogs import FormDialog
+
+_ABOUT = (
+    "The time plots stand with the event in sight; scene, loop and recording go on. Backspace: back to live."
+)
+
+
+class TriggerDialog(FormDialog):
+    """Sets the trigger; what is set holds at once."""
+
+    def __init__(self, trigger: Trigger, parent: QWidget | None = None):
+        super().__init__("Trigger", _ABOUT, parent)
+        self._trigger = trigger
+        self.rows = {parameter.key: row_of(parameter) for parameter in PARAMETERS}
+        for key, row in self.rows.items():
+            row.show_value(trigger.values[key])
+            row.changed.connect(trigger.set_value)
+            self.column.addWidget(row)
+        self.arm = QPushButton()
+        self.arm.clicked.connect(trigger.toggle)
+        self.add_buttons(self.arm)
+        trigger.changed.connect(self._follow)
+        self._follow()
+
+    def _follow(self) -> None:
+        level = self._trigger.level
+        for each in LEVELS:
+            self.rows[each.parameter.key].setVisible(each is level)
+        self.rows[EDGE.key].setVisible(level is not None)
+        self.arm.setText("Wait no longer" if self._trigger.armed else "Arm")

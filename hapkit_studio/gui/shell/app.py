@@ -1,0 +1,195 @@
+"""Starts the window: application, theme, first picture, then the loop in the background."""
+
+import argparse
+import gc
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from subprocess import Popen
+
+from PySide6.QtCore import QObject, QRect, QSize, QTimer
+from PySide6.QtWidgets import QApplication
+
+from hapkit_studio import devices, interrupts
+from hapkit_studio.arguments import window_parser
+from hapkit_studio.environments import named
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import printable
+from hapkit_studio.gui.shell.actions import new_window
+from hapkit_studio.gui.shell.window import MainWindow
+from hapkit_studio.gui.state import prepare
+from hapkit_studio.gui.state.stored import StoredSettings
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.teach import demos
+from hapkit_studio.gui.widgets import style
+from hapkit_studio.gui.widgets.theme import MODES, theme
+
+FIRST_SIZE = QSize(1440, 900)
+LOOK_MS = 50
+REST_MS = 1000  # from opening the device to the preparation of what the first sample does not need
+_REJECTED = "Some stored settings cannot be used. Their default values are in force."
+SWITCH_SECONDS = 0.5e-3
+"""s after which one thread lets another have its turn. A law is translated for the board in a thread: with
+Python's 5 ms a picture meanwhile took 0.7 s, so 0.09 s."""
+
+
+def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> int:
+    """Open the window and return the exit code; see ``window_parser`` for what argv may hold.
+
+    preparing is the program that compiles the loop, if it was started before Qt was even imported.
+    """
+    options = window_parser().parse_args(list(sys.argv[1:] if argv is None else argv))
+    application = QApplication.instance() or QApplication(["hapkit-studio"])
+    assert isinstance(application, QApplication)
+    application.setApplicationName("hapkit-studio")
+    sys.setswitchinterval(SWITCH_SECONDS)
+    application.setApplicationDisplayName("Hapkit Studio")
+    style.apply(application)
+    try:
+        window = build(options)
+    except ParameterError as error:
+        print(printable(str(error)), file=sys.stderr)
+        return 2
+    window.show()
+    came: list[int] = []
+
+    def close(number: int, _frame: object) -> None:
+        came.append(number)
+        # closing ends the loop with a zero command; in its turn, as a signal may come amid a picture
+        QTimer.singleShot(0, window.close)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, close)
+    gc.freeze()  # no collection looks through modules and the window's own parts, which stay
+    QTimer.singleShot(0, lambda: begin(window, options, preparing))
+    code = application.exec()
+    return interrupts.INTERRUPTED if signal.SIGINT in came else code
+
+
+def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
+    """Give the window the size asked for, else the one it had, else one that fits the screen."""
+    if size is None and window.settings.geometry("geometry", window.restoreGeometry):
+        frameless = window.settings.value("frameless")  # Qt has left room for a frame that nobody draws
+        if isinstance(frameless, QRect) and window.screen().availableGeometry().contains(frameless):
+            window.setGeometry(frameless)
+        return
+    window.resize(QSize(*size) if size else FIRST_SIZE.boundedTo(window.screen().availableSize()))
+
+
+def build(options: argparse.Namespace) -> MainWindow:
+    """Return the window without opening a device; exit with one line if an option names something unknown.
+
+    A notice names the stored settings that could not be used.
+    """
+    settings = StoredSettings()
+    theme.set_mode(options.theme or settings.choice("theme", "system", MODES))
+    studio = Studio(devices.available)
+    key = named(options.environment).key if options.environment is not None else None
+    window = new_window(studio, settings)
+    if key is None or studio.why_fixed("environment", key):
+        window.state.restore()
+    if key is not None:
+        studio.choose(key)
+    window.history.forget()
+    if options.demo is not None:
+        window.demos.play(demos.read(demos.named(options.demo), studio.environments))
+    if not options.screenshot:
+        window.closed.connect(window.state.save)
+    _place(window, options.size)
+    if not options.screenshot and (words := window.settings.new_notice()):
+        window.banners.warn("settings", _REJECTED, words)
+    return window
+
+
+def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | None = None) -> None:
+    """Prepare the loop if it never was, then open the device; the window is up and usable meanwhile.
+
+    The laws of the other environments follow, and last what a board needs.
+    """
+    window.live.start()
+    if options.replay is not None:
+        window.replay.open(options.replay)
+    if options.screenshot:
+        window.studio.engine_changed.connect(lambda: _push_then_save(window, options))
+    key = window.studio.environment.key
+    prepare_all(window, key, preparing, lambda: _open_device(window, options.device))
+
+
+def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Callable[[], None]) -> None:
+    """Have the loop compiled that begins with an environment, call ``done``, go on with everything else.
+
+    It takes 0.1 s to look up which of the other laws are compiled. The first sample does not wait for that,
+    unless the loop has to be compiled too.
+    """
+
+    def expect() -> None:
+        if prepare.possible():
+            window.studio.readiness.expect(window.studio.environments, {*prepare.ALWAYS, key})
+
+    def first() -> Iterator[Sequence[Popen | None]]:
+        if preparing is not None:
+            expect()
+        yield [preparing]
+        program = prepare.begin("loop", key)  # what is prepared already may be another environment's
+        if program is not None:
+            expect()
+        yield [program]
+        done()
+        QTimer.singleShot(REST_MS, Preparation(window, rest()).run)
+
+    def rest() -> Iterator[Sequence[Popen | None]]:
+        expect()
+        laws = prepare.begin_laws(window.studio.readiness.waiting)
+        window.studio.readiness.follow(laws)
+        yield laws
+        yield [prepare.begin("boards")]
+        yield [prepare.begin("analysis")]
+
+    Preparation(window, first()).run()
+
+
+class Preparation(QObject):
+    """Goes on to the next step once the programs of one, None for none, have ended; ends with the window."""
+
+    def __init__(self, window: MainWindow, steps: Iterator[Sequence[Popen | None]]):
+        super().__init__(window)
+        self._steps = steps
+        self._programs: list[Popen] = []
+        self._watch = QTimer(self, interval=LOOK_MS)
+        self._watch.timeout.connect(self.run)
+        window.closed.connect(self._cancel)
+
+    def run(self) -> None:
+        """Take the next step if the programs have ended, else look again."""
+        while all(program.poll() is not None for program in self._programs):
+            step = next(self._steps, None)
+            if step is None:
+                self._watch.stop()
+                return
+            self._programs = [program for program in step if program is not None]
+        self._watch.start()
+
+    def _cancel(self) -> None:
+        self._steps = iter(())
+        for program in self._programs:
+            program.kill()
+            program.wait()
+
+
+def _open_device(window: MainWindow, key: str) -> None:
+    if window.studio.link.state == "preparing":
+        entries = {entry.key: entry for entry in window.studio.device.entries()}
+        other = devices.DeviceEntry(key, key, lambda: devices.named(key))
+        window.studio.device.open(entries.get(key, other))
+
+
+def _push_then_save(window: MainWindow, options: argparse.Namespace) -> None:
+    if window.studio.engine is not None:
+        if options.push is not None:
+            window.studio.move_hand(options.push * 1e-3)
+        QTimer.singleShot(int(options.seconds * 1000), lambda: _save_screenshot(window, options.screenshot))
+
+
+def _save_screenshot(window: MainWindow, path: str) -> None:
+    window.grab().save(path)
+    window.close()

@@ -1,0 +1,119 @@
+"""Banners under the header: what is wrong, and what to do about it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QPushButton, QWidget
+
+from hapkit_studio.gui.widgets import breakpoints
+from hapkit_studio.gui.widgets.parts import Sign, across, down, label
+from hapkit_studio.gui.widgets.theme import theme
+
+Button = tuple[str, Callable[[], object]]
+
+
+@dataclass(frozen=True)
+class Notice:
+    """One banner; the lower rank stands above. tone is danger or warn."""
+
+    key: str
+    rank: int
+    tone: str
+    icon: str
+    title: str
+    text: str
+    buttons: tuple[Button, ...] = ()
+
+    @property
+    def shape(self) -> tuple:
+        """Return all but its words: what differs in these only is shown without a flicker."""
+        return self.key, self.rank, self.tone, self.icon, [words for words, _ in self.buttons]
+
+
+class Banner(QWidget):
+    """Sign, title, one line, buttons."""
+
+    def __init__(self, notice: Notice, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.notice = notice
+        self.setObjectName("banner")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedHeight(theme.px(breakpoints.BANNER_HEIGHT))
+        self.setProperty("tone", notice.tone)
+        self.title, self.text = label(wrap=False), label()
+        self.title.setFont(theme.font("banner"))
+        self.buttons = [self._button(at, words) for at, (words, _) in enumerate(notice.buttons)]
+        words = down(None, self.title, self.text, None, gap=1)
+        sign = Sign(24, notice.icon, notice.tone)
+        across(sign, (words, 1), *self.buttons, into=self, margins=(14, 0, 12, 0), gap=12)
+        self.say(notice)
+
+    def say(self, notice: Notice) -> None:
+        """Show the words of a notice of the same shape."""
+        self.notice = notice
+        self.title.setText(notice.title)
+        self.text.setText(notice.text)
+        self.setAccessibleName(f"{notice.title} {notice.text}")
+
+    def _button(self, at: int, words: str) -> QPushButton:
+        button = QPushButton(words)
+        button.setProperty("tall", True)
+        # it goes away when clicked, and must not take the focus along
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        button.clicked.connect(lambda: self.notice.buttons[at][1]())
+        return button
+
+
+class BannerStack(QWidget):
+    """At most two banners, the worse first; empty it takes no room. ``changed``: another number of them."""
+
+    changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._notices: dict[str, Notice] = {}
+        self.banners: list[Banner] = []
+        self._column = down(into=self)
+        theme.changed.connect(self._rebuild)
+        self.hide()
+
+    def set(self, key: str, notice: Notice | None) -> None:
+        """Put up, change or take down the banner of a key."""
+        if self._notices.get(key) == notice:
+            return
+        if notice is None:
+            self._notices.pop(key, None)
+        else:
+            self._notices[key] = notice
+        worst = self._worst()
+        if [banner.notice.shape for banner in self.banners] == [shown.shape for shown in worst]:
+            for banner, shown in zip(self.banners, worst, strict=True):
+                banner.say(shown)
+        else:
+            self._rebuild()
+
+    def warn(self, key: str, title: str, text: str, rank: int = 9) -> None:
+        """Put up a warning that its own button takes down."""
+        close = ("Close", lambda: self.set(key, None))
+        self.set(key, Notice(key, rank, "warn", "triangle", title, text, (close,)))
+
+    def get(self, key: str) -> Notice | None:
+        """Return the notice of a key, shown or waiting behind worse ones."""
+        return self._notices.get(key)
+
+    def _worst(self) -> list[Notice]:
+        return sorted(self._notices.values(), key=lambda notice: notice.rank)[: breakpoints.BANNERS]
+
+    def _rebuild(self) -> None:
+        before = len(self.banners)
+        for banner in self.banners:
+            self._column.removeWidget(banner)
+            banner.hide()
+            banner.deleteLater()
+        self.banners = [Banner(notice) for notice in self._worst()]
+        for banner in self.banners:
+            self._column.addWidget(banner)
+        self.setVisible(bool(self.banners))
+        if len(self.banners) != before:
+            self.changed.emit()

@@ -1,0 +1,137 @@
+"""The environment in force as an Arduino sketch: for which kit, how fast, and where the file goes."""
+
+from pathlib import Path
+
+from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
+
+from hapkit_studio.analysis.stability import on_board
+from hapkit_studio.devices import profiles
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.errors import StudioError
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.widgets.dialogs import FormDialog
+from hapkit_studio.gui.widgets.parts import choose_file, label
+from hapkit_studio.haptics.board_plan import spec_on_board
+from hapkit_studio.protocol.messages import Origin
+from hapkit_studio.workshop import sketch
+from hapkit_studio.workshop.sketch import Kit
+
+_ABOUT = (
+    "Writes the environment, as it is tuned now, as one readable Arduino sketch. It renders on a Hapkit "
+    "without the studio and needs no library: to read, to change, to hand in."
+)
+_PRINTS = (("10 lines a second", 10), ("50 lines a second", 50), ("Nothing", 0))
+_SAVED = {True: ("check", "ok"), False: ("triangle", "warn")}
+
+
+class ExportDialog(FormDialog):
+    """Beside the window; what is chosen in the panel meanwhile is what is written."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__("Export as sketch", _ABOUT, parent)
+        self._studio = studio
+        self.what, self.velocity = label(), label()
+        self.kits, self.rates, self.prints = QComboBox(), QComboBox(), QComboBox()
+        self.save = QPushButton("Save…")
+        self._arrange()
+        self.save.clicked.connect(self.ask)
+        studio.settings_changed.connect(self.look)
+        for box in (self.kits, self.rates):
+            box.currentIndexChanged.connect(self.show_limit)
+        self.look()
+
+    def look(self) -> None:
+        """Show what would be written now."""
+        studio = self._studio
+        self.what.setText(f"{studio.environment.title}, as tuned in the panel")
+        usual = sketch.usual_rate(studio.environment, studio.values)
+        self.rates.setItemText(0, f"{usual:,} Hz, usual for this environment")
+        other = spec_on_board(studio.loop.estimator) != studio.loop.estimator
+        name = estimators.parse(spec_on_board(studio.loop.estimator))[0].label
+        self.velocity.setText(
+            f"{name}, in place of the loop's own estimator" if other else f"{name}, as in the loop"
+        )
+        self.show_limit()
+
+    def show_limit(self) -> None:
+        """Say how stiff the sketch may be at its rate on its kit, and which lines of the law drift."""
+        words, safe = self._limit()
+        remarks = list(map(str, self._studio.environment.force.remarks))
+        words = " ".join(["Not saved yet.", *filter(None, [words]), *remarks])
+        self.verdict.say(words, *(() if safe and not remarks else ("triangle", "warn")))
+
+    def _limit(self) -> tuple[str, bool]:
+        """Return limit and verdict in words, and whether the handle is calm."""
+        studio = self._studio
+        kit, spec = self.kits.currentData(), spec_on_board(studio.loop.estimator)
+        rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
+        found = on_board.sketch_verdict(studio.environment, studio.values, kit.board, rate, spec)
+        return on_board.sketch_words(found, rate), found.calm
+
+    def text(self) -> str:
+        """Return the sketch; raise ParameterError, LawError."""
+        studio = self._studio
+        return sketch.text(
+            studio.environment,
+            studio.values,
+            self.kits.currentData(),
+            self.rates.currentData() or None,
+            spec_on_board(studio.loop.estimator),
+            self.prints.currentData(),
+            self._limit()[0],
+        )
+
+    def write(self, wanted: str) -> None:
+        """Write to the path that a person has chosen, in the folder that the Arduino IDE wants."""
+        try:
+            path = sketch.write_sketch(wanted, self.text(), over=True)
+        except StudioError as error:
+            self.verdict.say(str(error), "triangle", "danger")
+            return
+        except OSError as error:
+            words = f"{Path(wanted).name} cannot be written: {error.strerror}."
+            self.verdict.say(words, "triangle", "danger")
+            return
+        where = path.parent.parent
+        words = f"Saved {path.parent.name}/{path.name} in {where}. Open it in the Arduino IDE and upload."
+        limit, safe = self._limit()
+        self.verdict.say(words if safe else f"{words} {limit}", *_SAVED[safe])
+
+    def ask(self) -> None:
+        """Ask for the file beside the window: nothing waits for it."""
+        name = f"{self._studio.environment.key}.ino"
+        choose_file(self, "Save the sketch", "Arduino sketch (*.ino)", self.write, save_as=name)
+
+    # putting together
+
+    def _arrange(self) -> None:
+        own = connected_kit(self._studio)
+        if own is not None:
+            state = "as calibrated" if own.calibrated else "not calibrated"
+            self.kits.addItem(f"The one connected: {own.board.label}, {state}", own)
+        for kit in profiles.KITS:
+            self.kits.addItem(kit.title, Kit(kit.board))
+        for words, rate in (("", 0), *((f"{rate:,} Hz", rate) for rate in sketch.RATES)):
+            self.rates.addItem(words, rate)
+        for words, number in _PRINTS:
+            self.prints.addItem(words, number)
+        self.add_fields(
+            (
+                ("Environment", self.what, None),
+                ("Kit", self.kits, None),
+                ("Loop", self.rates, None),
+                ("Velocity", self.velocity, None),
+                ("Serial monitor", self.prints, None),
+            )
+        )
+        self.add_verdict(3)
+        self.add_buttons(self.save)
+
+
+def connected_kit(studio: Studio) -> Kit | None:
+    """Return the kit of the board in use, as its settings say; None where they are unknown."""
+    driver = studio.engine.driver if studio.engine is not None else None
+    settings = driver.planner.settings if driver is not None and driver.planner is not None else None
+    if settings is None:
+        return None
+    return Kit(profiles.of_settings(settings), settings.origin in (Origin.STORED, Origin.UNSAVED))

@@ -1,0 +1,200 @@
+"""The header: device list, views, Pause, Record, and the E-stop at the far right, the same in every view."""
+
+from collections.abc import Callable
+from functools import partial
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
+
+from hapkit_studio.devices.serial_ports import is_path
+from hapkit_studio.gui.panel.stop_button import StopButton
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.widgets import breakpoints, icons
+from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.shortcut_button import ShortcutButton
+from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.tabs import Tabs
+from hapkit_studio.gui.widgets.theme import theme
+
+_DOT = {"running": "ok", "failed": "danger"}  # warn else
+_WORDS = {
+    "preparing": "Preparing…",
+    "connecting": "Connecting…",
+    "idle": "Not connected",
+    "gone": "{} is gone",
+    "failed": "No device",
+}
+
+
+class StateDot(QWidget):
+    """A small disc, filled while the device is there, hollow while it is not."""
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.token, self.filled = "warn", False
+
+    def show_state(self, token: str, filled: bool) -> None:
+        """Show a colour token, filled or hollow."""
+        self.token, self.filled = token, filled
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        return QSize(1, 1) * theme.px(12)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        color, middle = theme.color(self.token), QRectF(self.rect()).center()
+        painter.setPen(QPen(color, 1.6))
+        painter.setBrush(color if self.filled else Qt.BrushStyle.NoBrush)
+        painter.drawEllipse(middle, theme.px(4), theme.px(4))
+
+
+class DeviceList(QPushButton):
+    """Shows the device in use; its menu is read anew at every opening."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self.setProperty("tall", True)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.dot, self.word, self._arrow = StateDot(), QLabel(), QLabel()
+        self._row = across(self.dot, (self.word, 1), self._arrow, into=self, margins=(10, 0, 10, 0))
+        for part in (self.dot, self.word, self._arrow):
+            part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.menu_of_devices = QMenu(self)
+        self.menu_of_devices.aboutToShow.connect(lambda: fill_menu(self.menu_of_devices, studio))
+        # no leave event comes while a menu is open
+        self.menu_of_devices.aboutToHide.connect(
+            lambda: self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
+        )
+        self.menu_of_devices.aboutToHide.connect(self.update)
+        self.clicked.connect(lambda: self.menu_of_devices.popup(self.mapToGlobal(self.rect().bottomLeft())))
+        studio.link_changed.connect(self.show_state)
+        theme.changed.connect(self.show_state)
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Show dot and words for the state of the link."""
+        link = self._studio.link
+        words = _WORDS.get(link.state, "{}").format(link.title.partition(": ")[0])
+        if link.state in ("connecting", "idle") and link.text:
+            words = link.text  # what it waits for, who has it
+        self.word.setText(words)
+        self.setToolTip(link.text or "Choose a device")
+        self.setAccessibleName(f"Device: {words}")
+        self.dot.show_state(_DOT.get(link.state, "warn"), link.state == "running")
+        self._arrow.setPixmap(icons.pixmap("chevron_down", theme.px(16), "ink2", self.devicePixelRatioF()))
+        self.updateGeometry()
+
+    def sizeHint(self) -> QSize:
+        return QSize(max(theme.px(180), self._row.sizeHint().width() + 4), super().sizeHint().height())
+
+    def minimumSizeHint(self) -> QSize:
+        return self.sizeHint()
+
+
+def fill_menu(menu: QMenu, studio: Studio) -> None:
+    """Fill a menu with every device there is now, the one in use marked."""
+    menu.clear()
+    own = studio.entry.key if studio.entry is not None else ""
+    if is_path(own) and studio.opened is not None:  # a board that came back may have a different port
+        own = studio.opened.port
+    for entry in studio.device.entries():
+        _add_choice(menu, entry.title, entry.key == own, partial(studio.device.open, entry))
+
+
+def _add_choice(menu: QMenu, words: str, chosen: bool, choose: Callable[[], None]) -> QAction:
+    action = QAction(words, menu, checkable=True, checked=chosen)
+    action.triggered.connect(lambda _on=False: choose())
+    menu.addAction(action)
+    return action
+
+
+class Header(QWidget):
+    """Emits ``pause_pressed``, ``record_pressed`` and ``panel_pressed``; the rest goes to the studio."""
+
+    pause_pressed = Signal()
+    record_pressed = Signal()
+    panel_pressed = Signal()
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.setObjectName("header")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.devices = DeviceList(studio)
+        self.tabs = Tabs()
+        self.tabs.setAccessibleName("Views")
+        self.tabs.addTab("Live")
+        self.pause = ShortcutButton("pause", "Pause", "Space")
+        self.pause.setAccessibleName("Pause the picture")
+        self.pause.setToolTip("Hold scene, plots and numbers still; the force goes on (Space)")
+        self.pause.clicked.connect(self.pause_pressed)
+        self.record = ShortcutButton("record", "Record", "R")
+        self.record.setToolTip("Write all that comes from the device into a session of its own (R)")
+        self.record.clicked.connect(self.record_pressed)
+        self._recording: tuple = ()
+        self.panel = ShortcutButton("sidebar", "Panel", "F4")
+        self.panel.setToolTip("Parameters, loop, stability (F4)")
+        self.panel.clicked.connect(self.panel_pressed)
+        self.panel.hide()
+        self.stop = StopButton(studio)
+        parts = (self.devices, (self.tabs, 1), self.panel, self.pause, self.record, 4, self.stop)
+        self._row = across(*parts, into=self, margins=(12, 0, 12, 0), gap=12)
+        self._row.setAlignment(self.tabs, Qt.AlignmentFlag.AlignBottom)
+        self._projected: tuple[QWidget, ...] = ()
+        self._on_projector = False
+
+    def hold(self, title: QWidget, leave: QWidget) -> None:
+        """Take in what stands on a projector in place of device, views and Record; hidden until then."""
+        row = self._row
+        row.insertWidget(0, title, 1)
+        row.insertWidget(row.count() - 2, leave)
+        self._projected = title, leave
+        self.project(False)
+
+    def project(self, on: bool) -> None:
+        """Show what a projector shows, or the usual."""
+        self._on_projector = on
+        mark(self, "projected", on)
+        for part in self._projected:
+            part.setVisible(on)
+        for part in (self.devices, self.tabs, self.record):
+            part.setHidden(on)
+
+    def show_paused(self, paused: bool) -> None:
+        """Offer Resume while the plots are held."""
+        mark(self.pause, "resume", paused)
+        self.pause.set_look(*(("play", "Resume", "accent") if paused else ("pause", "Pause", "ink")))
+        self.pause.setAccessibleName("Resume the picture" if paused else "Pause the picture")
+
+    def show_recording(self, time: str, possible: bool = True) -> None:
+        """Offer to stop while there is a recording, with the time it lasts; "": offer to record."""
+        state = time, possible, self._compact, self._has_caps
+        if state == self._recording:
+            return
+        self._recording = state
+        mark(self.record, "recording", bool(time))
+        usual = "Record", "ink" if possible else "ink3"
+        stop = "Stop" if self._compact else f"Stop {time}"
+        self.record.set_look("record", *((stop, "danger") if time else usual))
+        self.record.set_cap(not time and self._has_caps)
+        self.record.setEnabled(possible)
+        self.record.setAccessibleName("Stop recording" if time else "Record")
+
+    @property
+    def _compact(self) -> bool:
+        return not self._on_projector and self.width() < theme.px(breakpoints.HEADER_ICONS)
+
+    @property
+    def _has_caps(self) -> bool:
+        return self._on_projector or self.width() >= theme.px(breakpoints.KEY_CAPS)
+
+    def resizeEvent(self, event) -> None:
+        for button in (self.pause, self.record, self.panel):
+            button.set_cap(self._has_caps and not button.property("recording"))
+            button.picture.setHidden(self._compact)
+        self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._has_caps else 0)
+        mark(self.tabs, "compact", not self._has_caps)
+        super().resizeEvent(event)

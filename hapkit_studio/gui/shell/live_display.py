@@ -1,0 +1,264 @@
+"""Joins the live rows with what shows them: scene, plots, clamp light, status bar."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
+
+from hapkit_studio.analysis import oscillation
+from hapkit_studio.gui.live import held
+from hapkit_studio.gui.live.centre import Centre
+from hapkit_studio.gui.live.history import Samples, highest_speed
+from hapkit_studio.gui.live.live import KEPT_SECONDS, Live
+from hapkit_studio.gui.live.replay import Replay
+from hapkit_studio.gui.panel.warnings import WarningLines
+from hapkit_studio.gui.shell.status_bar import StatusBar
+from hapkit_studio.gui.state.studio import BLIND, Studio
+from hapkit_studio.haptics import rows
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.identify import Recording
+    from hapkit_studio.haptics.health import Health
+
+_MAX_FORCE = 3.0
+_DRAWN = rows.POSITION, rows.APPLIED_FORCE, rows.FORCE, rows.HAND_TARGET
+_USUAL_S = 12.0  # how long the first compile takes on two processors
+_NEARLY = 0.95  # where the bar waits if it takes longer
+_BAR_MS = 250
+_RECORDED = ("position", "velocity", "force", "applied_force")  # the signals of a Recording
+_WORDS = {
+    "preparing": "Preparing the loop, once only",
+    "connecting": "Connecting…",
+    "idle": "Not connected",
+    "gone": "No device",
+    "failed": "No device",
+}
+
+
+class LiveDisplay(QObject):
+    """Passes every frame, parameter and state on to the widgets that draw them.
+
+    ``releasing``: a person is about to let the handle go where it is.
+    """
+
+    releasing = Signal()
+
+    def __init__(
+        self,
+        studio: Studio,
+        live: Live,
+        replay: Replay,
+        centre: Centre,
+        status: StatusBar,
+        warnings: WarningLines,
+    ):
+        super().__init__()
+        self._warnings, self._replay = warnings, replay
+        self._studio, self._live, self._centre, self._status = studio, live, centre, status
+        self._seen: np.ndarray | None = None
+        self._acting: float | None = None
+        self._measured_delay: float | None = None
+        self._since, self._bar = QElapsedTimer(), QTimer(centre, interval=_BAR_MS)
+        self._since.start()
+        self._bar.timeout.connect(self._show_preparing)
+        replay.changed.connect(self.show_source)
+        replay.frame.connect(self.show_frame)
+        replay.sought.connect(lambda: centre.view.follow())
+        live.frame.connect(self.show_live_frame)
+        live.health.connect(self.show_health)
+        live.paused_changed.connect(self.show_paused)
+        centre.scene.taken.connect(lambda: live.set_paused(False))
+        centre.scene.hand_moved.connect(studio.move_hand)
+        centre.scene.hand_released.connect(lambda: studio.move_hand(None))
+        centre.toolbar.release.clicked.connect(self.release_here)
+        centre.toolbar.hold.clicked.connect(self.hold)
+        for plots in (centre.time, *centre.phase.beside):
+            plots.back_pressed.connect(self.go_live)
+        studio.environment_changed.connect(self.show_environment)
+        studio.values_changed.connect(self.show_values)
+        studio.loop_changed.connect(lambda: centre.scene.set_grip(studio.grip))
+        for signal in (studio.engine_changed, studio.hidden_changed):
+            signal.connect(self.show_environment)
+        studio.engine_changed.connect(self.show_link)
+        studio.link_changed.connect(self.show_link)
+        self.show_environment()
+        self.show_source()
+
+    @property
+    def max_force(self) -> float:
+        """Return the force limit in force in N, or the one that was."""
+        engine, replayed = self._studio.engine, self._replay.max_force
+        if replayed is not None:
+            return replayed
+        return engine.max_force if engine is not None else _MAX_FORCE
+
+    def show_paused(self, paused: bool) -> None:
+        """Let scene, plots and their numbers stand at one sample, or go on; the status bar stays live.
+
+        A replay stands by itself, and can still be moved.
+        """
+        self._show_oscillation()
+        self._centre.scene.set_paused(paused)
+        self._centre.view.set_paused(paused and not self._live.replaying)
+        self._take_acting()
+        self.show_values()
+
+    @property
+    def _moves(self) -> bool:
+        """Say whether what is shown may change: while paused only where a replay is moved by hand."""
+        return self._live.replaying or not self._live.paused
+
+    def show_source(self) -> None:
+        """Show what comes from the device, or a session in its place."""
+        replayed = self._replay.history
+        history = self._live.history if replayed is None else replayed
+        self._centre.trigger.disarm()
+        self._centre.view.set_history(history)
+        self._centre.time.cursors.show(False)
+        self.show_link()
+        self.show_values()
+        if self._live.last is not None and history is self._live.history:
+            self._show_scene(self._live.last)
+
+    def show_live_frame(self, row: np.ndarray, clamped: bool) -> None:
+        """Show what has come from the device, unless a session is shown in its place."""
+        if not self._live.replaying:
+            self.show_frame(row, clamped)
+
+    def show_frame(self, row: np.ndarray, clamped: bool) -> None:
+        """Show the newest row everywhere; while paused its force only, in the status bar."""
+        if self._moves:
+            self._show_scene(row)
+        if self._live.replaying:
+            self._show_delay()
+        self._centre.refresh()
+        self._status.show_clamp(clamped, self.max_force, self._acting)
+
+    def _show_scene(self, row: np.ndarray) -> None:
+        environment, engine = self._studio.environment, self._studio.engine
+        known = engine is not None and engine.renders(environment)
+        if self._live.replaying:
+            known = self._replay.settings.get("environment") == environment.key
+        width = len(environment.state_names) if known else 0
+        position, applied, asked, target = (float(row[column]) for column in _DRAWN)
+        flags = int(row[rows.FLAGS])
+        clamped, stopped = bool(flags & rows.CLAMPED), bool(flags & (rows.STOPPED | rows.FAULT))
+        hand = None if math.isnan(target) else target
+        state = row[rows.STATE : rows.STATE + width]
+        self._centre.scene.update_state(position, applied, asked, hand, clamped, stopped, state)
+
+    def _take_acting(self) -> None:
+        """Take the newest force for the status bar, at a rate at which it can be read."""
+        last = self._live.last
+        self._acting = float(last[rows.APPLIED_FORCE]) if self._live.paused and last is not None else None
+
+    def hold(self) -> None:
+        """Hold what the plots show of the environment in force, named by what is set."""
+        view, words = self._centre.view, held.name(self._studio.environment, self._studio.values)
+        start, stop = view.stretch
+        self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)
+
+    def hold_recording(self, recording: "Recording", path: Path) -> None:
+        """Hold the end of a recording from a file, as much as the plots can show."""
+        time = recording.time
+        history = Samples.of(time, ((name, getattr(recording, name)) for name in _RECORDED))
+        self._centre.held.hold(history, (max(time[0], time[-1] - KEPT_SECONDS), time[-1]), path.name)
+
+    def go_live(self) -> None:
+        """Show what comes from the device; wait for no event any more."""
+        self._replay.close()
+        self._centre.trigger.disarm()
+        self._live.set_paused(False)
+        self._centre.view.follow()
+
+    def release_here(self) -> None:
+        """Let the simulated handle go at rest from where it is, whatever holds or moves it."""
+        self.releasing.emit()
+        self._live.set_paused(False)
+        self._studio.release_at_rest()
+        self._centre.scene.release()
+
+    def _own_rate(self) -> tuple[float | None, bool]:
+        """Return the rate in Hz that the loop should have, and whether it is the board's own."""
+        engine = self._studio.engine
+        if engine is None or not engine.device.own_clock:
+            return None, False
+        plan = engine.board_plan if engine.rendering == engine.where else None
+        return (engine.loop.rate, False) if plan is None else (float(plan.rate), True)
+
+    def show_health(self, health: "Health") -> None:
+        """Show the loop's health in the status bar; without frames the pictures follow it as well."""
+        self._centre.view.keep()
+        self._measured_delay = health.delay
+        self._show_delay()
+        if self._live.last is None or self._live.last is self._seen:
+            self._centre.refresh()
+        self._seen = self._live.last
+        if self._studio.link.state == "running":
+            last = self._live.last
+            compute = math.nan if last is None else float(last[rows.COMPUTE])
+            self._status.show_health(health, *self._own_rate(), compute)
+            self._warnings.watch(highest_speed(self._live.history))
+            self._take_acting()
+            if not self._live.paused:
+                self._show_oscillation()
+
+    def _show_delay(self) -> None:
+        """Tell the plot of force and the held traces the delay of the samples that are shown."""
+        delay = self._measured_delay
+        if self._live.replaying:
+            recorded = self._replay.settings.get("delay_s")
+            delay = float(recorded) if isinstance(recorded, int | float) else None
+        self._centre.phase.set_delay(delay)
+        self._centre.held.delay = delay
+
+    def _show_oscillation(self) -> None:
+        history = self._centre.view.history
+        window = history.between(history.now - oscillation.SECONDS, math.inf).known()
+        self._centre.time.show_oscillation(oscillation.sustained(window.x, window.y["position"]))
+
+    def show_environment(self) -> None:
+        """Show another environment; in a blind comparison the handle alone: the rest shows its values."""
+        environment, values = self._studio.environment, self._studio.values
+        self._centre.phase.hide_theory(bool(self._studio.hidden))
+        self._centre.toolbar.hold.setEnabled(not self._studio.hidden)  # named by what is set
+        if self._studio.hidden == BLIND:
+            environment, values = self._studio.environments["free"], {}
+        self._centre.scene.set_environment(environment, values)
+        self._centre.lay_out()
+        self.show_values()
+
+    def show_values(self) -> None:
+        """Show changed parameters, in what stands while paused only afterwards."""
+        if not self._moves:
+            return
+        environment, values = self._studio.environment, self._studio.values
+        if self._studio.hidden == BLIND:
+            return
+        self._centre.scene.set_values(values)
+        self._centre.trigger.set_environment(environment)
+        self._centre.time.set_environment(environment, values, self.max_force)
+        self._centre.phase.set_environment(environment, values, self.max_force)
+
+    def show_link(self) -> None:
+        """Show whether there is a device."""
+        state = self._studio.link.state
+        self._show_preparing()
+        replaying = self._live.replaying
+        self._centre.scene.set_hand_enabled(self._studio.hand_is_ours and not replaying)
+        self._centre.toolbar.show_release(self._studio.models_handle and not replaying)
+        self._centre.time.set_stale(state in ("gone", "failed", "idle") and not replaying)
+        if state != "running":
+            self._centre.time.show_oscillation(None)
+            waiting = self._studio.link.text if state in ("connecting", "idle") else ""
+            self._status.show_nothing(waiting or _WORDS.get(state, ""))
+
+    def _show_preparing(self) -> None:
+        """Show how far the loop's first compile usually is by now."""
+        preparing = self._studio.link.state == "preparing" and not self._live.replaying
+        fraction = min(1e-3 * self._since.elapsed() / _USUAL_S, _NEARLY)
+        self._centre.scene.set_preparing(preparing, fraction if preparing else None)
+        if preparing != self._bar.isActive():
+            self._bar.start() if preparing else self._bar.stop()

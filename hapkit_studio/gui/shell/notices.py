@@ -1,0 +1,166 @@
+"""Which banners are shown: stopped, fault, device gone, delay unknown."""
+
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QElapsedTimer, QObject, Signal
+from PySide6.QtGui import QGuiApplication
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.shell.banners import BannerStack, Button, Notice
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.haptics import arrays, rows
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.health import Fault, Health
+
+_STOP, _FAULT, _DEVICE, _LIMIT = range(4)
+NO_DATA_MS = 2000
+NO_DELAY_MS = 2000
+"""So long forces may go out without one whose delay the board has measured."""
+HOLD_MS = 2000
+"""So long a sensor that was silent is told of: what comes and goes can be read, and moves the plots once."""
+_STOPPED = "Stopped. Force is zero.", "Release when the handle is free.", "Release E-stop", "danger"
+_WAITS = (
+    "Stopped until you press Render.",
+    "Environment and values are those of the last start, or of a demo: look at them first.",
+    "Render",
+    "warn",
+)
+_STEPS = {"flash": "Flash firmware", "update": "Update firmware"}
+
+
+class Notices(QObject):
+    """Watches studio and frames, and puts banners up and takes them down.
+
+    ``flash``: the device in use is to be flashed.
+    """
+
+    flash = Signal()
+
+    def __init__(self, studio: Studio, live: Live, banners: BannerStack):
+        super().__init__()
+        self._studio, self._banners = studio, banners
+        self._heard, self._silent, self._stale = False, QElapsedTimer(), QElapsedTimer()
+        self._stale_reason = ""
+        self._silent.start()
+        self._unmeasured = QElapsedTimer()
+        self._simulated: Button = ("Use simulated Hapkit", studio.device.open_simulated)
+        studio.engine_changed.connect(self._listen)
+        for signal in (studio.stop_changed, studio.engine_changed):
+            signal.connect(self.show_stop)
+        studio.link_changed.connect(self.show_link)
+        studio.engine_changed.connect(self.show_fault)
+        live.frame.connect(self.on_row)
+        live.health.connect(self.on_health)
+
+    def show_stop(self) -> None:
+        """Show or take down the banner of the E-stop, or of a motor that waits."""
+        title, text, release, tone = _WAITS if self._studio.held else _STOPPED
+        ways = ((release, self._studio.release_stop),)
+        self._show(self._studio.stopped, "stop", _STOP, (title, text), ways, tone, "octagon")
+
+    def on_row(self, row: np.ndarray, _clamped: bool) -> None:
+        """Notice a fault in the very frame it happens in."""
+        self._heard = True
+        if int(row[rows.FLAGS]) & rows.FAULT or self._banners.get("fault") is not None:
+            self.show_fault()
+
+    def on_health(self, health: "Health") -> None:
+        """Notice a fault, or a sensor that is silent for now, while no rows come."""
+        self.show_fault()
+        self.show_silence(health)
+        self.show_unmeasured(health)
+        if health.stale:
+            self._stale.start()
+            self._stale_reason = health.stale
+        held = self._stale.isValid() and self._stale.elapsed() < HOLD_MS
+        silent = held and self._studio.fault is None and self._studio.link.state == "running"
+        words = f"Fault: {self._stale_reason}.", "Force is zero. It comes back when good frames return."
+        self._show(silent, "stale", _FAULT, words, tone="danger")
+
+    def show_fault(self) -> None:
+        """Show the latched fault, unless it only says what the device's own banner says better."""
+        fault: Fault | None = self._studio.fault
+        if fault is None or self._studio.link.state == "gone":
+            self._banners.set("fault", None)
+            return
+        slow = fault.code == arrays.SLOW_LINK
+        ways = (*(self._board_button() if slow else ()), ("Clear fault", self._studio.clear_fault))
+        self._show(True, "fault", _FAULT, (fault.text, fault.detail), ways, "danger")
+
+    def show_silence(self, health: "Health") -> None:
+        """Show that a board said hello and then sent nothing: no row since it was opened."""
+        link = self._studio.link
+        silent = not self._heard and self._silent.elapsed() > NO_DATA_MS and health.running
+        words = (
+            f"{link.title} says hello, but sends no samples.",
+            "Force is zero. Press the board's reset button, then try again.",
+        )
+        ways = (("Try again", self._studio.device.reconnect), self._simulated)
+        self._show(silent and link.state == "running", "silence", _DEVICE, words, ways, icon="unplugged")
+
+    def show_unmeasured(self, health: "Health") -> None:
+        """Show that the delay, and so the limit, is unknown although forces have gone out for a while."""
+        studio = self._studio
+        measures = studio.opened is not None and studio.opened.measures_delay
+        forces = health.running and self._heard and measures and studio.link.state == "running"
+        if not forces or health.delay is not None or studio.stopped or studio.fault is not None:
+            self._unmeasured.invalidate()
+        elif not self._unmeasured.isValid():
+            self._unmeasured.start()
+        late = self._unmeasured.isValid() and self._unmeasured.elapsed() > NO_DELAY_MS
+        words = (
+            "The delay of the link cannot be measured.",
+            "The stability limit is unknown: contact that feels calm may start to oscillate.",
+        )
+        self._show(late, "delay", _LIMIT, words, self._board_button())
+
+    def _show(
+        self,
+        shown: bool,
+        key: str,
+        rank: int,
+        words: tuple[str, str],
+        ways: tuple[Button, ...] = (),
+        tone: str = "warn",
+        icon: str = "triangle",
+    ) -> None:
+        self._banners.set(key, Notice(key, rank, tone, icon, *words, ways) if shown else None)
+
+    def _board_button(self) -> tuple[Button, ...]:
+        """Return the way out of a slow link, where there is one."""
+        engine = self._studio.engine
+        if engine is None or engine.where == "board" or not engine.possible_plan or engine.board_refusal():
+            return ()
+        return (("Render on the board", self._render_on_board),)
+
+    def _render_on_board(self) -> None:
+        with suppress(ParameterError):  # a setting has changed meanwhile; the switch says what
+            self._studio.set_loop(where="board")
+
+    def _listen(self) -> None:
+        """Begin to wait for the first row of another engine."""
+        self._heard = False
+        self._silent.restart()
+        self._stale.invalidate()
+        self._unmeasured.invalidate()
+        for key in ("silence", "stale", "delay"):
+            self._banners.set(key, None)
+
+    def show_link(self) -> None:
+        """Show why there is no device, the next steps, the likeliest first, and the simulated one."""
+        link = self._studio.link
+        title, _, rest = link.text.partition(". ")
+        ways: list[Button] = []
+        if link.state == "failed":
+            if link.step in _STEPS:
+                ways.append((_STEPS[link.step], self.flash.emit))
+            if link.command:
+                ways.append(("Copy command", lambda: QGuiApplication.clipboard().setText(link.command)))
+            ways.append(("Try again", self._studio.device.reconnect))
+        words = (f"{title.rstrip('.')}.", rest or "Force is zero.")
+        away = link.state in ("gone", "failed")
+        self._show(away, "device", _DEVICE, words, (*ways, self._simulated), icon="unplugged")

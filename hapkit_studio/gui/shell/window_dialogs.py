@@ -1,0 +1,116 @@
+"""Dialogs that one command of the window opens: keys and words, priority, about, marker."""
+
+from collections.abc import Iterable
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFormLayout, QLineEdit, QScrollArea, QWidget
+
+from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.shell.action_set import Action, matches, native
+from hapkit_studio.gui.state.recording import Recording
+from hapkit_studio.gui.widgets.dialogs import TextDialog, WordsDialog, text_dialog
+from hapkit_studio.gui.widgets.glossary import WORDS
+from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.widgets.theme import theme
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.priority import Priority
+
+HAND_KEYS = (
+    ("Hand 1 mm left, right", "← →"),
+    ("Hand 0.1 mm left, right", "Shift+← →"),
+    ("Hand lets go", "↓"),
+    ("Slider, number: one step", "← → ↑ ↓"),
+    ("Slider, number: ten steps", "Page Up, Page Down"),
+    ("Slider, number: limits", "Home, End"),
+    ("Time plots: zoom, move", "Wheel, drag"),
+    ("Time plots: zoom into values", "Ctrl+wheel"),
+    ("Code: the law language", "F1"),
+)
+_SHEET_WIDE, _SHEET_HIGH = 520, 440
+_LONGEST = 40  # letters of a marker: what finds room beside its divider
+
+
+class KeysDialog(TextDialog):
+    """All keys, in groups as in the menus, and the window's words; a search leaves what has its words."""
+
+    def __init__(self, actions: Iterable[Action], parent: QWidget | None = None):
+        super().__init__("Keys", parent)
+        self.field = QLineEdit(placeholderText="Find a key or a word")
+        self.field.setAccessibleName("Find a key or a word")
+        self.field.textChanged.connect(self.seek)
+        self._body = QWidget()
+        self._form = form = QFormLayout(self._body)
+        form.setContentsMargins(0, 0, 12, 0)
+        form.setHorizontalSpacing(28)
+        form.setVerticalSpacing(4)
+        self._groups: list[tuple[int, list[tuple[int, str]]]] = []
+        keyed = [action for action in actions if action.keys]
+        for menu in dict.fromkeys(action.menu.partition("/")[0] for action in keyed):
+            own = (action for action in keyed if action.menu.partition("/")[0] == menu)
+            self._add(menu, ((action.text, ", ".join(map(native, action.keys))) for action in own))
+        self._add("Hand, sliders, numbers and plots", HAND_KEYS)
+        self._add("Words", WORDS.items(), explained=True)
+        self._arrange()
+
+    def seek(self, words: str) -> None:
+        """Leave only the lines that have the words, and the heads of their groups."""
+        for head, lines in self._groups:
+            found = [matches(words, text) for _, text in lines]
+            for (row, _), shown in zip(lines, found, strict=True):
+                self._form.setRowVisible(row, shown)
+            self._form.setRowVisible(head, any(found))
+
+    def _add(self, title: str, lines: Iterable[tuple[str, str]], explained: bool = False) -> None:
+        """Add a group: keys stand beside what they do, an explanation below its word."""
+        form, rows = self._form, []
+        name = label(title, "section")
+        name.setContentsMargins(0, 10, 0, 2)
+        form.addRow(name)
+        head = form.rowCount() - 1
+        for words, more in lines:
+            if explained:
+                part = QWidget()
+                down(label(words, "strong"), label(more, "axis"), into=part, margins=(0, 2, 0, 4))
+                form.addRow(part)
+            else:
+                form.addRow(words, label(more, "axis", wrap=False))
+            rows.append((form.rowCount() - 1, f"{title} {words} {more}"))
+        self._groups.append((head, rows))
+
+    def _arrange(self) -> None:
+        scroll = QScrollArea()
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setWidget(self._body)
+        scroll.setMinimumSize(theme.px(_SHEET_WIDE), theme.px(_SHEET_HIGH))
+        self.column.addWidget(self.field)
+        self.column.addWidget(scroll)
+        self.column.addLayout(across(None, self.leave))
+
+
+def priority_dialog(found: "Priority", parent: QWidget) -> TextDialog:
+    """Return the dialog on what the loop has obtained from the system, and how to get more."""
+    more = found.how or "This is the most this system gives."
+    return text_dialog("Real-time priority", [f"The loop has obtained: {found.text}.", more], parent)
+
+
+def about_dialog(parent: QWidget) -> TextDialog:
+    """Return the dialog on the studio itself."""
+    text = "Feel, tune and measure virtual environments on a Hapkit, real or simulated."
+    return text_dialog("Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], parent)
+
+
+class MarkerDialog(WordsDialog):
+    """Notes the moment in which it was opened, however long the words take."""
+
+    def __init__(self, recording: Recording, live: Live, parent: QWidget | None = None):
+        super().__init__("Marker", "A few words, or none", _LONGEST, self._note, parent)
+        self._recording, self._live, self._time = recording, live, live.history.now
+
+    def _note(self, text: str) -> None:
+        words = text or "Marker"
+        self._live.history.divide(words, self._time)
+        self._recording.mark(words, self._time)

@@ -1,0 +1,118 @@
+"""How the parts of the window share its room."""
+
+from PySide6.QtWidgets import QMainWindow, QSplitter, QStackedWidget, QWidget
+
+from hapkit_studio.gui.live.centre import Centre, fill
+from hapkit_studio.gui.shell.header import Header
+from hapkit_studio.gui.state.stored import StoredSettings
+from hapkit_studio.gui.widgets import breakpoints
+from hapkit_studio.gui.widgets.parts import down
+from hapkit_studio.gui.widgets.theme import theme
+
+
+class WindowLayout(QWidget):
+    """Header, gallery | centre | panel in a splitter, status bar; the panel is a drawer where room is short.
+
+    A person may drag the borders; the widths are remembered.
+    """
+
+    def __init__(self, window: QMainWindow, settings: StoredSettings):
+        super().__init__(window)
+        self._window, self._settings = window, settings
+        self._drawer_open: bool | None = None
+        self.projected = self.side_fixed = False
+        self._gallery_width = settings.pixels("gallery_width", breakpoints.GALLERY)
+        self._panel_width = settings.pixels("panel_width", breakpoints.PANEL)
+        # each part is made inside its place: moved there later, all of it would be styled once more
+        self.borders = QSplitter(self)
+        self._left, self.side = QWidget(self.borders), QStackedWidget(self.borders)
+        self.inner = QSplitter(self._left)
+
+    def arrange(
+        self,
+        header: Header,
+        gallery: QWidget,
+        centre: Centre,
+        panel: QWidget,
+        replay_bar: QWidget,
+        caption: QWidget,
+        status: QWidget,
+        banners: QWidget,
+    ) -> None:
+        """Put the parts, each made inside this widget, in their places."""
+        self._header, self._gallery, self._centre, self._banners = header, gallery, centre, banners
+        self._panel = panel
+        self.side.addWidget(panel)
+        fill(self.inner, 1, 1, gallery, centre)
+        fill(self.borders, 1, 0, self._left, self.side)
+        self._beside = down((self.inner, 1), replay_bar, into=self._left)
+        self._column = down(header, (self.borders, 1), caption, status, into=self)
+        self._place_banners(False)
+        self.inner.splitterMoved.connect(self._gallery_dragged)
+        self.borders.splitterMoved.connect(self._panel_dragged)
+
+    def open_drawer(self, on: bool) -> None:
+        """Show or hide the panel, whatever the size."""
+        self._drawer_open = on
+        self.share()
+
+    def show_side(self, side: QWidget | None, fixed: bool = False) -> None:
+        """Show a page's side panel, or with None the parameter panel; fixed: it cannot be hidden."""
+        self.side_fixed = fixed
+        shown = side or self._panel
+        if self.side.indexOf(shown) < 0:
+            self.side.addWidget(shown)
+        self.side.setCurrentWidget(shown)
+        self.share()
+        shown.resize(self.side.size())  # at once: a page asks for its side's width next
+
+    def set_scale(self) -> None:
+        """Draw everything as large as the window's size asks for."""
+        window = self._window
+        if self.projected:
+            theme.set_scale(breakpoints.projected_scale(window.width(), window.height()), breakpoints.FRAME)
+        else:
+            theme.set_scale(breakpoints.scale(window.width(), window.height()))
+
+    def share(self) -> None:
+        """Decide what gives way at this size."""
+        self.set_scale()
+        window, wide, px = self._window, self._window.width(), theme.px
+        self._gallery.setHidden(self.projected)
+        self._gallery.setMinimumWidth(px(breakpoints.RAIL))
+        self._gallery.setMaximumWidth(px(breakpoints.GALLERY_MOST))
+        self.side.setMinimumWidth(px(breakpoints.PANEL_NARROW))
+        self.side.setMaximumWidth(px(breakpoints.PANEL_MOST))
+        small = wide < breakpoints.DRAWER_WIDTH or window.height() < breakpoints.DRAWER_HEIGHT
+        opened = not small if self._drawer_open is None else self._drawer_open
+        opened = not self.projected and (opened or self.side_fixed)
+        self._header.panel.setVisible(small and not self.projected and not self.side_fixed)
+        self.side.setVisible(opened)
+        self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)
+        self._column.activate()  # at once: else a frame is painted with parts of two sizes
+        usual = breakpoints.gallery_width(wide / theme.scale, self._gallery_width, self._panel_width)
+        narrow = usual == breakpoints.RAIL != self._gallery_width
+        gallery, panel = px(usual), px(breakpoints.PANEL_NARROW if narrow else self._panel_width)
+        self.borders.setSizes([wide - panel - 1, panel])
+        self._beside.activate()
+        self.inner.setSizes([gallery, self._left.width() - gallery - 1])
+        self._centre.lay_out()
+
+    def _gallery_dragged(self, place: int, _handle: int) -> None:
+        """Take a width that shows all words, or a rail."""
+        half, usual = (breakpoints.RAIL + breakpoints.GALLERY) / 2, place / theme.scale
+        self._gallery_width = breakpoints.RAIL if usual < half else max(usual, breakpoints.GALLERY)
+        gallery = theme.px(self._gallery_width)
+        self.inner.setSizes([gallery, self._left.width() - gallery - 1])
+        self._settings.setValue("gallery_width", self._gallery_width)
+
+    def _panel_dragged(self) -> None:
+        self._panel_width = self.side.width() / theme.scale
+        self._settings.setValue("panel_width", self._panel_width)
+
+    def _place_banners(self, across: bool) -> None:
+        """Put the banners beside the panel, so that a slider being dragged stays put; across if narrow."""
+        if across:
+            self._column.insertWidget(1, self._banners)
+        else:
+            self._beside.insertWidget(0, self._banners)

@@ -1,0 +1,1 @@
+"""What is chosen and what the device does, without widgets."""

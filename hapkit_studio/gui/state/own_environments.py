@@ -1,0 +1,287 @@
+"""A person's own environments: which files there are, trying them out, loading them, putting them in force.
+
+Nothing of a file is executed in this process before a trial of the very same text went well in another one.
+"""
+
+import ast
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from hapkit_studio.errors import LawError
+from hapkit_studio.gui.state.background import Job, Progress
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.laws.translate import parse
+from hapkit_studio.workshop import folder, trial
+from hapkit_studio.workshop.own import OwnEnvironment, built_in
+from hapkit_studio.workshop.reading import calls, load_source, without_line
+from hapkit_studio.workshop.source import Source, is_trusted, read
+from hapkit_studio.workshop.trying import TrialResult, failed, remarks
+
+_LONGEST = 60
+BARE = "bare handle"
+LOOK_SECONDS = 0.02
+_WAIT_MS = 10
+
+
+@dataclass(frozen=True)
+class OwnFile:
+    """One file of the folder; state is ready, checking, broken, or foreign: not trusted yet."""
+
+    path: Path
+    title: str
+    summary: str = ""
+    scene: str = ""
+    state: str = "ready"
+
+
+def describe(path: Path, text: str, state: str) -> OwnFile:
+    """Return a file by the words it declares; by its name if it declares none that can be read."""
+    words = declared_words(text)
+    title = words.get("title") or path.stem.replace("_", " ").capitalize()
+    return OwnFile(path, title[:_LONGEST], words.get("summary", "")[:_LONGEST], words.get("scene", ""), state)
+
+
+@lru_cache(maxsize=64)
+def declared_words(text: str) -> Mapping[str, str]:
+    """Return title, summary and scene as they stand in ``Environment(…)``, read but not executed."""
+    try:
+        tree = parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return {}
+    found: dict[str, str] = {}
+    for given in (given for call in calls(tree, "Environment") for given in call.keywords):
+        match given:
+            case ast.keyword(arg="title" | "summary" | "scene" as name, value=ast.Constant(value=str(words))):
+                found[name] = " ".join(words.split())
+    return found
+
+
+def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
+    """Return it with the scene it names, or with the bare handle where that was drawn for something else.
+
+    A scene reads the parameters and the state of its own environment: of another one they must have the
+    same names, and stay within the limits the drawing was made for.
+    """
+    theirs = built_in().get(environment.scene)
+    if theirs is None:
+        return environment
+    mine = {p.key: p for p in environment.parameters}
+    inside = all(
+        type(mine[p.key]) is type(p) and p.low <= mine[p.key].low and mine[p.key].high <= p.high
+        for p in theirs.parameters
+        if p.key in mine
+    )
+    if inside and environment.state_names == theirs.state_names:
+        return environment
+    return replace(environment, scene=BARE)
+
+
+def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
+    """Return a text with the verdict on it; its program ends where it takes too long or is not wanted."""
+    try:
+        process = trial.begin(source)
+    except OSError as error:
+        return source, failed(f"the file cannot be tried out: {error.strerror}")
+    end = time.monotonic() + trial.TIMEOUT
+    try:
+        while process.poll() is None and time.monotonic() < end:
+            progress(0, 0)  # ends this where the trial was cancelled
+            time.sleep(LOOK_SECONDS)
+        return source, trial.result(process, 0.0)
+    finally:
+        if process.poll() is None:
+            trial.stop(process)
+
+
+class OwnEnvironments(QObject):
+    """Nothing of a file is executed here before a trial of the very same text went well elsewhere.
+
+    ``asked(source)``: it was chosen, but its text is not trusted. ``chosen``: one that may run
+    was, or one of the library. ``began(path)``, then ``judged(path, verdict)``: a trial. ``changed``: other
+    files, or one that stands differently.
+    """
+
+    changed = Signal()
+    asked = Signal(object)
+    chosen = Signal()
+    began = Signal(object)
+    judged = Signal(object, object)
+
+    def __init__(self, studio: Studio, parent: QObject | None = None):
+        super().__init__(parent)
+        self._studio = studio
+        self._loaded: dict[Path, OwnEnvironment] = {}
+        self._broken: dict[Path, str] = {}
+        self._seen: dict[Path, tuple[tuple[int, ...], Source]] = {}
+        self.files: list[OwnFile] = []
+        self.runner = Job(self, needs="")
+        self.runner.finished.connect(lambda found: self._judge(*found))
+        self.checking: Path | None = None
+        self._latest: dict[Path, Source] = {}  # what is to be loaded
+        self.refresh()
+
+    # what there is
+
+    def refresh(self) -> None:
+        """Look at the folder again: files come, go, and are changed by others."""
+        found = [self._describe(path) for path in folder.own_files()]
+        for path in [p for p in self._loaded if p not in {file.path for file in found}]:
+            self._forget(path)
+        if found != self.files:
+            self.files = found
+            self.changed.emit()
+
+    def seen(self, path: Path) -> Source:
+        """Return a file as it was when it last changed, read once; raise LawError."""
+        stamp = _stamp(path)
+        if path not in self._seen or self._seen[path][0] != stamp:
+            self._seen[path] = stamp, read(path)
+        return self._seen[path][1]
+
+    def path_of(self, key: str) -> Path | None:
+        """Return the file of an environment, None for one of the library."""
+        return next((path for path, e in self._loaded.items() if e.key == key), None)
+
+    def loaded(self, path: Path) -> OwnEnvironment | None:
+        """Return the environment of a file as it was loaded last, None where it never was."""
+        return self._loaded.get(path)
+
+    @property
+    def in_force(self) -> Path | None:
+        """Return the file of the environment in force, None for one of the library."""
+        return self.path_of(self._studio.environment.key)
+
+    # bringing them in force
+
+    def choose(self, path: Path) -> None:
+        """Switch to a file's environment: at once if it is loaded, after a trial, or after asking."""
+        try:
+            source = read(path)
+        except LawError as error:
+            self.judged.emit(path, failed(without_line(error)))
+            self.refresh()
+            return
+        if not is_trusted(source):
+            self.refresh()
+            self.asked.emit(source)
+            return
+        self.chosen.emit()
+        loaded = self._loaded.get(path)
+        if loaded is not None and loaded.source == source:
+            self._studio.choose(loaded.key)
+        elif trial.has_passed(source):
+            self._load(source, TrialResult())
+        else:
+            self.run(source)
+
+    def choose_built_in(self, key: str) -> None:
+        """Switch to an environment of the library, even where it is in force already."""
+        self.chosen.emit()
+        self._studio.choose(key)
+
+    def run(self, source: Source) -> None:
+        """Try out a text that may run, in a program of its own; the law in force goes on meanwhile."""
+        self._seen[source.path] = _stamp(source.path), source
+        self.checking = source.path
+        self.runner.start(partial(_tried, source))
+        self.refresh()
+        self.began.emit(source.path)
+
+    def _judge(self, source: Source, verdict: TrialResult) -> None:
+        self.checking = None
+        trial.remember(source, verdict.ok)
+        if verdict.ok:
+            self._load(source, verdict)
+        else:
+            self._refuse(source, verdict)
+
+    def _load(self, source: Source, verdict: TrialResult) -> None:
+        """Load the very text whose trial went well; an older one of its file is not wanted any more."""
+        self._latest[source.path] = source
+        self._go_on(self._steps(source, verdict))
+
+    def _go_on(self, pieces: Iterator[int]) -> None:
+        wait = next(pieces, None)
+        if wait is not None:
+            QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
+
+    def _steps(self, source: Source, verdict: TrialResult) -> Iterator[int]:
+        """Load a text and put it in force, or refuse it; yield how many ms the window may have in between."""
+        try:
+            environment = with_fitting_scene(load_source(source))
+            functions = environment.functions
+            if functions:
+                functions.begin()
+            yield 0
+            environment.force.compiled()
+            yield 0
+        except LawError as error:
+            self._refuse(source, failed(without_line(error), error.line))
+            return
+        if other := self._holder(environment.key, source.path):
+            words = f'the key "{environment.key}" is that of {other} too: choose another one'
+            self._refuse(source, failed(words))
+            return
+        while functions and not functions.ready:
+            yield _WAIT_MS
+        if self._latest[source.path] is source:
+            self._put_in_force(environment, verdict)
+
+    def _refuse(self, source: Source, verdict: TrialResult) -> None:
+        self._broken[source.path] = source.digest
+        self._tell(source.path, verdict)
+
+    def _tell(self, path: Path, verdict: TrialResult) -> None:
+        self.refresh()
+        self.judged.emit(path, verdict)
+
+    def _put_in_force(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
+        """Put a loaded environment in force, in the place of its older version."""
+        path = environment.source.path
+        if verdict == TrialResult():  # it was tried before
+            verdict = TrialResult(remarks=remarks(environment))
+        old = self._loaded.get(path)
+        self._loaded[path] = environment
+        self._broken.pop(path, None)
+        self._studio.adopt(environment)
+        if old is not None and old.key != environment.key:
+            self._studio.drop(old.key)
+        QTimer.singleShot(0, self, lambda: self._tell(path, verdict))  # a frame may come in between
+
+    def _holder(self, key: str, path: Path) -> str:
+        """Return the other holder of a key, "" for none."""
+        if key not in self._studio.environments:
+            return ""
+        holder = self.path_of(key)
+        if holder == path:
+            return ""
+        return holder.name if holder else self._studio.environments[key].title
+
+    def _describe(self, path: Path) -> OwnFile:
+        try:
+            source = self.seen(path)
+        except LawError:
+            return describe(path, "", "broken")
+        broken = self._broken.get(path) == source.digest or trial.has_failed(source)
+        state = "checking" if self.checking == path else "foreign" if not is_trusted(source) else ""
+        return describe(path, source.text, state or ("broken" if broken else "ready"))
+
+    def _forget(self, path: Path) -> None:
+        environment = self._loaded.pop(path)
+        if self._studio.environment.key == environment.key:
+            self._studio.choose("free")
+        self._studio.drop(environment.key)
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    """Return what changes with a file, () where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return ()
+    return found.st_mtime_ns, found.st_size, found.st_ino

@@ -1,0 +1,232 @@
+"""Compiles what the loops need into numba's cache. Its own program: a compile in a thread freezes the window.
+
+Knows no Qt, so that it is up and done sooner. Part "loop" is what the first picture waits for, "verdict" what
+the stability card does; then come the "laws" of the other environments, from the lowest up, "boards", what a
+board waits for, and "analysis", what the measuring views wait for. Part "all" is all of these.
+"""
+
+import hashlib
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import platformdirs
+
+from hapkit_studio import interrupts
+from hapkit_studio.dynamics import nominal
+from hapkit_studio.formatting import printable
+from hapkit_studio.resources import sources_stamp
+
+# What the loop begins with in any case: no force for the first tick, and the engine's own environment.
+ALWAYS = ("free", "wall")
+FIRST = "wall"
+_SOURCES = ("analysis", "devices", "dynamics", "environments", "haptics", "laws", "protocol")
+_STAMPED = ("loop", "verdict", "boards", "analysis")
+# How much a part gives way to the window and the running loop, where nobody waits for it.
+_NICE = {"laws": 10, "boards": 19, "analysis": 10}
+_GENTLY = "--gently"
+_MOST_PROGRAMS = 2
+_QUANTUM = nominal.QUANTUM
+_NO_FILE = -1
+_MODULE = "hapkit_studio.gui.state.prepare"
+
+
+def stamp(part: str) -> Path:
+    """Return the file that says: for these sources, this Python and this cache, a part is compiled."""
+    facts = [sources_stamp(*_SOURCES), sys.version, os.environ.get("NUMBA_CACHE_DIR", ""), sys.prefix]
+    name = hashlib.sha256("\n".join(facts).encode()).hexdigest()[:16]
+    return Path(platformdirs.user_cache_dir("hapkit-studio")) / f"prepared-{part}-{name}"
+
+
+def prepared(part: str) -> bool:
+    """Say whether a part was compiled before; laws have no stamp, each knows by itself."""
+    return stamp(part).exists()
+
+
+def possible() -> bool:
+    """Say whether there is anything to compile, and a Python to do so."""
+    interpreted = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+    return not interpreted and not getattr(sys, "frozen", False)
+
+
+def begin(part: str, key: str = FIRST, gently: bool = True) -> "subprocess.Popen | None":
+    """Start compiling a part in a program of its own; None where that was done before or cannot be.
+
+    key is the environment that the loop begins with. gently: it gives way to the window and the loop.
+    """
+    if not possible() or (prepared(part) and (part != "loop" or _has_law(key))):
+        return None
+    return _program(part, key, gently=gently)
+
+
+def begin_laws(keys: Iterable[str], gently: bool = True) -> "list[subprocess.Popen]":
+    """Start compiling the laws of environments, cheap ones first; none where that cannot be.
+
+    Each can be used as soon as it is done. On several processors two programs share them.
+    """
+    from hapkit_studio.environments import discover
+
+    library = discover()
+    order = sorted(keys, key=lambda key: len(library[key].force.source))
+    share = min(_MOST_PROGRAMS, os.cpu_count() or 1)
+    shares = [order[i::share] for i in range(share)] if possible() else []
+    return [_program("laws", *some, gently=gently) for some in shares if some]
+
+
+def _program(part: str, *keys: str, gently: bool = False) -> subprocess.Popen:
+    gently = gently and part in _NICE
+    flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if gently else 0  # Windows
+    words = [sys.executable, "-m", _MODULE, *([_GENTLY] if gently else []), part, *keys]
+    with interrupts.held_back():
+        return subprocess.Popen(words, creationflags=flags)
+
+
+def _has_law(key: str) -> bool:
+    from hapkit_studio.environments import discover
+
+    library = discover()
+    return key not in library or library[key].force.is_compiled()
+
+
+def compile_loop(key: str) -> None:
+    """Compile the loop on the simulated device, on two processors: paddle and laws aside, the tick here."""
+    with _program("paddle", key):
+        from hapkit_studio.devices.simulated import SimulatedHapkit
+        from hapkit_studio.environments import named
+        from hapkit_studio.haptics import headless, rows
+        from hapkit_studio.haptics.engine import Engine
+        from hapkit_studio.haptics.tick import tick
+
+        r, _ = headless.Scene(named("free"), {}).prepare()
+        tick(r, 0.0, 1e-3, 0.0, rows.new_ring(r.control, 2).rows[0])
+    engine = Engine(SimulatedHapkit(), realtime=False)
+    reader = engine.reader()
+    engine.start()
+    engine.set_loop(delay=0.001)
+    engine.health()
+    reader.read()
+    engine.close()
+
+
+def compile_paddle(key: str) -> None:
+    """Compile the simulated paddle, what else the loop calls beside the tick, and the laws it begins with.
+
+    First the end of the tick, before the other program gets there: both take the same time then.
+    """
+    from numba import typeof
+
+    from hapkit_studio.devices import simulated
+    from hapkit_studio.dynamics.estimators import count_response
+    from hapkit_studio.environments import named
+    from hapkit_studio.haptics import clock, headless, health, passivity, priority, rows, simulated_loop
+
+    r, body = headless.Scene(named("free"), {}).prepare()
+    row = rows.new_ring(r.control, 2).rows[0]
+    passivity.judge.compile((typeof(r), *[typeof(0.0)] * 3, typeof(row)))
+    priority.probe()
+    r.values[:] = r.block.values
+    simulated_loop.follow_settings(body, r)
+    simulated_loop.write_truth(body, simulated_loop.measure(body), row)
+    simulated.command(body.dev, body.queue, 0.0)
+    simulated.advance(body.dev, body.queue, 0.0, 0.0)
+    simulated_loop.cut_motor(body)
+    health.add_lateness(health.new_histogram(), 0.0)
+    clock.until(clock.now())
+    compile_laws(*ALWAYS, key)
+    count_response("difference", 1000.0, _QUANTUM)  # for the window's warnings
+
+
+def compile_laws(*keys: str) -> None:
+    """Compile the laws of environments; one that cannot be, or is not there, keeps no other back."""
+    from hapkit_studio.environments import discover
+    from hapkit_studio.errors import LawError
+
+    library = discover()
+    for key in keys:
+        try:
+            if key in library:
+                library[key].force.compiled()
+        except LawError as error:
+            print(printable(f"{key}: {error}"), file=sys.stderr, flush=True)
+
+
+def compile_verdict(*_keys: str) -> None:
+    """Compile what judges a scene."""
+    from hapkit_studio.analysis.stability.objects import OBJECTS, contact_limit
+    from hapkit_studio.analysis.stability.verdict import of_spring
+    from hapkit_studio.dynamics.loop_settings import LoopSettings
+
+    of_spring(LoopSettings(), 300.0, 0.0)
+    contact_limit(LoopSettings(), OBJECTS[0], {})
+
+
+def compile_boards(*_keys: str) -> None:
+    """Compile the loop on a serial port, by calling it with the quit word set and no port."""
+    from hapkit_studio.haptics import arrays, block, health, link, rows, serial_loop
+
+    r = arrays.new_arrays(block.new_block())
+    r.control[arrays.QUIT] = 1
+    out, late = rows.new_ring(r.control, 2), health.new_histogram()
+    serial_loop.run(r, link.new_link(_QUANTUM), out, late, _NO_FILE)
+
+
+def compile_analysis(*_keys: str) -> None:
+    """Compile what the measuring views call."""
+    from hapkit_studio.analysis.warm import warm_up
+
+    warm_up()
+
+
+def compile_all(*_keys: str) -> None:
+    """Compile every part that is not there yet, and say so: after an installation, before the first start."""
+    from hapkit_studio.environments import discover
+
+    steps: list[tuple[str, Callable[[], Iterable[subprocess.Popen | None]]]] = [
+        ("the loop", lambda: [begin("loop", gently=False)]),
+        (
+            "the environments",
+            lambda: begin_laws((k for k, e in discover().items() if not e.force.is_compiled()), gently=False),
+        ),
+        (
+            "what boards and measurements need",
+            lambda: [begin(part, gently=False) for part in ("verdict", "boards", "analysis")],
+        ),
+    ]
+    for number, (what, start) in enumerate(steps, 1):
+        print(f"Compiling {what} ({number} of {len(steps)}) ...", flush=True)
+        for program in start():
+            if program is not None and program.wait():
+                sys.exit(program.returncode)
+
+
+_COMPILE: dict[str, Callable[..., None]] = {
+    "loop": compile_loop,
+    "paddle": compile_paddle,
+    "laws": compile_laws,
+    "verdict": compile_verdict,
+    "boards": compile_boards,
+    "analysis": compile_analysis,
+    "all": compile_all,
+}
+
+
+def main(*words: str) -> None:
+    """Compile a part, for some environments; then leave its stamp and clear older ones away."""
+    part, *keys = [word for word in words if word != _GENTLY]
+    if _GENTLY in words and hasattr(os, "nice"):
+        os.nice(_NICE[part])
+    mark = stamp(part)
+    _COMPILE[part](*(keys or (FIRST,)))
+    if part not in _STAMPED:
+        return
+    mark.parent.mkdir(parents=True, exist_ok=True)
+    for old in mark.parent.glob(f"prepared-{part}-*"):
+        old.unlink(missing_ok=True)
+    mark.touch()
+
+
+if __name__ == "__main__":
+    interrupts.begin()
+    main(*sys.argv[1:])

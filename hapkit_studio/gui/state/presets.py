@@ -1,0 +1,150 @@
+"""Presets: named settings of one environment as TOML files in the person's own folder."""
+
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from hapkit_studio.devices import calibration_file
+from hapkit_studio.dynamics.loop_settings import OPTIONS, USUAL_LOOP, WITH_SCENE, from_table, to_table
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import FileError, ParameterError
+from hapkit_studio.files import read_toml
+from hapkit_studio.formatting import quoted
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings
+from hapkit_studio.parameters import AnyParameter, Choice
+
+FOLDER = "presets"
+_LONGEST = 160  # letters of a line that says what is wrong
+_NAME = re.compile(r"\w[\w ,.()+-]{0,23}")
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+class PresetError(ParameterError):
+    """A file is no preset, or no demo; ``lines`` says why, one line for each thing that is wrong."""
+
+    def __init__(self, lines: list[str]):
+        self.lines = [line if len(line) <= _LONGEST else f"{line[:_LONGEST]}…" for line in lines]
+        super().__init__("\n".join(self.lines))
+
+
+def folder(environment: str) -> Path:
+    """Return the folder of an environment's presets, which may not exist yet."""
+    return calibration_file.folder().parent / FOLDER / re.sub(r"[^\w-]+", "-", environment)
+
+
+def found(environment: str) -> dict[str, Path]:
+    """Return the files of an environment's presets by their names."""
+    found = sorted(folder(environment).glob("*.toml"))
+    return {path.stem: path for path in found if path.stem.isprintable()}
+
+
+def checked_name(name: str) -> str:
+    """Return a name that a file can have on any system; raise ParameterError."""
+    name = name.strip().rstrip(".")
+    if not _NAME.fullmatch(name):
+        raise ParameterError("A preset's name has 1 to 24 letters, figures, spaces and , . ( ) + -")
+    return name
+
+
+def write(environment: Environment, name: str, settings: Settings) -> Path:
+    """Write settings of an environment under a name; return the file; raise OSError, ParameterError."""
+    path = folder(environment.key) / f"{checked_name(name)}.toml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    part.write_text("\n".join(_lines(environment, settings)) + "\n", encoding="utf-8")
+    os.replace(part, path)
+    return path
+
+
+def read(path: str | Path, environments: Mapping[str, Environment]) -> Settings:
+    """Return the settings in a preset, checked against its environment; raise PresetError."""
+    path = Path(path)
+    table = load(path)
+    key = table.pop("environment", None)
+    if not isinstance(key, str) or key not in environments:
+        raise PresetError([f"{path.name} is no preset: the environment {quoted(key)} is not known here."])
+    return checked(table, environments[key])
+
+
+def load(path: Path) -> dict[str, Any]:
+    """Return the table in a preset or a demo; raise PresetError."""
+    try:
+        return read_toml(path)
+    except FileError as error:
+        raise PresetError([str(error)]) from None
+
+
+def checked(table: dict[str, Any], environment: Environment) -> Settings:
+    """Return what a table sets; raise PresetError with everything that is wrong in it."""
+    wrong = [f"{quoted(key)} is not known in a preset." for key in table if key not in ("values", "loop")]
+    settings: Settings = {ENVIRONMENT: environment.key}
+    known = {p.key: p for p in environment.parameters}
+    given: dict[str, float] = {}
+    for name, value in _items(table, "values", wrong):
+        try:
+            if name not in known:
+                raise ParameterError(f"{environment.title} has no parameter {quoted(name)}.")
+            given[name] = number(known[name], value)
+        except ParameterError as error:
+            wrong.append(str(error))
+    given_loop = dict(_items(table, "loop", wrong))
+    loop = from_table(given_loop, USUAL_LOOP, lambda error: wrong.append(str(error)), WITH_SCENE)
+    try:
+        values = environment.values(given)
+    except ParameterError as error:
+        wrong.append(str(error))
+    if wrong:
+        raise PresetError(wrong)
+    settings |= {("value", environment.key, name): value for name, value in values.items()}
+    return settings | {("loop", name): value for name, value in loop.items() if name in WITH_SCENE}
+
+
+def _items(table: dict[str, Any], name: str, wrong: list[str]) -> Iterator[tuple[str, Any]]:
+    part = table.get(name, {})
+    if not isinstance(part, dict):
+        wrong.append(f"{name} is a table [{name}], not {quoted(part)}.")
+        return
+    yield from part.items()
+
+
+def number(parameter: AnyParameter, value: object) -> float:
+    """Return a value as the law takes it: options stand in a file by their names; raise ParameterError."""
+    if isinstance(parameter, Choice) != isinstance(value, str):
+        wanted = f"one of {', '.join(parameter.options)}" if isinstance(parameter, Choice) else "a number"
+        raise ParameterError(f"{parameter.label} takes {wanted}, not {quoted(value)}.")
+    return parameter.check(value)
+
+
+def _lines(environment: Environment, settings: Settings) -> Iterator[str]:
+    """Give the lines of a preset's file: values in SI with their units, options by their names."""
+    yield f"# A preset of Hapkit Studio for {environment.title}. Import it with: Environment, Import preset…"
+    yield f"environment = {_toml(environment.key)}"
+    yield "\n[values]"
+    for p in environment.parameters:
+        value = settings["value", environment.key, p.key]
+        unit = f"  # {p.unit}" if p.unit else ""
+        yield f"{_key(p.key)} = {_toml(p.text(value) if isinstance(p, Choice) else value)}{unit}"
+    loop = {name: settings["loop", name] for name in WITH_SCENE if ("loop", name) in settings}
+    if not loop:
+        return
+    yield "\n[loop]"
+    written = to_table(replace(USUAL_LOOP, **loop), loop)
+    options = written.pop(OPTIONS, {})
+    for name, value in written.items():
+        yield f"{name} = {_toml(value)}"
+    if options:
+        yield f"\n[loop.{OPTIONS}]"
+        yield from (f"{_key(name)} = {_toml(value)}" for name, value in options.items())
+
+
+def _key(name: str) -> str:
+    return name if _BARE.fullmatch(name) else _toml(name)
+
+
+def _toml(value: str | bool | float) -> str:
+    """Return a value as TOML writes it: text and truth as JSON does."""
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(float(value))

@@ -1,0 +1,223 @@
+"""Undo and redo of every setting; what one press of a button or key has changed is one step."""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QUndoCommand, QUndoStack
+
+from hapkit_studio.dynamics.loop_settings import FIELDS, WITH_SCENE, Difference, difference
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.state.studio import Studio
+
+Settings = dict[tuple[str, ...], Any]
+"""Keys: ("environment",), ("loop", name in LoopSettings) or ("value", environment, parameter)."""
+MOST = 200
+"""Steps that are kept."""
+ENVIRONMENT, HAND = ("environment",), ("loop", "hand")
+
+
+def settings_of(studio: Studio) -> Settings:
+    """Return everything that can be undone, as it is."""
+    found: Settings = {ENVIRONMENT: studio.environment.key}
+    for name in FIELDS:
+        found["loop", name] = getattr(studio.loop, name)
+    for key, values in studio.library.values.items():
+        for name, value in values.items():
+            found["value", key, name] = value
+    return found
+
+
+def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
+    """Return what is set of the environment in force, and of the loop what is no matter of the device."""
+    key, now = studio.environment.key, settings_of(studio)
+    kept = {place: value for place, value in now.items() if place[:2] == ("value", key)}
+    places = [("loop", name) for name in WITH_SCENE] if with_loop else []
+    return {ENVIRONMENT: key, **kept, **{place: now[place] for place in places}}
+
+
+def not_in_force(studio: Studio, settings: Settings) -> Settings:
+    """Return those of some settings that are not in force."""
+    now = settings_of(studio)
+    return {place: value for place, value in settings.items() if now.get(place) != value}
+
+
+def put(studio: Studio, settings: Settings) -> None:
+    """Put settings in force, all of them or none; raise ParameterError."""
+    loop = {names[0]: value for (kind, *names), value in settings.items() if kind == "loop"}
+    values: dict[str, dict[str, float]] = defaultdict(dict)
+    for (kind, *names), value in settings.items():
+        if kind == "value":
+            values[names[0]][names[1]] = value
+    chosen, changed = settings.get(ENVIRONMENT, studio.environment.key), not_in_force(studio, settings)
+    studio.check_free((*place, chosen) if place == ENVIRONMENT else place for place in changed)
+    for key in (*values, chosen):
+        if key not in studio.environments:
+            raise ParameterError(f"The environment {key} is no longer there.")
+    for key, changes in values.items():
+        studio.environments[key].values({**studio.values_of(key), **changes})  # refused before any is set
+    if loop:
+        studio.set_loop(**loop)
+    for key, changes in values.items():
+        studio.set_values_of(key, changes)
+    studio.choose(chosen)
+
+
+def words(studio: Studio, before: Settings, after: Settings) -> str:
+    """Name a change for a menu: "stiffness 300 → 500 N/m"; another velocity filter brings its options."""
+    if ENVIRONMENT in after:
+        known = studio.environments
+        keys = (settings[ENVIRONMENT] for settings in (before, after))
+        return " → ".join(known[key].title if key in known else key for key in keys)  # its file may be gone
+    if len(after) == 1:
+        ((where, new),) = after.items()
+        return str(_difference(studio, where, before[where], new))
+    return f"{len(after)} settings"
+
+
+def joined(first: tuple[Settings, Settings], then: tuple[Settings, Settings]) -> tuple[Settings, Settings]:
+    """Return two changes (before, after) as one, without what ends as it began."""
+    before, after = then[0] | first[0], first[1] | then[1]
+    changed = [where for where in after if before[where] != after[where]]
+    return {where: before[where] for where in changed}, {where: after[where] for where in changed}
+
+
+def differences(studio: Studio, before: Settings, after: Settings) -> list[Difference]:
+    """Name what differs between two settings, as far as both have it; not which environment it is."""
+    return [
+        _difference(studio, place, before[place], value)
+        for place, value in after.items()
+        if place != ENVIRONMENT and place in before and before[place] != value
+    ]
+
+
+def _difference(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> Difference:
+    kind, *names = where
+    if kind == "loop":
+        return FIELDS[names[0]].difference(old, new)
+    parameters = studio.environments[names[0]].parameters
+    return difference(next(p for p in parameters if p.key == names[1]), old, new)
+
+
+class Step(QUndoCommand):
+    """What was changed in one gesture: only what differs, so that the rest stays as it is now."""
+
+    def __init__(self, history: "UndoHistory", before: Settings, after: Settings, name: str):
+        super().__init__()
+        self._history, self.gesture, self.name = history, history.gesture, name
+        self.before, self.after = before, after
+        self._done = True
+        self.setText(name or words(history.studio, before, after))
+
+    def id(self) -> int:
+        return 1
+
+    def mergeWith(self, other: QUndoCommand) -> bool:
+        """Take in a later change of the same gesture; one that ends where it began is no step."""
+        if not isinstance(other, Step) or other.gesture != self.gesture:
+            return False
+        self.before, self.after = joined((self.before, self.after), (other.before, other.after))
+        self.name = self.name or other.name
+        self.setObsolete(not self.after)
+        if self.after:
+            self.setText(self.name or words(self._history.studio, self.before, self.after))
+        return True
+
+    def undo(self) -> None:
+        self._put(self.before)
+
+    def redo(self) -> None:
+        """Do it again: the first time, when it comes onto the stack, it is done already."""
+        if self._done:
+            self._done = False
+        else:
+            self._put(self.after)
+
+    def _put(self, settings: Settings) -> None:
+        try:
+            self._history.apply(settings)
+        except ParameterError as error:
+            self.setObsolete(True)
+            self._history.refusal = str(error)
+
+
+class UndoHistory(QObject):
+    """Watches the studio's settings. ``changed``: another step is next; ``refused``: one cannot be put back.
+
+    gesture counts presses of buttons and keys: changes within one are one step.
+    """
+
+    changed = Signal()
+    refused = Signal(str)
+
+    def __init__(self, studio: Studio, parent: QObject | None = None):
+        super().__init__(parent)
+        self.studio, self.gesture = studio, 0
+        self.stack = QUndoStack(self)
+        self.stack.setUndoLimit(MOST)
+        self.stack.indexChanged.connect(self.changed)
+        self._name, self._applying, self.refusal = "", False, ""
+        self.forget()
+        studio.settings_changed.connect(self._look)
+
+    def undo(self) -> None:
+        """Put the settings back as they were before the last step, or say why they cannot be."""
+        self._move(self.stack.undo)
+
+    def redo(self) -> None:
+        """Do the next step again."""
+        self._move(self.stack.redo)
+
+    def _move(self, move: Callable[[], None]) -> None:
+        self.refusal = ""
+        move()
+        if self.refusal:
+            self.refused.emit(self.refusal)
+
+    def forget(self) -> None:
+        """Begin anew with what is in force."""
+        self.stack.clear()
+        self._take()
+
+    @contextmanager
+    def named(self, name: str) -> Iterator[None]:
+        """Give the step that is made within a name, and let it be one."""
+        self.gesture += 1
+        self._name = name
+        try:
+            yield
+        finally:
+            self._name = ""
+
+    def apply(self, settings: Settings) -> None:
+        """Put settings in force without a new step; raise ParameterError."""
+        self._applying = True
+        try:
+            put(self.studio, settings)
+        finally:
+            self._applying = False
+            self._take()
+
+    def _take(self) -> None:
+        self._last, self._environments = settings_of(self.studio), dict(self.studio.environments)
+
+    def _look(self) -> None:
+        """Make a step of what a person has changed; a newer version of a law brings values of its own."""
+        if self._applying:
+            return
+        last, environments = self._last, self._environments
+        self._take()
+        if self.studio.trying:
+            return
+        after = {
+            where: value
+            for where, value in self._last.items()
+            if where in last and last[where] != value and self._same(where, environments)
+        }
+        if after:
+            self.stack.push(Step(self, {where: last[where] for where in after}, after, self._name))
+
+    def _same(self, where: tuple[str, ...], environments: Mapping[str, object]) -> bool:
+        return where[0] != "value" or environments.get(where[1]) is self._environments.get(where[1])

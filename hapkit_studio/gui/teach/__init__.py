@@ -1,0 +1,1 @@
+"""Projector, quiz, blind comparison, demos and locks: what an instructor uses."""

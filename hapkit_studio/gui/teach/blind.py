@@ -1,0 +1,164 @@
+"""A and B without their names: which is which is mixed anew for each answer, the score stays hidden too."""
+
+import random
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtWidgets import QFrame, QPushButton, QWidget
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import number
+from hapkit_studio.gui.pages.base import Page, SidePanel
+from hapkit_studio.gui.pages.views import Views
+from hapkit_studio.gui.panel.two_settings import TwoSettings, TwoSettingsDialog
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.widgets.dialogs import text_dialog
+from hapkit_studio.gui.widgets.parts import across, down, hint, label, primary
+from hapkit_studio.parameters import Parameter
+
+_ABOUT = (
+    "One of the two is A, the other is B, mixed anew after each answer. Plots and values are hidden: go by "
+    "what you feel, or with the mouse as your hand by what the handle does. X switches between 1 and 2 as "
+    "often as you like."
+)
+
+_OTHERS = "The demo is over, and A and B are those of its environment."
+
+
+def score(right: int, answers: int) -> str:
+    """Say how many answers were right, and how many guessing gives on average."""
+    guessed = number(answers / 2.0, answers % 2)
+    return f"{right} of {answers} right; guessing gives {guessed}." if answers else "No answer was given."
+
+
+class BlindPage(Page):
+    """Stands in the plots' place until ``ended`` with the score in words.
+
+    What is rendered is hidden from the window; a person's other environment ends it.
+    """
+
+    ended = Signal(str)
+
+    def __init__(self, studio: Studio, two: TwoSettings, source: random.Random | None = None):
+        super().__init__()
+        self._studio, self._source = studio, source or random.Random()
+        key = studio.environment.key
+        self._values = [{p[2]: v for p, v in kept.items() if p[:2] == ("value", key)} for kept in two.kept]
+        self._wanted, self._question = self._ask()
+        self.right = self.answers = self.shown = 0
+        self._order = [0, 1]
+        self.sign, self.count = label(role="verdict"), hint()
+        self.switch, self.end_button = QPushButton("Switch"), QPushButton("Show the score")
+        self.choices = [QPushButton(f"{place}") for place in (1, 2)]
+        for button in self.choices:
+            button.setAccessibleName(f"Answer: {button.text()}")
+        self._arrange()
+        self.switch.clicked.connect(self.turn)
+        for place, button in enumerate(self.choices):
+            button.clicked.connect(lambda _on=False, place=place: self.answer(place))
+        self.end_button.clicked.connect(self.finish)
+        studio.hidden_changed.connect(self._look)
+
+    def begin(self) -> None:
+        """Mix A and B, and render the first."""
+        self._order = self._source.sample((0, 1), 2)
+        self.shown = 0
+        self._render()
+
+    def turn(self) -> None:
+        """Render the other one."""
+        self.shown = 1 - self.shown
+        self._render()
+
+    def answer(self, place: int) -> None:
+        """Take an answer, 0 for the first, and mix anew."""
+        self.answers += 1
+        self.right += self._order[place] == self._wanted
+        self.begin()
+
+    def finish(self) -> None:
+        """Render what the window shows, and tell the score."""
+        self._studio.hide_values(None)
+
+    def _look(self) -> None:
+        if not self._studio.hidden:
+            self._studio.hidden_changed.disconnect(self._look)
+            self.ended.emit(score(self.right, self.answers))
+
+    def _render(self) -> None:
+        self._studio.hide_values(self._values[self._order[self.shown]])
+        self.sign.setText(f"{self.shown + 1} in force")
+        self.count.setText(f"Answers: {self.answers}")
+
+    def _ask(self) -> tuple[int, str]:
+        """Return which is to be found, and the question: about the one number that differs, if it is one."""
+        a, b = self._values
+        differ = [p for p in self._studio.environment.parameters if a[p.key] != b[p.key]]
+        if len(differ) == 1 and isinstance(differ[0], Parameter):
+            more = int(b[differ[0].key] > a[differ[0].key])
+            return more, f"Which has more {differ[0].label.lower()}?"
+        return 0, "Which is A?"
+
+    def _arrange(self) -> None:
+        card = QFrame()
+        card.setProperty("card", True)
+        self.sign.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        head = across(None, label(self._question, "title", wrap=False), *self.choices, None)
+        foot = across(None, self.switch, hint("X"), None)
+        down(None, self.sign, foot, head, across(None, self.count, None), None, into=card, gap=16)
+        self.column.addWidget(card)
+        self.side = SidePanel("Blind comparison", _ABOUT)
+        self.side.add(primary(self.end_button))
+
+
+class BlindComparison(QObject):
+    """Brings the page into sight and tells the score when it ends; ``step`` is what the key does."""
+
+    beginning = Signal()
+    """Whatever else moves settings is to end now: putting them back later would end the comparison."""
+
+    def __init__(self, studio: Studio, two: TwoSettings, views: Views, window: QWidget):
+        super().__init__(window)
+        self._studio, self._two, self._views, self._window = studio, two, views, window
+        self.page: BlindPage | None = None
+
+    def step(self) -> None:
+        """Render the other one of two, or keep what is set as one."""
+        if self.page is not None:
+            self.page.turn()
+        else:
+            self._two.step()
+
+    def show_settings(self) -> None:
+        """Open the dialog of what A and B are."""
+        dialog = TwoSettingsDialog(self._two, self._window)
+        dialog.blind.connect(self.begin)
+        dialog.show()
+
+    def begin(self, source: random.Random | None = None) -> None:
+        """Begin to compare A and B; source mixes them."""
+        if not self._two.comparable:
+            return
+        if self._studio.hidden:
+            self._studio.refused.emit(f"{self._studio.hidden}.")
+            return
+        self.beginning.emit()
+        if not self._two.comparable:  # what has ended was in another environment
+            self._studio.refused.emit(_OTHERS)
+            return
+        page = BlindPage(self._studio, self._two, source)
+        try:
+            page.begin()
+        except ParameterError as error:  # one of them is locked by now
+            self._studio.refused.emit(str(error))
+            return
+        self.page = page
+        page.ended.connect(self._end)
+        self._views.cover(page.side, page)
+
+    def _end(self, words: str) -> None:
+        page, self.page = self.page, None
+        self._views.cover(None)
+        if page is not None and page.side is not None:
+            page.side.deleteLater()
+            page.deleteLater()
+        text_dialog("Blind comparison", [words], self._window).show()

@@ -1,0 +1,185 @@
+"""Plays a demo in the window, round after round, and shows its caption below everything else."""
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtWidgets import QPushButton, QWidget
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, not_in_force, put, settings_of
+from hapkit_studio.gui.teach.demos import Demo, Step
+from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, label
+from hapkit_studio.gui.widgets.theme import theme
+
+FRAME_MS = 16
+HEIGHT = 68
+_NO_HAND = "A board has no virtual hand: only settings and captions play"
+_RATE = "loop", "rate"
+
+
+class DemoPlayer(QObject):
+    """Moves settings and the virtual hand by a demo, until a person takes over or ends it.
+
+    What was set before comes back then. It never stops or releases anything but a real motor, which waits for
+    "Render". ``changed``: another demo, caption or none. clock() in s counts once everything is ready.
+    """
+
+    changed = Signal()
+
+    def __init__(self, studio: Studio, parent: QObject, clock: Callable[[], float] = time.monotonic):
+        super().__init__(parent)
+        self._studio, self.clock = studio, clock
+        self.demo: Demo | None = None
+        self._start: float | None = None
+        self._step: Step | None = None
+        self._hand: float | None = None
+        self._before: Settings = {}
+        self._ours: Settings = {}
+        self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
+        self._frames.timeout.connect(self.tick)
+        studio.settings_changed.connect(self._look)
+        for signal in (studio.lock_changed, studio.hidden_changed):
+            signal.connect(self.end)
+        studio.stop_changed.connect(self._end_if_stopped)
+        studio.engine_changed.connect(self._end_if_begun)
+
+    @property
+    def caption(self) -> str:
+        """Return what the demo says now."""
+        if self.demo is None:
+            return ""
+        return self._step.caption if self._step else "The demo begins as soon as everything is ready."
+
+    @property
+    def note(self) -> str:
+        """Return why a demo moves no hand, where it does not."""
+        studio = self._studio
+        if self.demo is None or studio.engine is None or studio.hand_is_ours:
+            return ""
+        return f"{_NO_HAND}; zero force until you press Render." if studio.held else f"{_NO_HAND}."
+
+    @property
+    def possible(self) -> bool:
+        """Say whether a demo may change every setting."""
+        return not (self._studio.hidden or self._studio.lock.places)
+
+    def play(self, demo: Demo) -> None:
+        """Begin a demo, in place of another; raise ParameterError where settings are locked or hidden."""
+        if not self.possible:
+            raise ParameterError("No demo plays while settings are locked or hidden.")
+        self.end()
+        self._before = self._ours = settings_of(self._studio)
+        self._studio.wait_for_render()
+        self.demo, self._start, self._step, self._hand = demo, None, None, None
+        self._frames.start()
+        self.changed.emit()
+        self.tick()
+
+    def end(self) -> None:
+        """Let the handle go and put back what was set before, but for what a person has set since."""
+        if self.demo is None:
+            return
+        self.demo = None
+        self._frames.stop()
+        if self._hand is not None:
+            self._studio.move_hand(None)
+        person_set = not_in_force(self._studio, self._ours)
+        back = {place: value for place, value in self._before.items() if place not in person_set}
+        with self._studio.temporarily(), suppress(ParameterError):  # a file or a device may be gone
+            put(self._studio, not_in_force(self._studio, back))
+        self.changed.emit()
+
+    def tick(self) -> None:
+        """Go on to where the demo is by the clock."""
+        studio, demo = self._studio, self.demo
+        if demo is None or not self._is_ready(demo):
+            return
+        if studio.fault is not None:
+            self.end()
+            return
+        now = self.clock()
+        self._start = now if self._start is None else self._start
+        place = (now - self._start) % demo.seconds
+        step = demo.step(place)
+        if step is not self._step:
+            self._apply(step)
+        hand = step.hand(place) if studio.hand_is_ours else None
+        if self.demo is not None and hand != self._hand:
+            self._hand = hand
+            studio.move_hand(hand)
+
+    def _is_ready(self, demo: Demo) -> bool:
+        studio = self._studio
+        waiting = (studio.readiness.state(key) in ("preparing", "next") for key in demo.environments)
+        return studio.engine is not None and not any(waiting)
+
+    def _apply(self, step: Step) -> None:
+        """Put a step's settings in force; a demo that cannot go on as it says ends."""
+        studio, changes = self._studio, not_in_force(self._studio, step.settings)
+        if studio.opened is None or studio.opened.own_clock:
+            changes.pop(_RATE, None)
+        try:
+            with studio.temporarily():
+                put(studio, changes)
+        except ParameterError:
+            self.end()
+            return
+        self._step, self._ours = step, settings_of(studio)
+        if studio.environment.key != step.settings[ENVIRONMENT]:
+            self.end()
+            return
+        self.changed.emit()
+
+    def _look(self) -> None:
+        """End where a person has changed a setting."""
+        if self.demo is not None and not self._studio.trying and settings_of(self._studio) != self._ours:
+            self.end()
+
+    def _end_if_stopped(self) -> None:
+        if self._studio.stopped and not self._studio.held:
+            self.end()
+        self.changed.emit()
+
+    def _end_if_begun(self) -> None:
+        """End with the device: another one may have no hand, or a motor."""
+        if self._start is not None:
+            self.end()
+
+
+class CaptionBar(QWidget):
+    """Says what the demo shows, large, in a strip of its own; away while there is none."""
+
+    def __init__(self, player: DemoPlayer, parent: QWidget):
+        super().__init__(parent)
+        self._player = player
+        self.setObjectName("caption")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.words, self.note, self.title = label(role="title"), hint(), label(role="hint", wrap=False)
+        self.title.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.leave = QPushButton("End demo")
+        self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.leave.setToolTip("What was set before comes back; so it does once you take the handle")
+        self.leave.clicked.connect(player.end)
+        said = down(None, self.words, self.note, None)
+        beside = down(None, self.title, self.leave, None, gap=4)
+        across(Sign(24, "play", "accent"), (said, 1), beside, into=self, margins=(14, 0, 12, 0), gap=12)
+        player.changed.connect(self.show_state)
+        theme.changed.connect(self._fit)
+        self._fit()
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Show the caption in force."""
+        demo, note = self._player.demo, self._player.note
+        self.words.setText(self._player.caption)
+        self.note.setText(note)
+        self.note.setVisible(bool(note))
+        self.title.setText(demo.title if demo else "")
+        self.setAccessibleName(f"Demo: {self._player.caption}")
+        self.setVisible(demo is not None)
+
+    def _fit(self) -> None:
+        self.setFixedHeight(theme.px(HEIGHT))  # of two lines, so that nothing moves with the words

@@ -1,0 +1,187 @@
+"""The large widgets of the projector's view: title, two values with sliders, and the verdict."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.widgets.gallery_row import icon_name
+from hapkit_studio.gui.widgets.numbers import ValueSlider
+from hapkit_studio.gui.widgets.parts import AnswerLine, Sign, across, down, label, refill, rule
+from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.text import rich
+from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.parameters import AnyParameter, Choice
+from hapkit_studio.quantity import Quantity
+
+VALUES = 2
+_ROOM_FOR_SLIDERS = 200  # px of the card's height
+
+
+class LargeValue(QWidget):
+    """One parameter's value, to be read from afar; a menu at its name chooses another parameter."""
+
+    def __init__(self, studio: Studio, parameter: AnyParameter, choose: Callable[[str], None]):
+        super().__init__()
+        self._studio, self.parameter = studio, parameter
+        self.quantity = None if isinstance(parameter, Choice) else Quantity(parameter)
+        name = QPushButton(parameter.label)
+        name.setProperty("flat", True)
+        name.setProperty("menu", True)
+        menu = QMenu(self)  # deleted with this value
+        for other in studio.environment.parameters:
+            menu.addAction(other.label, partial(choose, other.key))
+        name.setMenu(menu)
+        name.setToolTip("Show another parameter here")
+        name.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.figure = label(role="figure", wrap=False)
+        unit = label(self.quantity.unit if self.quantity else "", "readout", wrap=False)
+        value = across(self.figure, unit, None, gap=6)
+        value.setAlignment(unit, Qt.AlignmentFlag.AlignBottom)
+        self.padlock = Sign(16, "lock")
+        self.slider = ValueSlider(self.quantity) if self.quantity else None
+        if self.slider is not None and self.quantity is not None:
+            self.slider.setAccessibleName(parameter.label)
+            self.slider.picked.connect(lambda shown, to_si=self.quantity.si: self._set(to_si(shown)))
+        down(
+            across(name, self.padlock, None, gap=6), value, *([self.slider] if self.slider else []), into=self
+        )
+        self.show_value()
+
+    def show_value(self) -> None:
+        """Show the value in force, and whether it is fixed."""
+        value = self._studio.values[self.parameter.key]
+        fixed = self._studio.why_fixed("value", self._studio.environment.key, self.parameter.key)
+        self.padlock.setVisible(bool(fixed))
+        self.padlock.setToolTip(fixed)
+        if self.slider is not None:
+            self.slider.setEnabled(not fixed)
+        if isinstance(self.parameter, Choice) or self.quantity is None or self.slider is None:
+            self.figure.setText(self.parameter.text(value))
+            return
+        shown = value * self.quantity.factor
+        self.figure.setText(self.quantity.text(shown))
+        self.slider.show_value(shown)
+
+    def step(self, steps: int) -> None:
+        """Change the value by some steps of its spin box, or to another option."""
+        value = self._studio.values[self.parameter.key]
+        if self.quantity is None:
+            self._set(min(max(value + steps, 0.0), self.parameter.high))
+        else:
+            self._set(self.quantity.si(self.quantity.moved(value * self.quantity.factor, steps)))
+
+    def _set(self, value: float) -> None:
+        with suppress(ParameterError):  # it does not agree with another value
+            self._studio.set_value(self.parameter.key, value)
+        self.show_value()
+
+
+class ValueCard(QWidget):
+    """Two values, the environment's first two unless others were chosen, and the verdict below."""
+
+    def __init__(self, studio: Studio, settings: QSettings):
+        super().__init__()
+        self._studio, self._settings = studio, settings
+        self.values: list[LargeValue] = []
+        self.verdict = AnswerLine()
+        self._column = down(gap=6)
+        down(self._column, None, rule(), self.verdict, into=self, margins=(14, 8, 14, 8), gap=6)
+        studio.environment_changed.connect(self.rebuild)
+        for changed in (studio.values_changed, studio.lock_changed):
+            changed.connect(self._show_values)
+        self.rebuild()
+
+    @property
+    def _place(self) -> str:
+        return f"projected/{self._studio.environment.key}"
+
+    @property
+    def chosen(self) -> list[str]:
+        """Return the keys of the parameters in sight."""
+        keys = [parameter.key for parameter in self._studio.environment.parameters]
+        kept = str(self._settings.value(self._place, "")).split()
+        kept = [key for key in dict.fromkeys(kept) if key in keys]
+        return [*kept, *(key for key in keys if key not in kept)][:VALUES]
+
+    def choose(self, index: int, key: str) -> None:
+        """Show a parameter at a place, in exchange for what is there if it is in sight already."""
+        chosen = self.chosen
+        if key in chosen:
+            chosen[chosen.index(key)] = chosen[index]
+        chosen[index] = key
+        self._settings.setValue(self._place, " ".join(chosen))
+        self.rebuild()
+
+    def step(self, index: int, steps: int) -> None:
+        """Change one of the values by some steps, if there is one."""
+        if index < len(self.values):
+            self.values[index].step(steps)
+
+    def rebuild(self) -> None:
+        """Show the parameters of the environment in force."""
+        known = {parameter.key: parameter for parameter in self._studio.environment.parameters}
+        self.values = [
+            LargeValue(self._studio, known[key], partial(self.choose, index))
+            for index, key in enumerate(self.chosen)
+        ]
+        refill(self._column, self.values)
+        self._fit()
+
+    def show_verdict(self, words: str, icon: str, token: str) -> None:
+        """Show the verdict of stability in a few words, with its icon and token."""
+        self.verdict.say(words, icon, token)
+        mark(self.verdict.words, "ink", token)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _show_values(self) -> None:
+        for value in self.values:
+            value.show_value()
+
+    def _fit(self) -> None:
+        """Leave the sliders out where there is room for the values alone."""
+        for value in self.values:
+            if value.slider is not None:
+                value.slider.setVisible(self.height() >= theme.px(_ROOM_FOR_SLIDERS))
+
+
+class Title(QWidget):
+    """Icon, title and formula of the environment in force, in one line; the formula where it fits."""
+
+    def __init__(self, studio: Studio):
+        super().__init__()
+        self._studio = studio
+        self.setObjectName("projectorTitle")
+        self.picture, self.title, self.formula = Sign(28), label(role="title", wrap=False), QLabel()
+        self.formula.setTextFormat(Qt.TextFormat.RichText)
+        across(self.picture, self.title, 8, self.formula, None, into=self)
+        studio.environment_changed.connect(self.show_state)
+        theme.changed.connect(self.show_state)
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Show the environment in force."""
+        environment = self._studio.environment
+        self.picture.show_sign(icon_name(environment.scene), "ink")
+        self.title.setText(environment.title)
+        upright = theme.font("formula")
+        upright.setItalic(False)
+        self.formula.setFont(upright)
+        self.formula.setText(rich(environment.formula))
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        taken = theme.px(28 + 16) + self.title.sizeHint().width() + self.formula.sizeHint().width()
+        self.formula.setVisible(taken + 24 <= self.width())

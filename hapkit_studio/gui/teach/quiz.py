@@ -1,0 +1,186 @@
+"""The quiz: a stiffness or damping is drawn and hidden; a person finds it by feel and plot, and enters it."""
+
+import random
+from dataclasses import replace
+from functools import partial
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QPushButton, QWidget
+
+from hapkit_studio.environments.base import Environment, Values
+from hapkit_studio.formatting import number
+from hapkit_studio.gui.pages.base import SidePanel
+from hapkit_studio.gui.pages.views import Views
+from hapkit_studio.gui.panel.rows import BOX_WIDE
+from hapkit_studio.gui.panel.stability_card import StabilityCard
+from hapkit_studio.gui.state.background import Job, Progress
+from hapkit_studio.gui.state.studio import QUIZ, Studio
+from hapkit_studio.gui.widgets.numbers import NumberBox
+from hapkit_studio.gui.widgets.parts import AnswerLine, across, hint, label, primary
+from hapkit_studio.parameters import Parameter
+from hapkit_studio.quantity import Quantity
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.stability.verdict import Asked
+
+LEAST, MOST = 0.5, 4.0
+"""Times its default: what a value is drawn from can be felt, and measured below the force limit."""
+DRAWS = 20
+_ABOUT = (
+    "A hidden value is rendered. Find it by feel, and with the plots and their cursors. Nothing else can be "
+    "set or shown meanwhile; what was set before comes back at the end."
+)
+_NONE = "Nothing calm was found for this loop and grip. Close, and choose a shorter delay."
+
+
+def asked_for(environment: Environment, values: Values) -> Parameter | None:
+    """Return the parameter to be found: its first, where its law is no more than the terms it declares."""
+    first, terms = next(iter(environment.parameters), None), environment.force_terms(values)
+    if not isinstance(first, Parameter) or first.default <= 0.0 or not terms.simple:
+        return None
+    return first if getattr(terms, first.key, None) == values[first.key] else None
+
+
+def draw(parameter: Parameter, source: random.Random) -> list[float]:
+    """Return some values in SI, no two alike, each on a step of the panel."""
+    quantity = Quantity(parameter)
+    low, high = (quantity.index(min(quantity.default * times, quantity.high)) for times in (LEAST, MOST))
+    steps = range(max(low, 1), high + 1)
+    drawn = source.sample(steps, min(DRAWS, len(steps)))
+    return [quantity.si(quantity.moved(quantity.low, step)) for step in drawn]
+
+
+def first_calm(asked: "Asked", key: str, drawn: list[float], progress: Progress) -> float | None:
+    """Return the first of some values of a parameter that is judged calm, None where none is."""
+    from hapkit_studio.analysis.stability.verdict import verdict  # late: keeps start-up fast
+
+    for done, value in enumerate(drawn):
+        progress(done, len(drawn))
+        if verdict(replace(asked, values={**asked.values, key: value})).calm:
+            return value
+    return None
+
+
+def comparison(quantity: Quantity, said: float, true: float) -> tuple[float, str]:
+    """Return the error in % of an estimate in the unit of the screen, and the sentence that says it."""
+    error = 100.0 * (said - true) / true
+    side = "low" if error < 0.0 else "high"
+    found = f"{number(abs(error), 1)} % too {side}" if round(error, 1) else "right"
+    said_words, true_words = (f"{quantity.text(value)} {quantity.unit}" for value in (said, true))
+    return error, f"You said {said_words}; it is {true_words}: {found}."
+
+
+class QuizSide(SidePanel):
+    """Asks for the hidden value, in the panel's place."""
+
+    def __init__(self, studio: Studio, asked: "Asked", parameter: Parameter, source: random.Random):
+        super().__init__("Quiz", _ABOUT)
+        self._studio, self._asked, self._parameter, self._source = studio, asked, parameter, source
+        self._true: float | None = None
+        self.errors: list[float] = []
+        self.quantity = Quantity(parameter)
+        self.box, self.answer, self.count = NumberBox(self.quantity), AnswerLine(), hint()
+        self.show_true, self.more, self.leave = map(QPushButton, ("Reveal", "Another one", "Close"))
+        self.job = Job(self, needs="verdict")
+        self._arrange()
+        self.job.running_changed.connect(self._offer)
+        self.job.finished.connect(self._render)
+        self.job.failed.connect(lambda why: self.answer.say(why, "triangle", "warn"))
+        self.show_true.clicked.connect(self.compare)
+        self.box.lineEdit().returnPressed.connect(self.compare)
+        self.more.clicked.connect(self.ask)
+        self.leave.clicked.connect(lambda: studio.hide_values(None))
+
+    def begin(self) -> None:
+        """Let nothing be changed any more, as what is drawn suits only this, and draw the first value."""
+        self._studio.hide_values(self._asked.values, QUIZ)
+        self.ask()
+
+    def ask(self) -> None:
+        """Draw another value that is calm."""
+        self.answer.say("Looking for a value that is calm…")
+        drawn = draw(self._parameter, self._source)
+        self.job.start(partial(first_calm, self._asked, self._parameter.key, drawn))
+
+    def compare(self) -> None:
+        """Take the estimate, and show the true value beside it."""
+        self.box.interpretText()
+        said, true = self.box.value(), self._true
+        if true is None:
+            return
+        if said <= 0.0 or not self.quantity.inside(said):
+            self.answer.say(self.quantity.limits() if said else "Enter your estimate first.")
+            return
+        error, words = comparison(self.quantity, said, true * self.quantity.factor)
+        self.errors.append(abs(error))
+        self.count.setText(f"Tries: {len(self.errors)}. Mean error: {number(fmean(self.errors), 1)} %.")
+        self.answer.say(words)
+        self._true = None
+        self._offer()
+
+    def _render(self, value: float | None) -> None:
+        if value is None:
+            self.answer.say(_NONE, "triangle", "warn")
+            return
+        self._true = value
+        self._studio.hide_values({**self._asked.values, self._parameter.key: value}, QUIZ)
+        self.box.show_value(0.0)
+        self.answer.say(f"Find the {self._parameter.label.lower()}.")
+        self._offer()
+
+    def _offer(self) -> None:
+        """Offer what can be done now: an estimate, or another value."""
+        self.more.setEnabled(self._true is None and not self.job.running)
+        for part in (self.box, self.show_true):
+            part.setEnabled(self._true is not None)
+
+    def _arrange(self) -> None:
+        name, row = label(f"{self._parameter.label}, your estimate"), QWidget()
+        name.setBuddy(self.box)
+        self.box.setAccessibleName(f"{name.text()} in {self.quantity.unit}")
+        self.box.setFixedWidth(BOX_WIDE)
+        across((name, 1), self.box, label(self.quantity.unit, wrap=False), into=row)
+        self.section(self._studio.environment.title)
+        self.add(row, primary(self.show_true), self.answer, self.count, self.more, self.leave)
+
+
+class Quiz(QObject):
+    """Brings the quiz into sight of a window, and takes it away once nothing is hidden any more."""
+
+    def __init__(self, studio: Studio, card: StabilityCard, views: Views, window: QWidget):
+        super().__init__(window)
+        self._studio, self._card, self._views = studio, card, views
+        self.side: QuizSide | None = None
+        studio.hidden_changed.connect(self._look)
+        studio.engine_changed.connect(self.end)  # calm holds for one device
+
+    @property
+    def parameter(self) -> Parameter | None:
+        """Return what can be asked for now, None where nothing can: locked, measured, replayed, no delay."""
+        studio, card = self._studio, self._card
+        wanted = asked_for(studio.environment, studio.values)
+        if wanted is None or studio.trying or card.asked() is None:
+            return None
+        return None if studio.why_fixed("value", studio.environment.key, wanted.key) else wanted
+
+    def begin(self, source: random.Random | None = None) -> None:
+        """Ask about the environment in force; values are drawn from source."""
+        wanted, asked = self.parameter, self._card.asked()
+        if wanted is not None and asked is not None:
+            self.side = QuizSide(self._studio, asked, wanted, source or random.Random())
+            self._views.cover(self.side)
+            self.side.begin()
+
+    def end(self) -> None:
+        """Render what the window shows, if a quiz is on."""
+        if self.side is not None:
+            self._studio.hide_values(None)
+
+    def _look(self) -> None:
+        if self.side is not None and not self._studio.hidden:
+            side, self.side = self.side, None
+            self._views.cover(None)
+            side.job.end()
+            side.deleteLater()

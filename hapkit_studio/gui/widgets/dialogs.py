@@ -1,0 +1,122 @@
+"""Dialogs beside the work: keys, priority, about, markers, forms. None of them blocks the window."""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QDialog, QFormLayout, QLineEdit, QPushButton, QWidget
+
+from hapkit_studio.gui.widgets import breakpoints
+from hapkit_studio.gui.widgets.parts import AnswerLine, across, down, label, primary
+from hapkit_studio.gui.widgets.theme import theme
+
+if TYPE_CHECKING:
+    pass
+
+_LINE = 20
+
+
+class TextDialog(QDialog):
+    """A window of words that stays beside the work; its motor goes on, so it never blocks.
+
+    A second one of the same title takes the place of the first.
+    """
+
+    def __init__(self, title: str, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.setWindowTitle(title)
+        self.setModal(False)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        for old in parent.findChildren(TextDialog) if parent else ():
+            if old is not self and old.isVisible() and old.windowTitle() == title:
+                self.move(old.pos())
+                old.close()
+        self.column = down(label(title, "title", wrap=False), into=self, margins=(20, 16, 20, 16), gap=12)
+        self.leave = QPushButton("Close")
+        self.leave.clicked.connect(self.close)
+
+
+def text_dialog(title: str, paragraphs: list[str], parent: QWidget | None = None) -> TextDialog:
+    """Return a dialog of paragraphs that can be selected and copied."""
+    dialog = TextDialog(title, parent)
+    for paragraph in paragraphs:
+        words = label(paragraph)
+        words.setMinimumWidth(460)
+        words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        dialog.column.addWidget(words)
+    dialog.column.addLayout(across(None, dialog.leave))
+    return dialog
+
+
+class WordsDialog(TextDialog):
+    """Asks for at most ``most`` characters and passes them to ``take``; ``button`` names what that does."""
+
+    def __init__(
+        self,
+        title: str,
+        about: str,
+        most: int,
+        take: Callable[[str], object],
+        parent: QWidget | None,
+        button: str = "Add",
+        text: str = "",
+    ):
+        super().__init__(title, parent)
+        self._take = take
+        self.text = QLineEdit(text, maxLength=most, placeholderText=about)
+        self.text.selectAll()
+        self.text.setAccessibleName(f"Text of the {title.lower()}")
+        self.text.setMinimumWidth(320)
+        self.add = primary(QPushButton(button))
+        self.add.setDefault(True)
+        self.add.clicked.connect(self._add)
+        self.column.addWidget(self.text)
+        self.column.addLayout(across(None, self.add, self.leave))
+
+    def _add(self) -> None:
+        self._take(self.text.text().strip())
+        self.close()
+
+
+class FormDialog(TextDialog):
+    """Parts are added from top to bottom; ``verdict`` is the answer line."""
+
+    def __init__(self, title: str, about: str, parent: QWidget | None = None):
+        super().__init__(title, parent)
+        self.verdict = AnswerLine(margins=(0, 8, 0, 0))
+        words = label(about)
+        words.setMinimumWidth(520)
+        self.column.addWidget(words)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Open below the window's banners: a fault, and what clears it, stay in sight."""
+        super().showEvent(event)
+        parent = self.parentWidget()
+        if parent is not None and not event.spontaneous():
+            below = theme.px(breakpoints.HEADER_HEIGHT + breakpoints.BANNERS * breakpoints.BANNER_HEIGHT)
+            top = parent.window().mapToGlobal(QPoint(0, below)).y()
+            if self.y() < top:
+                self.move(self.x(), top)
+
+    def add_fields(self, fields: Iterable[tuple[str, QWidget, QWidget | None]]) -> None:
+        """Add rows of a label, a widget, and what stands behind it."""
+        form = QFormLayout()
+        form.setHorizontalSpacing(12)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
+        for words, widget, behind in fields:
+            name = label(words, "axis", wrap=False)
+            name.setBuddy(widget)
+            widget.setAccessibleName(words)
+            form.addRow(name, across((widget, 1), *([behind] if behind else [])))
+        self.column.addLayout(form)
+
+    def add_verdict(self, lines: int) -> None:
+        """Add the answer line with room for so many lines, so that nothing moves when it comes."""
+        self.verdict.setMinimumHeight(_LINE * lines + 4)
+        self.column.addWidget(self.verdict)
+
+    def add_buttons(self, main: QPushButton, left: Sequence[QPushButton] = ()) -> None:
+        """Add the row of buttons, the one that does it and the closing one at the right."""
+        self.column.addLayout(across(*left, None, primary(main), self.leave))

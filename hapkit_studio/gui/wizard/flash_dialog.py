@@ -1,0 +1,185 @@
+"""Flashing from the window: which port, which avrdude, how far it is, and what the board says afterwards."""
+
+from functools import partial
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton, QWidget
+
+from hapkit_studio.devices import DeviceEntry, avrdude, flash, serial_ports
+from hapkit_studio.devices.avrdude import CONNECTING, VERIFYING, WRITING
+from hapkit_studio.devices.flash import Flashed
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.errors import AvrdudeMissingError, ParameterError
+from hapkit_studio.gui.state.background import Job, Progress
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.widgets.dialogs import FormDialog
+from hapkit_studio.gui.widgets.parts import choose_file
+
+STAGES = (CONNECTING, WRITING, VERIFYING)
+_WORDS = ("Looking for the boot loader…", "Writing…", "Verifying…")
+_WHOLE = 100
+PATIENCE = 5.0
+"""s for the studio's own loop to let go of the port."""
+_ABOUT = (
+    "Writes the studio's firmware to the board, then reads it back. Calibration and profile of the kit stay. "
+    "Close other programs that have the port open. The motor is off meanwhile."
+)
+
+
+class FlashDialog(FormDialog):
+    """Beside the window; while it writes it stays open, and the window has let go of the port."""
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__("Flash firmware", _ABOUT, parent)
+        self._studio = studio
+        self._program: str | None = None
+        self._flashed: Flashed | None = None
+        self.job = Job(self, needs="", must_finish=True)
+        self.ports, self.where, self.choose = QComboBox(), QLabel(), QPushButton("Choose…")
+        self.ports.setPlaceholderText("No port found")
+        self.bar = QProgressBar()
+        self.again, self.write = QPushButton("Look again"), QPushButton("Flash")
+        self._arrange()
+        self._join()
+        self.look()
+
+    # what a person does
+
+    def look(self) -> None:
+        """List the ports there are, the one in use first chosen, and find avrdude."""
+        self.ports.clear()
+        self.write.setText("Flash")
+        own = self._own_port()
+        for port in serial_ports.ports():
+            self.ports.addItem(port.title, port.path)
+        if own and self.ports.findData(own) < 0:
+            self.ports.insertItem(0, serial_ports.port_name(own), own)
+        self.ports.setCurrentIndex(max(self.ports.findData(own), 0) if self.ports.count() else -1)
+        self._find()
+
+    def begin(self) -> None:
+        """Let go of the port and write."""
+        port, program = self.ports.currentData(), self._program
+        self._flashed = None
+        if self._own_port() == port:
+            self._studio.device.let_go("flashing firmware")
+
+        def work(progress: Progress) -> Flashed:
+            def follow(stage: str, part: float) -> None:
+                progress(round(_WHOLE * (STAGES.index(stage) + part)), _WHOLE * len(STAGES))
+
+            return flash.flash(port, program=program, progress=follow, patience=PATIENCE)
+
+        self.verdict.say(_WORDS[0])
+        self.job.start(work)
+
+    def use(self, program: str) -> None:
+        """Take an avrdude that a person has chosen."""
+        self._program = program
+        self._find()
+
+    # what happens
+
+    def _find(self) -> None:
+        """Say where avrdude is, or how to get it; without it or a port nothing can be done."""
+        try:
+            found = str(avrdude.find(self._program).program)
+        except AvrdudeMissingError as error:
+            words = str(error).replace("say where it is with --avrdude", "choose it here")
+            self.verdict.say(words, "triangle", "warn")
+            found = ""
+        able, there = bool(found), self.ports.count() > 0
+        if able:
+            self.verdict.say("Ready." if there else "No port: plug the board in, then look again.")
+            try:
+                flash.image_of()
+            except ParameterError as error:
+                self.verdict.say(str(error), "triangle", "danger")
+                able = False
+        self.where.setText(found or "not found")
+        self.write.setEnabled(able and there)
+        self.ports.setEnabled(there)
+        self.bar.setVisible(self.job.running or self._flashed is not None)
+
+    def _follow(self, done: int, of: int) -> None:
+        self.verdict.say(_WORDS[min(done // _WHOLE, len(_WORDS) - 1)])
+        self.bar.setValue(max(done - _WHOLE, 0))
+
+    def _written(self, result: Flashed) -> None:
+        """Reach for the board again; what it says comes with the link."""
+        self._flashed = result
+        self.write.setText("Flash")
+        self._look_at_job(False)
+        port = self.ports.currentData()
+        self.verdict.say(f"{result.size:,} bytes written and verified. Starting the board…")
+        entry = next((e for e in self._studio.device.entries() if e.key == port), None)
+        self._studio.device.open(
+            entry or DeviceEntry(port, serial_ports.port_name(port), partial(HapkitBoard, port))
+        )
+
+    def _look_at_link(self) -> None:
+        """Say what the flashed board says, or why it says nothing."""
+        link, engine = self._studio.link, self._studio.engine
+        if self._flashed is None or link.state in ("connecting", "idle", "preparing"):
+            return
+        wrote = f"{self._flashed.size:,} bytes written and verified in {self._flashed.seconds:.0f} s."
+        if link.state != "running":
+            self.verdict.say(f"{wrote} {link.text}", "triangle", "warn")
+        elif engine is None:
+            return  # the engine's own signal follows
+        else:
+            found = engine.device.about()
+            words = f"The board says: build {found['firmware']}, protocol version {found['protocol']}."
+            self.verdict.say(f"{wrote} {words}", "check", "ok")
+        self._flashed = None
+        self._look_at_job(False)
+
+    def _failed(self, text: str) -> None:
+        self.verdict.say(text, "triangle", "danger")
+        self.write.setText("Flash again")
+        if self._studio.link.state == "idle":
+            self._studio.device.reconnect()
+
+    def _look_at_job(self, running: bool) -> None:
+        busy = running or self._flashed is not None
+        for widget in (self.write, self.ports, self.choose, self.again, self.leave):
+            widget.setEnabled(not busy)
+        if running:
+            self.bar.setValue(0)
+            self.bar.show()
+
+    def _own_port(self) -> str:
+        """Return the port of the device in use, if it is a board on a port."""
+        engine, entry = self._studio.engine, self._studio.entry
+        key = entry.key if entry is not None else ""
+        path = engine.device.flash_port if engine is not None else key
+        return path if serial_ports.is_path(path) else ""
+
+    def reject(self) -> None:
+        """Stay while it writes, whatever was to close it: half a firmware is none."""
+        if not self.job.running:
+            super().reject()
+
+    # putting together
+
+    def _join(self) -> None:
+        self.write.clicked.connect(self.begin)
+        self.again.clicked.connect(self.look)
+        self.choose.clicked.connect(lambda: choose_file(self, "Where is avrdude?", "", self.use))
+        self.job.progressed.connect(self._follow)
+        self.job.running_changed.connect(self._look_at_job)
+        self.job.finished.connect(self._written)
+        self.job.failed.connect(self._failed)
+        self._studio.link_changed.connect(self._look_at_link)
+        self._studio.engine_changed.connect(self._look_at_link)
+
+    def _arrange(self) -> None:
+        self.add_fields((("Port", self.ports, None), ("avrdude", self.where, self.choose)))
+        self.add_verdict(3)
+        self.verdict.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.bar.setRange(0, _WHOLE * (len(STAGES) - 1))
+        self.bar.setTextVisible(False)
+        self.bar.setFixedHeight(6)
+        self.bar.setAccessibleName("Progress of flashing")
+        self.column.addWidget(self.bar)
+        self.add_buttons(self.write, (self.again,))

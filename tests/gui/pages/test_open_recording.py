@@ -1,0 +1,186 @@
+"""Recordings from files in the window: named columns, held traces, identification."""
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QFileDialog
+
+import hapkit_studio as hs
+from hapkit_studio.gui.pages.open_recording import ColumnsDialog
+from hapkit_studio.gui.state import prepare
+from hapkit_studio.tables import TableColumn
+from tests.analysis.identify.test_files import foreign
+from tests.gui.shell.test_layout import cut_off
+from tests.gui.window_support import sheets
+
+
+@pytest.fixture(autouse=True)
+def nothing_compiled(monkeypatch):
+    """Compile nothing in another program."""
+    monkeypatch.setattr(prepare, "begin", lambda *_, **__: None)
+
+
+@pytest.fixture
+def window(kept_idle_window):
+    yield kept_idle_window
+    for place in list(kept_idle_window.centre.held.traces):
+        kept_idle_window.centre.held.remove(place)
+    kept_idle_window.opener._named.clear()
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """Return a recording of another program: 210 N/m about 2 mm, force in mN."""
+    path = tmp_path / "lab.csv"
+    path.write_text(foreign())
+    return path
+
+
+def choose(window, path):
+    """Choose a file in the dialog that asks for one."""
+    dialog = next(d for d in window.findChildren(QFileDialog) if d.isVisible())
+    assert not dialog.isModal()
+    dialog.fileSelected.emit(str(path))
+    dialog.close()
+
+
+def columns_sheet(window, qtbot):
+    """Return the dialog on columns once it is there."""
+    found = lambda: [sheet for sheet in sheets(window) if isinstance(sheet, ColumnsDialog)]  # noqa: E731
+    qtbot.waitUntil(lambda: bool(found()))
+    return found()[-1]
+
+
+def test_a_table_of_another_program_is_held_in_the_plots_once_its_columns_are_named(window, qtbot, lab):
+    window.views.show("identify")
+    window.actions_by_key.run("view.hold_file")
+    choose(window, lab)
+    sheet = columns_sheet(window, qtbot)
+    assert {key: str(column) for key, column in sheet.columns.items()} == {
+        "time": "t_ms:ms", "position": "x_mm:mm", "force": "F:N", "velocity": "dx_mms:mm/s",
+    }  # fmt: skip
+    assert sheet.names["time"].currentText() == "t_ms   (0,0000  1,0000  2,0000  3,0000 …)"
+    assert cut_off(sheet) == []
+    sheet.units["force"].setCurrentText("mN")
+    sheet.take.click()
+    held = window.centre.held
+    qtbot.waitUntil(lambda: bool(held.traces))
+    assert window.views.key == "live"
+    (trace,) = held.traces.values()
+    assert trace.words == "lab.csv"
+    assert trace.time[[0, -1]] == pytest.approx([-2.999, 0.0], abs=2e-3)
+    t = trace.time + 2.999
+    x = 8e-3 * np.sin(2.0 * np.pi * 0.83 * t) + 4e-3 * np.sin(2.0 * np.pi * 2.37 * t + 1.0)
+    assert trace.values["position"] == pytest.approx(x, abs=2e-4)  # of a column's width
+    v = trace.values["velocity"]
+    assert trace.values["applied_force"] == pytest.approx(
+        -210.0 * (trace.values["position"] - 2e-3) - 1.5 * v, abs=0.03
+    )
+    low, high = next(c for c in window.centre.time.canvases if c.plot_of.key == "force").view.viewRange()[1]
+    assert low < trace.values["applied_force"].min() < trace.values["applied_force"].max() < high
+    # chosen once, the same columns need not be named again
+    window.opener.open(str(lab))
+    qtbot.waitUntil(lambda: bool([sheet for sheet in sheets(window) if isinstance(sheet, ColumnsDialog)]))
+    assert str(columns_sheet(window, qtbot).columns["force"]) == "F:mN"
+
+
+def test_four_samples_of_the_studios_own_names_are_held_without_asking(window, qtbot, tmp_path):
+    path = tmp_path / "few.csv"
+    path.write_text("time_s,position_m,force_applied_N\n0,0,0\n0.001,0.0001,-0.03\n0.002,0.0002,-0.06\n")
+    window.opener.open(str(path))
+    qtbot.waitUntil(lambda: bool(window.centre.held.traces))
+    (trace,) = window.centre.held.traces.values()
+    assert trace.values["applied_force"] == pytest.approx([0.0, -0.03, -0.06])
+    assert trace.values["velocity"] == pytest.approx([0.1] * 3)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time_s,position_m,force_applied_N\n0,0,0\n0,1,2\n", "bad.csv has times that go back or stand"),
+        ("nothing", "bad.csv has 0 rows of numbers"),
+    ],
+)
+def test_what_cannot_be_read_is_said_in_a_banner(window, qtbot, tmp_path, text, words):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    window.opener.open(str(path))
+    qtbot.waitUntil(lambda: window.banners.get("recording") is not None)
+    notice = window.banners.get("recording")
+    assert "Nothing was held." in notice.title
+    assert words in notice.text
+    assert not window.centre.held.traces
+
+
+def test_the_dialog_opens_only_once_each_column_is_chosen_and_none_twice(window, qtbot, tmp_path):
+    path = tmp_path / "odd.csv"
+    path.write_text("a;b;c\n0;1;2\n1;2;3\n")
+    window.opener.open(str(path))
+    sheet = columns_sheet(window, qtbot)
+    assert sheet.verdict.words.text() == "Choose the column of the time and the position and the force."
+    assert not sheet.take.isEnabled()
+    for quantity, name in (("time", "a"), ("position", "b"), ("force", "b")):
+        sheet.names[quantity].setCurrentIndex(sheet.names[quantity].findData(name))
+    assert sheet.verdict.words.text() == "One column is chosen twice."
+    assert not sheet.take.isEnabled()
+    assert not sheet.units["velocity"].isEnabled()
+    sheet.names["force"].setCurrentIndex(sheet.names["force"].findData("c"))
+    assert sheet.take.isEnabled()
+    assert sheet.columns == {
+        "time": TableColumn("a", "s"),
+        "position": TableColumn("b", "m"),
+        "force": TableColumn("c", "N"),
+    }
+    sheet.leave.click()
+    assert not window.centre.held.traces
+
+
+def test_a_file_is_identified_whatever_is_set_in_the_window(window, qtbot, lab, tmp_path):
+    window.views.show("identify")
+    page = window.views.page("identify")
+    assert page.released.isHidden()
+    page.opening.click()
+    choose(page, lab)
+    sheet = columns_sheet(window, qtbot)
+    sheet.units["force"].setCurrentText("mN")
+    sheet.take.click()
+    qtbot.waitUntil(lambda: page.found is not None)
+    assert page.found.rendered["stiffness"].value == pytest.approx(210.0, abs=0.3)
+    assert page.answer.words.text().startswith("Stiffness: 210.")
+    assert page.side.words.text() == "From “lab.csv”."
+    assert ("File", "lab.csv") in page.conditions.pairs
+    assert page.point.text().endswith(page.found.force_known)
+    assert "The force is the file's" in page.found.force_known
+    assert page.exports()[1]()["file"] == "lab.csv"
+    window.resize(1280, 720)
+    window.grab()
+    assert cut_off(page) == cut_off(page.side) == []
+    # no setting of the window was in force
+    window.studio.set_value("stiffness", 123.0)
+    assert page.answer.words.text().startswith("Stiffness: 210.")
+    # of the handle it tells something once no hand holds it
+    assert "hand's force is not known" in page.found.handle.advice
+    assert page.released.isVisible()
+    first = page.found
+    page.released.click()
+    qtbot.waitUntil(lambda: page.found is not first)
+    assert page.found.handle.estimates
+    page.released.click()
+    # a session, with what was set then
+    hs.simulate("spring", {"stiffness": 300.0}, hand="shake", seconds=2.0).save(tmp_path / "felt.hapkit")
+    page.opener.open(str(tmp_path / "felt.hapkit"))
+    qtbot.waitUntil(lambda: page.side.words.text() == "From “felt.hapkit”.")
+    assert page.found.rendered["stiffness"].asked == 300.0
+    assert page.found.rendered["stiffness"].value == pytest.approx(300.0, abs=0.3)
+    assert page.released.isHidden()
+
+
+def test_why_a_file_cannot_be_identified_is_said_beside_the_button(window, qtbot, tmp_path):
+    window.views.show("identify")
+    page = window.views.page("identify")
+    path = tmp_path / "few.csv"
+    path.write_text("time_s,position_m,force_applied_N\n0,0,0\n0.001,0.0001,-0.03\n0.002,0.0002,-0.06\n")
+    page.opener.open(str(path))
+    qtbot.waitUntil(lambda: "at least 32 samples, not 3" in page.bar.status.text())
+    path.write_text("nothing")
+    page.opener.open(str(path))
+    qtbot.waitUntil(lambda: "0 rows of numbers" in page.bar.status.text())

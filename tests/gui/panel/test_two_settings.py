@@ -1,0 +1,207 @@
+"""A and B on one key, named and blind."""
+
+import random
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QLabel
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.panel.two_settings import TwoSettingsDialog
+from hapkit_studio.gui.state.undo import settings_of
+from hapkit_studio.gui.teach.blind import score
+from hapkit_studio.gui.teach.demos import Demo, Step
+from tests.gui.panel.test_stability_card import WALL, answer, asked
+from tests.gui.shell.test_actions import press
+from tests.gui.window_support import SIMULATED, said_in, sheet_of
+
+SOFT, STIFF = {"stiffness": 300.0}, {"stiffness": 900.0}
+
+
+@pytest.fixture
+def window(kept_idle_window):
+    """Return the file's window with nothing kept and nothing to undo."""
+    kept_idle_window.two.forget()
+    kept_idle_window.history.forget()
+    return kept_idle_window
+
+
+@pytest.fixture
+def compared(window):
+    """Return a window with A soft and B stiff, and a list that gets every value rendered blind."""
+    for values in (SOFT, STIFF):
+        window.studio.set_values(values)
+        window.two.step()
+    window.studio.set_value("stiffness", 500.0)
+    rendered, hide = [], window.studio.hide_values
+
+    def note(values):
+        rendered.append(values and values["stiffness"])
+        hide(values)
+
+    window.studio.hide_values = note
+    yield window, rendered
+    window.studio.hide_values = hide
+    window.studio.hide_values(None)
+
+
+def test_one_key_keeps_a_then_b_then_switches_values_and_loop(window):
+    studio, row, action = window.studio, window.panel.two, window.actions_by_key.qt["teach.switch"]
+    assert row.isHidden()
+    assert action.text() == "Keep as A"
+    press(window, Qt.Key.Key_X)
+    press(window, Qt.Key.Key_X)
+    assert len(window.two.kept) == 1  # the same settings are not kept twice
+    assert (row.words.text(), row.button.isEnabled()) == ("A in force", False)
+    studio.set_values(STIFF)
+    studio.set_loop(delay=0.002)
+    assert (row.words.text(), row.button.text()) == ("Neither A nor B", "Keep as B")
+    press(window, Qt.Key.Key_X)
+    steps = window.history.stack.count()
+    for sign, stiffness, delay in (("A", 250.0, 0.0), ("B", 900.0, 0.002), ("A", 250.0, 0.0)):
+        press(window, Qt.Key.Key_X)
+        assert (studio.values["stiffness"], studio.loop.delay) == (stiffness, delay)
+        assert row.words.text() == f"{sign} in force"
+    assert window.history.stack.count() == steps  # switching is no step of undo
+    studio.choose("spring")
+    assert row.isHidden()
+    studio.choose("wall")
+    studio.set_value("damping", 1.0)
+    press(window, Qt.Key.Key_X)  # from neither back to the one that was in force last
+    assert row.words.text() == "A in force"
+
+
+def test_which_is_in_force_is_seen_in_the_least_window(window, qapp):
+    window.stability.show_answer(answer(asked(900.0, environment=WALL)))
+    window.resize(1280, 720)
+    press(window, Qt.Key.Key_X)
+    qapp.processEvents()
+    row, upper = window.panel.two, window.panel.upper
+    bottom = row.mapTo(upper, QPoint(0, row.height())).y()
+    assert 0 < bottom <= upper._cover.mapTo(upper, QPoint()).y()
+
+
+def test_what_differs_is_listed_and_another_loop_is_not_compared_blind(window):
+    window.two.step()
+    window.studio.set_values(STIFF)
+    window.studio.set_loop(delay=0.002)
+    window.two.step()
+    window.actions_by_key.run("teach.two_settings")
+    dialog = sheet_of(window, TwoSettingsDialog)
+    heads = ("Setting", "A", "B")
+    assert dialog.table.texts() == [
+        heads,
+        ("Stiffness, N/m", "250", "900"),
+        ("Added delay, ms", "0.0", "2.0"),
+    ]
+    assert not dialog.begin.isEnabled()
+    assert not window.actions_by_key.qt["teach.blind"].isEnabled()
+    dialog.drop.click()
+    assert window.two.kept == []
+
+
+def test_blind_the_answers_are_counted_and_nothing_shows_which_it_is(compared):
+    """The truth is what was rendered: seven of eight answers follow it."""
+    window, rendered = compared
+    before = settings_of(window.studio)
+    window.blind.begin(random.Random(15))
+    page = window.blind.page
+    assert page is not None
+    assert window.panel.isHidden()
+    assert not window.header.tabs.isEnabled()
+    first = []
+    for number in range(8):
+        first.append(rendered[-1])
+        stiffer = int(rendered[-1] == SOFT["stiffness"])
+        press(window, Qt.Key.Key_X)
+        assert {first[-1], rendered[-1]} == {300.0, 900.0}
+        assert settings_of(window.studio) == before
+        words = [part.text() for part in window.findChildren(QLabel) if part.isVisible()]
+        assert not [text for text in words if "300" in text or "900" in text]
+        page.choices[stiffer if number != 4 else 1 - stiffer].click()
+    assert set(first) == {300.0, 900.0}  # mixed
+    page.end_button.click()
+    assert rendered[-1] is None
+    assert settings_of(window.studio) == before
+    assert not window.studio.hidden
+    assert window.panel.isVisible()
+    assert said_in(sheet_of(window)) == ["Blind comparison", "7 of 8 right; guessing gives 4."]
+
+
+def test_blind_a_device_renders_what_is_hidden_also_after_a_reconnect(make_window, qtbot):
+    window = make_window()
+    studio = window.studio
+    for values in (SOFT, STIFF):
+        studio.set_values(values)
+        window.two.step()
+    studio.set_value("stiffness", 500.0)
+    window.blind.begin(random.Random(2))
+    for turn in (False, True):
+        if turn:
+            press(window, Qt.Key.Key_X)
+        studio.device.open(SIMULATED)
+        qtbot.waitUntil(lambda: studio.link.state == "running")
+        hidden = studio.engine.values["stiffness"]
+        assert hidden == (SOFT, STIFF)[window.blind.page._order[turn]]["stiffness"]
+        assert window.centre.scene.accessibleName() == "Scene: Free"
+    window.blind.page.finish()
+    assert studio.engine.values["stiffness"] == 500.0
+    assert window.centre.scene.accessibleName() == "Scene: Wall"
+
+
+def test_while_hidden_no_path_changes_a_setting(compared):
+    window, _ = compared
+    studio, run = window.studio, window.actions_by_key.run
+    window.blind.begin(random.Random(1))
+    before = settings_of(studio)
+    for change in (
+        lambda: studio.set_value("stiffness", 1.0),
+        lambda: studio.set_loop(rate=500.0),
+        lambda: studio.set_loop(hand="firm"),
+    ):
+        with pytest.raises(ParameterError, match="hidden during the blind comparison"):
+            change()
+    studio.set_loop(rate=studio.loop.rate)  # what changes nothing is no change
+    press(window, "1")
+    for key in ("environment.reset", "edit.undo", "view.tab.stability"):
+        run(key)
+    assert settings_of(studio) == before
+    assert window.views.key == "live"
+    assert studio.hidden
+    run("session.stop")
+    assert studio.stopped  # stopping is never locked
+    run("session.release")
+    with studio.temporarily():  # a measurement ends it
+        studio.set_value("stiffness", 400.0)
+    assert not studio.hidden
+    assert window.blind.page is None
+    assert studio.values["stiffness"] == 400.0
+
+
+def test_a_demo_ends_where_a_comparison_begins_or_one_line_says_why_it_does_not(compared):
+    window, rendered = compared
+    before = settings_of(window.studio)
+    step = Step(0.0, before | {("value", "wall", "stiffness"): 100.0}, "", ())
+    window.demos.play(Demo("Soft", 9.0, (step,)))
+    window.demos._apply(step)  # as soon as a device is there
+    window.blind.begin(random.Random(3))
+    assert (window.demos.demo, rendered[-1] in (300.0, 900.0)) == (None, True)
+    assert window.blind.page.isVisible()
+    window.blind.page.finish()
+    assert settings_of(window.studio) == before
+    window.studio.choose("spring")
+    window.demos.play(Demo("Soft", 9.0, (step,)))
+    window.demos._apply(step)
+    window.blind.begin()
+    assert (window.demos.demo, window.blind.page) == (None, None)
+    assert window.studio.environment.key == "spring"
+    assert "A and B are those of its environment" in window.banners.get("undo").text
+    window.studio.choose("wall")
+
+
+@pytest.mark.parametrize(
+    ("right", "answers", "words"),
+    [(0, 0, "No answer was given."), (2, 3, "2 of 3 right; guessing gives 1.5.")],
+)
+def test_the_score_says_what_guessing_gives(right, answers, words):
+    assert score(right, answers) == words

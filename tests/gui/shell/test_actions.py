@@ -1,0 +1,151 @@
+"""The action table: every key once, every action runs, keys are silent where a person types."""
+
+from collections import Counter
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel, QLineEdit
+
+from hapkit_studio.environments import discover
+from hapkit_studio.gui.live.time_view import SPANS
+from hapkit_studio.gui.shell.action_set import native
+from hapkit_studio.gui.shell.actions import table
+from hapkit_studio.gui.shell.window_dialogs import KeysDialog
+from tests.gui.window_support import sheets
+
+TABLE = table(discover().values())
+
+
+def press(window, *keys):
+    """Press keys while the scene has the focus."""
+    window.centre.scene.setFocus()
+    for key in keys:
+        QTest.keyClick(window.focusWidget() or window, key)
+
+
+@pytest.fixture
+def shown(kept_idle_window):
+    """Return the file's window as it began."""
+    return kept_idle_window
+
+
+def menu_actions(menu):
+    for action in menu.actions():
+        if action.menu() is not None:
+            yield from menu_actions(action.menu())
+        elif not action.isSeparator():
+            yield action
+
+
+def test_no_key_stands_on_two_actions():
+    portable = [QKeySequence(key).toString() for action in TABLE for key in action.keys]
+    assert all(portable)
+    for once in (portable, [action.key for action in TABLE]):
+        assert [key for key, times in Counter(once).items() if times > 1] == []
+
+
+def test_every_action_stands_in_a_menu(shown):
+    listed = {id(action) for action in menu_actions(shown.menuBar())}
+    assert {id(action) for action in shown.actions_by_key.qt.values()} <= listed
+
+
+def test_digits_choose_environments_and_space_pauses(shown):
+    for key, environment in shown.studio.environments.items():
+        press(shown, environment.shortcut)
+        assert shown.studio.environment.key == key
+    shown.studio.choose("wall")
+    press(shown, Qt.Key.Key_Space)
+    assert shown.live.paused
+    assert shown.centre.view.paused
+    assert shown.header.pause.word.text() == "Resume"
+    press(shown, Qt.Key.Key_Space)
+    assert not shown.live.paused
+
+
+def test_keys_are_silent_in_a_field(shown):
+    box, field = shown.panel.parameters.rows["stiffness"].box, QLineEdit(shown)
+    field.show()
+    for widget in (box, field):
+        widget.setFocus()
+        for key in ("0", "1", "3", "f", "?", " "):
+            widget.selectAll()
+            QTest.keyClick(widget, key)
+            assert widget is box or field.text() == key
+            assert shown.studio.environment.key == "wall"
+            assert not shown.live.paused
+            assert sheets(shown) == []
+    field.deleteLater()
+
+
+def test_space_never_presses_a_focused_button(shown):
+    buttons = [
+        shown.gallery.rows["spring"],
+        shown.header.devices,
+        shown.header.stop,
+        shown.loop.fold,
+        shown.panel.title.help,
+        shown.panel.parameters.rows["damping_mode"].picker.button(1),
+    ]
+    clicks = []
+    for button in buttons:
+        button.pressed.connect(lambda: clicks.append(1))
+        button.setFocus()
+        before = shown.live.paused
+        QTest.keyClick(button, Qt.Key.Key_Space)
+        assert shown.live.paused != before
+    assert clicks == []
+    assert shown.studio.environment.key == "wall"
+    assert not shown.studio.stopped
+    assert not shown.live.paused
+
+
+def test_single_letter_keys_can_be_switched_off(shown):
+    shown.actions_by_key.run("view.single_keys")
+    press(shown, "1", " ")
+    assert shown.studio.environment.key == "wall"
+    assert not shown.live.paused
+    press(shown, Qt.Key.Key_F1)
+    assert len(sheets(shown)) == 1
+    shown.actions_by_key.run("view.single_keys")
+    press(shown, "1")
+    assert shown.studio.environment.key == "spring"
+
+
+def test_there_is_one_sheet_of_keys_at_a_time_and_it_names_every_key(shown):
+    sheet = KeysDialog(TABLE, shown)
+    words = " ".join(label.text() for label in sheet.findChildren(QLabel))
+    for action in TABLE:
+        assert all(action.text in words and native(key) in words for key in action.keys)
+    for _ in range(3):
+        shown.actions_by_key.run("help.keys")
+    shown.actions_by_key.run("help.about")
+    assert sorted(sheet.windowTitle() for sheet in sheets(shown)) == ["Hapkit Studio", "Keys"]
+
+
+def test_the_time_window_is_set_from_menu_and_list_alike(shown):
+    for seconds in SPANS:
+        shown.actions_by_key.run(f"view.span.{seconds:g}")
+        assert shown.centre.view.span == seconds
+        assert shown.centre.toolbar.span.currentText() == f"{seconds:g} s"
+        assert shown.actions_by_key.qt[f"view.span.{seconds:g}"].isChecked()
+
+
+def test_every_action_runs_without_a_device(shown):
+    """All but the tabs, whose pages take seconds: their own tests open them."""
+    for action in TABLE:
+        if action.key != "session.quit" and not action.key.startswith("view.tab"):
+            shown.actions_by_key.run(action.key)
+            assert shown.isVisible(), action.key
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fixture", ["idle_window", "window"])
+def test_every_action_and_every_tab_runs(request, fixture):
+    window = request.getfixturevalue(fixture)
+    for action in TABLE:
+        if action.key not in ("session.quit", "device.reconnect"):
+            window.actions_by_key.run(action.key)
+    assert (window.studio.engine is not None) == (fixture == "window")
+    assert window.isVisible()

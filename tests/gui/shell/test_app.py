@@ -1,0 +1,133 @@
+"""The program: it starts, prepares, plots and leaves; bad options are one line."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage
+
+from hapkit_studio.gui.shell import app
+from hapkit_studio.gui.state import prepare
+from hapkit_studio.gui.widgets.theme import theme
+
+OFF_THE_WAY = (
+    *("scipy.linalg", "scipy.optimize", "scipy.signal", "matplotlib", "pandas"),
+    *("hapkit_studio.laws.c_source", "hapkit_studio.workshop.sketch"),
+    *("hapkit_studio.analysis.stability.on_board", "hapkit_studio.gui.wizard.setup"),
+)
+
+
+def waiting_program() -> subprocess.Popen:
+    """Start a program that ends once its input does."""
+    return subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE)
+
+
+@pytest.mark.slow
+def test_it_starts_prepares_once_and_saves_a_picture(tmp_path):
+    picture = tmp_path / "window.png"
+    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}
+    program = (
+        "import sys; from hapkit_studio.gui import app; code = app.run(sys.argv[1:]); "
+        "print(*sys.modules); sys.exit(code)"
+    )
+    options = ["--theme", "dark", "--size", "1280x720", "--screenshot", str(picture), "--seconds", "1"]
+    command = [sys.executable, "-c", program, *options]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=180, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    image = QImage(str(picture))
+    assert (image.width(), image.height()) == (1280, 720)
+    average = image.scaled(1, 1, mode=Qt.TransformationMode.SmoothTransformation).pixelColor(0, 0)
+    assert average.lightness() < 60
+    # what takes long to load and nobody asked for yet is off the first sample's way
+    assert not {*OFF_THE_WAY} & {*done.stdout.split()}
+
+
+SIGNAL = """
+import os, signal, sys
+from hapkit_studio.gui.shell import app
+from hapkit_studio.gui import scenes
+paint, left = scenes.SceneView.paintEvent, [20]
+def then_signal(view, event):
+    paint(view, event)
+    left[0] -= 1
+    if left[0] == 0:
+        os.kill(os.getpid(), signal.{name})
+scenes.SceneView.paintEvent = then_signal
+sys.exit(app.run([]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "code"), [("SIGTERM", 0), ("SIGINT", 130)])
+def test_a_signal_amid_a_picture_ends_it_without_a_word(name, code, tmp_path):
+    environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}
+    command = [sys.executable, "-c", SIGNAL.format(name=name)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=180, check=False)
+    assert done.returncode == code, done.stderr
+    assert "Traceback" not in done.stderr
+    assert "QBackingStore" not in done.stderr
+
+
+def test_an_unknown_environment_is_one_line(qapp, capsys):
+    assert app.run(["--environment", "swamp"]) == 2
+    said = capsys.readouterr().err
+    assert "swamp" in said
+    assert said.count("\n") == 1
+
+
+def test_the_stamp_follows_sources_and_cache(monkeypatch, tmp_path):
+    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda *_, **__: str(tmp_path))
+    monkeypatch.setattr(prepare, "_has_law", lambda _key: True)
+    before = prepare.stamp("loop")
+    assert not prepare.prepared("loop")
+    before.touch()
+    assert prepare.begin("loop") is None
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "other"))
+    assert prepare.stamp("loop") != before
+    monkeypatch.undo()
+    assert prepare.stamp("loop") != prepare.stamp("boards")
+
+
+def test_the_window_goes_on_step_by_step_while_programs_compile_and_its_end_is_theirs(shared_window, qtbot):
+    first, last, done = waiting_program(), waiting_program(), []
+
+    def steps():
+        yield [None]
+        yield [first]
+        done.append(first.poll())
+        yield [last]
+        done.append("never")
+
+    app.Preparation(shared_window, steps()).run()
+    assert done == []
+    first.stdin.close()
+    qtbot.waitUntil(lambda: done == [0])
+    shared_window.closed.emit()
+    assert last.poll() is not None
+    assert done == [0]
+
+
+def test_every_theme_paints_the_whole_window(shared_window, qapp):
+    shared_window.resize(1280, 720)
+    for mode in ("light", "dark", "contrast"):
+        theme.set_mode(mode)
+        qapp.processEvents()
+        image = shared_window.grab().toImage()
+        assert image.pixelColor(660, 100).name() in {theme.color(t).name() for t in ("scene", "surface")}
+        assert image.pixelColor(70, 400).name() == theme.color("canvas").name()
+        assert image.pixelColor(3, 35).name() == theme.color("side").name()
+
+
+def test_a_window_without_a_frame_comes_back_as_large_as_it_was(qapp, start_window):
+    """As large as the screen: Qt alone would leave room for a frame."""
+    room = qapp.primaryScreen().availableGeometry()
+    first = start_window()
+    first.setWindowFlag(Qt.WindowType.FramelessWindowHint)
+    first.setGeometry(room)
+    first.show()
+    first.close()
+    again = start_window()
+    assert again.geometry() == room

@@ -1,0 +1,100 @@
+"""Exporting a sketch from the window: what is tuned, for which kit, into which folder."""
+
+import re
+
+import pytest
+
+from hapkit_studio.devices import profiles
+from hapkit_studio.gui.shell.export_dialog import ExportDialog
+from hapkit_studio.gui.widgets import breakpoints
+from hapkit_studio.workshop.sketch import Kit
+
+
+@pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
+@pytest.fixture
+def sheet(window):
+    """Return the sheet as the menu opens it."""
+    window.actions_by_key.run("environment.export")
+    return window.findChildren(ExportDialog)[-1]
+
+
+def test_it_writes_what_the_panel_shows_at_the_moment_of_saving(window, sheet, tmp_path):
+    window.studio.choose("wall")
+    window.studio.set_values({"stiffness": 430.0})
+    assert sheet.what.text() == "Wall, as tuned in the panel"
+    assert sheet.y() >= window.mapToGlobal(window.banners.pos()).y() + 2 * breakpoints.BANNER_HEIGHT
+    sheet.write(str(tmp_path / "mine.ino"))
+    text = (tmp_path / "mine" / "mine.ino").read_text("utf-8")
+    assert "stiffness = 430.0f" in text
+    assert f"Saved mine/mine.ino in {tmp_path}." in sheet.verdict.words.text()
+
+
+def test_heavy_arithmetic_gets_the_rate_that_it_has_time_for(window, sheet):
+    assert "kRate = 1000" in sheet.text()
+    window.studio.choose("mass_spring_damper")
+    window.studio.set_values({"integrator": 7.0})
+    assert sheet.rates.itemText(0).startswith("250 Hz")
+    assert "kRate = 250" in sheet.text()
+    sheet.rates.setCurrentIndex(sheet.rates.findData(500))
+    assert "kRate = 500" in sheet.text()
+
+
+def test_kit_and_printing_are_as_chosen(window, sheet):
+    kits = [sheet.kits.itemText(at) for at in range(sheet.kits.count())]
+    assert kits == [kit.title for kit in profiles.KITS]  # none connected
+    sheet.kits.setCurrentIndex(kits.index("Hapkit with AS5048A"))
+    sheet.prints.setCurrentIndex(2)
+    text = sheet.text()
+    assert "kCountsPerRepeat = 16384" in text
+    assert "kPrintsPerSecond = 0" in text
+
+
+def test_an_estimator_that_no_sketch_has_is_replaced_and_that_is_said(window, sheet):
+    window.studio.set_loop(estimator="foaw")
+    assert "Kalman filter, in place of" in sheet.velocity.text()
+    assert "alpha-beta" in sheet.text()
+    window.studio.set_loop(estimator="difference")
+    assert sheet.velocity.text().endswith(", as in the loop")
+    assert "ifference" in sheet.velocity.text()
+
+
+def test_a_sketch_that_would_buzz_is_said_so_in_the_sheet_and_in_the_file(window, sheet, tmp_path):
+    window.studio.choose("wall")
+    window.studio.set_loop(estimator="difference")
+    window.studio.set_values({"stiffness": 5000.0, "damping": 0.0})
+    limit = 2.0 * 0.5 / (1e-3 + 2e-3)  # K < 2 b / (T + 2 t), t = T, b the default kit's, B = 0
+    words = sheet.verdict.words.text()
+    assert "At 1,000 Hz" in words
+    assert "In your hand, a knock of more than" in words
+    found = float(re.search(r"limit of ([\d,]+) N/m in your hand", words)[1].replace(",", ""))
+    assert limit < found < 5000.0, "a hand damps"
+    sheet.rates.setCurrentIndex(sheet.rates.findData(2000))
+    assert "At 2,000 Hz" in sheet.verdict.words.text()
+    sheet.rates.setCurrentIndex(sheet.rates.findData(1000))
+    sheet.write(str(tmp_path / "stiff.ino"))
+    assert "Saved stiff/stiff.ino" in sheet.verdict.words.text()
+    assert "In your hand, a knock of more than" in sheet.verdict.words.text()
+    assert "In your hand, a knock of more than" in (tmp_path / "stiff" / "stiff.ino").read_text("utf-8")
+    window.studio.set_values({"stiffness": 100.0})
+    assert "After you let go, it moves away" in sheet.verdict.words.text()
+
+
+@pytest.mark.parametrize("name", ["my wall.ino", "nowhere/at/all\0.ino"])
+def test_a_name_that_does_not_do_is_said_in_a_line(sheet, tmp_path, name):
+    sheet.write(str(tmp_path / name))
+    assert sheet.verdict.words.text().startswith("A sketch's name")
+    assert not list(tmp_path.glob("**/*.ino"))
+
+
+def test_the_connected_board_comes_first_as_calibrated(window, monkeypatch):
+    kit = Kit(profiles.named("hapkit3-short").board, calibrated=True)
+    monkeypatch.setattr("hapkit_studio.gui.shell.export_dialog.connected_kit", lambda studio: kit)
+    window.show_export()
+    sheet = window.findChildren(ExportDialog)[-1]
+    assert sheet.kits.currentText() == "The one connected: Hapkit short, as calibrated"
+    assert "kZero = 0" in sheet.text()

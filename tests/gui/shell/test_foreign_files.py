@@ -1,0 +1,175 @@
+"""Foreign files in the window: what reads them says what is wrong in words, and everything else goes on."""
+
+import io
+from collections.abc import Callable
+from contextlib import redirect_stderr
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QDeadlineTimer, QSettings
+from PySide6.QtGui import QAction
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDialog, QLabel
+
+from hapkit_studio.arguments import window_parser
+from hapkit_studio.formatting import printable
+from hapkit_studio.gui.panel.preset_row import CompareDialog
+from hapkit_studio.gui.shell import app
+from hapkit_studio.gui.state import presets
+from hapkit_studio.gui.state.stored import StoredSettings
+from hapkit_studio.sessions.folder import folder as session_folder
+from tests import foreign_files
+from tests.gui.conftest import deleted_in_the_end
+from tests.gui.window_support import delete_the_given_up, put_back
+from tests.test_foreign_files import Hang, limited, originals, stamp  # noqa: F401
+
+WAIT_MS = 20_000
+
+
+def read_settings(_window, file: Path) -> list[str]:
+    """Start another window with a settings file; return what was wrong."""
+    place = Path(QSettings("hapkit-studio", "hapkit-studio").fileName())
+    place.parent.mkdir(parents=True, exist_ok=True)
+    with open(file, "rb") as given:
+        place.write_bytes(given.read(1 << 20))
+    StoredSettings().sync()
+    with deleted_in_the_end() as windows:
+        windows.append(app.build(window_parser().parse_args([])))
+        wrong = words_shown(windows[0])
+        notice = windows[0].banners.get("settings")
+    if notice is not None and ("\n" in notice.text or len(notice.text) > 200):
+        wrong.append(f"notice: {notice.text!r:.200}")
+    StoredSettings().clear()
+    return wrong
+
+
+def read_preset(window, file: Path) -> list[str]:
+    """List, compare, remember and apply a preset beside a good one."""
+    row = window.panel.preset
+    row.fill()
+    names = [action.text() for action in row.menu.actions()]
+    wrong = [] if "neighbour" in names else [f"the menu has only {names}"]
+    for name in presets.found("wall"):
+        window.presets.remember({"wall": name})
+    CompareDialog(window.studio, window.presets, window).show()
+    window.presets.apply(file)
+    return wrong + words_shown(window)
+
+
+def read_demo(window, file: Path) -> list[str]:
+    """Play a demo up to its first step."""
+    window.play_demo(file)
+    window.demos.tick()
+    wrong = words_shown(window)
+    window.demos.end()
+    return wrong
+
+
+def read_session(window, file: Path) -> list[str]:
+    """List a session beside a good one on the page, choose it, replay it."""
+    window.views.show("sessions")  # and stays in sight: its chart is drawn for each size
+    page = window.views.page("sessions")
+    page.load()
+    wait(lambda: not page._reading.running)
+    listed = [row[0] for row in page.table.texts()[1:]]
+    wrong = [] if "neighbour" in listed else [f"the page lists only {listed}"]
+    for found in page.table.content.rows:
+        if found.path == file:
+            page.show_session(found)
+    window.replay.open(file)
+    wait(lambda: not window.replay._reading.running)
+    for _ in range(3):
+        window.replay.tick()
+    wrong += words_shown(window)
+    window.replay.close()
+    return wrong
+
+
+def read_recording(window, file: Path) -> list[str]:
+    """Open a table on the page Identify."""
+    page = window.views.page("identify")
+    window.views.show("identify")
+    page.opener.open(str(file))
+    wait(lambda: not page.opener._job.running)
+    wait(lambda: not page.job.running)
+    return words_shown(window)
+
+
+READERS: dict[str, tuple[Callable, Callable[[Path], Path]]] = {
+    "preset": (read_preset, lambda _home: presets.folder("wall")),
+    "demo": (read_demo, lambda home: home),
+    "session": (read_session, lambda _home: session_folder()),
+    "csv": (read_recording, lambda home: home),
+}
+"""What reads a kind of file in a window, and the folder that it is read from."""
+
+
+def wait(done: Callable[[], bool]) -> None:
+    deadline = QDeadlineTimer(WAIT_MS)
+    while not done():
+        assert not deadline.hasExpired()
+        QTest.qWait(1)
+
+
+def words_shown(window) -> list[str]:
+    """Return what in the window is not printable."""
+    words = [QLabel.text(label) for label in window.findChildren(QLabel)]
+    words += [action.text().replace("\t", " ") for action in window.findChildren(QAction)]  # before the keys
+    return [f"shown: {text!r:.100}" for text in words if printable(text) != text]
+
+
+@pytest.fixture
+def try_file(originals, kept_idle_window, home, qtbot):  # noqa: F811
+    """Return what gives one file to its reader and returns in words what was wrong."""
+
+    def try_one(kind: str, seed: int) -> list[str]:
+        reader, place = READERS.get(kind, (read_settings, lambda home: home))
+        folder = place(home)
+        folder.mkdir(parents=True, exist_ok=True)
+        neighbour = folder / f"neighbour{foreign_files.SUFFIXES[kind]}"
+        neighbour.write_bytes(originals[kind])
+        file = foreign_files.write(kind, seed, originals[kind], folder)
+        before, error, wrong = stamp(file), io.StringIO(), []
+        window = kept_idle_window
+        with qtbot.captureExceptions() as raised, redirect_stderr(error):
+            try:
+                with limited():
+                    wrong += reader(window, file)
+            except (Exception, Hang) as failure:
+                wrong.append(f"{type(failure).__name__}: {failure!s:.300}")
+        wrong += [f"{kind_.__name__}: {value}" for kind_, value, _ in raised]
+        if "Traceback" in error.getvalue():
+            wrong.append(error.getvalue()[-400:])
+        if stamp(file) != before:
+            wrong.append("the file was changed")
+        for path in (file, neighbour):
+            path.unlink()
+        for dialog in window.findChildren(QDialog):
+            dialog.close()
+            dialog.deleteLater()
+        delete_the_given_up()
+        window.history.forget()
+        window.presets._chosen.clear()
+        return [f"{kind} {seed}: {words}" for words in wrong]
+
+    yield try_one
+    put_back(kept_idle_window)
+
+
+KINDS = ("settings", *READERS)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_some_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, kind):
+    if kind == "csv":
+        pytest.importorskip("hapkit_studio.gui.pages.open_recording")
+    assert [words for seed in foreign_files.FEW for words in try_file(kind, seed)] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_many_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, kind):
+    if kind == "csv":
+        pytest.importorskip("hapkit_studio.gui.pages.open_recording")
+    found = [words for seed in range(foreign_files.COUNTS[kind]) for words in try_file(kind, seed)]
+    assert not found, "\n".join([f"{len(found)} complaints", *found])

@@ -1,0 +1,148 @@
+"""The gallery: own environments below the library, all of it in reach at every size."""
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from hapkit_studio.gui.editor.controller import DeleteDialog
+from hapkit_studio.gui.shell.gallery import GalleryRow
+from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.palette import luminance
+from tests.gui.own_support import put, spring
+from tests.gui.shell.test_layout import resize
+
+SEEN_AT_LEAST = 13
+"""Rows of the library that have room in the smallest window; beyond them the gallery scrolls."""
+
+
+def shown_whole(gallery, row) -> bool:
+    top = row.mapTo(gallery, row.rect().topLeft()).y()
+    return top >= 0 and top + row.height() <= gallery.new_row.y()
+
+
+def next_stop(widget):
+    widget = widget.nextInFocusChain()
+    while not widget.focusPolicy() & Qt.FocusPolicy.TabFocus:
+        widget = widget.nextInFocusChain()
+    return widget
+
+
+@pytest.fixture(scope="module", autouse=True)
+def home(tmp_path_factory):
+    """Return the person's own folder for this whole file, with two files of theirs and a stranger's."""
+    folder = tmp_path_factory.mktemp("home")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HAPKIT_STUDIO_FOLDER", str(folder))
+        patch.setenv("XDG_DATA_HOME", str(folder / "data"))
+        for name in ("a", "b"):
+            put(folder, f"{name}.py", spring(name, f"My {name}"))
+        put(folder, "c.py", spring("c", "Ada's"), trusted=False)
+        yield folder / "environments"
+
+
+@pytest.fixture
+def rows(home, shared_window):
+    """Return the rows of the own environments by their files' names."""
+    return {path.stem: row for path, row in shared_window.gallery.own_rows.items()}
+
+
+def test_a_row_under_the_mouse_can_be_read(qtbot, monkeypatch):
+    row = GalleryRow("wall", "Wall", "Push", "2")
+    qtbot.addWidget(row)
+    row.resize(220, 48)
+    monkeypatch.setattr(row, "underMouse", lambda: True)
+    for mode in ("light", "dark", "contrast"):
+        theme.set_mode(mode)
+        ground = row.grab().toImage().pixelColor(215, 3).name()
+        assert ground != theme.color("side").name()
+        for token in ("ink", "ink3"):
+            lights = sorted((luminance(theme.color(token).name()), luminance(ground)))
+            assert (lights[1] + 0.05) / (lights[0] + 0.05) >= 4.5, token
+
+
+def test_the_whole_library_and_the_way_to_a_new_one_are_seen(home, monkeypatch, tmp_path, make_window, qapp):
+    monkeypatch.setenv("HAPKIT_STUDIO_FOLDER", str(tmp_path))
+    window = make_window()
+    gallery = window.gallery
+    assert not gallery.own_heading.isVisible()
+    for size in ((1440, 900), (1280, 720), (960, 600)):
+        resize(qapp, window, size)
+        assert gallery.rail == (size[0] < 1440)
+        seen = [shown_whole(gallery, row) for row in gallery.rows.values()]
+        assert all(seen) or (sum(seen) >= SEEN_AT_LEAST and gallery.verticalScrollBar().maximum() > 0), size
+        assert gallery.new_row.geometry().bottom() < gallery.height()
+        assert all(row.height() >= 34 for row in gallery.rows.values())
+    for number in range(20):
+        put(tmp_path, f"law_{number:02}.py", spring(f"law_{number}", f"A law with a long title, {number}"))
+    window.own.refresh()
+    resize(qapp, window, (1440, 900))
+    assert len(gallery.own_rows) == 20
+    assert gallery.verticalScrollBar().maximum() > 0
+    assert gallery.horizontalScrollBar().maximum() == 0
+    assert gallery.new_row.geometry().bottom() < gallery.height()
+    assert all(row.width() <= gallery.viewport().width() for row in gallery.rows.values())
+
+
+def test_own_environments_have_room_beside_the_library(shared_window, rows, qapp):
+    gallery = shared_window.gallery
+    resize(qapp, shared_window, (1440, 900))
+    assert gallery.own_heading.isVisible()
+    assert all(shown_whole(gallery, rows[name]) for name in "ab")
+    resize(qapp, shared_window, (1280, 720))
+    assert not gallery.own_heading.isVisible()
+    assert rows["a"].toolTip() == "My a: For a test"
+    resize(qapp, shared_window, (1440, 900))
+
+
+def test_keys_reach_own_environments_and_the_new_one(shared_window, rows, monkeypatch, home):
+    gallery = shared_window.gallery
+    stop = list(gallery.rows.values())[-1]
+    for row in (*rows.values(), gallery.new_row):
+        stop = next_stop(stop)
+        assert stop is row
+    assert rows["a"].accessibleName() == "My a: For a test"
+    assert rows["a"].pencil.accessibleName() == "Edit My a"
+    chosen = []
+    monkeypatch.setattr(shared_window.own, "choose", chosen.append)
+    QTest.keyClick(rows["a"], Qt.Key.Key_Return)
+    assert chosen == [home / "a.py"]
+    QTest.keyClick(gallery.new_row, Qt.Key.Key_Return)
+    assert shared_window.editor.editor.chooser.isVisible()
+    assert shared_window.editor.editor.chooser.title.hasFocus()
+    assert shared_window.studio.environment.key == "wall"
+
+
+def test_own_environments_stand_in_the_menu_too(shared_window, rows):
+    menu = next(a.menu() for a in shared_window.menuBar().actions() if a.text() == "Environment")
+    menu.aboutToShow.emit()
+    yours = next(a for a in menu.actions() if a.text() == "Yours")
+    assert yours.isVisible()
+    assert [action.text() for action in yours.menu().actions()] == [row.title for row in rows.values()]
+
+
+def test_pencil_and_menu_lead_to_the_law_a_strangers_is_to_be_read_first(shared_window, rows, home):
+    words = {name: [action.text() for action in rows[name].menu().actions()] for name in "ac"}
+    assert words == {"a": ["Edit", "Show in folder", "Delete…"], "c": ["Show in folder", "Delete…"]}
+    rows["a"].pencil.click()
+    assert shared_window.editor.path == home / "a.py"
+    assert shared_window.editor.page.isVisible()
+    assert not rows["c"].pencil.isVisible()
+    shared_window.editor.edit(home / "c.py")
+    assert shared_window.editor.editor.source.isVisible()
+
+
+def test_deleting_asks_first_and_uses_the_bin(shared_window, rows, monkeypatch, home):
+    binned = []
+    monkeypatch.setattr(
+        "hapkit_studio.gui.editor.controller.QFile.moveToTrash", lambda name: binned.append(name) or True
+    )
+    delete = rows["b"].menu().actions()[-1]
+    delete.trigger()
+    sheet = shared_window.findChild(DeleteDialog)
+    assert sheet.isVisible()
+    assert not sheet.isModal()
+    assert binned == []
+    sheet.keep.click()
+    delete.trigger()
+    shared_window.findChildren(DeleteDialog)[-1].delete.click()
+    assert binned == [str(home / "b.py")]

@@ -1,0 +1,509 @@
+"""Room: nothing is cut off, nothing overlaps, and what gives way does so in the order the design gives."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from PySide6.QtCore import QCoreApplication, QPoint, QRect, Qt
+from PySide6.QtGui import QFontInfo
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QLabel, QLineEdit, QPushButton, QTabBar, QToolButton, QWidget
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.stability.verdict import Asked
+from hapkit_studio.dynamics.loop_settings import LoopSettings
+from hapkit_studio.gui import pages
+from hapkit_studio.gui.panel.limits import Question, answer
+from hapkit_studio.gui.panel.rows import ParameterRow
+from hapkit_studio.gui.shell.banners import Notice
+from hapkit_studio.gui.shell.gallery import GalleryRow
+from hapkit_studio.gui.widgets import breakpoints
+from tests.gui.window_support import delete_the_given_up
+from tests.wide import wide
+
+SIZES = [
+    (1280, 720),
+    (1366, 768),
+    (1440, 900),
+    (1920, 1080),
+    (2560, 1440),
+    (1024, 640),
+    (960, 600),
+    (800, 560),
+]
+WORST = "Hapkit on ttyUSB0 is gone."
+LINE = "Force is zero. Nothing is lost. Looking again every second."
+
+
+@pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
+def lose_device(window) -> None:
+    """Put up the longest of the usual banners."""
+    buttons = (("Use simulated Hapkit", window.studio.device.open_simulated),)
+    window.banners.set("device", Notice("device", 2, "warn", "unplugged", WORST, LINE, buttons))
+
+
+def place(widget: QWidget, window: QWidget) -> QRect:
+    return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
+
+
+def cut_off(window: QWidget) -> list[str]:
+    """Return what is shown in less room than its words need."""
+    for _ in range(3):
+        QCoreApplication.processEvents()
+    found = []
+    for widget in window.findChildren(QWidget):
+        if not widget.isVisibleTo(window) or widget.window() is not window.window():
+            continue
+        if isinstance(widget, QLabel) and widget.text():
+            needed = widget.sizeHint()
+            if widget.wordWrap():
+                tall = widget.heightForWidth(widget.width()) > widget.height()
+                if tall or widget.minimumSizeHint().width() > widget.width():
+                    found.append(f"label {widget.text()!r}: {widget.size()}")
+            elif needed.width() > widget.width() or needed.height() > widget.height():
+                found.append(f"label {widget.text()!r}: {needed} in {widget.size()}")
+        elif isinstance(widget.parent(), QTabBar | QLineEdit):
+            continue  # arrows, and the button that clears a field: Qt gives these pictures their room
+        elif isinstance(widget, QPushButton | QToolButton | GalleryRow):
+            needed = widget.sizeHint()
+            if needed.width() > widget.width() or needed.height() > widget.height():
+                found.append(
+                    f"button {widget.accessibleName() or widget.text()!r}: {needed} in {widget.size()}"
+                )
+    return found
+
+
+def overlapping(window) -> list[str]:
+    """Return parts of the window that lie over one another or over its edge."""
+    centre = window.centre
+    parts = {
+        "header": window.header, "gallery": window.gallery, "scene": centre.scene_card,
+        "time": centre.time_card, "phase": centre.phase_card, "panel": window.panel, "status": window.status,
+    }  # fmt: skip
+    parts |= {f"banner {i}": banner for i, banner in enumerate(window.banners.banners)}
+    shown = {name: place(w, window) for name, w in parts.items() if w.isVisible()}
+    inside = centre.stack.isAncestorOf(centre.phase_card)
+    found = [f"{name} leaves the window" for name, box in shown.items() if not window.rect().contains(box)]
+    for name, box in shown.items():
+        for other, second in shown.items():
+            if (
+                name < other
+                and box.intersects(second)
+                and not (inside and {name, other} == {"phase", "time"})
+            ):
+                found.append(f"{name} over {other}")
+    return found
+
+
+def settle(qapp, window, size):
+    """Resize, have the stability answered, and let every layout follow."""
+    window.stability.ask()
+    window.stability.wait()
+    resize(qapp, window, size)
+
+
+def resize(qapp, window, size):
+    """Resize and let every layout follow."""
+    delete_the_given_up()
+    window.resize(*size)
+    for _ in range(3):
+        qapp.processEvents()
+
+
+@pytest.mark.parametrize("quick", wide([True, False], lambda quick: quick))
+def test_nothing_is_cut_off_or_overlaps(window, qapp, quick):
+    for number, key in enumerate(window.studio.environments):
+        if quick != (key in ("wall", "texture", "cat")):
+            continue
+        window.studio.choose(key)
+        settle(qapp, window, SIZES[0])
+        for size in SIZES if key == "wall" else (SIZES[0], SIZES[number % len(SIZES)]):
+            resize(qapp, window, size)
+            assert cut_off(window) == [], (key, size)
+            assert overlapping(window) == [], (key, size)
+            assert window.centre.scene.height() >= 150
+            assert window.header.stop.width() >= 120
+            assert window.header.stop.height() >= 0.95 * 40 * breakpoints.scale(*size)  # its rim stays
+            assert window.header.devices.isVisible()
+            assert window.status.clamp.isVisible()
+            assert every_view_is_offered(window)
+
+
+def every_view_is_offered(window):
+    """Return whether each tab is seen whole, or its name stands in the menu at their end."""
+    tabs = window.header.tabs
+    seen = [index for index in range(tabs.count()) if tabs.isTabVisible(index)]
+    in_menu = [tabs.tabText(index) for index in range(tabs.count()) if index not in seen]
+    end = tabs.more.geometry().right() if in_menu else tabs.tabRect(seen[-1]).right()
+    assert tabs.more.isVisible() == bool(in_menu)
+    assert in_menu == [action.text() for action in tabs.menu.actions()]
+    assert {0, tabs.currentIndex()} <= set(seen)
+    return tabs.tabRect(0).left() >= 0 and end <= tabs.width()
+
+
+@pytest.mark.slow
+def test_every_view_is_offered_beside_a_law_whose_tab_stays(window, qapp):
+    tabs = window.header.tabs
+    for size in ((1920, 1080), (1280, 720), (1024, 640)):
+        settle(qapp, window, size)
+        for law in (True, False):
+            window.editor.shown.emit(law)
+            qapp.processEvents()
+            assert (window.views.key == "law") == law
+            assert every_view_is_offered(window)
+            if law:
+                window.views.show("live")
+                qapp.processEvents()
+                assert tabs.isTabVisible(tabs.count() - 1)
+                assert every_view_is_offered(window)
+
+
+VIEWS = ("Live", "Stability", "Speed and accuracy", "Break it", "Bode", "Z-width", "Identify", "Sessions")
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1439, 720), (1440, 900)])
+def test_eight_views_and_an_open_law_are_seen_whole_in_their_order_each_with_its_key(window, qapp, size):
+    tabs, shown = window.header.tabs, ("live", *pages.discover())
+    window.editor.shown.emit(True)
+    resize(qapp, window, size)
+    widest = max(range(len(VIEWS)), key=lambda index: tabs.tabRect(index).width())
+    for place, key in enumerate(reversed(shown)):
+        QTest.keyClick(window, Qt.Key(Qt.Key.Key_8 - place), Qt.KeyboardModifier.ControlModifier)
+        assert (window.views.key, tabs.currentIndex()) == (key, len(shown) - 1 - place)
+        assert tabs.more.isHidden()
+    assert tuple(tabs.tabText(index) for index in range(tabs.count())) == (*VIEWS, "Law")
+    tabs.setCurrentIndex(widest)  # bold
+    window.views.page("break_it").marked.emit("Something acts on the scene")
+    assert tabs.tabText(3) == "Break it ●"
+    assert tabs.more.isHidden()
+    assert every_view_is_offered(window)
+    QTest.keyClick(window, Qt.Key.Key_9, Qt.KeyboardModifier.ControlModifier)
+    assert window.views.key == "law"
+    window.views.page("break_it").marked.emit("")
+    window.editor.shown.emit(False)
+
+
+def test_a_view_from_the_menu_is_shown_with_its_tab(window, qapp):
+    settle(qapp, window, (1024, 640))
+    tabs = window.header.tabs
+    last = tabs.menu.actions()[-1]
+    assert last.text() == "Sessions"
+    last.trigger()
+    qapp.processEvents()
+    assert window.views.key == "sessions"
+    assert every_view_is_offered(window)
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1440, 1200)])
+def test_boxes_stand_in_one_column_whether_changed_or_scrolled(window, qapp, size):
+    def columns():
+        settle(qapp, window, size)
+        rows = [*window.panel.parameters.rows.values(), window.loop.rate, window.loop.delay]
+        boxes = [place(row.box, window) for row in rows if isinstance(row, ParameterRow) and row.isVisible()]
+        return {(box.left(), box.right()) for box in boxes}
+
+    before = columns()
+    assert len(before) == 1
+    window.studio.set_value("stiffness", 900.0)
+    window.studio.set_loop(delay=0.002)
+    window.panel.title.help.setChecked(True)
+    window.loop.set_folded(False)
+    assert columns() == before
+
+
+def lines(label: QLabel) -> int:
+    """Return how many lines a label's words take."""
+    one = label.heightForWidth(10_000)
+    return 1 + round((label.heightForWidth(label.width()) - one) / (0.75 * one))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "size", wide([((1280, 720),), ((1440, 900),), ((960, 600),)], lambda size: size == (1280, 720))
+)
+def test_rows_stand_clear_of_the_scroll_bar_in_one_column_with_short_labels(window, qapp, size):
+    panel = window.panel
+    for key in window.studio.environments:
+        window.studio.choose(key)
+        resize(qapp, window, size)
+        window.actions_by_key.run("view.panel") if not window.panel_open else None
+        settle(qapp, window, size)
+        assert panel.upper.widget().width() <= panel.upper.viewport().width(), key
+        shown = list(panel.parameters.rows.values())
+        assert all(lines(row.label) <= 2 for row in shown), key
+        numbers = [row for row in shown if isinstance(row, ParameterRow)]
+        boxes = {(row.box.x(), row.box.width()) for row in numbers}
+        assert not any(row.box.geometry().intersects(row.slider.geometry()) for row in numbers), key
+        assert len(boxes) <= 1, key
+        assert lines(panel.title.title) == 1, key
+        assert lines(panel.title.formula) <= 2, key
+
+
+@pytest.mark.parametrize(
+    "size",
+    wide(
+        [((1280, 720),), ((1920, 1080),), ((960, 600),), ((800, 560),)], lambda size: size[0] in (1280, 800)
+    ),
+)
+def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
+    settle(qapp, window, size)
+    before, high = place(window.centre, window).top(), int(54 * breakpoints.scale(*size))
+    lose_device(window)
+    settle(qapp, window, size)
+    assert place(window.centre, window).top() == before + high
+    window.studio.stop()
+    settle(qapp, window, size)
+    assert place(window.centre, window).top() == before + 2 * high
+    assert not window.panel_open or place(window.panel, window).top() == before
+    assert cut_off(window) == []
+    assert overlapping(window) == []
+    assert window.centre.scene.height() >= 150
+
+
+@pytest.mark.slow
+def test_the_verdict_stays_in_sight_below_two_banners_with_all_unfolded(window, qapp):
+    """Also where parameters, warnings, explanation and loop need more room than there is; these scroll."""
+    lose_device(window)
+    window.studio.stop()
+    panel, card = window.panel, window.stability
+    long = answer(asked("wall", LoopSettings(delay=1e-3, hand="medium"), 4000.0))
+    for key in window.studio.environments:
+        window.studio.choose(key)
+        for opened in (False, True):
+            panel.title.help.setChecked(opened)
+            window.loop.set_folded(not opened)
+            resize(qapp, window, (1280, 720))
+            card.show_answer(long)
+            inside, shown = place(panel, window), place(card, window)
+            assert inside.contains(shown), (key, opened)
+            assert card.height() >= card.heightForWidth(card.width()), (key, opened)
+            assert place(panel.upper, window).bottom() < shown.top()
+            hidden, bar = panel.upper.body.height() - panel.upper.height(), panel.upper.verticalScrollBar()
+            assert bar.maximum() == max(hidden, 0), (key, opened)
+    assert bar.maximum() > 0
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (960, 600), (800, 560)])
+def test_refused_values_priority_and_a_banner_fit_as_well(window, qapp, size):
+    window.body.open_drawer(True)
+    lose_device(window)
+    for row in window.panel.parameters.rows.values():
+        if isinstance(row, ParameterRow):
+            row.show_error(row.quantity.limits())
+    window.live.look()
+    assert not window.studio.engine.health().priority.realtime
+    settle(qapp, window, size)
+    assert size[0] >= breakpoints.BANNERS_BESIDE_PANEL or window.banners.banners[0].width() == size[0]
+    assert cut_off(window) == []
+    assert overlapping(window) == []
+
+
+def test_gallery_scene_and_panel_give_way_on_smaller_windows(window, qapp):
+    def seen(width, height):
+        settle(qapp, window, (width, height))
+        return window.gallery.width(), window.panel.width(), window.centre.scene.height()
+
+    wide = seen(1440, 900)
+    window.studio.choose("cat")
+    assert seen(1440, 900) > wide  # a taller scene for the cat, the widths unchanged
+    window.studio.choose("wall")
+    assert seen(1440, 900) == wide
+    small = seen(1280, 720)
+    assert all(below < above for below, above in zip(small, wide, strict=True))
+    assert not window.header.pause.cap.isVisible()
+    assert seen(1000, 620)[0] == small[0]
+    assert not window.panel_open
+    assert window.header.panel.isVisible()
+    window.actions_by_key.run("view.panel")
+    assert seen(1000, 620)[:2] == small[:2]
+    assert window.panel_open
+    assert window.centre.toolbar.views.isVisible()
+    assert window.header.stop.cap.isVisible()
+
+
+def test_a_pages_own_side_gives_way_like_the_panel(window, qapp):
+    for size in ((1440, 900), (1280, 720)):
+        settle(qapp, window, size)
+        width = window.panel.width()
+        box = window.panel.parameters.rows["stiffness"].box.width()
+        window.views.show("stability")
+        side = window.views.page("stability").side
+        assert side.width() == width
+        assert side.rows.rows["stiffness"].box.width() == box
+        window.views.show("live")
+        assert window.panel.width() == width
+
+
+@pytest.mark.parametrize(
+    ("size", "grown"),
+    [((1280, 720), 1.0), ((1600, 1200), 1.0), ((1919, 1080), 1.1), ((1920, 1080), 1.2), ((2560, 1440), 1.6),
+     ((3440, 1440), 1.6), ((9000, 9000), 2.5)],
+)  # fmt: skip
+def test_from_1600_by_900_on_everything_grows_with_the_window(size, grown):
+    assert breakpoints.scale(*size) == grown
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", ["wall", "cat"])
+def test_scene_type_and_plots_grow_together_in_a_large_window(window, qapp, key):
+    window.studio.choose(key)
+
+    def sizes():
+        centre = window.centre
+        stage, box = centre.scene._layout(), next(iter(window.panel.parameters.rows.values())).box
+        drawn = 100.0 * stage.per_mm, stage.height, stage.u, stage.font(12.0, 500)[0].pixelSize()
+        plots = centre.time.canvases[0].left.width(), centre.phase.width(), centre.time.height()
+        words = window.panel.title.title, centre.time.headers[0].value, box, window.header.tabs
+        parts = window.panel, box, window.header.stop, window.gallery, window.header
+        type_sizes = [QFontInfo(part.font()).pixelSize() for part in words]
+        return [*drawn, *plots, *type_sizes, *(part.width() for part in parts), window.header.height()]
+
+    resize(qapp, window, (1600, 900))
+    usual = sizes()
+    for size in ((1920, 1080), (2560, 1440)):
+        resize(qapp, window, size)
+        for grown, before in zip(sizes(), usual, strict=True):
+            assert grown / before == pytest.approx(size[0] / 1600, rel=0.08)  # whole pixels of type
+
+
+def drag(qtbot, splitter, by):
+    """Drag a splitter's border by so many pixels."""
+    handle = splitter.handle(1)
+    at = handle.rect().center()
+    qtbot.mousePress(handle, Qt.MouseButton.LeftButton, pos=at)
+    qtbot.mouseMove(handle, at + by)
+    qtbot.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=at + by)
+
+
+@pytest.mark.slow
+def test_borders_that_were_dragged_stay_there_and_are_remembered(make_window, qapp, qtbot):
+    def sizes(window):
+        centre = window.centre
+        return window.gallery.width(), window.panel.width(), centre.scene.height(), centre.phase.width()
+
+    first = make_window(size=(1920, 1080))
+    drag(qtbot, first.body.borders, QPoint(-60, 0))
+    drag(qtbot, first.centre.rows, QPoint(0, 40))
+    drag(qtbot, first.centre.columns, QPoint(-50, 0))
+    dragged = sizes(first)
+    assert abs(dragged[1] - (1.2 * 300 + 60)) <= 3
+    resize(qapp, first, (1600, 1000))
+    resize(qapp, first, (1920, 1080))
+    assert sizes(first) == dragged
+    first.close()
+    again = make_window(size=(1920, 1080))
+    assert sizes(again) == dragged
+
+
+def test_every_control_has_a_name_and_a_place_to_hit(window, qapp):
+    settle(qapp, window, (1280, 720))
+    for button in window.findChildren(QAbstractButton):
+        if button.isVisible() and button.focusPolicy():
+            name = button.accessibleName() or button.text()
+            assert name, button
+            assert min(button.width(), button.height()) >= 24, name
+
+
+SCALED = """
+import sys
+from PySide6.QtWidgets import QApplication
+app = QApplication([])
+from hapkit_studio.gui.widgets import style
+from hapkit_studio.gui.shell.actions import new_window
+from hapkit_studio.gui.state.studio import Studio
+from tests.gui.shell.test_layout import cut_off, overlapping, resize, settle
+from tests.gui.window_support import SIMULATED, build_engine
+style.apply(app)
+window = new_window(Studio(lambda: [SIMULATED], build_engine))
+window.show()
+found = []
+for key in ("wall", "friction", "mass_spring_damper", "hard_surface"):
+    window.studio.choose(key)
+    settle(app, window, (1280, 720))
+    found += cut_off(window) + overlapping(window)
+    resize(app, window, (960, 540))
+    found += cut_off(window) + overlapping(window)
+print(window.devicePixelRatioF(), found)
+window.close()
+sys.exit(bool(found))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", ["1.25", "1.5", "2"])
+def test_nothing_is_cut_off_on_a_scaled_screen(scale):
+    environment = os.environ | {"QT_SCALE_FACTOR": scale, "QT_QPA_PLATFORM": "offscreen"}
+    done = subprocess.run(
+        [sys.executable, "-c", SCALED],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.startswith(str(float(scale)))
+
+
+def test_tab_goes_from_header_over_gallery_and_scene_to_the_panel(window):
+    window.studio.choose("spring")
+    window.studio.choose("wall")
+    chain, widget = [], window.header
+    while widget not in chain:
+        chain.append(widget)
+        widget = widget.nextInFocusChain()
+    rows = window.panel.parameters.rows
+    stops = [
+        window.header.devices, window.header.stop, window.gallery.rows["wall"], window.centre.scene,
+        window.centre.toolbar.span, window.panel.title.help, *rows["stiffness"].tab_stops(),
+        *rows["damping_mode"].tab_stops(), window.loop.rate.box, window.loop.grip.picker,
+    ]  # fmt: skip
+    places = [chain.index(stop) for stop in stops]
+    assert places == sorted(places)
+
+
+def test_parts_stand_side_by_side_as_soon_as_the_window_has_another_size(window, qapp):
+    settle(qapp, window, (1280, 720))
+    for width, height in ((1440, 900), (1280, 720), (1920, 1080)):
+        window.resize(width, height)
+        parts = [place(part, window) for part in (window.gallery, window.centre, window.panel)]
+        grown = breakpoints.scale(width, height)
+        assert parts[0].width() in [int(grown * usual) for usual in (64, 228)]
+        assert parts[2].width() in [int(grown * usual) for usual in (272, 300)]
+        assert parts[0].left() == 0
+        assert parts[1].left() == parts[0].right() + 2  # a border of 1 px
+        assert parts[2].left() == parts[1].right() + 2
+        assert parts[2].right() + 1 == width
+
+
+def asked(key, setting, stiffness):
+    environment = environments.named(key)
+    return Question(Asked(environment, environment.values({"stiffness": stiffness}), setting), 8.0)
+
+
+@pytest.mark.slow
+def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_environment(window, qapp):
+    settle(qapp, window, (1440, 900))
+    card, body = window.stability, window.panel.upper.widget()
+    short, long, mapped = (
+        answer(asked("wall", LoopSettings(delay=1e-3, hand="medium"), k)) for k in (250.0, 4000.0, 100.0)
+    )
+    for found in (short, long, short):
+        card.show_answer(found)
+        assert body.height() >= body.layout().totalHeightForWidth(body.width())
+        assert card.height() >= card.heightForWidth(card.width())
+    for size, keys in (
+        ((1440, 900), ("wall", "friction", "texture", "mass_spring_damper")),
+        ((1920, 1080), ("hard_surface", "puck", "cat")),
+    ):
+        for key in keys:
+            window.studio.choose(key)
+            resize(qapp, window, size)
+            card.show_answer(mapped)
+            assert place(card.map, window).bottom() < place(window.panel, window).bottom(), key

@@ -1,0 +1,101 @@
+"""The newest question's answer: which one counts, and when it is said to be late, without a clock."""
+
+import threading
+import time
+
+import pytest
+from PySide6.QtCore import QObject
+
+from hapkit_studio.gui.state.background import Job, LatestAnswer, end_all
+
+
+@pytest.fixture
+def held(qtbot):
+    """Return a worker that answers with its question once it may, and what it emitted."""
+    may = threading.Event()
+    worker = LatestAnswer(lambda question: (may.wait(), question)[1])
+    seen = []
+    worker.answered.connect(seen.append)
+    worker.late.connect(lambda: seen.append("late"))
+    yield worker, may, seen
+    may.set()
+    worker.end()
+
+
+def test_what_takes_long_is_late_once_though_it_is_asked_anew(held, qtbot):
+    worker, may, seen = held
+    worker.ask(1)
+    waiting = worker._waiting
+    left = waiting.remainingTime()
+    worker.ask(2)
+    assert waiting.isActive()
+    assert waiting.remainingTime() <= left, "it waits since the first"
+    waiting.timeout.emit()
+    may.set()
+    worker.wait()
+    qtbot.waitUntil(lambda: 2 in seen)
+    assert seen == ["late", 2]
+    assert not waiting.isActive()
+
+
+def test_what_is_forgotten_is_not_late_and_not_answered(held, qtbot):
+    worker, may, seen = held
+    worker.ask(1)
+    worker.forget()
+    assert not worker._waiting.isActive()
+    may.set()
+    worker.wait()
+    qtbot.wait(0)
+    assert seen == []
+
+
+def test_an_answer_that_a_newer_question_overtook_is_not_shown(held, qtbot):
+    """It was given already, and waited for the window's thread."""
+    worker, may, seen = held
+    worker.ask(1)
+    may.set()
+    worker.wait()
+    worker.ask(2)
+    worker.wait()
+    qtbot.waitUntil(lambda: 2 in seen)
+    assert seen == [2]
+
+
+def test_no_thread_outlives_its_owner_and_what_must_finish_is_not_cancelled(qtbot):
+    before, written = set(threading.enumerate()), []
+    owner, begun = QObject(), [threading.Event() for _ in range(2)]
+    measuring, writing = Job(QObject(owner), needs=""), Job(owner, needs="", must_finish=True)
+    answers = LatestAnswer(lambda question: question, QObject(owner))
+
+    def measure(progress):
+        begun[0].set()
+        while True:
+            progress(0, 1)
+            time.sleep(0)
+
+    def write(progress):
+        begun[1].set()
+        for done in range(1000):
+            progress(done, 1000)
+        written.append(True)
+
+    measuring.start(measure)
+    writing.start(write)
+    answers.ask(1)
+    assert all(one.wait(60.0) for one in begun)
+    end_all(owner)
+    assert set(threading.enumerate()) <= before
+    assert written == [True]
+
+
+def test_closing_the_window_leaves_no_thread_behind(make_window, qtbot):
+    before = set(threading.enumerate())
+    window = make_window()
+    window.studio.device.open_simulated()
+    qtbot.waitUntil(lambda: window.studio.engine is not None)
+    window.studio.choose("wall")
+    window.quiz.begin()
+    assert window.quiz.side.job.running
+    assert set(threading.enumerate()) > before
+    window.close()
+    assert set(threading.enumerate()) <= before

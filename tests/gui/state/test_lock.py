@@ -1,0 +1,202 @@
+"""What an instructor locks stays as it is by every path, until the code is entered; stopping stays free."""
+
+import json
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractSpinBox
+
+from hapkit_studio.errors import FileError, ParameterError
+from hapkit_studio.gui.state.lock import DEVICE, ENTRY, LOOP, Lock
+from hapkit_studio.gui.state.studio import LOCKED
+from hapkit_studio.gui.state.undo import settings_of
+from hapkit_studio.gui.teach.lock_dialog import LockDialog
+from tests.environments.calling import LIBRARY
+from tests.gui.shell.test_actions import TABLE, press
+from tests.gui.state.test_presets import preset
+from tests.gui.window_support import sheet_of
+
+STIFFNESS = ("value", "wall", "stiffness")
+PLACES = [STIFFNESS, LOOP, DEVICE, *(("environment", key) for key in LIBRARY if key != "wall")]
+
+
+@pytest.fixture(scope="module")
+def closed():
+    """Return a lock of all but the wall's other parameters; its hash takes a while on purpose."""
+    return Lock.closed(PLACES, "1234")
+
+
+@pytest.fixture
+def window(kept_idle_window, closed):
+    """Return the file's window, locked at 900 N/m, with a step of undo from before."""
+    kept_idle_window.history.forget()
+    kept_idle_window.studio.set_value("stiffness", 900.0)
+    kept_idle_window.studio.set_lock(closed)
+    yield kept_idle_window
+    kept_idle_window.studio.set_lock(Lock())
+    kept_idle_window.two.forget()
+
+
+def fixed(studio):
+    """Return what is locked, as it is set."""
+    return {place: v for place, v in settings_of(studio).items() if studio.lock.holds(place)} | {
+        "environment": studio.environment.key
+    }
+
+
+def test_a_code_opens_its_lock_alone_and_stands_nowhere(closed):
+    text = closed.text()
+    assert "1234" not in text
+    assert Lock.read(text) == closed
+    assert closed.opens("1234")
+    for code in ("", "1235", "12345", closed.digest.hex()):
+        assert not closed.opens(code)
+    assert Lock.closed(PLACES, "1234").digest != closed.digest  # another salt
+    assert Lock.read("") == Lock()
+
+
+def test_a_lock_that_no_code_opens_is_refused(closed):
+    text = closed.text()
+    whole = json.loads(text)
+    damaged = [
+        {**whole, name: value}
+        for name in whole
+        for value in (None, 3, "", [], {}, "x" * 32, [1], [[]], [["moon"]], [["loop", "x"]], [[1, 2]])
+    ]
+    for damage in ("{", "[]", "3", "[" * 5000, text.replace("salt", "salz"), *map(json.dumps, damaged)):
+        with pytest.raises(FileError, match=r"^lock[^\n]+\.$"):
+            Lock.read(damage)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda s: s.set_value("stiffness", 891.0),
+        lambda s: s.set_values({"damping": 1.0, "stiffness": 909.0}),
+        lambda s: s.set_values_of("wall", {"stiffness": 0.0}),
+        lambda s: s.set_loop(delay=0.001),
+        lambda s: s.set_loop(hand="firm"),
+        lambda s: s.hide_values(LIBRARY["wall"].values({"stiffness": 100.0})),
+    ],
+)
+def test_the_studio_refuses_whoever_asks_and_keeps_all(window, change):
+    before = settings_of(window.studio)
+    with pytest.raises(ParameterError, match=r"^(Stiffness|Loop and grip): locked by the instructor\.$"):
+        change(window.studio)
+    assert settings_of(window.studio) == before
+    window.studio.set_values({"damping": 1.0, "stiffness": 900.0})  # what is free can be changed beside it
+    assert window.studio.values["damping"] == 1.0
+
+
+def test_no_action_of_the_table_changes_what_is_locked(window):
+    before = fixed(window.studio)
+    for action in TABLE:
+        if action.menu.partition("/")[0] in ("Edit", "Environment", "Teach"):
+            window.actions_by_key.run(action.key)
+            assert fixed(window.studio) == before, action.key
+    assert "locked by the instructor" in window.banners.get("undo").text
+
+
+def test_no_widget_page_preset_or_key_changes_what_is_locked(window, tmp_path):
+    studio, row = window.studio, window.panel.parameters.rows["stiffness"]
+    before = settings_of(studio)
+    QTest.mouseClick(row.slider, Qt.MouseButton.LeftButton, pos=row.slider.rect().center())
+    QTest.keyClicks(row.box, "5")
+    QTest.keyClick(row.box, Qt.Key.Key_Up)
+    press(window, "1", "C", Qt.Key.Key_X)
+    window.gallery.rows["spring"].click()
+    text = 'environment = "wall"\n[values]\ndamping = 2.0\nstiffness = 100.0\n'
+    window.presets.take(preset(tmp_path, text))
+    window.views.page("stability").go(2.0, 100.0)
+    with pytest.raises(ParameterError):
+        window.history.apply({("value", "wall", "damping"): 2.0, ("environment",): "cat"})
+    assert settings_of(studio) == before
+    assert row.value == 900.0
+
+
+def test_a_padlock_stands_for_reset_and_the_value_can_be_read(window):
+    rows, loop = window.panel.parameters.rows, window.loop
+    loop.set_folded(False)
+    stiffness, damping = rows["stiffness"], rows["damping"]
+    assert stiffness.padlock.isVisible()
+    assert not stiffness.reset.isVisible()
+    assert not stiffness.box.isEnabled()
+    assert (stiffness.box.text(), stiffness.box.buttonSymbols()) == (
+        "900",
+        QAbstractSpinBox.ButtonSymbols.UpDownArrows,
+    )
+    assert LOCKED in stiffness.toolTip()
+    assert damping.isEnabled()
+    assert damping.padlock.isHidden()
+    assert loop.padlock.isVisible()
+    assert not loop.controller.isEnabled()
+    assert window.gallery.rows["cat"].waiting == LOCKED
+    assert LOCKED in window.gallery.rows["cat"].accessibleName()
+    assert window.gallery.rows["wall"].waiting == ""
+    stiffness.show_value(800.0)
+    assert not stiffness.reset.isVisible()
+    window.studio.set_lock(Lock())
+    assert stiffness.reset.isVisible()
+    assert stiffness.padlock.isHidden()
+    assert loop.controller.isEnabled()
+
+
+def test_stopping_and_the_device_are_never_locked(window):
+    run, studio = window.actions_by_key.run, window.studio
+    run("session.stop")
+    assert studio.stopped
+    run("session.release")
+    assert not studio.stopped
+    assert window.header.devices.isEnabled()
+
+
+def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, make_window):
+    window.studio.set_lock(Lock())
+    window.show_lock()
+    dialog = sheet_of(window, LockDialog)
+    dialog.others.click()
+    dialog.places.item(0).setCheckState(Qt.CheckState.Checked)
+    assert set(dialog.ticked) == {place for place in PLACES if place not in (LOOP, DEVICE)}
+    for code, again, can in (("", "", False), ("a", "b", False), ("a", "a", True)):
+        dialog.code.setText(code)
+        dialog.again.setText(again)
+        assert dialog.confirm.isEnabled() == can
+    dialog.confirm.click()
+    window.state.save()
+    again = make_window()
+    again.state.restore()
+    assert again.studio.lock == window.studio.lock
+    assert again.studio.values["stiffness"] == 900.0  # as it was left
+    with pytest.raises(ParameterError):
+        again.studio.set_value("stiffness", 250.0)
+    again.show_lock()
+    dialog = sheet_of(again, LockDialog)
+    for code, left in (("b", 1), ("a", 0)):
+        dialog.code.setText(code)
+        dialog.confirm.click()
+        assert bool(again.studio.lock.places) == left
+    assert again.settings.value(ENTRY) == ""
+    again.studio.set_value("stiffness", 250.0)
+
+
+def test_the_dialog_is_whole_on_a_low_screen(window):
+    """A dialog gets no more than two thirds of the screen's height, here of 720; nothing may overlap then."""
+    window.studio.set_lock(Lock())
+    window.show_lock()
+    dialog = sheet_of(window, LockDialog)
+    dialog.resize(dialog.width(), 480)
+    QTest.qWait(1)
+    first = dialog.places.mapTo(dialog, dialog.places.rect().bottomLeft()).y()
+    assert first < dialog.code.mapTo(dialog, dialog.code.rect().topLeft()).y()
+    rows = [dialog.places.visualItemRect(dialog.places.item(row)) for row in range(2)]
+    assert rows[1].top() - rows[0].top() >= 24
+    dialog.close()
+
+
+def test_an_option_of_the_command_line_obeys_it(start_window, window, closed):
+    window.settings.setValue(ENTRY, closed.text())
+    window.state.save()
+    assert start_window("--environment", "cat").studio.environment.key == "wall"
+    window.settings.setValue(ENTRY, "")
+    assert start_window("--environment", "cat").studio.environment.key == "cat"

@@ -1,0 +1,169 @@
+"""What is compiled when: the loop with one law first, then the other laws, cheap ones before dear ones."""
+
+import os
+import subprocess
+import sys
+from contextlib import nullcontext
+from types import SimpleNamespace
+
+import pytest
+
+from hapkit_studio.environments import discover
+from hapkit_studio.errors import LawError
+from hapkit_studio.gui.state import prepare
+from hapkit_studio.laws import native
+from hapkit_studio.laws.law import Law
+
+# everything but the laws is loaded from the usual place
+PROGRAM = """
+import sys, os, numba
+from hapkit_studio.gui.state import prepare
+from hapkit_studio.haptics import engine, headless
+numba.config.CACHE_DIR = sys.argv[1]
+prepare.main(*sys.argv[2:])
+print(os.nice(0))
+"""
+
+
+# what an engine on the simulated Hapkit had to compile before its first sample
+FIRST_SAMPLE = """
+import time
+from numba.core import event
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.haptics.engine import Engine
+with event.install_recorder("numba:compile") as compiled:
+    engine = Engine(SimulatedHapkit(), realtime=False)
+    reader = engine.reader()
+    engine.start()
+    engine.set_loop(delay=0.001)
+    while not len(reader.read()):
+        time.sleep(0.001)
+    engine.close()
+print(*[event.data["dispatcher"] for _, event in compiled.buffer])
+"""
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """Return the programs that would have been started."""
+    programs: list[tuple[str, ...]] = []
+    monkeypatch.setattr(prepare, "_program", lambda *words, gently: programs.append(words) or words)
+    return programs
+
+
+@pytest.fixture
+def stamped(tmp_path, monkeypatch):
+    """Say that every part was compiled before."""
+    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda *_, **__: str(tmp_path))
+    for part in ("loop", "boards"):
+        prepare.stamp(part).touch()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "nice"), reason="No such thing here.")
+@pytest.mark.parametrize(
+    ("words", "laws", "nicer"),
+    [
+        (("paddle", "damping"), {"free", "wall", "damping"}, 0),
+        (("laws", "damping"), {"damping"}, 0),
+        (("--gently", "laws", "damping", "swamp", "detents"), {"damping", "detents"}, 10),
+    ],
+)
+def test_the_loop_waits_for_its_law_alone_and_others_give_way_where_nobody_waits(
+    tmp_path, monkeypatch, words, laws, nicer
+):
+    command = [sys.executable, "-c", PROGRAM, str(tmp_path), *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
+    monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path))
+    assert {key for key, e in discover().items() if native.is_compiled(e.force.source)} == laws
+    assert int(done.stdout) == min(19, os.nice(0) + nicer)
+
+
+@pytest.mark.slow
+def test_the_loop_part_is_all_that_the_first_sample_calls(tmp_path):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)}
+    prepared = [sys.executable, "-m", "hapkit_studio.gui.state.prepare", "loop"]
+    said = [
+        subprocess.run(words, capture_output=True, text=True, timeout=180, check=True, env=environment).stdout
+        for words in (prepared, [sys.executable, "-c", FIRST_SAMPLE])
+    ]
+    assert said == ["", "\n"]
+
+
+def test_a_stamp_does_not_stand_for_a_law_that_is_missing(stamped, started, monkeypatch):
+    missing = discover()["puck"].force
+    monkeypatch.setattr(Law, "is_compiled", lambda law: law is not missing)
+    assert prepare.begin("loop", "wall") is None
+    assert prepare.begin("loop", "swamp") is None
+    assert prepare.begin("boards") is None
+    assert prepare.begin("loop", "puck") == ("loop", "puck")
+    prepare.stamp("loop").unlink()
+    assert prepare.begin("loop", "cat") == ("loop", "cat")
+
+
+def test_only_what_nobody_waits_for_gives_way(monkeypatch):
+    commands = []
+    monkeypatch.setattr(prepare.subprocess, "Popen", lambda words, **_: commands.append(words))
+    monkeypatch.setattr(prepare, "prepared", lambda part: False)
+    for gently in (True, False):
+        prepare.begin("boards", gently=gently)
+        prepare.begin_laws(["wall"], gently=gently)
+        prepare.begin("loop", gently=gently)
+    assert ["--gently" in words for words in commands] == [True, True, False, False, False, False]
+
+
+@pytest.mark.parametrize(("processors", "programs"), [(1, 1), (2, 2), (16, 2), (None, 1)])
+def test_cheap_laws_come_first_on_every_processor(started, monkeypatch, processors, programs):
+    monkeypatch.setattr(prepare.os, "cpu_count", lambda: processors)
+    keys = ["puck", "cat", "free", "mass_spring_damper", "wall", "friction"]
+    assert len(prepare.begin_laws(keys)) == programs
+    size = {key: len(discover()[key].force.source) for key in keys}
+    shares = [share[1:] for share in started]
+    assert sorted(key for share in shares for key in share) == sorted(keys)
+    assert all(list(share) == sorted(share, key=size.get) for share in shares)
+    dear = sorted(keys, key=size.get)[-2:]
+    assert programs == 1 or [sum(key in share for key in dear) for share in shares] == [1, 1]
+
+
+def test_a_frozen_program_starts_no_python(started, monkeypatch):
+    monkeypatch.setattr(sys, "frozen", True, raising=False)
+    assert prepare.begin_laws(["cat"]) == []
+    assert prepare.begin("boards") is None
+    assert started == []
+
+
+def test_a_law_that_cannot_be_compiled_keeps_no_other_back(monkeypatch, capsys):
+    done, laws = [], {key: environment.force for key, environment in discover().items()}
+
+    def compiled(law):
+        if law is laws["wall"]:
+            raise LawError("no such type")
+        done.append(law)
+
+    monkeypatch.setattr(Law, "compiled", compiled)
+    prepare.compile_laws("free", "wall", "swamp", "cat")
+    assert done == [laws["free"], laws["cat"]]
+    assert "wall: no such type" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("code", [0, 3])
+def test_setting_up_compiles_every_part_and_ends_where_one_fails(stamped, code, monkeypatch, capsys):
+    programs = []
+
+    def program(*words, gently):
+        assert not gently  # somebody waits for it
+        programs.append(words)
+        return SimpleNamespace(returncode=code, wait=lambda: code)
+
+    monkeypatch.setattr(prepare, "_program", program)
+    monkeypatch.setattr(prepare, "prepared", lambda _part: False)
+    monkeypatch.setattr(Law, "is_compiled", lambda _law: False)
+    with pytest.raises(SystemExit) if code else nullcontext() as end:
+        prepare.main("all")
+    if code:
+        assert (end.value.code, programs) == (code, [("loop", prepare.FIRST)])
+        return
+    parts = [*dict.fromkeys(words[0] for words in programs)]
+    assert parts == ["loop", "laws", "verdict", "boards", "analysis"]
+    assert {key for words in programs if words[0] == "laws" for key in words[1:]} == set(discover())
+    assert "Compiling the loop (1 of 3) ..." in capsys.readouterr().out

@@ -1,0 +1,253 @@
+"""Recording from the window: what is in the file is what the loop wrote, and every failure is one line."""
+
+from datetime import datetime
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+import hapkit_studio as hs
+from hapkit_studio.formatting import clock, megabytes
+from hapkit_studio.gui.shell.window_dialogs import MarkerDialog
+from hapkit_studio.haptics import rows
+from hapkit_studio.sessions.folder import folder
+from hapkit_studio.sessions.overview import overview
+from hapkit_studio.sessions.recorder import Progress
+from hapkit_studio.sessions.session import Session
+from tests.gui.shell.test_layout import resize
+from tests.gui.window_support import SIMULATED
+from tests.wide import wide
+
+
+@pytest.fixture
+def window(kept_window, home):
+    """Return the window whose simulated device runs, as it began, with a folder of its own."""
+    yield kept_window
+    if kept_window.studio.recording.progress is not None:
+        kept_window.studio.recording.toggle()
+        kept_window.studio.recording._turn.wait()
+
+
+def begin(window, qtbot):
+    """Record by the key; return once there is something in the file."""
+    recording = window.studio.recording
+    qtbot.waitUntil(lambda: not recording._turn.running)
+    qtbot.keyClick(window.centre.scene, Qt.Key.Key_R)
+    qtbot.waitUntil(lambda: recording.progress is not None and recording.progress.samples > 0)
+    return recording.progress.path
+
+
+def end(window, qtbot):
+    """End the recording by the button."""
+    qtbot.mouseClick(window.header.record, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: window.studio.recording.newest is not None)
+
+
+def test_what_is_recorded_is_what_the_ring_had_and_what_was_set(window, qtbot):
+    reader = window.studio.engine.reader()
+    path = begin(window, qtbot)
+    begun = reader.read()
+    window.studio.set_value("stiffness", 321.0)
+    window.studio.move_hand(0.02)
+    window.live.toggle_paused()  # recording goes on
+    samples = window.studio.recording.progress.samples
+    qtbot.waitUntil(lambda: window.studio.recording.progress.samples > samples + 500)
+    during = reader.read()
+    end(window, qtbot)
+    ring, session = np.concatenate([begun, during]), Session(path)
+    found = session.read(("tick", "position", "applied_force"))
+    assert (np.diff(found["tick"]) == 1.0).all()
+    both, ours, theirs = np.intersect1d(found["tick"], ring[:, rows.TICK], return_indices=True)
+    assert len(both) > 500
+    assert len(np.setdiff1d(during[:, rows.TICK], both)) == 0
+    quantum = window.studio.engine.device.quantum
+    assert np.abs(found["position"][ours] - ring[theirs, rows.POSITION]).max() < 0.01 * quantum
+    assert hs.open_session(path).settings["parameters"]["stiffness"] == 321.0
+    assert path.parent == folder()
+    assert path.stem.startswith("wall ")
+
+
+def test_header_and_status_bar_say_how_it_stands(window, qtbot):
+    header, words = window.header.record, window.status.kept.words
+    assert header.word.text() == "Record"
+    path = begin(window, qtbot)
+    window.record_display.show_state()
+    progress = window.studio.recording.progress
+    assert header.word.text() == f"Stop {clock(progress.seconds)}"
+    assert not window.actions_by_key.qt["session.record"].isChecked()  # until a menu opens
+    window.actions_by_key.refresh()
+    assert window.actions_by_key.qt["session.record"].isChecked()
+    qtbot.waitUntil(lambda: words.text().startswith("Recording 0:0"))
+    end(window, qtbot)
+    window.record_display.show_state()
+    size = path.stat().st_size
+    assert words.text() == f"{path.stem}, {megabytes(size)}"
+    assert window.status.kept.link.isVisible()
+    assert header.word.text() == "Record"
+    qtbot.mouseClick(window.status.kept.link, Qt.MouseButton.LeftButton)
+    page = window.views.page("sessions")
+    assert window.views.key == "sessions"
+    qtbot.waitUntil(lambda: page.chosen is not None and page.chosen.path == path)
+    assert words.text().endswith(" kept")
+    assert not window.status.kept.link.isVisible()
+
+
+@pytest.mark.parametrize(
+    "size",
+    wide(
+        [((800, 560),), ((1280, 720),), ((1366, 768),), ((1440, 900),), ((1920, 1080),)],
+        lambda size: size in ((800, 560), (1280, 720)),
+    ),
+)
+def test_a_long_recording_leaves_room_for_device_and_tabs(window, qapp, qtbot, monkeypatch, size):
+    resize(qapp, window, size)
+    header, show = window.header, window.header.show_recording
+    monkeypatch.setattr(header, "show_recording", lambda *_: None)  # the display's clock is quiet
+    parts = header.record, header.devices
+    for time in ("", "1:02:03"):
+        show(time)
+        qtbot.waitUntil(lambda: all(part.width() >= part.sizeHint().width() for part in parts))
+        assert header.tabs.isTabVisible(0)
+
+
+@pytest.mark.slow
+def test_the_size_said_is_that_of_the_file(window, qtbot):
+    path = begin(window, qtbot)
+    recorder = window.studio.recording._recorder
+    recorder._wait(recorder._flush)
+    said = window.studio.recording.progress.size
+    end(window, qtbot)
+    # what came since was a chunk of less than a second: a page or two of 4096 bytes for each of its columns
+    assert said <= path.stat().st_size <= said + 12 * 4096
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [(0.9, "0:00"), (42.99, "0:42"), (60.0, "1:00"), (3599.9, "59:59"), (3723.0, "1:02:03")],
+)
+def test_a_duration_never_runs_ahead(seconds, said):
+    assert clock(seconds) == said
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"), [(12.3, "12 s"), (58.9, "59 s"), (179.5, "3 min"), (599.8, "10 min")]
+)
+def test_what_is_kept_is_what_there_is(window, seconds, said, monkeypatch):
+    monkeypatch.setattr(window.studio.recording._recorder, "kept", seconds)
+    window.studio.recording.newest = None
+    window.record_display.show_state()
+    assert window.status.kept.words.text() == f"Last {said} kept"
+
+
+def test_what_already_happened_is_saved_beside_a_recording(window, qtbot):
+    recorded = begin(window, qtbot)
+    qtbot.keyClick(
+        window.centre.scene,
+        Qt.Key.Key_S,
+        Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier,
+    )
+    qtbot.waitUntil(lambda: window.studio.recording.newest is not None)
+    saved = window.studio.recording.newest[0]
+    end(window, qtbot)
+    assert saved != recorded
+    earlier, later = (Session(path).read(("tick",))["tick"] for path in (saved, recorded))
+    assert earlier[0] < later[0]  # from before the recording began
+
+
+def test_a_file_is_never_written_over(window, qtbot, monkeypatch):
+    noon = datetime(2026, 11, 23, 12, 0, 5)
+    monkeypatch.setattr("hapkit_studio.sessions.folder.datetime", SimpleNamespace(now=lambda: noon))
+    folder().mkdir()
+    first = folder() / "wall 2026-11-23 12.00.05.hapkit"
+    first.write_text("mine")
+    assert begin(window, qtbot).name == "wall 2026-11-23 12.00.05 (2).hapkit"
+    assert first.read_text() == "mine"
+
+
+def test_a_folder_that_cannot_be_written_is_one_line_and_nothing_else_stops(window, qtbot):
+    folder().write_text("a file in the folder's place")
+    ticks = window.studio.engine.reader()
+    qtbot.keyClick(window.centre.scene, Qt.Key.Key_R)
+    qtbot.waitUntil(lambda: window.banners.get("recording") is not None)
+    notice = window.banners.get("recording")
+    assert notice.title == "Recording failed."
+    assert notice.text == f"{folder()} cannot be made: File exists."
+    qtbot.waitUntil(lambda: len(ticks.read()) > 0)
+    assert window.studio.fault is None
+    notice.buttons[0][1]()
+    assert window.banners.get("recording") is None
+
+
+def test_a_recording_that_ends_by_itself_says_when_and_why_once(window, monkeypatch):
+    recording, said = window.studio.recording, []
+    recording.failed.connect(lambda *words: said.append(words))
+    (folder()).mkdir()
+    path = folder() / "full.hapkit"
+    path.write_bytes(b"1234")
+    why = "The disk is full. Everything up to there is saved."
+    monkeypatch.setattr(recording._recorder, "progress", Progress(path, 252_000, 4, 252.9, why))
+    recording._look()
+    recording._look()
+    assert said == [("Recording stopped at 4:12.", why)]
+    assert window.header.record.word.text() == "Record"
+    assert window.status.kept.words.text() == "full, 0 kB"
+
+
+def test_a_recording_whose_file_is_deleted_says_so_and_what_can_still_be_saved(window, qtbot):
+    path = begin(window, qtbot)
+    path.unlink()
+    qtbot.waitUntil(lambda: window.banners.get("recording") is not None)
+    notice = window.banners.get("recording")
+    assert notice.title.startswith("Recording stopped at 0:0")
+    assert notice.text == (
+        f"{path.name} was deleted or moved while it was written. "
+        "Save the last 10 minutes (Ctrl+Shift+S) writes what is still kept."
+    )
+    assert window.studio.recording.newest is None
+    window.actions_by_key.run("session.save_kept")
+    qtbot.waitUntil(lambda: window.studio.recording.newest is not None)
+    assert Session(window.studio.recording.newest[0]).check() == ()
+
+
+def test_a_chosen_folder_that_cannot_be_read_is_said_once_and_the_usual_one_taken(make_window, home):
+    (home / "recording-folder.txt").write_text("not a whole path")
+    notice = make_window().banners.get("recording")
+    assert notice.title == f"Recordings go into {folder()}."
+    assert notice.text == "recording-folder.txt is 'not a whole path'; it must be the whole path of a folder."
+    assert folder() == home / "Hapkit sessions"
+
+
+def test_a_marker_stands_where_it_was_asked_for(window, qtbot):
+    path = begin(window, qtbot)
+    live = window.live
+    live.tick()
+    asked = live.history.now
+    qtbot.keyClick(window.centre.scene, Qt.Key.Key_M, Qt.KeyboardModifier.ControlModifier)
+    dialog = window.findChildren(MarkerDialog)[-1]
+    assert not dialog.isModal()
+    QTest.keyClicks(dialog.text, "r2 first push")  # letters that are keys elsewhere
+    samples = window.studio.recording.progress.samples
+    qtbot.waitUntil(lambda: window.studio.recording.progress.samples > samples)
+    live.tick()
+    assert live.history.now > asked
+    QTest.keyClick(dialog.text, Qt.Key.Key_Return)
+    assert (asked, "r2 first push") in live.history.dividers
+    end(window, qtbot)
+    found = overview(path)
+    start = Session(path).starts[0]
+    assert [words for _, words in found.markers] == ["r2 first push"]
+    assert found.markers[0][0] == pytest.approx(asked - start, abs=2e-6)
+
+
+def test_closing_the_window_leaves_a_whole_file(make_window, qtbot, home):
+    window = make_window()
+    window.studio.device.open(SIMULATED)
+    qtbot.waitUntil(lambda: window.studio.engine is not None)
+    path = begin(window, qtbot)
+    window.close()
+    assert not path.with_name(f"{path.name}-wal").exists()
+    session = Session(path)
+    assert session.check() == ()
+    assert session.counts.sum() > 0

@@ -1,0 +1,185 @@
+"""A link that is slow, mute, or whose delay nobody knows: said at once, with the way out beside it."""
+
+import pytest
+
+from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
+from hapkit_studio.devices.serial_ports import Latency
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.gui.panel.stability_card import LONG, delay_reason
+from hapkit_studio.gui.shell import notices
+from hapkit_studio.haptics import arrays
+from hapkit_studio.haptics.clib import store_release
+from hapkit_studio.haptics.link import latch
+from hapkit_studio.haptics.tick import mark_stale
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import Stream
+from tests.devices.fake_board import sample
+from tests.gui.board_fixtures import answered
+
+WAY_OUT = "Render on the board"
+
+
+def ways_on(window, key):
+    """Return the buttons of a banner by their words."""
+    return dict(window.banners.get(key).buttons)
+
+
+def measure(window, delay, which=0):
+    """Let one way of rendering have had a delay in s for a while."""
+    delays = window.studio.engine.driver.conn.delays
+    delays.values[which, :500], delays.counts[which] = delay, 500
+    window.live.look()
+
+
+def test_a_link_too_slow_for_the_computer_offers_the_board_and_other_faults_do_not(board_window):
+    studio, engine = board_window.studio, board_window.studio.engine
+    latch(engine.arrays, arrays.OVER_SPEED, 3.4, 0.0)
+    board_window.live.look()
+    assert list(ways_on(board_window, "fault")) == ["Clear fault"]
+    store_release(engine.arrays.control, arrays.FAULT, arrays.NO_FAULT)
+    latch(engine.arrays, arrays.SLOW_LINK, 0.032, 0.025)
+    board_window.live.look()
+    notice = board_window.banners.get("fault")
+    assert "32 ms from a sample to its force" in notice.title
+    assert [words for words, _ in notice.buttons] == [WAY_OUT, "Clear fault"]
+    ways_on(board_window, "fault")[WAY_OUT]()
+    assert studio.loop.where == engine.where == "board"
+
+
+def test_a_law_that_is_too_slow_is_named_with_its_duration_and_the_period(board_window):
+    r = board_window.studio.engine.arrays
+    r.tick.slow_law = board_window.studio.environment.force.compiled().address
+    latch(r, arrays.SLOW_LAW, 0.0168, 1e-3)
+    board_window.live.look()
+    notice = board_window.banners.get("fault")
+    assert notice.title == "Fault: the law of Wall takes 16.8 ms, a period is 1 ms."
+    assert notice.text == "Force is zero. Simplify the law or lower the rate. Then clear."
+    assert [words for words, _ in notice.buttons] == ["Clear fault"]
+
+
+def test_a_clock_that_jumps_is_said_while_the_force_is_zero(board_window):
+    engine = board_window.studio.engine
+    mark_stale(engine.arrays, 10.0, arrays.CLOCK_JUMP)
+    board_window.live.look()
+    notice = board_window.banners.get("stale")
+    assert notice.title == "Fault: the board's clock jumped."
+    assert notice.text == "Force is zero. It comes back when good frames return."
+
+
+def test_a_long_delay_is_said_by_the_card_with_what_helps(board_window, qtbot):
+    words = board_window.stability.words
+    board_window.studio.set_value("stiffness", 1500.0)
+    measure(board_window, 4e-3)
+    qtbot.waitUntil(lambda: "4.00 ms from sensor to motor" in words.text())
+    assert "render on the board" in words.text()
+    assert board_window.banners.banners == []
+
+
+@pytest.mark.slow
+def test_the_board_is_not_offered_where_it_cannot(board_window, qtbot):
+    studio = board_window.studio
+    studio.choose("mass_spring_damper")
+    studio.set_values({"integrator": "exact", "stiffness": 2000.0, "contact_stiffness": 5000.0})
+    answered(board_window, qtbot)
+    latch(studio.engine.arrays, arrays.SLOW_LINK, 0.032, 0.025)
+    board_window.live.look()
+    assert list(ways_on(board_window, "fault")) == ["Clear fault"]
+
+
+def test_a_delay_that_nobody_can_measure_is_said_while_forces_go_out(board_window, monkeypatch):
+    window, studio = board_window, board_window.studio
+    monkeypatch.setattr(notices, "NO_DELAY_MS", -1)
+
+    def told():
+        window.live.look()
+        return window.banners.get("delay")
+
+    assert told() is None  # no sample has come, so no force has gone
+    window.notices._heard = True
+    studio.stop()
+    assert told() is None
+    studio.release_stop()
+    control = studio.engine.arrays.control
+    store_release(control, arrays.FAULT, arrays.OVER_SPEED)
+    assert told() is None
+    store_release(control, arrays.FAULT, arrays.NO_FAULT)
+    assert told().title == "The delay of the link cannot be measured."
+    assert list(ways_on(window, "delay")) == [WAY_OUT]
+    measure(window, 1e-3)
+    assert window.banners.get("delay") is None
+
+
+def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_are_explained(
+    board_window, scripted, qtbot, monkeypatch
+):
+    window, seq = board_window, [0]
+    monkeypatch.setattr(notices, "NO_DATA_MS", 50)
+    qtbot.waitUntil(lambda: window.live.look() or window.banners.get("silence") is not None)
+    notice = window.banners.get("silence")
+    assert notice.title.endswith("says hello, but sends no samples.")
+    assert [text for text, _ in notice.buttons] == ["Try again", "Use simulated Hapkit"]
+
+    def late():
+        for _ in range(5):
+            scripted.say(encode(sample(seq[0], answered=(seq[0] - 4) & 0xFFFF, delay_us=3500)))
+            seq[0] += 1
+        # each time: a busy machine may have let go of the board meanwhile, and be opening it again
+        if window.studio.engine is None:
+            return False
+        window.studio.engine.device.latency = Latency(0.016, True, "/dev/ttyUSB0")
+        window.live.tick()
+        window.live.look()
+        return "3.5" in window.stability.words.text()
+
+    qtbot.waitUntil(late)
+    assert window.banners.get("silence") is None
+    assert "ms from sensor to motor" in window.stability.words.text()
+    assert "holds frames back, up to 16 ms" in window.stability.words.text()
+    assert "latency_timer`" in window.stability.words.toolTip()
+
+
+def board(timer=None, padding=0):
+    made = HapkitBoard("port")
+    made.latency, made.padding = Latency(timer), padding
+    return made
+
+
+@pytest.mark.parametrize(
+    ("what", "delay", "words"),
+    [
+        (
+            board(0.016),
+            1.01 * LONG,
+            "back, up to 16 ms: let Device, Set up my Hapkit… choose",
+        ),
+        (board(0.016), 0.99 * LONG, ""),
+        (board(0.001), 1.01 * LONG, "The line holds frames back: let Device, Set up my Hapkit…"),
+        (board(), 1.01 * LONG, "render on the board"),
+        (SimulatedHapkit(), 0.1, ""),
+        (board(padding=PACKET), 0.1, "The line holds frames back: render on the board"),
+        (VirtualBoard(), 1.01 * LONG, "The virtual board shares this computer's"),
+    ],
+)
+def test_only_a_long_delay_has_a_reason(what, delay, words):
+    said = delay_reason(what, delay)
+    assert words in said
+    assert bool(said) == bool(words)
+
+
+def test_frames_are_filled_at_once_after_every_connection_and_in_the_next_window(
+    board_window, scripted, make_window, qtbot
+):
+    def told(*padded):
+        streams = [m.padded for m in list(scripted.received) if isinstance(m, Stream) and m.on]
+        return streams == list(padded)
+
+    link = board_window.studio.device
+    assert link.padding == 0
+    qtbot.waitUntil(lambda: told(0))
+    link.set_padding(PACKET)
+    qtbot.waitUntil(lambda: told(0, PACKET))
+    link.reconnect()
+    qtbot.waitUntil(lambda: told(0, PACKET, PACKET))
+    board_window.close()
+    assert make_window().studio.device.padding == PACKET

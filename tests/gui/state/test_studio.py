@@ -1,0 +1,113 @@
+"""What the window says of the running device: faults, banners, gaps, values that do not go together."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from hapkit_studio import errors
+from hapkit_studio.gui.live.time_plots import gaps
+from hapkit_studio.gui.shell.banners import Notice
+from hapkit_studio.haptics import arrays
+from hapkit_studio.haptics.rows import HOST_TIME
+from tests.gui.live.plot_support import colored
+from tests.gui.window_support import SIMULATED
+
+
+def test_the_bar_grows_while_the_loop_is_prepared_and_is_gone_afterwards(idle_window, qtbot):
+    scene = idle_window.centre.scene
+    first = scene._fraction
+    qtbot.waitUntil(lambda: first < scene._fraction < 1.0)
+    idle_window.studio.device.open(SIMULATED)
+    qtbot.waitUntil(lambda: idle_window.studio.engine is not None)
+    assert scene._fraction is None
+    assert not idle_window.display._bar.isActive()
+
+
+def test_a_fault_shows_its_reason_and_is_cleared_by_hand(kept_window, qtbot):
+    window = kept_window
+    window.studio.engine.arrays.control[arrays.FAULT] = arrays.OVER_SPEED
+    window.studio.engine.arrays.tick.fault_value = 3.4
+    window.live.look()
+    (banner,) = window.banners.banners
+    assert banner.title.text().startswith("Fault: over-speed, 3.4 m/s (limit ")
+    assert banner.text.text() == "Force is zero. Hold the handle, then clear."
+    QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: window.studio.fault is None)
+    window.live.look()
+    assert window.banners.banners == []
+
+
+def test_at_most_two_banners_the_worse_first_and_new_words_change_one_in_its_place(kept_idle_window):
+    """A measured number changes twice a second: banner and button must not be built anew each time."""
+    banners, done = kept_idle_window.banners, []
+
+    def notice(words, result, *more):
+        ways = (("Do", lambda: done.append(result)), *more)
+        return Notice("device", 2, "danger", "cross", words, "…", ways)
+
+    banners.set("device", notice("181 N/m", 1))
+    (banner,) = banners.banners
+    banners.set("device", notice("182 N/m", 2))
+    assert banners.banners == [banner]
+    assert banner.title.text() == "182 N/m"
+    assert banner.accessibleName().startswith("182")
+    QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
+    assert done == [2]
+    banners.set("device", notice("182 N/m", 2, ("Else", done.clear)))
+    assert [button.text() for button in banners.banners[0].buttons] == ["Do", "Else"]
+    banners.set("limit", Notice("limit", 3, "danger", "cross", "Third", "…"))
+    kept_idle_window.studio.stop()
+    assert [b.title.text() for b in banners.banners] == ["Stopped. Force is zero.", "182 N/m"]
+    kept_idle_window.studio.release_stop()
+    assert [b.title.text() for b in banners.banners] == ["182 N/m", "Third"]
+    for key in ("device", "limit"):
+        banners.set(key, None)
+    assert banners.banners == []
+
+
+def test_values_that_do_not_go_together_are_refused_with_and_without_an_engine(kept_idle_window, kept_window):
+    """A button's snap starts within its travel; a reset from there changes both at once."""
+    for shown in (kept_idle_window, kept_window):
+        studio = shown.studio
+        studio.choose("button")
+        studio.set_value("snap_start", 0.002)
+        studio.set_value("travel", 0.003)
+        with pytest.raises(errors.ParameterError, match="ravel"):
+            studio.set_value("snap_start", 0.0035)
+        assert studio.values["snap_start"] == 0.002
+        studio.reset_values()
+        assert studio.values == studio.environment.values()
+    assert kept_window.studio.engine.values == studio.values
+
+
+def test_a_gap_is_hatched_and_named_in_the_picture(window, qtbot):
+    """Also the part of it that is seen while its beginning has left the picture on the left."""
+    history, plots = window.live.history, window.centre.time
+    qtbot.waitUntil(lambda: window.live.tick() or len(history) > 200)
+    window.live._reader = None  # from here on only these rows
+    history._time[: history._end] -= 8.0
+    rows = np.zeros((50, len(window.live.last)))
+    rows[:, 0] = 10**6 + np.arange(50)
+    rows[:, HOST_TIME] = history.now + 8.0 + 1e-3 * np.arange(50)
+    history.append(rows)
+    for span in (10.0, 5.0):
+        plots.view.set_span(span)
+        plots.refresh()
+        ((start, stop),) = plots.shown.gaps
+        assert stop - start == pytest.approx(8.0, abs=0.01)
+        assert len(colored(plots.canvases[0].grab().toImage(), "warn")) > 20
+
+
+@pytest.mark.parametrize(
+    ("x", "before", "found"),
+    [
+        ([0.0, 0.1, np.nan, 2.1, 2.2, np.nan, 2.3, np.nan], None, [(0.1, 2.1)]),
+        ([np.nan, 1.0], None, []),  # nothing was ever before the first sample
+        ([np.nan, 5.0, 5.1], 1.0, [(1.0, 5.0)]),  # one that began left of the window
+        ([5.0, 5.1], 4.9, []),
+        ([], 1.0, []),
+    ],
+)
+def test_gaps_lie_between_the_last_and_the_first_sample(x, before, found):
+    assert gaps(np.array(x), **({} if before is None else {"before": before})) == found

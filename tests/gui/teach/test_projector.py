@@ -1,0 +1,221 @@
+"""The projector's view: what it shows and how large, that every key works, and what comes back."""
+
+from itertools import product
+
+import pytest
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtGui import QFontInfo
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel, QPushButton, QSplitterHandle
+
+from hapkit_studio.gui.shell.banners import Notice
+from hapkit_studio.gui.state.lock import Lock
+from hapkit_studio.gui.teach import demos
+from hapkit_studio.gui.widgets import strokes
+from hapkit_studio.gui.widgets.theme import theme
+from tests.wide import wide
+
+SIZES = [(1920, 1080), (1280, 720)]
+FAULT = Notice(
+    "fault", 1, "danger", "triangle", "Fault: over-speed, 3.4 m/s (limit 3.0 m/s).", "Force is zero."
+)
+
+
+@pytest.fixture
+def window(kept_idle_window):
+    """Return the file's window as it began."""
+    yield kept_idle_window
+    kept_idle_window.demos.end()
+    kept_idle_window.projector.end()
+    kept_idle_window.showNormal()
+
+
+@pytest.fixture
+def projected(window, monkeypatch):
+    """Return what presses F11 and gives the window a size, as a screen of that size would."""
+    monkeypatch.setattr(window, "setWindowState", lambda _state: None)
+
+    def project(window, size):
+        press(window, Qt.Key.Key_F11)
+        window.resize(*size)
+        QTest.qWait(1)
+        assert window.projector.on
+        assert window.body.size().toTuple() == size
+
+    return project
+
+
+def press(window, key, modifier=Qt.KeyboardModifier.NoModifier):
+    window.centre.scene.setFocus()
+    QTest.keyClick(window.centre.scene, key, modifier)
+
+
+def place(window, part):
+    return QRect(part.mapTo(window, QPoint()), part.size())
+
+
+def parts(window):
+    """Return where what is in sight stands, by its name."""
+    centre = window.centre
+    shown = {
+        "header": window.header, "banners": window.banners, "scene": centre.scene_card,
+        "time": centre.time_card, "phase": centre.phase_card, "values": centre.values_card,
+        "caption": window.caption, "status": window.status,
+    }  # fmt: skip
+    return {name: place(window, part) for name, part in shown.items() if part.isVisible()}
+
+
+@pytest.mark.parametrize(
+    ("size", "key"),
+    wide(product(SIZES, ("cat", "mass_spring_damper")), lambda size, key: (size, key) == (SIZES[1], "cat")),
+)
+def test_what_is_read_from_afar_is_large_and_whole(window, projected, size, key):
+    """Sizes are those of the design on 1080 lines, and as much smaller on fewer."""
+    share = size[1] / 1080
+    window.studio.choose(key)
+    projected(window, size)
+    found = parts(window)
+    assert found.keys() == {"header", "scene", "time", "phase", "values", "status"}
+    assert found["scene"].height() == pytest.approx(396 * share, abs=6)
+    assert [c.plot_of.key for c in window.centre.time.canvases if c.isVisible()] == ["position", "force"]
+    for part in (window.menuBar(), window.gallery, window.body.side, window.centre.toolbar):
+        assert not part.isVisible()
+    stop = place(window, window.header.stop)
+    assert stop.height() == pytest.approx(64 * share, abs=2)
+    assert stop.right() > size[0] - 20
+    assert stop.top() < 20
+    assert theme.name == "contrast"
+    assert (strokes.pen(theme.color("position"), 2.0).widthF(), theme.frame) == (2.0 * theme.scale, 2)
+    assert theme.scale == pytest.approx(2.0 * share, abs=0.04)
+    labels = [part for part in window.findChildren(QLabel) if part.isVisible() and part.text()]
+    assert len(labels) > 10
+    for part in labels:
+        assert QFontInfo(part.font()).pixelSize() >= int(20 * share), part.text()
+        wide = part.hasHeightForWidth() or part.width() >= part.sizeHint().width()
+        assert wide, part.text()
+
+
+@pytest.mark.parametrize(
+    ("size", "on_projector"), wide(product(SIZES, (True, False)), lambda size, _on: size == SIZES[1])
+)
+def test_nothing_covers_anything_with_a_banner_and_a_caption(window, projected, size, on_projector):
+    window.resize(*size)
+    if on_projector:
+        projected(window, size)
+    window.banners.set("fault", FAULT)
+    window.demos.play(demos.read(demos.named("buzzing_wall"), window.studio.environments))
+    QTest.qWait(1)
+    found = parts(window)
+    assert {"banners", "caption", "scene", "time"} <= found.keys()
+    for name, box in found.items():
+        assert window.rect().contains(box), name
+        for other in found.keys() - {name}:
+            assert not box.intersects(found[other]), (name, other)
+    words = window.caption.words
+    longest = max((s.caption for d in demos.shipped().values() for s in demos.read(
+        d, window.studio.environments).steps), key=len)  # fmt: skip
+    words.setText(longest)
+    assert words.heightForWidth(words.width()) <= window.caption.height()
+    assert found["scene"].height() >= 150 * theme.scale
+    window.banners.set("fault", None)
+
+
+def test_leaving_brings_back_what_was_set(window, qtbot):
+    window.set_theme("dark")
+    window.views.show("stability")
+    window.body.open_drawer(False)
+    before = window.size()
+    press(window, Qt.Key.Key_F11)
+    assert (window.views.key, window.isFullScreen()) == ("live", True)
+    assert window.settings.value("theme") == "dark"
+    window.projector.leave.click()
+    window.resize(before)
+    assert (theme.mode, theme.frame, window.views.key) == ("dark", 1, "stability")
+    assert not window.isFullScreen()
+    assert window.menuBar().isVisible()
+    assert window.gallery.isVisible()
+    assert window.header.tabs.isVisible()
+    assert not window.panel_open
+    assert not window.centre.values_card.isVisible()
+    window.views.show("live")
+    assert window.centre.toolbar.isVisible()
+    assert all(c.isVisible() for c in window.centre.time.canvases)
+    window.set_theme("light")
+
+
+def test_keys_act_as_ever(window, projected):
+    projected(window, SIZES[0])
+    press(window, Qt.Key.Key_1)
+    assert window.studio.environment.key == "spring"
+    press(window, Qt.Key.Key_Space)
+    assert window.live.paused
+    press(window, Qt.Key.Key_Space)
+    stiffness, damping = window.studio.values["stiffness"], window.studio.values["damping"]
+    for key in (Qt.Key.Key_Plus, Qt.Key.Key_Plus, Qt.Key.Key_Minus):
+        press(window, key)
+    press(window, Qt.Key.Key_Plus, Qt.KeyboardModifier.ControlModifier)
+    steps = [value.quantity.step for value in window.projector.card.values]
+    assert window.studio.values["stiffness"] == stiffness + steps[0]
+    assert window.studio.values["damping"] == damping + steps[1]
+    assert window.projector.card.values[0].figure.text() == f"{stiffness + steps[0]:g}"
+    press(window, Qt.Key.Key_Escape)
+    assert window.studio.stopped
+    press(window, Qt.Key.Key_F11)
+    assert not window.projector.on
+    press(window, Qt.Key.Key_Plus)
+    assert window.studio.values["stiffness"] == stiffness + steps[0]
+
+
+def test_each_environment_keeps_the_two_values_chosen_for_it(window):
+    card, settings = window.projector.card, window.settings
+    settings.remove("projected")
+    assert card.chosen == ["stiffness", "damping"]
+    menu = card.values[1].findChild(QPushButton).menu()
+    next(action for action in menu.actions() if action.text() == "Damping acts").trigger()
+    assert card.chosen == ["stiffness", "damping_mode"]
+    assert card.values[1].figure.text() == "into"
+    card.step(1, 1)
+    assert card.values[1].figure.text() == "both"
+    window.studio.choose("free")
+    assert card.values == []
+    card.step(0, 1)
+    window.studio.choose("wall")
+    assert [value.parameter.key for value in card.values] == ["stiffness", "damping_mode"]
+    card.choose(0, "damping_mode")
+    assert card.chosen == ["damping_mode", "stiffness"]
+    settings.remove("projected")
+
+
+@pytest.mark.slow
+def test_a_padlock_stands_at_what_is_locked_alone(window, projected):
+    window.projector.card.rebuild()
+    projected(window, SIZES[0])
+    window.studio.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
+    found = [(value.padlock.isVisible(), value.slider.isEnabled()) for value in window.projector.card.values]
+    assert found == [(True, False), (False, True)]
+    window.studio.set_lock(Lock())
+    assert not window.projector.card.values[0].padlock.isVisible()
+    assert window.projector.card.values[0].slider.isEnabled()
+
+
+@pytest.mark.slow
+def test_no_widget_dies_while_qt_styles_them(window, projected):
+    """A splitter deletes the border of a part that moves away, and Qt styles it next."""
+    died = []
+    for _ in range(2):
+        for handle in window.findChildren(QSplitterHandle):
+            handle.destroyed.connect(lambda: died.append(theme.refreshing))
+        projected(window, SIZES[0])
+        window.projector.toggle()
+        window.resize(1440, 900)
+    assert not any(died)
+
+
+@pytest.mark.slow
+def test_the_verdict_stays_in_sight(window, projected):
+    projected(window, SIZES[1])
+    window.stability.judged.emit("Buzzes when let go", "triangle", "danger")
+    words = window.projector.card.verdict.words
+    assert words.isVisible()
+    assert words.text() == "Buzzes when let go"
+    assert QFontInfo(words.font()).pixelSize() >= 18

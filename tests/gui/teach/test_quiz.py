@@ -1,0 +1,266 @@
+"""The quiz: what is drawn, what is hidden, what is said of an estimate."""
+
+import random
+import re
+
+import pytest
+from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QLabel, QLineEdit, QWidget
+
+from hapkit_studio.analysis.stability.verdict import Asked
+from hapkit_studio.dynamics.loop_settings import LoopSettings
+from hapkit_studio.environments import discover
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.live.cursors import slope
+from hapkit_studio.gui.state.lock import Lock
+from hapkit_studio.gui.state.undo import settings_of
+from hapkit_studio.gui.teach.demos import read, shipped
+from hapkit_studio.gui.teach.quiz import asked_for, comparison, draw, first_calm
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.quantity import Quantity
+from tests.gui.shell.test_actions import press
+from tests.gui.window_support import SIMULATED
+
+LIBRARY = discover()
+STIFFNESS = Quantity(LIBRARY["wall"].parameters[0])
+
+
+def texts(window):
+    """Give every text, tooltip, accessible name and menu entry of a window, seen or not."""
+    for part in (window, *window.findChildren(QWidget)):
+        yield from (part.toolTip(), part.accessibleName(), part.statusTip(), part.windowTitle())
+        if isinstance(part, QLabel | QAbstractButton | QLineEdit | QAbstractSpinBox):
+            yield part.text()
+    for action in window.actions():
+        yield from (action.text(), action.toolTip())
+    yield from (words for _, words in window.live.history.dividers)
+
+
+@pytest.fixture
+def asked(kept_window, qtbot):
+    """Return a running window in its quiz on the wall, with a value drawn."""
+    window = kept_window
+    window.quiz.begin(random.Random(7))
+    qtbot.waitUntil(lambda: window.quiz.side.show_true.isEnabled())
+    yield window
+    window.quiz.end()
+
+
+def test_only_a_law_of_one_spring_or_damper_is_asked_about():
+    found = {key: asked_for(one, one.values()) for key, one in LIBRARY.items()}
+    named = {key: parameter.key for key, parameter in found.items() if parameter is not None}
+    assert named == {"spring": "stiffness", "wall": "stiffness", "damping": "damping"}
+
+
+def test_values_are_drawn_on_steps_from_half_to_four_times_the_default():
+    """The wall's default is 250 N/m and its step 10 N/m: 130 (125 rounded to even: 120) to 1,000 N/m."""
+    seen = set()
+    for seed in range(40):
+        drawn = draw(LIBRARY["wall"].parameters[0], random.Random(seed))
+        assert drawn == draw(LIBRARY["wall"].parameters[0], random.Random(seed))
+        assert len(set(drawn)) == len(drawn) == 20
+        seen |= set(drawn)
+    assert seen == {10.0 * step for step in range(12, 101)}
+
+
+def test_the_first_calm_value_is_taken_and_none_where_none_is():
+    """With 20 ms a spring is passive below b / (T/2 + delay) = 0.5 / 0.0205 = 24 N/m."""
+    spring, progress = LIBRARY["spring"], lambda _done, _of: None
+    asked = Asked(spring, spring.values(), LoopSettings(delay=0.02, hand="medium"))
+    for drawn, found in (([1900.0, 1000.0, 20.0, 10.0], 20.0), ([1900.0, 1000.0], None)):
+        assert first_calm(asked, "stiffness", drawn, progress) == found
+
+
+@pytest.mark.parametrize(
+    ("said", "true", "error", "words"),
+    [
+        (310.0, 340.0, -8.8235, "You said 310 N/m; it is 340 N/m: 8.8 % too low."),
+        (1500.0, 1000.0, 50.0, "You said 1,500 N/m; it is 1,000 N/m: 50.0 % too high."),
+        (340.0, 340.0, 0.0, "You said 340 N/m; it is 340 N/m: right."),
+    ],
+)
+def test_an_estimate_is_compared_in_one_sentence(said, true, error, words):
+    found, sentence = comparison(STIFFNESS, said, true)
+    assert found == pytest.approx(error, abs=1e-4)
+    assert sentence == words
+
+
+def test_the_hidden_value_is_rendered_and_stands_nowhere(asked):
+    """The truth is the engine's: no number in the window is that one, and none can be changed."""
+    window, studio = asked, asked.studio
+    true = studio.engine.values["stiffness"]
+    assert true != studio.values["stiffness"] == 250.0
+    written = re.compile(rf"(?<![\d.,]){true:,.0f}(?!\d|,\d|\.[1-9])")
+    window.live.tick()
+    assert not [words for words in texts(window) if written.search(words)]
+    side, phase = window.quiz.side, window.centre.phase
+    assert side.isVisible()
+    assert window.centre.time.isVisible()
+    assert phase.canvas.isVisible()
+    assert not window.panel.isVisible()
+    assert not window.centre.toolbar.hold.isEnabled()
+    assert not [part for part in phase.theory if part.isVisible()]
+    assert window.centre.scene.accessibleName() == "Scene: Wall"
+    with pytest.raises(ParameterError, match="hidden during the quiz"):
+        studio.set_value("stiffness", 300.0)
+    actions = window.actions_by_key.qt
+    for key in ("view.hold", "view.projector", "session.export_kept", "session.copy_picture", "edit.undo"):
+        assert not actions[key].isEnabled()
+
+
+def test_pushing_into_the_wall_the_cursors_read_the_hidden_stiffness(asked, qtbot):
+    """Hooke's law: without damping the slope of force over position is the stiffness, to 1 %.
+
+    In, out and in again, each for 0.4 s by the loop's own clock, however late it is.
+    """
+    window, studio = asked, asked.studio
+    live, cursors = window.live, window.centre.time.cursors
+    ramped = live.history.changes[-1] + 0.1
+    depth = 1.5 / studio.engine.values["stiffness"]  # half the force limit
+    try:
+        studio.move_hand(0.0)
+        qtbot.waitUntil(lambda: reached(live, ramped))
+        begun = live.history.now
+        for target in (3.0 * depth, 0.0, 3.0 * depth):  # the hand's spring gives way
+            studio.move_hand(studio.values["position"] + target)
+            until = live.history.now + 0.4
+            qtbot.waitUntil(lambda until=until: reached(live, until))
+    finally:
+        studio.move_hand(None)
+    cursors.show(True)
+    cursors.move(0, begun)
+    cursors.move(1, live.history.now)
+    found, words = slope(cursors, cursors.between())
+    assert found is not None, words
+    assert found.slope == pytest.approx(-studio.engine.values["stiffness"], rel=0.01)
+    window.centre.phase.cursors.refresh()
+    assert window.centre.phase.cursors.slope.text() == words
+    cursors.show(False)
+
+
+def reached(live, time):
+    """Take what came, and say whether it goes beyond a time."""
+    live.tick()
+    return live.history.now > time
+
+
+def test_what_would_show_or_change_it_is_refused_in_one_line(asked):
+    """Panel, projector, lock, A and B, presets, views, replay, demos; stopping is not."""
+    window, studio = asked, asked.studio
+    before, side = settings_of(studio), window.quiz.side
+    actions = window.actions_by_key
+    for key in (
+        "view.panel",
+        "teach.switch",
+        "teach.two_settings",
+        "teach.lock",
+        "teach.blind",
+        "teach.quiz",
+    ):
+        actions.run(key)
+        assert not actions.qt[key].isEnabled()
+    press(window, "X")
+    assert window.two.kept == []
+    for refused, line in (
+        (lambda: window.views.show("sessions"), "Hidden during the quiz."),
+        (lambda: studio.choose("spring"), "Spring: hidden during the quiz."),
+    ):
+        refused()
+        assert window.banners.get("undo").text == line
+    demo = read(next(iter(shipped().values())), studio.environments)
+    with pytest.raises(ParameterError, match="No demo plays while settings are locked or hidden"):
+        window.demos.play(demo)
+    assert (settings_of(studio), window.quiz.side, window.views.key) == (before, side, "live")
+    assert side.isVisible()
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1100, 700)])
+def test_its_side_is_seen_where_the_panel_is_a_drawer(kept_window, size):
+    window = kept_window
+    window.resize(*size)
+    window.body.open_drawer(False)
+    window.quiz.begin(random.Random(7))
+    assert window.quiz.side.isVisible()
+    window.quiz.end()
+    assert not window.panel_open
+
+
+def test_the_engine_is_told_values_alone_and_another_device_ends_the_quiz(kept_window, qtbot, monkeypatch):
+    """Only the hidden value is another one; E-stop, loop, hand and set-up are told nothing."""
+    window, studio, told = kept_window, kept_window.studio, []
+    for name in ("stop", "release_stop", "clear_fault", "set_loop", "set_grip", "set_model", "set_where"):
+        monkeypatch.setattr(Engine, name, lambda *_given, name=name: told.append(name))
+    render = Engine.set_environment
+    monkeypatch.setattr(Engine, "set_environment", lambda *given: told.append(given[1:]) or render(*given))
+    window.quiz.begin(random.Random(7))
+    qtbot.waitUntil(lambda: window.quiz.side.show_true.isEnabled())
+    hidden = studio.engine.values["stiffness"]
+    window.quiz.end()
+    same = [(studio.environment, {**studio.values, "stiffness": value}) for value in (250.0, hidden, 250.0)]
+    assert told == same
+    monkeypatch.undo()
+    window.quiz.begin(random.Random(7))
+    studio.device.open(SIMULATED)
+    qtbot.waitUntil(lambda: window.quiz.side is None and studio.link.state == "running")
+    assert studio.engine.values == studio.values
+    assert window.panel.isVisible()
+
+
+def test_none_begins_where_the_value_is_locked_or_something_else_has_the_scene(kept_window, monkeypatch):
+    window, studio = kept_window, kept_window.studio
+    assert window.quiz.parameter.key == "stiffness"
+    with studio.temporarily():  # a measurement, a replay
+        assert window.quiz.parameter is None
+    studio.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
+    assert window.quiz.parameter is None
+    studio.set_lock(Lock())
+    for part, shows in ((window.projector, "on"), (window.demos, "demo")):
+        with monkeypatch.context() as patch:
+            patch.setattr(part, shows, True)
+            window.actions_by_key.run("teach.quiz")
+            assert window.quiz.side is None
+    window.actions_by_key.run("teach.quiz")
+    assert window.quiz.side is not None
+    window.quiz.end()
+
+
+def test_errors_are_counted_and_everything_comes_back(asked, qtbot):
+    """One estimate half as high, then one right: 50 % and 0 % have a mean of 25 %."""
+    window, studio, side = asked, asked.studio, asked.quiz.side
+    before, undone = settings_of(studio), window.history.stack.count()
+    for share, count in ((0.5, "Tries: 1. Mean error: 50.0 %."), (1.0, "Tries: 2. Mean error: 25.0 %.")):
+        side.box.setValue(share * studio.engine.values["stiffness"])
+        side.show_true.click()
+        assert side.count.text() == count
+        side.compare()  # a second time is no second try
+        if share < 1.0:
+            side.more.click()
+            qtbot.waitUntil(lambda: side.show_true.isEnabled())
+    assert side.count.text() == "Tries: 2. Mean error: 25.0 %."
+    studio.stop()
+    assert studio.stopped  # stopping is never locked
+    studio.release_stop()
+    side.leave.click()
+    assert (settings_of(studio), window.history.stack.count()) == (before, undone)
+    assert studio.engine.values == studio.values
+    assert window.panel.isVisible()
+    assert window.centre.toolbar.hold.isEnabled()
+    assert [part for part in window.centre.phase.theory if part.isVisible()]
+
+
+def test_nothing_estimated_is_no_try(asked):
+    side = asked.quiz.side
+    for typed, words in ((0.0, "Enter your estimate first."), (6000.0, STIFFNESS.limits())):
+        side.box.setValue(typed)
+        side.show_true.click()
+        assert side.answer.words.text() == words
+    assert side.errors == []
+
+
+def test_nothing_calm_is_said_and_a_measurement_ends_the_quiz(asked):
+    side = asked.quiz.side
+    side._render(None)
+    assert side.answer.words.text().startswith("Nothing calm was found")
+    with asked.studio.temporarily():
+        asked.studio.set_value("stiffness", 400.0)
+    assert asked.quiz.side is None
+    assert asked.studio.engine.values["stiffness"] == 400.0

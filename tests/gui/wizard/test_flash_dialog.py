@@ -1,0 +1,126 @@
+"""Flashing from the window: the real avrdude, a real boot loader in the virtual board, and the words."""
+
+import contextlib
+from dataclasses import replace
+from functools import partial
+
+import pytest
+
+from hapkit_studio.devices import DeviceEntry, avrdude, flash, serial_ports
+from hapkit_studio.devices.flash import shipped
+from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.profiles import of_settings
+from hapkit_studio.devices.serial_ports import Port, Role
+from hapkit_studio.gui.wizard.flash_dialog import FlashDialog
+from hapkit_studio.protocol.messages import PROTOCOL_VERSION, Origin
+from tests.firmware import boot
+from tests.gui.window_support import SIMULATED
+
+SOON = 1_000_000
+"""bit/s of a boot loader that takes a whole firmware in little time."""
+
+
+@pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
+def sheet_of(window):
+    window.actions_by_key.run("device.flash")
+    return window.findChildren(FlashDialog)[-1]
+
+
+def test_without_a_port_or_a_firmware_there_is_nothing_to_flash(window, tmp_path, monkeypatch):
+    monkeypatch.setattr(serial_ports, "ports", list)
+    monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude("/usr/bin/avrdude"))
+    window.notices.flash.emit()
+    sheet = window.findChildren(FlashDialog)[-1]
+    assert sheet.isVisible()
+    assert not sheet.write.isEnabled()
+    assert sheet.verdict.words.text() == "No port: plug the board in, then look again."
+    assert not sheet.ports.isEnabled()
+    assert sheet.ports.placeholderText() == "No port found"
+    assert not sheet.bar.isVisible()
+    port, there = Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT), shipped()
+    monkeypatch.setattr(serial_ports, "ports", lambda: [port])
+    monkeypatch.setattr(flash, "shipped", lambda: tmp_path / "firmware" / "hapkit.hex")
+    sheet.again.click()
+    words = "The studio's own firmware, firmware/hapkit.hex, is missing. Install Hapkit Studio again."
+    assert sheet.verdict.words.text() == words
+    assert not sheet.write.isEnabled()
+    monkeypatch.setattr(flash, "shipped", lambda: there)
+    sheet.again.click()
+    assert sheet.verdict.words.text() == "Ready."
+    assert sheet.write.isEnabled()
+    assert sheet.ports.currentText() == "ttyUSB0: Hapkit board (FT232)"
+
+
+def test_without_avrdude_it_says_how_to_get_it(window, monkeypatch):
+    monkeypatch.setattr(serial_ports, "ports", list)
+    monkeypatch.setattr(avrdude, "_FOLDERS", {})
+    monkeypatch.setattr(avrdude.shutil, "which", lambda *words, **more: None)
+    sheet = sheet_of(window)
+    assert not sheet.write.isEnabled()
+    assert "apt install avrdude" in sheet.verdict.words.text()
+    assert "choose it here" in sheet.verdict.words.text()
+    monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude(given))
+    sheet.use("/opt/avrdude")
+    assert sheet.where.text() == "/opt/avrdude"
+
+
+@pytest.mark.slow
+@boot.needs_avrdude
+def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
+    make_window, qtbot, tmp_path, monkeypatch
+):
+    board = boot.Board(tmp_path, boot.optiboot(tmp_path, SOON), firmware=shipped())
+    monkeypatch.setattr(flash, "flash", partial(flash.flash, speeds=(SOON,)))
+    monkeypatch.setattr(serial_ports, "ports", list)
+    entry = DeviceEntry(board.port, "Hapkit on port", lambda: HapkitBoard(board.port))
+    try:
+        with contextlib.closing(HapkitBoard(board.port)) as kit:
+            kit.open()
+            kit.configure(replace(of_settings(kit.settings()), label="Mine", max_force=1.5))
+            assert kit.save().origin == Origin.STORED
+        window = make_window(entries=(SIMULATED, entry))
+        window.studio.device.open(entry)
+        qtbot.waitUntil(lambda: window.studio.engine is not None)
+        sheet, seen = sheet_of(window), []
+        assert sheet.ports.currentData() == board.port
+        sheet.bar.valueChanged.connect(seen.append)
+        sheet.write.click()
+        assert window.studio.link.state == "idle"
+        assert window.header.devices.word.text() == "In use: flashing firmware"
+        assert window.status.loop.words.text() == "In use: flashing firmware"
+        assert not sheet.close()  # half a firmware is none
+        qtbot.waitUntil(lambda: not sheet.job.running)
+        assert sheet.bar.value() == sheet.bar.maximum()
+        assert not sheet.write.isEnabled()  # the board has not said who it is yet
+        assert len(seen) > 4
+        assert seen == sorted(seen)
+        qtbot.waitUntil(lambda: window.studio.engine is not None)
+        hello, said = window.studio.engine.device.hello, sheet.verdict.words.text()
+        assert f"The board says: build {hello.build}, protocol version {PROTOCOL_VERSION}" in said
+        assert hello.build.encode() in flash.read_image(shipped())
+        assert (hello.origin, hello.max_force) == (Origin.STORED, 1.5)
+        assert sheet.write.isEnabled()
+        assert sheet.write.text() == "Flash"
+        assert sheet.close()
+        window.close()
+    finally:
+        board.end()
+
+
+@boot.needs_avrdude
+def test_a_flash_that_failed_says_why_and_can_be_repeated(window, qtbot, tmp_path, monkeypatch):
+    board = boot.Board(tmp_path, boot.of_another_chip(tmp_path))
+    monkeypatch.setattr(serial_ports, "ports", lambda: [Port(board.port, "board", Role.KIT)])
+    sheet = sheet_of(window)
+    sheet.write.click()
+    assert window.studio.link.state == "running"  # another device than the one that is flashed goes on
+    qtbot.waitUntil(lambda: not sheet.job.running)
+    assert "another chip (signature 1e940f)" in sheet.verdict.words.text()
+    assert sheet.write.text() == "Flash again"
+    assert sheet.write.isEnabled()
+    board.end()
