@@ -77,7 +77,7 @@ def test_the_enables_of_both_boards_are_held_low(memory, tmp_path, pins):
     assert bool(ports["ddrb"] & 0x10) == (pins == Pins.D3_D12)  # D12 is an output only there
 
 
-def test_damage_is_told_and_the_limits_are_the_defaults(memory):
+def test_damage_is_reported_and_defaults_apply(memory):
     kit = kits.board(max_force=4.5)
     damaged = bytearray(kits.eeprom(kit))
     damaged[kits.PLACES[0] + 20] ^= 0x10

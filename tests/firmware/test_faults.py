@@ -63,7 +63,7 @@ def test_names_differ_and_the_quick_ones_are_there():
 
 
 @pytest.mark.parametrize("case", wide(TESTED, lambda case: case.name in QUICK), ids=lambda case: case.name)
-def test_a_fault_does_no_more_than_it_may(case, measured):
+def test_faults_stay_within_their_bounds(case, measured):
     found = measured(case.name)
     assert 0.3 < found.peak <= min(LIMIT, FULL_FORCE)
     if case.off is not None:

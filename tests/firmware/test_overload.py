@@ -117,7 +117,7 @@ TO_AND_FRO = [
 
 
 @pytest.mark.parametrize("sensor", list(Sensor))
-def test_the_stack_takes_no_more_than_the_build_counts_on(tmp_path, sensor):
+def test_stack_use_is_within_the_builds_assumption(tmp_path, sensor):
     kit, memory = kits.board(sensor=sensor), tmp_path / "eeprom"
     memory.write_bytes(kits.eeprom(kit))
     noise = () if sensor == Sensor.QUADRATURE else ("--sensor-jump", "0.02")
@@ -158,7 +158,7 @@ def long_law():
     return SimpleNamespace(states=0, given=(1.0,), slots=3, code=bytes(code), data=data)
 
 
-def test_a_law_that_takes_long_to_look_through_begins(tmp_path):
+def test_a_law_with_a_long_verification_starts(tmp_path):
     turns = Turns(tmp_path, ())
     talk = Talk(turns)
     talk.say(Stream(1, 0))
@@ -236,7 +236,7 @@ def flood(turns: Turns, kit) -> Talk:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sensor", wide(Sensor, lambda sensor: sensor == Sensor.MAGNETORESISTIVE))
-def test_a_full_line_never_keeps_interrupts_off(tmp_path, sensor):
+def test_a_full_line_does_not_block_interrupts(tmp_path, sensor):
     kit, memory = kits.board(sensor=sensor), tmp_path / "eeprom"
     memory.write_bytes(kits.eeprom(kit))
     turns = Turns(tmp_path, kits.motion(0.05, MOTION), kits.options(kit, memory))
@@ -266,7 +266,7 @@ WATCHDOG = 0.025
 
 @needs_compiler
 @pytest.mark.parametrize("where", wide([1, 2], lambda where: where == 1))
-def test_a_hang_is_ended_with_the_motor_off_within_25_ms(tmp_path, where):
+def test_a_hang_switches_the_motor_off_within_25_ms(tmp_path, where):
     others = shutil.ignore_patterns("program.o", "hapkit.elf", "fuzz", "tests")
     shutil.copytree(BUILD, tmp_path, dirs_exist_ok=True, ignore=others)
     built = make(f"BUILD={tmp_path}", f"DEFINES=-DHAPKIT_HANG={where}", f"{tmp_path}/hapkit.elf")

@@ -226,7 +226,7 @@ def test_a_measured_motor_is_undone_by_its_table(archive, tmp_path):
 
 @needs_ide
 def test_a_calibrated_kit_keeps_its_zero_and_its_senses(archive, tmp_path):
-    # the board counts the other way round and pushes the other way round; it starts 4 mm left of its zero
+    # the board counts and pushes in the other direction; it starts 4 mm left of its zero
     board = replace(profiles.default().board, zero=51 + 300 + 2 * 921, sense=-1, direction=-1)
     options = ("--sensor-sign", "-1", "--direction", "-1", "--position", "-0.004")
     duty = held(sketch.Kit(board, calibrated=True), archive, tmp_path, *options)
@@ -249,7 +249,7 @@ def test_a_force_that_is_no_number_and_a_handle_too_fast_switch_the_motor_off(ar
 
 # --- without a board
 @pytest.mark.parametrize("key", environments.discover())
-def test_a_sketch_names_what_was_tuned_and_stands_alone(key):
+def test_a_sketch_contains_the_values_and_is_self_contained(key):
     environment = environments.named(key)
     text = sketch.text(environment, environment.values())
     for parameter in environment.parameters:
@@ -259,7 +259,7 @@ def test_a_sketch_names_what_was_tuned_and_stands_alone(key):
     assert text.startswith("//")
     assert "// Name:\n// Date:\n" in text
     assert "p[" not in text
-    assert "·" not in text  # a plain editor shows it
+    assert "·" not in text  # a plain-text editor shows it
     assert max(map(len, text.split("\n"))) <= 110
     assert sketch.text(environment, {}) == text
 
@@ -273,12 +273,12 @@ def test_a_sketch_names_what_was_tuned_and_stands_alone(key):
         ({"values": {"stiffness": 9e9}}, "N/m"),
     ],
 )
-def test_what_a_sketch_does_not_do_is_said(how, words):
+def test_unsupported_sketch_options_are_rejected(how, words):
     with pytest.raises(ParameterError, match=words):
         sketch.text(environments.named("wall"), **({"values": {}} | how))
 
 
-def test_the_file_stands_in_a_folder_of_its_name(tmp_path):
+def test_a_sketch_is_in_a_folder_of_its_name(tmp_path):
     for wanted in ("wall", "wall.ino", "wall/wall", "wall/wall.ino"):
         assert sketch.sketch_path(tmp_path / wanted) == tmp_path / "wall" / "wall.ino"
     made = sketch.write_sketch(tmp_path / "wall", "text")
@@ -297,7 +297,7 @@ def test_a_name_that_the_ide_refuses_and_another_ending_are_refused(name, tmp_pa
 
 
 @needs_ide
-def test_a_persons_words_stay_comments(archive, tmp_path):
+def test_user_text_cannot_leave_its_comment(archive, tmp_path):
     nasty = OWN.replace('"Ramp"', r'"Ramp \\\n#error"').replace('"Remembers"', r'"a \\\n#error b\\"')
     nasty = nasty.replace('"Slope"', r'"Slope\n#error \\"')
     environment = written(tmp_path, nasty)
@@ -307,7 +307,7 @@ def test_a_persons_words_stay_comments(archive, tmp_path):
 
 
 def choices(environment):
-    """Return every combination of an environment's choices but that of its picture."""
+    """Return every combination of an environment's choices except that of its drawing."""
     asked = [p for p in environment.parameters if isinstance(p, Choice) and p.key != "picture"]
     return [
         {p.key: o for p, o in zip(asked, options, strict=True)}
@@ -315,7 +315,7 @@ def choices(environment):
     ]
 
 
-LINES = {"exact": 500}  # more than others: a motion is parted at events there, each searched for
+LINES = {"exact": 500}  # longer than others, because of event location
 
 
 @needs_ide
@@ -338,7 +338,7 @@ ENDLESS = """    n = 0.0
 
 
 @needs_ide
-def test_a_law_that_turns_in_circles_is_ended_by_the_watchdog(archive, tmp_path):
+def test_an_endless_law_is_ended_by_the_watchdog(archive, tmp_path):
     text = OWN[: OWN.index("    if x > s.far")] + ENDLESS + OWN[OWN.index("\n\nENVIRONMENT") :]
     environment = written(tmp_path, text.replace('"""A ramp."""', "import math"))
     elf = build(sketch.text(environment, {}), archive, tmp_path)
@@ -350,16 +350,16 @@ def test_a_law_that_turns_in_circles_is_ended_by_the_watchdog(archive, tmp_path)
 # --- the studio's firmware
 FLASH, RAM = 24000, 2048
 AT_ZERO = ("--magnet", str(921 - 51))
-"""The magnet sits so that the sensor begins anew at the handle's zero."""
+"""Position of the magnet for a sensor flip at the handle's zero."""
 WALL_STIFFNESS, WALL = 400.0, 0.004
 BOTH_SIDES = [f"{k * 0.1:.1f} position {0.009 if k % 2 else -0.01} 0.08" for k in range(200)]
-"""Whenever the scene begins, 0.25 s later both sides of the wall have been seen."""
+"""Positions on both sides of the wall in every 0.25 s."""
 FADED = 0.05
 
 
 @pytest.fixture(scope="module")
 def elf(archive, tmp_path_factory):
-    """Return the studio's firmware as the IDE builds it, which knows nothing of the Makefile."""
+    """Return the studio's firmware as built by the IDE, without the Makefile."""
     sources = [path for path in sorted(SKETCH.iterdir()) if path.suffix in _LANGUAGES]
     return linked(sources, archive, tmp_path_factory.mktemp("ide"))
 
@@ -374,15 +374,15 @@ def test_the_firmware_fits_the_chip(elf):
 
 
 @needs_ide
-def test_the_firmware_says_who_it_is_and_leaves_nothing_out(elf):
+def test_the_firmware_sends_hello_and_every_sample(elf):
     with opened(firmware=elf) as board:
         assert board.hello.build == "arduino-ide"
         assert board.hello.arena == ARENA
 
 
 @needs_ide
-def test_the_firmwares_wall_pushes_as_a_wall(elf, tmp_path):
-    """400 N/m from 4 mm on, nothing before: the force in effect answers the reading before."""
+def test_the_firmwares_wall_has_its_stiffness(elf, tmp_path):
+    """400 N/m from 4 mm on, nothing before: the force in effect answers the previous reading."""
     values = environments.named("wall").values({"stiffness": WALL_STIFFNESS, "position": WALL})
     law = program(environments.named("wall"), values, 4000, ARENA)
     run = render(tmp_path, law, 4000, 0.45, BOTH_SIDES, options=AT_ZERO, firmware=elf)

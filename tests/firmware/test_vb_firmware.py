@@ -1,4 +1,4 @@
-"""The real firmware in the virtual board: what it measures, drives and says, when it lets go."""
+"""The firmware in the virtual board: measuring, driving, messages, shutdown."""
 
 import itertools
 import os
@@ -41,15 +41,15 @@ def quiet(sample):
     return 0.0
 
 
-def test_counts_follow_the_saw_tooth_of_921_counts_over_the_whole_travel_and_back(tmp_path):
+def test_counts_follow_the_sensors_saw_tooth(tmp_path):
     samples, log, _ = session(tmp_path, 1.05, quiet, SWEEP)
     rows = rows_of(samples, log)
     counts = np.array([s.count for s in samples])
     assert np.ptp(rows.position) == pytest.approx(0.1)
-    assert np.count_nonzero(np.abs(np.diff(rows.converter)) > 460) >= 9  # the sensor began anew
+    assert np.count_nonzero(np.abs(np.diff(rows.converter)) > 460) >= 9  # the sensor flipped
     moved = np.round(rows.position / QUANTUM - (counts - counts[0]), 6)
     assert np.ptp(moved) <= 1.0 + 1e-6
-    tooth = 51 + np.floor(np.mod(log.position / QUANTUM + 300, 921))  # the magnet's place at the start: 300
+    tooth = 51 + np.floor(np.mod(log.position / QUANTUM + 300, 921))  # initial position of the magnet: 300
     sure = np.abs(np.mod(log.position / QUANTUM, 1.0) - 0.5) < 0.499999
     np.testing.assert_array_equal(log.converter[sure], tooth[sure])
     assert 51 <= log.converter.min() < 60
@@ -57,7 +57,7 @@ def test_counts_follow_the_saw_tooth_of_921_counts_over_the_whole_travel_and_bac
 
 
 @pytest.mark.parametrize("image", [firmware(), shipped()], ids=["built", "shipped"])
-def test_the_motors_force_is_the_laws_within_a_count_and_a_step(tmp_path, image):
+def test_motor_force_equals_the_laws_within_a_count_and_a_step(tmp_path, image):
     stiffness, forces, start = 120.0, {}, []
 
     def spring(sample):
@@ -77,7 +77,7 @@ def test_the_motors_force_is_the_laws_within_a_count_and_a_step(tmp_path, image)
     before = rows.position[[samples[k].answered - samples[0].seq for k in answered]] - rows.position[0]
     assert np.all(np.abs(found + stiffness * before) <= step + stiffness * QUANTUM)
     assert [s.pwm for s in samples] == rows.duty.astype(int).tolist()
-    # every answer is in force before the next sample
+    # every reply is in force before the next sample
     assert all(s.answered == s.seq - 1 for s in samples[1:])
     assert max(s.delay_us for s in samples[1:]) < 1000
     assert summary["overruns"] == summary["deaf"] == summary["unanswered"] == 0
@@ -98,9 +98,9 @@ def test_lockstep_runs_are_identical_bit_by_bit(tmp_path):
     assert np.ptp(np.frombuffer(logs[0])) > 0.0
 
 
-# --- what it says
+# --- messages
 @pytest.mark.parametrize("padded", [0, 62])
-def test_questions_while_samples_come_are_all_answered_and_a_lost_sample_is_told(padded):
+def test_requests_during_streaming_are_answered_and_losses_reported(padded):
     decoder, seen = Decoder(), []
     with opened() as board:
         os.write(board.fileno(), encode(Stream(1, padded)))
@@ -117,7 +117,7 @@ def test_questions_while_samples_come_are_all_answered_and_a_lost_sample_is_told
     gaps = [(b.seq - a.seq) & 0xFFFF for a, b in itertools.pairwise(samples)]
     for gap, sample in zip(gaps, samples[1:], strict=True):
         assert gap == 1 or sample.flags & BoardFlag.OVERRUN
-        assert gap <= 4  # filled, the two answers are 200 bytes: 2.2 ms on the line
+        assert gap <= 4  # padded, both replies are 200 bytes: 2.2 ms on the line
     assert decoder.bad_frames == 0
     assert board.summary["overwritten"] == board.summary["dropped"] == board.summary["unanswered"] == 0
 
@@ -131,4 +131,4 @@ def test_a_lone_delimiter_is_an_answer_in_lockstep_that_the_chip_does_not_get():
             os.write(board.fileno(), DELIMITER * new)
             seen += new
     assert board.summary["unanswered"] == 0
-    assert 0 < board.summary["received"] < 300  # what opens and closes the port, sometimes said twice
+    assert 0 < board.summary["received"] < 300  # messages at opening and closing, sometimes repeated

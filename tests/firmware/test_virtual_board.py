@@ -1,4 +1,4 @@
-"""The virtual board: its cable, its port to the byte, its time, the faults it plays, its end."""
+"""The virtual board: cable, port byte by byte, time, injected faults, exit."""
 
 import json
 import math
@@ -44,7 +44,7 @@ def start(images, tmp_path):
         )
 
 
-# --- the device of the list
+# --- the device in the list
 def test_it_is_in_the_list_only_where_it_is_built(monkeypatch, tmp_path):
     entry = next(e for e in devices.available() if e.key == "virtual-board")
     assert isinstance(entry.make(), VirtualBoard)
@@ -91,7 +91,7 @@ def test_a_hand_leads_the_handle_and_lets_go_and_the_log_can_be_read_while_it_gr
 
 @pytest.mark.parametrize("grip", ["light", "medium", "firm"])
 def test_a_hand_that_presses_far_away_arrives_then_leads(tmp_path, grip):
-    """On the default spring, 80 N/m: it swings on by no more than the hand's speed over the frequency."""
+    """On the default spring, 80 N/m: it oscillates by at most the hand's speed over the frequency."""
     reach, stiffness, hand = 0.04, 80.0, GRIPS[grip]
     with opened(log=tmp_path / "truth.f64") as board:
         board.start_stream()
@@ -122,7 +122,7 @@ def test_a_host_that_hesitates_in_lockstep_is_counted():
         left, before = time.monotonic(), board.status()["time"]
         wait_until(lambda: board.status()["time"] > before + 5.5 * period)
         passed, hesitated = board.status()["time"] - before, time.monotonic() - left
-    # a sample period each time its patience ends
+    # a sample period per time-out
     assert passed <= (hesitated / patience + 2) * period
     assert passed / period - 2 <= board.summary["unanswered"] <= (time.monotonic() - begin) / patience
 
@@ -134,7 +134,7 @@ def test_bytes_arrive_at_the_pace_of_the_line_and_nothing_is_echoed_or_translate
     host.write(b"\r\n\x03\x04\x11\x13\x00\xff" * 4)
     stamps = np.frombuffer(host.read(64), "<u2")
     steps = np.diff(stamps).astype(int)  # as uint16 they wrap with the clock
-    assert np.abs(steps - BYTE_CYCLES).max() <= 12  # the program looks every few cycles
+    assert np.abs(steps - BYTE_CYCLES).max() <= 12  # the program polls every few cycles
     assert abs(steps.sum() - 31 * BYTE_CYCLES) <= 12
     assert not select.select([host.fd], [], [], 0.0)[0]
 
@@ -152,7 +152,7 @@ def test_a_late_reader_keeps_three_bytes_and_the_rest_is_counted(start):
 
 
 def test_the_transmitter_takes_two_bytes_tells_when_they_have_gone_and_loses_a_third(start):
-    """Data sheet, UCSR0A: the flag asks while it stands; its interrupt or a one written there clears it."""
+    """Data sheet, UCSR0A: the flag requests an interrupt while set; its interrupt or writing a one clears it."""
     board, host = start("pairs", "--fast", LOOK=1)
     found = host.read(9)
     gone, served, inside, behind, cleared = found[4:]
@@ -190,7 +190,7 @@ def test_an_unplugged_cable_is_a_hang_up_and_a_closed_port_keeps_nobody_busy(sta
     again.read(10)
     again.close()
     slept = voluntary_switches()
-    # a program that spins on the hang-up never goes to sleep
+    # a program that spins on the hang-up never sleeps
     wait_until(lambda: voluntary_switches() - slept > 500)
     again = Host(port)
     again.read(10)
@@ -240,9 +240,9 @@ def test_real_time_priority_is_given_up(start):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 
-# --- what is done to the line on purpose
+# --- injected faults of the line
 SENT = 9998
-"""Bytes that a program sends in 0.1 s at 1 Mbaud, within a few."""
+"""Approximate number of bytes that a program sends in 0.1 s at 1 Mbaud."""
 
 
 def test_bytes_leave_at_the_pace_of_the_line_and_are_damaged_as_often_as_asked_for(images, tmp_path):
@@ -257,7 +257,7 @@ def test_bytes_leave_at_the_pace_of_the_line_and_are_damaged_as_often_as_asked_f
         assert abs(hurt[0] - 0.1 * SENT) < 5.0 * np.sqrt(0.09 * SENT)  # five standard deviations
         assert hurt[0] == hurt[1] != hurt[2]
     hurt = chatter("--from-burst", "0.002", "--from-length", "50")["hurt_from"]
-    # a burst that begins within another one prolongs it to its own length
+    # a burst that begins within another one extends it to its own length
     assert 0.3 * SENT * 0.002 * 50 < hurt < 1.5 * SENT * 0.002 * 50
     for kind in ("lose", "garble", "add"):
         assert chatter(script=[f"0.05 from {kind} 7"])["hurt_from"] == 7
@@ -267,7 +267,7 @@ def test_bytes_leave_at_the_pace_of_the_line_and_are_damaged_as_often_as_asked_f
 
 @pytest.fixture
 def packets(start, tmp_path):
-    """Return a function: time and bytes of what a board with a frame of 11 bytes every ms hands over."""
+    """Return a function that returns time and bytes delivered by a board with an 11-byte frame per ms."""
 
     def handed(*options, script=""):
         commands = tmp_path / "turns.txt"
@@ -341,7 +341,7 @@ def test_an_unknown_pwm_mode_ends_the_program_loudly(images, tmp_path, timer, a,
     assert outcome.code == UNKNOWN_MODE
     assert f"TCCR{timer}A = 0x{a:02x}, TCCR{timer}B = 0x{b:02x}" in outcome.errors
     other = run(image, tmp_path, "--seconds", "0.01", "--pins", "5" if timer else "3")
-    assert (other.code, other.errors) == (0, "")  # on the other pin nobody minds
+    assert (other.code, other.errors) == (0, "")  # no effect on the other pin
 
 
 def test_it_ends_in_order_by_a_signal_and_with_whoever_started_it(images, tmp_path):

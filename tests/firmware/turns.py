@@ -1,8 +1,8 @@
-"""The real compiled loop against the real firmware, both by board time: same script and seed, same run.
+"""The compiled loop against the real firmware, both in board time: reproducible by script and seed.
 
-The loop's own calls of the system (poll, read, write, clock_gettime) are led to this file by their symbols,
-before anything is compiled: so only in a process of its own. The board waits for its turn, hence nothing
-depends on how fast either side is.
+The loop's system calls (poll, read, write, clock_gettime) are redirected to this module by their symbols
+before compilation, so it needs its own process. The board waits for its turn, so results do not depend on the
+speed of either side.
 """
 
 import ctypes
@@ -25,10 +25,10 @@ _EDGE = 1e-9
 
 
 class Turns:
-    """One board and the system as a loop sees it. Times in s of the board's clock.
+    """One board, and the system as the loop sees it. Times in s of the board's clock.
 
-    until: when ``quit`` is called; killed: when the computer falls dead, its port closed; spam: called with
-    the time before each answer, returns bytes that another program writes to the same port.
+    until: when ``quit`` is called. killed: when the computer dies and its port is closed. spam: called with
+    the time before each reply, returns bytes that another program writes to the same port.
     """
 
     def __init__(self, folder: Path, script, options=(), firmware=None, log_period=1e-4):
@@ -49,12 +49,12 @@ class Turns:
         self._hear()
 
     def plug_in(self) -> None:
-        """Open the port that the board has named last."""
+        """Open the port that the board announced last."""
         self.fd = os.open(self.port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         self._handed = self._taken = self._written = 0
 
     def unplug(self) -> None:
-        """Let go of the port without a word."""
+        """Close the port without a message."""
         if self.fd >= 0:
             os.close(self.fd)
         self.fd = -1
@@ -69,7 +69,7 @@ class Turns:
         self.time, self._handed = float(first), int(rest[0])
 
     def turn(self) -> None:
-        """Let the board go on until a frame has come or 20 ms are over."""
+        """Run the board until a frame has arrived or 20 ms have passed."""
         spam = self.spam(self.time) if self.fd >= 0 else b""
         if spam:
             self._write(spam)
@@ -81,7 +81,7 @@ class Turns:
             self.quit()
 
     def ask(self, message: Message, kind: type[Message]) -> Message:
-        """Send a message before the loop runs; return the board's answer."""
+        """Send a message before the loop runs; return the board's reply."""
         decoder, found = Decoder(), []
         self.say(encode(message))
         while not found:
@@ -90,7 +90,7 @@ class Turns:
         return found[0]
 
     def alone(self, until: float) -> None:
-        """Let the board go on with nobody there."""
+        """Run the board without a computer."""
         while self.time < until:
             self.turn()
 
@@ -99,11 +99,11 @@ class Turns:
         return json.loads(self.board.end())
 
     def fail(self) -> None:
-        """Hang up and tell the loop to end: nothing that is raised below reaches whoever started it."""
+        """Hang up and end the loop: exceptions in callbacks do not reach the caller."""
         self.unplug()
         self.quit()
 
-    # --- what the loop calls
+    # --- called by the loop
     def poll(self, spec: int, _count: int, timeout_ms: int) -> int:
         word = ctypes.c_int64.from_address(spec)
         before = self.time
@@ -144,7 +144,7 @@ class Turns:
         return size
 
     def say(self, data: bytes) -> None:
-        """Send bytes to the board, in its next turn."""
+        """Send bytes to the board in its next turn."""
         self._write(data)
         self.sent.append((self.time, data))
 
@@ -182,7 +182,7 @@ _SYMBOLS = {
 
 
 def lead(turns: Turns) -> None:
-    """Make the compiled loop see this board from now on."""
+    """Redirect the compiled loop's system calls to this board."""
     global _now
     _now = turns
     for symbol, function in _SYMBOLS.items():

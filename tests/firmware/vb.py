@@ -1,4 +1,4 @@
-"""What the tests of the virtual board share: programs for its chip, boards, hosts at its port, its logs."""
+"""Shared by the tests of the virtual board: programs for its chip, boards, hosts at its port, logs."""
 
 import contextlib
 import json
@@ -25,7 +25,7 @@ FULL_FORCE = 0.0183 * 0.074 / (0.090 * 0.005)
 QUANTUM = np.pi * 0.090 * 0.005 / (921 * 0.074)
 """m per sensor count: half a turn of the motor in 921 counts."""
 LONGEST_INTERRUPT = 250
-"""Cycles for which interrupts may be off: the port holds two bytes of 160 cycles."""
+"""Limit in cycles of disabled interrupts: the port buffers two bytes of 160 cycles."""
 
 needs_board = pytest.mark.skipif(not virtual_board.built(), reason="the virtual board is not built")
 needs_compiler = pytest.mark.skipif(
@@ -43,13 +43,13 @@ def chip(name: str, folder: Path, **defined: int) -> Path:
 
 
 def duty_step(duty: np.ndarray) -> np.ndarray:
-    """Return half a step of the duty in N (n,), and a rounding more: at duty d, (2 d + 1) / 2 of 255^2."""
+    """Return half a duty step in N (n,) with a rounding margin: at duty d, (2 d + 1) / 2 of 255^2."""
     return FULL_FORCE * (np.abs(duty) + 1.0) / 255.0**2
 
 
 @dataclass
 class Outcome:
-    """How a run ended: exit code, truth log, counters, complaints."""
+    """Result of a run: exit code, truth log, counters, error output."""
 
     code: int
     truth: np.recarray
@@ -58,7 +58,7 @@ class Outcome:
 
 
 def run(firmware: Path, folder: Path, *options: str, script: Sequence[str] = ()) -> Outcome:
-    """Run a firmware as fast as it goes, with a script, until its time is over."""
+    """Run a firmware at full speed with a script until its time is over."""
     log, commands = folder / "truth.f64", folder / "script.txt"
     log.touch()
     commands.write_text("\n".join(script))
@@ -70,7 +70,7 @@ def run(firmware: Path, folder: Path, *options: str, script: Sequence[str] = ())
 
 
 class Host:
-    """The computer's end of the cable: raw bytes, without blocking for ever."""
+    """The computer's end of the cable: raw bytes, with a time-out."""
 
     def __init__(self, port: str):
         self.fd = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
@@ -93,7 +93,7 @@ class Host:
 
 @contextlib.contextmanager
 def started(firmware: Path, folder: Path, *options: str) -> Iterator[tuple[BoardProgram, Host]]:
-    """Start a firmware's board with a host at its port from the first cycle on; end both."""
+    """Start a board with a firmware and a host at its port from the first cycle on; end both."""
     still = folder / "still.txt"
     if "--script" not in options:
         still.write_text("0 freeze")
@@ -120,14 +120,14 @@ def opened(mode: str = "lockstep", **more) -> Iterator[VirtualBoard]:
 
 
 def heard(fd: int, decoder: Decoder) -> list[Message]:
-    """Return the next messages that come from a port; fail where it falls silent."""
+    """Return the next messages from a port; fail on silence."""
     ready, _, _ = select.select([fd], [], [], PATIENCE)
     assert ready, "the board has gone silent"
     return decoder.feed(os.read(fd, 4096))
 
 
 def exchange(fd: int, seconds: float, law: Callable[[Sample], float]) -> list[Sample]:
-    """Answer samples until the board's clock has gone on by so many seconds; return them all."""
+    """Answer samples for ``seconds`` of board time; return them all."""
     decoder, seen = Decoder(), []
     while not seen or (seen[-1].time_us - seen[0].time_us) * 1e-6 < seconds:
         new = [m for m in heard(fd, decoder) if isinstance(m, Sample)]
@@ -141,7 +141,7 @@ def exchange(fd: int, seconds: float, law: Callable[[Sample], float]) -> list[Sa
 def session(
     folder: Path, seconds: float, law: Callable[[Sample], float], script=(), options=(), firmware=None
 ) -> tuple[list[Sample], np.recarray, dict]:
-    """Run the real firmware with a script and a law in lockstep; return samples, truth log and counters."""
+    """Run the firmware with a script and a law in lockstep; return samples, truth log and counters."""
     log, commands = folder / "truth.f64", folder / "script.txt"
     commands.write_text("\n".join(script))
     with opened(log=log, script=commands, options=options, firmware=firmware) as board:
@@ -151,8 +151,8 @@ def session(
 
 
 def rows_of(samples: list[Sample], truth: np.recarray) -> np.recarray:
-    """Return the row of the truth log that belongs to each sample; fail where there is none."""
-    # the converter holds its input some microseconds after the clock was read
+    """Return the truth log's row of each sample; fail if one is missing."""
+    # the converter samples its input some microseconds after the clock was read
     times = np.array([s.time_us for s in samples]) * 1e-6
     lag = np.median(truth.time[np.searchsorted(truth.time, times)] - times)
     rows = np.searchsorted(truth.time, times + lag - 20e-6)

@@ -30,7 +30,7 @@ def color_of(code: CodeEdit, word: str) -> str:
     return theme.color("ink").name()
 
 
-def test_every_colour_can_be_read_on_every_ground():
+def test_every_colour_is_readable_on_every_background():
     for mode in range(len(MODES)):
         for token in {token for token, _, _ in KINDS.values()} | {"ink", "danger"}:
             for ground in ("surface", "contact", "dangersoft"):
@@ -53,7 +53,7 @@ COLOURS = [
 ]
 
 
-def test_words_have_the_colour_of_what_they_are(code):
+def test_words_have_the_colour_of_their_kind(code):
     for text, word, token in COLOURS:
         code.setPlainText(text)
         for mode in ("dark", "light"):
@@ -132,7 +132,7 @@ def test_a_mark_is_drawn_with_its_words_and_a_sign(code):
     assert plain.copy(0, 0, 300, 10) == marked.copy(0, 0, 300, 10)
 
 
-def test_a_line_gone_to_is_in_sight_with_its_number(code):
+def test_go_to_scrolls_to_the_line_and_its_number(code):
     code.setPlainText("\n".join(map(str, range(12_000))))
     assert code.viewport().geometry().left() == code.gutter.wanted_width == code.gutter.width()
     code.go_to(9000)

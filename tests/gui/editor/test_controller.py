@@ -1,4 +1,4 @@
-"""Writing a law in the window: from a template to the loop, with errors at their lines, nothing lost."""
+"""Writing a law in the window: from a template to the loop, errors at their lines, no lost text."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from tests.gui.own_support import LAW_LINE, law_tab, put, spring, wait_for_verdi
 
 @pytest.fixture
 def opened(home, make_window, qtbot):
-    """Return a maker: a window without a device in which a trusted file is open."""
+    """Return a function that opens a window without a device, with a trusted file in the editor."""
 
     def make(text=None):
         path = put(home, "test_spring.py", text or spring())
@@ -37,7 +37,7 @@ def no_trials(monkeypatch):
 
 
 def force_at(window, qtbot, place: float) -> float:
-    """Hold the handle at a place in m; return the force asked there over position, in N/m."""
+    """Hold the handle at ``place`` m; return the requested force over position, in N/m."""
     window.studio.move_hand(place)
     reader, taken = window.studio.engine.reader(), []
 
@@ -85,7 +85,7 @@ def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbo
     assert force_at(window, qtbot, 0.01) == pytest.approx(-320.0, rel=0.02)
 
 
-def test_a_new_environment_is_proposed_a_name_that_nobody_has(home, make_window):
+def test_a_new_environment_gets_an_unused_name(home, make_window):
     put(home, "my_spring.py", spring("my_spring", "Other"))
     put(home, "other.py", spring("other", "My wall"))
     window = make_window()
@@ -98,7 +98,7 @@ def test_a_new_environment_is_proposed_a_name_that_nobody_has(home, make_window)
     assert chooser.title.text() == "My two walls"
 
 
-def test_an_error_stands_at_its_line_and_the_old_law_goes_on(opened, qtbot):
+def test_an_error_is_at_its_line_and_the_old_law_keeps_running(opened, qtbot):
     window = opened(spring(force="-p.stifness * x"))
     before = window.studio.environment
     verdict = wait_for_verdict(window, qtbot, window.editor.save)
@@ -134,11 +134,11 @@ def test_a_law_that_drifts_is_in_force_with_advice_at_its_line(opened, qtbot):
     window.editor.edit(path)
     assert list(code.remarks) == [LAW_LINE]
     code.go_to(LAW_LINE)
-    QTest.keyClicks(code, "#")  # what was said is about another line
+    QTest.keyClicks(code, "#")  # the message refers to another line
     assert code.remarks == {}
 
 
-def test_a_law_that_was_tried_before_has_its_advice_at_once(opened, qtbot):
+def test_a_cached_trial_shows_its_advice_at_once(opened, qtbot):
     window = opened(DRIFTING)
     trial.remember(read(window.editor.path), True)
     wait_for_verdict(window, qtbot, lambda: window.own.choose(window.editor.path))
@@ -157,7 +157,7 @@ def test_f1_shows_the_language_at_the_word_under_the_cursor(opened):
     QTest.keyClick(sheet.field, Qt.Key.Key_Return)
     assert sheet.page.textCursor().position() > first
     QTest.keyClick(sheet.field, Qt.Key.Key_Return)
-    assert sheet.page.textCursor().position() == first  # the page names it twice
+    assert sheet.page.textCursor().position() == first  # the page contains it twice
     assert sheet.isVisible()
     page.language.click()
     assert [s.field.text() for s in window.findChildren(LanguageDialog) if s.isVisible()] == [""]
@@ -167,7 +167,7 @@ def test_f1_shows_the_language_at_the_word_under_the_cursor(opened):
     assert len(window.findChildren(KeysDialog)) == 1
 
 
-def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_trials):
+def test_text_typed_during_a_trial_stays_unsaved(opened, no_trials):
     window = opened()
     window.editor.save()
     assert window.editor.message.words.text() == "Checking line by line…"
@@ -184,7 +184,7 @@ def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_t
 def test_a_fault_marks_its_line(window, qtbot, home):
     text = spring(key="fault", force="-p.stiffness * x / max(x - 0.2, -0.2 * (x < 0.01))")
     path = put(home, "fault.py", text)
-    # a trial would have found it: this is what only shows in the loop
+    # a trial would have found it: simulate a fault that occurs only in the loop
     found = typed(path, text), TrialResult()
     wait_for_verdict(window, qtbot, lambda: window.own.runner.finished.emit(found))
     window.editor.edit(path)
@@ -220,9 +220,9 @@ def full(_path, _text):
     raise OSError(28, "No space left on device")
 
 
-def test_closing_asks_for_what_is_not_saved_and_nothing_is_lost(opened, no_trials, monkeypatch):
+def test_closing_asks_about_unsaved_text(opened, no_trials, monkeypatch):
     window = opened()
-    # what is discarded leaves the file alone, and no draft
+    # discarding leaves the file unchanged and no draft
     path = window.editor.path
     QTest.keyClicks(window.editor.page.code, "#")
     window.editor.page.keep_draft()
@@ -235,7 +235,7 @@ def test_closing_asks_for_what_is_not_saved_and_nothing_is_lost(opened, no_trial
     assert window.editor.page.code.textCursor().blockNumber() == LAW_LINE - 1
     assert window.editor.message.words.text() == ""
     assert not code_page.draft_path(path).exists()
-    # what cannot be written is still there
+    # text that cannot be written is kept
     QTest.keyClicks(window.editor.page.code, "#01c m?")
     with monkeypatch.context() as disk:
         disk.setattr("hapkit_studio.workshop.folder.save", full)
@@ -259,7 +259,7 @@ def test_closing_asks_for_what_is_not_saved_and_nothing_is_lost(opened, no_trial
     assert law_tab(window) is None
 
 
-def test_what_was_not_saved_comes_back_after_the_window_was_closed(opened, make_window, home):
+def test_unsaved_text_is_restored_after_a_restart(opened, make_window, home):
     window = opened()
     QTest.keyClicks(window.editor.page.code, "# half a thought ")
     path, text = window.editor.path, window.editor.page.text
@@ -274,7 +274,7 @@ def test_what_was_not_saved_comes_back_after_the_window_was_closed(opened, make_
     assert not again.editor.page.unsaved
 
 
-def test_quitting_asks_once_for_what_is_not_saved(opened, no_trials):
+def test_quitting_asks_once_about_unsaved_text(opened, no_trials):
     window = opened()
     QTest.keyClicks(window.editor.page.code, "#")
     window.header.tabs.setCurrentIndex(0)

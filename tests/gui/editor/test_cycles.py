@@ -1,4 +1,4 @@
-"""The cycles of a law in its editor: asked for, beside their lines, as long as the law is that one."""
+"""The cycles of a law in its editor: requested, beside their lines, while the lines are unchanged."""
 
 import re
 
@@ -10,7 +10,7 @@ from tests.gui.own_support import LAW_LINE, put, spring, wait_for_verdict
 
 
 def saved(window, text):
-    """Save a text and take it for tried out, without the program that tries it."""
+    """Save a text and mark it as tried, without a trial process."""
     window.editor.page.code.setPlainText(text)
     window.editor.save()
     window.own.runner.cancel()
@@ -19,7 +19,7 @@ def saved(window, text):
 
 @pytest.fixture
 def counting(home, make_window, qtbot):
-    """Return a window without a device, whose own law is in force and counted."""
+    """Return a window without a device, with the user's own law in force and counted."""
     path = put(home, "test_spring.py", spring())
     window = make_window()
     window.editor.edit(path)
@@ -29,7 +29,7 @@ def counting(home, make_window, qtbot):
     return window
 
 
-def test_cycles_stand_beside_their_lines_as_long_as_these_read_so_and_in_one_line_above(counting, qtbot):
+def test_cycles_are_shown_until_their_line_changes(counting, qtbot):
     page = counting.editor.page
     assert list(page.code.counts) == [LAW_LINE]
     assert 100 < page.code.counts[LAW_LINE] < 1000
@@ -40,7 +40,7 @@ def test_cycles_stand_beside_their_lines_as_long_as_these_read_so_and_in_one_lin
     page.code.moveCursor(page.code.textCursor().MoveOperation.Start)
     page.code.insertPlainText("#\n")
     assert page.code.counts == {LAW_LINE + 1: figure}
-    counting.studio.set_value("stiffness", 0.0)  # another law, whose lines are not those of the text
+    counting.studio.set_value("stiffness", 0.0)  # other specialised code for the same text
     qtbot.waitUntil(lambda: page.cycles.text().startswith("As run last: "))
     assert page.code.counts == {LAW_LINE + 1: figure}
     page.code.moveCursor(page.code.textCursor().MoveOperation.End)
@@ -53,7 +53,7 @@ def test_cycles_stand_beside_their_lines_as_long_as_these_read_so_and_in_one_lin
     assert not page.cycles.isVisible()
 
 
-def test_a_law_with_an_error_keeps_what_the_law_in_force_takes(counting, qtbot):
+def test_a_law_with_an_error_keeps_the_old_cycles(counting, qtbot):
     page, words = counting.editor.page, counting.editor.page.cycles.text()
     broken = spring(force="-p.stifness * x")
     verdict = wait_for_verdict(counting, qtbot, lambda: saved(counting, broken))
@@ -66,7 +66,7 @@ def test_a_law_with_an_error_keeps_what_the_law_in_force_takes(counting, qtbot):
     assert LAW_LINE in page.code.counts
 
 
-def test_a_law_too_slow_for_the_board_is_counted_all_the_same(counting, qtbot):
+def test_a_law_too_slow_for_the_board_is_counted(counting, qtbot):
     page = counting.editor.page
     loop = "def sum_of(x):\n    y = 0.0\n    for i in range(200):\n        y = y + x * y\n    return y\n"
     slow = spring(force="-p.stiffness * sum_of(x)").replace("@law\n", f"{loop}\n\n@law\n")

@@ -1,4 +1,4 @@
-"""The screen's view of a parameter: units, steps, square-root scale."""
+"""Display of a parameter: units, steps, square-root scale."""
 
 import math
 
@@ -28,7 +28,7 @@ def test_wide_ranges_run_with_the_square_root_and_symmetric_ones_do_not():
 
 
 @given(st.floats(0.0, 1.0))
-def test_a_place_on_the_slider_gives_a_whole_step_inside_the_limits(fraction):
+def test_a_slider_position_gives_a_whole_step_within_the_limits(fraction):
     for quantity in (STIFFNESS, PLACE, DELAY):
         value = quantity.value(fraction)
         assert quantity.low <= value <= quantity.high
@@ -63,7 +63,7 @@ def test_limits_are_one_sentence_with_the_screens_unit():
     ("typed", "value"),
     [("1,500", 1500.0), ("12,345.5", 12345.5), ("0,350", 0.35), ("1,5", 1.5), ("-1,002", -1002.0)],
 )
-def test_a_comma_parts_thousands_as_the_window_writes_them_or_is_the_decimal_one(qtbot, typed, value):
+def test_commas_are_thousands_separators_or_decimal_signs(qtbot, typed, value):
     box = NumberBox(Quantity(Parameter("stiffness", "Stiffness", "N/m", 0.0, -1e5, 1e5)))
     qtbot.addWidget(box)
     box.selectAll()
@@ -73,7 +73,7 @@ def test_a_comma_parts_thousands_as_the_window_writes_them_or_is_the_decimal_one
     assert said.args == [value]
 
 
-def test_commas_part_thousands_but_not_while_a_digit_could_displace_them(qtbot):
+def test_thousands_separators_are_hidden_while_typing(qtbot):
     box = NumberBox(STIFFNESS)
     qtbot.addWidget(box)
     box.show_value(1200.0)

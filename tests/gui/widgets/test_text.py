@@ -1,4 +1,4 @@
-"""An environment's words are no HTML: no picture is loaded, no link made, whatever a file writes."""
+"""An environment's texts are never interpreted as HTML: no image is loaded, no link created."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ IMAGE = "<img src='evil.png'>"
 
 
 def evil(path) -> Environment:
-    """Return an environment whose every word holds an image."""
+    """Return an environment with an image tag in every text."""
     made = reading.load(path)
     words = {name: f"{name} {IMAGE}" for name in ("title", "summary", "formula", "explanation", "drives")}
     parameters = (
@@ -40,13 +40,13 @@ def evil(path) -> Environment:
 
 
 def is_html(words: str, form: Qt.TextFormat = Qt.TextFormat.AutoText) -> bool:
-    """Say whether Qt reads words in a label, or a tooltip, as HTML."""
+    """Return True if Qt interprets a text in a label or tooltip as HTML."""
     auto = form == Qt.TextFormat.AutoText and Rich.mightBeRichText(words)
     return auto or form in (Qt.TextFormat.RichText, Qt.TextFormat.MarkdownText)
 
 
 def with_image(parent: QWidget) -> list[str]:
-    """Return the words of every widget that Qt reads as HTML with an image."""
+    """Return the texts of all widgets that Qt interprets as HTML with an image."""
     widgets = [parent, *parent.findChildren(QWidget)]
     found = [
         label.text()
@@ -69,7 +69,7 @@ def test_no_word_of_an_environment_is_read_as_html_anywhere_in_the_window(home, 
     shown = [label.text() for label in window.findChildren(QLabel)]
     assert sum("evil.png" in words for words in shown) > 8
     assert any("evil.png" in widget.toolTip() for widget in window.findChildren(QWidget))
-    # where it is judged, told of or written out
+    # wherever the environment is judged, described or exported
     path = put(home, "mine.py", spring())
     window.editor.edit(path)
     window.own.judged.emit(path, failed(f"wrong {IMAGE}", 3))

@@ -1,4 +1,4 @@
-"""The look: contrast recomputed from the tokens, colours that follow the theme, icons, numbers."""
+"""The theme: contrast computed from the tokens, colours that follow it, icons, numbers."""
 
 import numpy as np
 import pytest
@@ -64,7 +64,7 @@ VISION = {
         [0.004733, 0.691367, 0.303900],
     ],
 }
-# the design states 40; models of dichromacy differ by a unit or two (this one: 39.5 at the least)
+# the design states 40; models of dichromacy differ by a unit or two, this one gives at least 39.5
 APART = 39.0
 
 
@@ -81,7 +81,7 @@ def lab(color: str, vision: str) -> np.ndarray:
 
 @pytest.mark.parametrize("vision", VISION)
 @pytest.mark.parametrize("mode", MODES)
-def test_applied_and_asked_stay_apart_for_every_eye(vision, mode):
+def test_force_colours_are_distinguishable_with_colour_blindness(vision, mode):
     colors = table(mode)
     distance = np.linalg.norm(lab(colors["applied"], vision) - lab(colors["asked"], vision))
     assert distance >= APART

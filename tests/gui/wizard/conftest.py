@@ -1,4 +1,4 @@
-"""Dialogs that have a kit to themselves; none leaves its thread behind."""
+"""Dialogs that own a kit; every thread must end with its dialog."""
 
 import threading
 
@@ -11,7 +11,7 @@ from tests.gui.wizard.support import Bench, Played
 
 @pytest.fixture
 def bench(qtbot):
-    """Return what stands for the window below a dialog, with a studio of its own."""
+    """Return a substitute for the window below a dialog, with its own studio."""
     made = Bench()
     made.show()
     yield made
@@ -22,13 +22,13 @@ def bench(qtbot):
 
 @pytest.fixture
 def played(bench, qtbot):
-    """Return a maker of open set-ups, each on a kit with its own truth; over the bench or a window."""
+    """Return a function that opens a set-up on a simulated kit, over the bench or a window."""
     return lambda window=bench, kind=SetupDialog, **truth: Played(kind, window, qtbot, **truth)
 
 
 @pytest.fixture(autouse=True)
 def no_thread_left():
-    """Fail where a board's thread outlives the window that it belongs to."""
+    """Fail if a board's thread outlives its window."""
     yield
     left = [thread for thread in threading.enumerate() if thread.name == "wizard"]
     for thread in left:

@@ -1,4 +1,4 @@
-"""A dialog on a kit in this process: opened, its buttons pressed as a student does."""
+"""A dialog on a simulated kit in this process, operated like a student does."""
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
@@ -11,16 +11,16 @@ from tests.devices.paddle_kit import PaddleKit
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
 PACE = 2e-5
-"""s that a period of the kit takes, so that its thread leaves the window some time."""
+"""Real seconds per period of the kit, so that its thread leaves time to the window."""
 
 
 def no_engine(_entry):
-    """Build no loop on a kit that was handed back."""
+    """Do not start a loop on a returned kit."""
     raise NoDataError("Nobody renders on the bench.")
 
 
 class Bench(QWidget):
-    """Stands for the window, of which a dialog knows no more; it costs less to open."""
+    """Substitute for the window, with the interface that a dialog needs; faster to open."""
 
     closed = Signal()
 
@@ -30,7 +30,7 @@ class Bench(QWidget):
 
 
 class Played:
-    """A dialog (set-up or test) over a kit, inside a window that has let go of its device."""
+    """A dialog (set-up or test) on a kit, inside a window that has released its device."""
 
     def __init__(self, kind, window, qtbot, kit=None, **truth):
         self.kit = kit or PaddleKit(pace=PACE, **truth)
@@ -40,18 +40,18 @@ class Played:
         self.wait()
 
     def wait(self):
-        """Wait until nothing runs."""
+        """Wait until no job runs."""
         board = self.dialog.board
         self.qtbot.waitUntil(lambda: board.runner is not None and not board.busy, timeout=PATIENCE_MS)
 
     def press(self, button):
-        """Press a button and wait for what it began."""
+        """Press a button and wait for its job."""
         assert button.isEnabled()
         button.click()
         self.wait()
 
     def lead(self, place):
-        """Lead the handle to a place in m and hold it there."""
+        """Move the handle to a position in m and hold it there."""
         student.lead(self.kit, place)
         self.qtbot.waitUntil(lambda: abs(self.kit.x - place) < 1e-9, timeout=PATIENCE_MS)
 
@@ -65,13 +65,13 @@ class Played:
         student.leave(self.kit)
 
     def direct(self):
-        """Have the direction tried, which Strength and Friction wait for."""
+        """Run the direction test, which Strength and Friction require."""
         self.let_go()
         self.dialog.go(3)
         self.press(self.dialog.step.push)
         assert self.dialog.step.result.good
 
     def hang(self, mass):
-        """Hold the handle with a mass in kg on it, and let go a second after it is carried."""
+        """Hold the handle with a mass in kg, and let go a second after the motor carries it."""
         self.lead(0.0)
         student.hang(self.kit, mass)

@@ -1,4 +1,4 @@
-"""The pictures of the steps, and the box that says what was found."""
+"""The drawings of the steps, and the result box."""
 
 import math
 

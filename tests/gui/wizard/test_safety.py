@@ -1,4 +1,4 @@
-"""What keeps a hand safe: E-stop and Cancel at every step, no key starts the motor by chance."""
+"""Safety: E-stop and Cancel at every step; no accidental key starts the motor."""
 
 import threading
 
@@ -61,7 +61,7 @@ def test_no_key_starts_the_motor_and_esc_stops_it_wherever_the_keyboard_is(playe
                 assert dialog.index == index
             assert not dialog.board.busy
         assert len(pushes(kit)) == before
-    # another device that is chosen meanwhile gets the window back
+    # choosing another device returns the board to the window
     studio, actions = play.window.studio, play.window.actions_by_key
     studio.device.open(studio.device.entries()[0])
     assert kit.hello is None
@@ -80,7 +80,7 @@ def test_strength_and_sweep_wait_for_the_direction(played):
     play.direct()
     dialog.go(5)
     assert dialog.step.sweep.isEnabled()
-    # what turns the position round afterwards takes that back
+    # a later change of the position's sign invalidates the direction test
     work = dialog.board.subject
     dialog.steps[2].run_job("…", lambda w: w._change(sense=-1), lambda _none: dialog.steps[2].changed.emit())
     play.wait()

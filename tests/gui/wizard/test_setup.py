@@ -1,4 +1,4 @@
-"""Set up my Hapkit, played through: what it finds, says and draws, by kit and for mistakes."""
+"""Set up my Hapkit, played through: results, messages and drawings, by kit and for mistakes."""
 
 import math
 import re
@@ -95,7 +95,7 @@ def test_words_are_whole_controls_named_and_a_skipped_step_says_what_is_assumed(
     place = rows.visualItemRect(rows.item(3)).center()
     qtbot.mouseClick(rows.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert dialog.index == 3
-    dialog.back.click()  # to its neighbour, not to where the list was left
+    dialog.back.click()  # to its neighbour, not to the list's old selection
     assert dialog.index == rows.currentRow() == 2
 
 
@@ -129,7 +129,7 @@ def test_no_supply_offers_the_search_and_the_hand_of_a_board_that_has_one_is_dra
 
 
 class EncoderKit(PaddleKit):
-    """An encoder on the motor: it begins at 0 and counts both ways, 16 bits."""
+    """An encoder on the motor: starts at 0 and counts both ways, 16 bits."""
 
     def __init__(self, **truth):
         board = profiles.named("hapkit-encoder").board
@@ -148,7 +148,7 @@ class EncoderKit(PaddleKit):
 
 
 def taken(play):
-    """Have every mark taken on the step in sight."""
+    """Take every mark on the visible step."""
     for place in PLACES:
         play.lead(place)
         assert play.dialog.step.place.si == pytest.approx(place)
@@ -163,7 +163,7 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     def use_pulley(radius):
         step.radii["pulley_radius"].show_si(radius)
         play.press(step.set_radii)
-        assert not step.set_radii.isEnabled()  # the board has what is shown
+        assert not step.set_radii.isEnabled()  # the board already has these values
 
     use_pulley(0.010)
     taken(play)
@@ -177,7 +177,7 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     play.press(step.apply)
     assert step.result.good
     assert play.dialog.focusWidget() is play.dialog.next
-    # a scale in force says which radius gave way
+    # an applied scale states which radius was corrected
     use_pulley(0.010)
     assert step.result is None
     play.press(step.apply)
@@ -203,11 +203,11 @@ def test_an_encoder_counts_both_ways(played, monkeypatch):
     assert np.ptp(sensor.plot.values) < 3 * reach
     play.dialog.go(6)
     play.press(play.dialog.save_step.save)
-    assert "in the middle:" in play.dialog.save_step.box.words.text()  # how to switch it on
+    assert "in the middle:" in play.dialog.save_step.box.words.text()  # instructions for switching on
 
 
 class LateKit(PaddleKit):
-    """A kit that hears nothing for 40 ms, once, in the midst of a push."""
+    """A kit that receives nothing for 40 ms, once, during a push."""
 
     late, mute = False, 0
 
