@@ -152,7 +152,7 @@ def test_a_late_reader_keeps_three_bytes_and_the_rest_is_counted(start):
 
 
 def test_the_transmitter_takes_two_bytes_tells_when_they_have_gone_and_loses_a_third(start):
-    """Data sheet, UCSR0A: the flag requests an interrupt while set; its interrupt or writing a one clears it."""
+    """Data sheet, UCSR0A: the flag requests an interrupt while set; its interrupt or a one clears it."""
     board, host = start("pairs", "--fast", LOOK=1)
     found = host.read(9)
     gone, served, inside, behind, cleared = found[4:]
