@@ -195,9 +195,9 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     kinds = kb_plane.class_words(cells is not None and cells.controller)
     for token, kind in zip(_TOKENS, kinds, strict=True):
         if token in named:
-            grows = "grows from a small push" if friction else "grows"
+            grows = "grows after a small push" if friction else "grows"
             exact = {"stable": "stable", "unstable": "grows if attached to it" if plane.pushes else grows}
-            exact |= {"warnsoft": "small pushes settle"} if friction else {}
+            exact |= {"warnsoft": "stable for small pushes"} if friction else {}
             word = kind if shown.particular is not None else exact.get(token, kind)
             attached = token == "unstable" and plane.pushes
             label = word if attached or token == "warnsoft" else f"{word}, {named[token]}"

@@ -211,12 +211,18 @@ def _cutoff(default: float, help: str) -> Parameter:
     return Parameter("cutoff", "Cutoff", "Hz", default, 1.0, 2000.0, help, "f_c")
 
 
-_CORNER = _cutoff(35.5, "Corner of the first-order low-pass")
-_CORNERS = _cutoff(60.0, "Corner of the second-order low-pass, taken as 45 % of the rate at most")
-_LINE = Parameter("window", "Window", "", LONGEST, 2.0, LONGEST, "Periods in the longest line", "N")
-_NOISE = Parameter("noise", "Noise", "counts", 0.5, 0.1, 5.0, "How far a sample may lie off its line", "d")
+_CORNER = _cutoff(35.5, "Cutoff frequency of the first-order low-pass filter")
+_CORNERS = _cutoff(
+    60.0, "Cutoff frequency of the second-order low-pass filter, at most 45 % of the servo rate"
+)
+_LINE = Parameter(
+    "window", "Window", "", LONGEST, 2.0, LONGEST, "The largest number of periods in the fitted line", "N"
+)
+_NOISE = Parameter(
+    "noise", "Noise", "counts", 0.5, 0.1, 5.0, "How far a sample may deviate from the fitted line", "d"
+)
 _AGILITY = Parameter(
-    "q", "Agility", "m²/s³", 1e-2, 1e-3, 1.0, "Density of the acceleration that it expects", "q"
+    "q", "Agility", "m²/s³", 1e-2, 1e-3, 1.0, "How strong the accelerations are that the filter expects", "q"
 )
 _METHODS = (
     Estimator("difference", "Backward difference", DIFFERENCE, (), difference, difference_response),

@@ -21,26 +21,28 @@ MODELS = ("scene", "everything", "frictionless")
 # What a person may set; the analysis takes what any device or loop can be (POSSIBLE).
 RATE = Parameter(
     "rate", "Servo rate", "Hz", 1000.0, 100.0, 10_000.0,
-    "How often the force is computed anew. Between two ticks it is held, so a wall pushes a little longer "
-    "on the way out than it resisted on the way in. A slow loop gives that energy to the handle: the wall "
-    "buzzes. Halve the rate and half the stiffness is too much.",
+    "How many times per second the force is computed. In between, the force stays the same, so a "
+        "wall pushes a little longer on the way out than it resisted on the way in. This adds energy, "
+        "and a stiff wall buzzes. At half the rate, a wall can be about half as stiff.",
 )  # fmt: skip
 DELAY = Parameter(
     "delay", "Added delay", "s", 0.0, 0.0, 0.1,
-    "Time from sensor to motor, added on purpose. The force answers where the handle was, not where it is, "
-    "and pushes after the handle has turned back: the longer, the softer a wall must be not to buzz.",
+    "Extra time between sensor and motor, added on purpose. The force then answers where the "
+        "handle was, not where it is. The longer the delay, the softer a wall must be so that it does "
+        "not buzz.",
 )  # fmt: skip
 ESTIMATOR = Choice(
     "estimator", "Velocity", tuple(ESTIMATORS), USUAL,
-    "How speed is made from sensor counts. The plain difference is quick but steps by one count per period, "
-    "so damping rattles; the low-pass filters are smooth but late, and late damping feeds a buzz. FOAW fits "
-    "the longest line that it can: smooth when slow, quick at an impact. The Kalman filter guesses on.",
+    "How the speed is computed from the measured positions. Difference: fast, but it jumps, so "
+        "damping rattles. IIR and Butterworth: smooth but late, and late damping can make a wall "
+        "buzz. FOAW: smooth in slow motion, fast at an impact. Kalman: predicts the speed with a "
+        "model and corrects it with each sample.",
     labels=("Difference", "IIR", "Butterworth", "FOAW", "Kalman"),
 )  # fmt: skip
 GRIP = Choice(
     "grip", "Grip", tuple(GRIPS), "medium",
-    "How firmly the simulated hand holds while you drag. A hand takes energy away: what buzzes when "
-    "released may be calm in a firm grip.",
+    "How firmly the simulated hand holds the handle while you drag. A hand absorbs energy: a "
+        "scene that buzzes when released may be stable in a firm grip.",
 )  # fmt: skip
 CONTROLLER = Choice("controller", "Passivity controller", ("off", "on"))
 MODEL = Choice("model", "Model", MODELS)
@@ -48,7 +50,10 @@ WHERE = Choice("where", "Rendered by", RENDERERS)
 _RATES = range(4000, 499, -500)  # Hz: what a person may ask for; the board has finer steps
 BOARD_RATE = Choice(
     "board_rate", "Board's rate", ("fastest", *map(str, _RATES)), "fastest",
-    "How often the board computes the force. A law that takes long allows no more than its own fastest rate.",
+    (
+        "How many times per second the board computes the force. The longer a law takes, the lower "
+        "its fastest rate."
+    ),
     labels=("fastest", *(f"{rate:,} Hz" for rate in _RATES)),
 )  # fmt: skip
 

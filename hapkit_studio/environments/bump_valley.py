@@ -81,9 +81,26 @@ ENVIRONMENT = Environment(
     title="Bump and valley",
     summary="Hills made of force",
     parameters=(
-        Parameter("peak_force", "Peak force", "N", 0.7, 0.0, 3.0, "The largest on the way", "F<sub>p</sub>"),
-        Parameter("width", "Width", "m", 0.02, 0.004, 0.04, "From where force begins to where it ends", "w"),
-        Choice("profile", "Profile", ("gaussian", "cosine"), "gaussian", "The shape of both in section"),
+        Parameter(
+            "peak_force", "Peak force", "N", 0.7, 0.0, 3.0, "The largest force along the way", "F<sub>p</sub>"
+        ),
+        Parameter(
+            "width",
+            "Width",
+            "m",
+            0.02,
+            0.004,
+            0.04,
+            "Distance from where the force begins to where it ends",
+            "w",
+        ),
+        Choice(
+            "profile",
+            "Profile",
+            ("gaussian", "cosine"),
+            "gaussian",
+            "Shape of hill and valley, seen from the side",
+        ),
         Choice(
             "law",
             "Force from",
@@ -103,10 +120,10 @@ ENVIRONMENT = Environment(
     force=force,
     shortcut="6",
     formula="<i>F</i> = −<i>N</i> d<i>h</i>/d<i>x</i>",
-    explanation="The handle moves on a level line, and yet there is a hill. The slope of a height h pushes "
-    "against you on the way up and helps you on the way down, from both sides alike, so that crossing it "
-    "costs nothing in the end. Draw the opposite relief and feel again: most people believe the force, not "
-    "the shape they see (Robles-De-La-Torre and Hayward, 2001).",
+    explanation="The handle moves on a level line, and yet you feel a hill. The slope of the height h pushes "
+    "against you on the way up and helps you on the way down, from both sides alike, so crossing "
+    "the hill costs no energy. Set the picture to Opposite and feel again: most people believe "
+    "the force, not the shape that they see (Robles-De-La-Torre and Hayward, 2001).",
     impedance=impedance,
     terms=no_terms,
     hands=("sweep", "released"),

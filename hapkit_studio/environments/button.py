@@ -87,22 +87,43 @@ ENVIRONMENT = Environment(
     parameters=(
         Parameter("peak_force", "Peak force", "N", 1.0, 0.2, 3.0, "Force at which it snaps", "F<sub>1</sub>"),
         Parameter("snap_force", "Snap force", "N", 0.5, 0.0, 3.0, "Force after the snap", "F<sub>2</sub>"),
-        Parameter("snap_start", "Snap starts", "m", 0.004, 0.001, 0.01, "Up to the peak", "s<sub>1</sub>"),
-        Parameter("travel", "Travel", "m", 0.007, 0.002, 0.015, "Up to the hard stop", "s<sub>2</sub>"),
         Parameter(
-            "stop_stiffness", "Stop stiffness", "N/m", 500.0, 0.0, 2000.0, "Past the travel", "k<sub>e</sub>"
+            "snap_start", "Snap starts", "m", 0.004, 0.001, 0.01, "Travel up to the peak", "s<sub>1</sub>"
         ),
         Parameter(
-            "hysteresis", "Hysteresis", "N", 0.1, 0.0, 0.5, "What the way in costs more, and out less", "h"
+            "travel", "Travel", "m", 0.007, 0.002, 0.015, "Travel up to the hard stop", "s<sub>2</sub>"
         ),
-        Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the cap is", "x<sub>b</sub>"),
+        Parameter(
+            "stop_stiffness",
+            "Stop stiffness",
+            "N/m",
+            500.0,
+            0.0,
+            2000.0,
+            "Stiffness of the hard stop",
+            "k<sub>e</sub>",
+        ),
+        Parameter(
+            "hysteresis",
+            "Hysteresis",
+            "N",
+            0.1,
+            0.0,
+            0.5,
+            "Extra force on the way in. On the way out, the force is lower by the same amount",
+            "h",
+        ),
+        Parameter(
+            "position", "Position", "m", 0.005, -0.04, 0.04, "Where the button's cap is", "x<sub>b</sub>"
+        ),
     ),
     force=force,
     shortcut="8",
     formula="<i>F</i> = −[<i>f</i>(<i>s</i>) + <i>h</i>(<i>s</i>)]",
-    explanation="A button is a hill and a stop. The force rises to its peak, then drops although you press "
-    "on: your finger, loaded for the peak, falls through to the stop, and that is the click. On the way out "
-    "the curve lies lower by twice the hysteresis, so a full cycle takes energy and the cap does not bounce.",
+    explanation="A button is a hill of force, followed by a hard stop. The force rises to its peak, then "
+    "drops while you keep pressing: your finger, tensed for the peak, falls through to the stop. "
+    "That is the click. On the way out, the force is lower by twice the hysteresis, so a full "
+    "cycle takes energy and the cap does not bounce.",
     impedance=impedance,
     terms=lambda p: ForceTerms(contact=True, simple=False),
     check=check,

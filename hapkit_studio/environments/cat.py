@@ -13,7 +13,7 @@ FUR_STIFFNESS = 200.0  # N/m: hairs bend by 2 to 3 mm before they slip
 HAIR_SPACING = 0.003  # m
 # Speeds of the hand in m/s: at rest below the first; felt as caress between the next two (1 to 10 cm/s:
 # C-tactile afferents, Löken et al. 2009; extended, as tufts vary the speed); rough beyond the last.
-RESTS, SLOW, FAST, ROUGH = 0.003, 0.005, 0.12, 0.25
+RESTS, SLOW, FAST, ROUGH = 0.003, 0.005, 0.12, 0.14
 PACE_TIME = 0.01  # s: time constant of two low-passes, against sensor counts and the purr
 LIKED, MISLIKED, HATED = 3.0, 0.8, 3.5  # contentment per metre
 FORGETS = 10.0  # s: time constant of the mood; a caress decays only while the hand rests
@@ -121,8 +121,24 @@ def over_position(p: Values, x: np.ndarray) -> np.ndarray:
 
 
 PARAMETERS = (
-    Parameter("fur_friction", "Fur friction", "N", 0.35, 0.0, 1.5, "Where the fur slips, head to tail"),
-    Parameter("nap_ratio", "Against the nap", "×", 1.8, 1.0, 3.0, "How many times harder than with the nap"),
+    Parameter(
+        "fur_friction",
+        "Fur friction",
+        "N",
+        0.35,
+        0.0,
+        1.5,
+        "Force at which the fur slips, stroked from head to tail",
+    ),
+    Parameter(
+        "nap_ratio",
+        "Against the nap",
+        "×",
+        1.8,
+        1.0,
+        3.0,
+        "How many times harder it is to stroke against the fur",
+    ),
     Parameter("fur_damping", "Damping", "N·s/m", 1.5, 0.0, 10.0, "Force per metre per second", "b"),
     Parameter("hair", "Tufts", "N", 0.06, 0.0, 0.3, "Ripple of the hair, one tuft every 3 mm"),
     Parameter(
@@ -132,20 +148,30 @@ PARAMETERS = (
         0.25,
         0.0,
         1.0,
-        "How strong the purr is in full contentment, +1; it begins at 0.3. Left alone, a third is "
-        "forgotten every 4 s",
+        "Strength of the purr at full contentment, +1. The purr begins at 0.3. Without stroking, "
+        "contentment falls by a third every 4 s",
         "F<sub>p</sub>",
     ),
-    Parameter("purr_frequency", "Purr pitch", "Hz", 26.3, 20.0, 30.0, "±1.2 Hz as it breathes out and in"),
+    Parameter(
+        "purr_frequency",
+        "Purr pitch",
+        "Hz",
+        26.3,
+        20.0,
+        30.0,
+        "Frequency of the purr. It changes by ±1.2 Hz with each breath",
+    ),
     Parameter("breathing_rate", "Breathing", "Hz", 0.4, 0.1, 1.0, "Breaths per second"),
     Choice(
         "temperament",
         "Temper",
         ("easy", "choosy", "grumpy"),
         "easy",
-        "Easy: +3 of contentment per metre with the nap at 1 to 10 cm/s, where the nerves for caress answer "
-        "best; −0.8 against it, −3.5 above 12 cm/s, or either way above 25 cm/s; below −0.5 it swats and "
-        "sulks for 5 s. Choosy: likes 0.8 times as much, resents 1.25 times as much. Grumpy: 0.7 and 1.5.",
+        "Easy: contentment grows by 3 per metre if you stroke with the fur at 1 to 10 cm/s, the "
+        "speed that nerves for caresses answer best. It falls by 0.8 per metre against the fur, "
+        "and by 3.5 if you are faster than 12 cm/s against it or 14 cm/s with it. Below −0.5 the "
+        "cat swats, then sulks for 5 s. Choosy: 0.8 times as much liking, 1.25 times as much "
+        "dislike. Grumpy: 0.7 and 1.5 times.",
     ),
 )
 
@@ -156,12 +182,12 @@ ENVIRONMENT = Environment(
     summary="Pet it. Gently.",
     parameters=PARAMETERS,
     force=force,
-    drives="The purr and the paw give energy by themselves.",
+    drives="The purr and the paw move the handle by themselves.",
     shortcut="C",
     formula="<i>F</i> = fur − <i>b v</i> + <i>c F</i><sub>p</sub> sin <i>φ</i>",
-    explanation="Stroke it slowly from head (left) to tail: it grows content and purrs. Haste, or strokes "
-    "against the nap, it minds. Rubbed the wrong way for long, it swats once and sulks. "
-    "Left alone, it forgets.",
+    explanation="Stroke it slowly from head (left) to tail: it grows content and purrs. It dislikes haste "
+    "and strokes against the fur. If you rub it the wrong way for long, it swats once and sulks. If "
+    "you leave it alone, it forgets.",
     impedance=impedance,
     terms=no_terms,
     over_position=over_position,

@@ -20,8 +20,9 @@ ENVIRONMENT = Environment(
     force=force,
     shortcut="3",
     formula="<i>F</i> = −<i>b v</i>",
-    explanation="A force against the motion, like stirring honey. The speed is estimated from sensor counts, "
-    "so it comes in steps of one count per period, and so does the force: b × count × rate.",
+    explanation="A force against the motion, like stirring honey. The speed is computed from sensor counts, "
+    "so it changes in steps of one count per period, and the force changes in steps of b × count "
+    "× rate.",
     impedance=lambda p: (0.0, p["damping"]),
     terms=lambda p: ForceTerms(0.0, p["damping"], terms=("stiffness", "damping")),
     hands=("released", "stroke", "sweep"),

@@ -24,17 +24,27 @@ ENVIRONMENT = Environment(
             "stiffness", "Stiffness", "N/m", 400.0, 0.0, 2000.0, "Force per metre from a notch's centre", "k"
         ),
         Parameter("damping", "Damping", "N·s/m", 2.0, 0.0, 50.0, "Force per m/s inside a notch", "b"),
-        Parameter("pitch", "Pitch", "m", 0.02, 0.005, 0.04, "From one centre to the next, one at 0", "p"),
         Parameter(
-            "half_width", "Half width", "m", 0.003, 0.0005, 0.005, "How far a notch reaches either way", "w"
+            "pitch",
+            "Pitch",
+            "m",
+            0.02,
+            0.005,
+            0.04,
+            "Distance from one notch's centre to the next. One centre is at 0",
+            "p",
+        ),
+        Parameter(
+            "half_width", "Half width", "m", 0.003, 0.0005, 0.005, "How far a notch reaches to each side", "w"
         ),
     ),
     force=force,
     shortcut="9",
     formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i><sub>n</sub>) − <i>b v</i> in a notch",
-    explanation="Each notch is a short spring to its own centre x<sub>n</sub>. Pulled out of it, the force "
-    "rises up to k·w and then drops to nothing: that drop is the click of a knob. Damping takes the energy "
-    "of the fall into the next notch; without it the handle rings.",
+    explanation="Each notch is a short spring to its own centre x<sub>n</sub>. When you pull the handle out "
+    "of a notch, the force rises up to k·w and then drops to zero: this drop is the click of a "
+    "knob. Damping absorbs the energy of the fall into the next notch; without damping, the "
+    "handle rings.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     terms=no_terms,
     hands=("sweep", "released"),

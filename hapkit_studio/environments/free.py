@@ -17,8 +17,8 @@ ENVIRONMENT = Environment(
     force=force,
     shortcut="0",
     formula="<i>F</i> = 0",
-    explanation="No force is rendered. What you feel is the paddle itself: its mass, the friction of its "
-    "bearing and cable, the motor turned by hand.",
+    explanation="No force is rendered. You feel only the paddle itself: its mass, the friction of its "
+    "bearing and cable, and the motor that your hand turns.",
     terms=lambda p: ForceTerms(0.0, 0.0, terms=("stiffness", "damping")),
     hands=("released", "stroke", "tap"),
     needs=("mass", "viscous", "coulomb"),

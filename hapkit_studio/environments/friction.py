@@ -221,8 +221,9 @@ ENVIRONMENT = Environment(
             "Model",
             MODELS,
             "projection",
-            "Coulomb and smoothed know the speed alone and let go. Karnopp holds within a band of speed. "
-            "Tether and projection hold and break away at once, Stribeck and LuGre by degrees.",
+            "Coulomb and Smoothed depend on the speed only and cannot hold the handle at rest. "
+            "Karnopp holds it below a small speed. Tether and Projection hold, then break away "
+            "suddenly. Stribeck and LuGre hold, then break away gradually.",
             labels=LABELS,
             method=True,
             exact="projection",  # the only model that holds without oscillation, like dry friction
@@ -237,7 +238,7 @@ ENVIRONMENT = Environment(
             0.02,
             0.001,
             0.2,
-            "The speed by which most static force is gone; Stribeck, LuGre",
+            "Stribeck, LuGre: the speed at which most of the static force has gone",
             "v_S",
         ),
         Parameter(
@@ -247,18 +248,31 @@ ENVIRONMENT = Environment(
             0.03,
             0.001,
             0.2,
-            "Karnopp: the speed below which it holds. Smoothed: the speed at which friction has grown",
+            (
+                "Karnopp: the speed below which it holds. Smoothed: the speed at which friction "
+                "reaches its full force"
+            ),
             "Δv",
         ),
-        Parameter("tether_stiffness", "Tether stiffness", "N/m", 500.0, 100.0, 2e4, "Of what holds", "k"),
+        Parameter(
+            "tether_stiffness",
+            "Tether stiffness",
+            "N/m",
+            500.0,
+            100.0,
+            2e4,
+            "Stiffness of the spring that holds the handle at rest",
+            "k",
+        ),
     ),
     force=force,
     shortcut="4",
     formula="|<i>F</i>| ≤ <i>F</i><sub>s</sub> at rest, <i>F</i><sub>k</sub> + <i>b</i>|<i>v</i>| sliding",
-    explanation="Friction holds a resting body against any pull up to the static force; sliding, it resists "
-    "with less. So a body drawn by a spring sticks, slips, sticks. A loop that knows the speed alone cannot "
-    "hold: near rest the sign of the speed is noise, and the force chatters. A tether to an anchor holds: it "
-    "pulls back like a spring, and is dragged along once you pull harder than friction can.",
+    explanation="Friction holds a resting handle against any pull up to the static force. While the handle "
+    "slides, friction resists with less force. So a body that is pulled by a spring sticks, slips "
+    "and sticks again. A law that uses only the speed cannot hold: near rest, the sign of the "
+    "speed is noise, and the force chatters. A tether to an anchor can hold: it pulls back like a "
+    "spring, and its anchor is dragged along when you pull harder than friction can.",
     impedance=impedance,
     terms=terms,
     unused=unused,

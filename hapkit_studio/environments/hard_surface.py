@@ -120,17 +120,20 @@ ENVIRONMENT = Environment(
             "custom",
             "Rubber, wood, aluminium: their own amplitude, decay and frequency. Custom: those below.",
         ),
-        Parameter("amplitude", "Amplitude", "N·s/m", 15.0, 0.0, 100.0, "Ringing per speed of entry", "A"),
+        Parameter(
+            "amplitude", "Amplitude", "N·s/m", 15.0, 0.0, 100.0, "Ringing force per m/s of impact speed", "A"
+        ),
         Parameter("decay", "Decay", "1/s", 60.0, 5.0, 300.0, "How fast the ringing dies out", "γ"),
         Parameter("frequency", "Frequency", "Hz", 50.0, 5.0, 400.0, "How fast it rings", "f"),
-        Parameter("limit", "Limit", "N", 1.5, 0.0, 3.0, "The most that the ringing alone may push or pull"),
+        Parameter("limit", "Limit", "N", 1.5, 0.0, 3.0, "The largest force of the ringing alone"),
     ),
     force=force,
     shortcut="5",
     formula="<i>F</i> = −<i>k d</i> − <i>A v</i><sub>i</sub> e<sup>−γτ</sup> sin 2π<i>f</i>τ",
-    explanation="A motor cannot be as stiff as wood, but it can answer a tap as wood does. At the moment of "
-    "entry the surface adds a short ringing, the stronger the faster you hit it, and the hand takes that for "
-    "hardness. It rings once for each entry and again only after you have clearly left.",
+    explanation="A motor cannot be as stiff as wood, but it can answer a tap as wood does. When you hit the "
+    "surface, it adds a short ringing. The faster you hit it, the stronger the ringing, and your "
+    "hand feels this as hardness. It rings once per hit, and again only after you have clearly "
+    "left the surface.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     terms=terms,
     unused=unused,

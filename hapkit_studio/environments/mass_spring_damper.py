@@ -72,12 +72,28 @@ ENVIRONMENT = Environment(
     title="Mass–spring–damper",
     summary="Push a moving mass",
     parameters=(
-        Parameter("mass", "Mass", "kg", 2.0, 0.05, 5.0, "Of the object that is pushed", "m"),
-        Parameter("damping", "Damping", "N·s/m", 1.0, 0.0, 20.0, "Brakes the object", "b"),
-        Parameter("stiffness", "Stiffness", "N/m", 300.0, 0.0, 2000.0, "Of the spring that holds it", "k"),
+        Parameter("mass", "Mass", "kg", 2.0, 0.05, 5.0, "Mass of the pushed object", "m"),
+        Parameter("damping", "Damping", "N·s/m", 1.0, 0.0, 20.0, "Damping that brakes the object", "b"),
+        Parameter(
+            "stiffness",
+            "Stiffness",
+            "N/m",
+            300.0,
+            0.0,
+            2000.0,
+            "Stiffness of the spring that holds the object",
+            "k",
+        ),
         *contact("object"),
         Parameter(
-            "rest_position", "Rest position", "m", 0.01, -0.04, 0.04, "Of the spring", "x<sub>eq</sub>"
+            "rest_position",
+            "Rest position",
+            "m",
+            0.01,
+            -0.04,
+            0.04,
+            "Rest position of the spring",
+            "x<sub>eq</sub>",
         ),
         integrator("object"),
     ),
@@ -87,10 +103,11 @@ ENVIRONMENT = Environment(
     "<i>k</i>(<i>x</i>&nbsp;−&nbsp;<i>x</i><sub>eq</sub>), "
     "<i>F</i>&nbsp;=&nbsp;−<i>F</i><sub>u</sub>",
     explanation="The handle pushes an object from the left through a contact spring and feels the same force "
-    "back. The object is a mass on a spring with a damper, so it swings on when the handle leaves it. Its "
-    "motion is computed step by step, and the rule for a step matters: explicit Euler and the lecture's rule "
-    "add energy each time. Where the damper takes less, the swing grows until the object flies apart and "
-    "begins anew at rest. Semi-implicit Euler takes no longer to compute and does not grow.",
+    "back. The object is a mass on a spring with a damper, so it keeps swinging when the handle "
+    "leaves it. Its motion is computed step by step, and the rule for a step matters: explicit "
+    "Euler and the lecture's rule add energy in each step. If the damper takes less energy than "
+    "that, the swing grows until the object is reset to rest. Semi-implicit Euler takes no longer "
+    "to compute, and its swing does not grow.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
     terms=no_terms,
     over_position=pushed_slowly,

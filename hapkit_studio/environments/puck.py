@@ -82,23 +82,39 @@ ENVIRONMENT = Environment(
     title="Puck",
     summary="Shove it, catch it",
     parameters=(
-        Parameter("mass", "Mass", "kg", 0.5, 0.05, 5.0, "Of the puck", "m"),
+        Parameter("mass", "Mass", "kg", 0.5, 0.05, 5.0, "Mass of the puck", "m"),
         *contact("puck"),
         Parameter(
-            "wall_stiffness", "Wall stiffness", "N/m", 500.0, 50.0, 5000.0, "Of both walls", "k<sub>w</sub>"
+            "wall_stiffness",
+            "Wall stiffness",
+            "N/m",
+            500.0,
+            50.0,
+            5000.0,
+            "Stiffness of both walls",
+            "k<sub>w</sub>",
         ),
-        Parameter("friction", "Friction", "N", 0.0, 0.0, 3.0, "Dry, of puck on ground", "F<sub>c</sub>"),
+        Parameter(
+            "friction",
+            "Friction",
+            "N",
+            0.0,
+            0.0,
+            3.0,
+            "Dry friction between puck and ground",
+            "F<sub>c</sub>",
+        ),
         integrator("puck"),
     ),
     force=force,
     shortcut="P",
     formula="<i>m&nbsp;ẍ</i> = <i>F</i><sub>u</sub> − <i>k</i><sub>w</sub>&nbsp;<i>d</i><sub>w</sub>, "
     "<i>F</i>&nbsp;=&nbsp;−<i>F</i><sub>u</sub>",
-    explanation="A free mass between two walls. Handle and walls push it through springs, in proportion to "
-    "how deep it is inside; the handle feels the push back. What a shove gives the puck is its momentum, the "
-    "force summed over the time of contact. An exact bounce keeps the puck's energy. Explicit Euler and the "
-    "lecture's rule add some, implicit Euler takes some away. With too much of it the puck flies out and "
-    "begins anew at rest.",
+    explanation="A free mass between two walls. Handle and walls push it through springs: the deeper the "
+    "contact, the larger the force. The handle feels the same force back. A shove gives the puck "
+    "momentum: the force summed over the time of contact. An exact bounce keeps the puck's "
+    "energy. Explicit Euler and the lecture's rule add energy, implicit Euler takes some away. "
+    "With too much energy the puck flies out and is reset to rest.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
     terms=no_terms,
     # the force depends on the puck's position: no curve over the handle's position

@@ -24,9 +24,10 @@ ENVIRONMENT = Environment(
     force=force,
     shortcut="1",
     formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i>₀) − <i>b v</i>",
-    explanation="The farther from its centre, the harder the spring pulls back. A rendered spring is held "
-    "for a whole period of the loop, so it pushes a little longer on the way out than it resisted on the "
-    "way in: above a certain stiffness it gives more than the paddle's friction takes.",
+    explanation="The farther you are from its centre, the harder the spring pulls back. The force of a "
+    "rendered spring stays the same for a whole period of the loop, so it pushes a little longer "
+    "on the way out than it resisted on the way in. Above a certain stiffness, this adds more "
+    "energy than the paddle's friction takes away.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     terms=lambda p: ForceTerms(
         p["stiffness"], p["damping"], centre=p["center"], terms=("stiffness", "damping")

@@ -104,17 +104,22 @@ ENVIRONMENT = Environment(
             "Bands: damping in every other stripe. Grating: a wave of force. Sandpaper: random grains.",
         ),
         Parameter("damping", "Damping", "N·s/m", 8.0, 0.0, 50.0, "Force per m/s inside a band", "b"),
-        Parameter("amplitude", "Amplitude", "N", 0.25, 0.0, 2.0, "The most a ridge or grain can push", "A"),
-        Parameter("wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "From one ridge to the next", "λ"),
-        Parameter("seed", "Seed", "", 1.0, 0.0, 99.0, "Another whole number is another piece of sandpaper"),
+        Parameter(
+            "amplitude", "Amplitude", "N", 0.25, 0.0, 2.0, "The largest force of a ridge or grain", "A"
+        ),
+        Parameter(
+            "wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "Distance from one ridge to the next", "λ"
+        ),
+        Parameter(
+            "seed", "Seed", "", 1.0, 0.0, 99.0, "Each whole number gives a different piece of sandpaper"
+        ),
     ),
     force=force,
     shortcut="7",
-    formula="<i>F</i> = −<i>b v</i> | <i>A</i> sin(2π<i>x</i>/<i>λ</i>) | −d<i>h</i>/d<i>x</i>",
-    explanation="Stroked at a speed v, ridges a wavelength λ apart come v/λ times a second, and that "
-    "vibration is what a finger calls rough. The loop needs ten samples for each ridge and the sensor ten "
-    "counts; and since a high and narrow ridge is as steep as a stiff spring, there is a most that it may "
-    "push before it buzzes by itself.",
+    formula="<i>F</i> = −<i>b v</i>, <i>A</i> sin(2π<i>x</i>/<i>λ</i>) or −d<i>h</i>/d<i>x</i>",
+    explanation="At a speed v you cross v/λ ridges per second. A finger feels this vibration as roughness. "
+    "The loop needs ten samples for each ridge, and the sensor ten counts. A high and narrow "
+    "ridge is as steep as a stiff spring, so above some amplitude it buzzes by itself.",
     impedance=impedance,
     terms=no_terms,
     unused=unused,

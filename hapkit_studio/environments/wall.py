@@ -41,7 +41,9 @@ ENVIRONMENT = Environment(
     title="Wall",
     summary="Push: it pushes back",
     parameters=(
-        Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per m of depth in it", "k"),
+        Parameter(
+            "stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per metre of depth in the wall", "k"
+        ),
         Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per m/s inside the wall", "b"),
         Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the surface is", "x<sub>w</sub>"),
         Choice("side", "Side", ("right", "left"), "right", "On which side of the surface the wall stands"),
@@ -56,10 +58,11 @@ ENVIRONMENT = Environment(
     ),
     force=force,
     shortcut="2",
-    formula="<i>F</i> = −<i>k d</i> − <i>b v</i> inside, going in",
-    explanation="Outside the wall nothing; inside, a spring, and a damper that acts on the way in. The loop "
-    "sees the handle only once a period, so it enters unseen by up to v·T and is pushed out with more energy "
-    "than it brought: that is why a stiff wall buzzes.",
+    formula="<i>F</i> = −<i>k d</i> − <i>b v</i> in the wall",
+    explanation="Outside the wall there is no force. Inside, a spring pushes you out, and a damper acts on "
+    "the way in. The loop sees the handle only once per period T, so the handle enters by up to "
+    "v·T before the wall reacts. It is then pushed out with more energy than it brought: that is "
+    "why a stiff wall buzzes.",
     impedance=impedance,
     terms=terms,
     unused=unused,

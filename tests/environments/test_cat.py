@@ -26,9 +26,9 @@ def grown(gain, speed, start, seconds):
 
 # speed in m/s with the nap, contentment per metre of an easy cat
 BANDS = [
-    (0.05, 3.0), (0.00495, 0.0), (0.00505, 3.0), (0.1188, 3.0), (0.1212, 0.0), (0.2475, 0.0),
-    (0.2525, -3.5), (-0.05, -0.8), (-0.0099, -0.8), (-0.1188, -0.8), (-0.1212, -3.5), (-0.2475, -3.5),
-    (-0.2525, -3.5),
+    (0.05, 3.0), (0.00495, 0.0), (0.00505, 3.0), (0.1188, 3.0), (0.1212, 0.0), (0.1386, 0.0),
+    (0.1414, -3.5), (0.2, -3.5), (-0.05, -0.8), (-0.0099, -0.8), (-0.1188, -0.8), (-0.1212, -3.5),
+    (-0.2475, -3.5), (-0.2525, -3.5),
     (0.0015, 0.0), (-0.0015, 0.0), (1.0, -3.5),
 ]  # fmt: skip
 
@@ -83,19 +83,20 @@ def test_it_purrs_by_the_third_pet(rate, delay, estimator):
 
 
 @pytest.mark.parametrize(("rate", "delay", "estimator"), EVERY_LOOP)
-def test_it_swats_at_the_third_rub(rate, delay, estimator):
+def test_it_swats_at_the_second_rub(rate, delay, estimator):
     run = hs.simulate("cat", hand="rub", rate=rate, delay=delay, estimator=estimator, seconds=5.0)
     assert run.faults == ()
     swatting = column(run, "swat") > 0.0
-    assert 2.0 < strokes(run, "rub")[swatting.argmax()] < 3.0
-    assert strokes(run, "rub")[swatting.argmax()] == pytest.approx(2.81, abs=0.05)
+    # −3.5 per metre: 27 mm to the head, then 55 mm each way, make −0.5 after 1.1 times there and back; near
+    # the ends the hand is slower than haste
+    assert 1.1 < strokes(run, "rub")[swatting.argmax()] < 1.4
     assert np.count_nonzero(np.diff(swatting.astype(int)) > 0) == 1
     assert not column(run, "phase").any()
 
 
 def test_it_sulks_for_five_seconds_whatever_the_stroke():
     def rub_then_pet(t):
-        return SCRIPTS["rub"].target(np.minimum(t, 2.1)) + SCRIPTS["pet"].target(np.maximum(t - 2.1, 0.0))
+        return SCRIPTS["rub"].target(np.minimum(t, 1.2)) + SCRIPTS["pet"].target(np.maximum(t - 1.2, 0.0))
 
     run = moved(rub_then_pet, 24.0)
     sulk, c = column(run, "sulk"), column(run, "contentment")
@@ -112,10 +113,10 @@ def test_it_sulks_for_five_seconds_whatever_the_stroke():
 def test_left_alone_it_never_swats():
     def rubbed_for_long(t):
         flicker = 20.7e-6 * (np.fmod(np.round(np.asarray(t) * 1000.0), 2.0) == 0.0)
-        return SCRIPTS["rub"].target(np.minimum(t, 6.45)) + flicker
+        return SCRIPTS["rub"].target(np.minimum(t, 5.85)) + flicker
 
     run = moved(rubbed_for_long, 12.0)
-    over = (run.time > 6.5) & (column(run, "sulk") == 0.0)
+    over = (run.time > 5.9) & (column(run, "sulk") == 0.0)
     assert column(run, "contentment")[over][0] < -0.7
     assert column(run, "swats")[-1] == 1.0
 

@@ -339,7 +339,7 @@ class SceneResult:
         if not (self.holds(best) or math.isnan(best.limit)):
             held = f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: "
             near = best.limit >= self.question.stiffness
-            held += "it is near its limit." if near else "it needs a hand or friction to come to rest."
+            held += "it is close to its limit." if near else "it needs a hand or friction to come to rest."
         return " ".join(filter(None, (held, self._cause(best))))
 
     def _cause(self, best: Option) -> str:
@@ -355,7 +355,7 @@ class SceneResult:
             )
         size, part = max(zip(best.parts, PARTS, strict=True))
         most = f"Largest part: {PART_WORDS.get(part, part)}, {jnd(size)}."
-        most += " Another one is set under Loop, for all scenes." * (part == VELOCITY)
+        most += " Choose a different filter under Loop; it applies to all scenes." * (part == VELOCITY)
         if own >= -KNOWN:
             return most
         pairs = zip(self.question.choices, best.options, strict=True)

@@ -201,20 +201,20 @@ class Curve:
         """Return a sentence on the frequency up to which it is a wall, and the reason."""
         start = f"{self.name[0].upper()}{self.name[1:]}: "
         if not self.best.frequency.size:
-            return f"{start}no force that follows the motion."
+            return f"{start}no force depends on the motion."
         own = f"the handle's own {with_unit(self.setting.viscous, 'N·s/m')}"
         lowest, highest = (float(f) for f in self.best.frequency[[0, -1]])
         damping = with_unit(float(self.best.damping[0]), "N·s/m", 2)
         holds = with_unit(self.stiffness, "N/m") if self.stiffness else f"damping {damping}"
         if self.gives_energy == lowest:
-            return (
-                f"{start}gives energy from {hertz(lowest)} on: damping {damping}, more than {own} takes away."
-            )
+            return f"{start}gives energy from {hertz(lowest)} on: its damping of {damping} outweighs {own}."
         if self.ends == self.softens:
-            return f"{start}{holds} up to {hertz(self.ends)}, where the stiffness is down by 3 dB."
+            return (
+                f"{start}{holds} up to {hertz(self.ends)}, where the stiffness has dropped by 3 dB (to 71 %)."
+            )
         if self.ends == self.gives_energy:
-            return f"{start}{holds} up to {hertz(self.ends)}; above, it gives more energy than {own} takes."
-        return f"{start}keeps {holds} up to {hertz(highest)}, the highest frequency measured."
+            return f"{start}{holds} up to {hertz(self.ends)}; above, it adds more energy than {own} takes."
+        return f"{start}{holds} at all measured frequencies, up to {hertz(highest)}."
 
 
 class Spectra:

@@ -258,7 +258,7 @@ def class_names(controller: bool) -> tuple[str, str, str]:
 
 def class_words(controller: bool) -> tuple[str, str, str]:
     """Return descriptions of DECAYS, BUZZES and GROWS."""
-    return "comes to rest", "bounded, keeps moving" if controller else "buzzes, does not grow", "grows"
+    return "comes to rest", "keeps moving, does not grow" if controller else "buzzes, does not grow", "grows"
 
 
 def as_json(plane: Plane) -> dict[str, Any]:
@@ -306,15 +306,15 @@ def passive(plane: Plane) -> np.ndarray:
 # by key: name and a one-line explanation
 LINES = {
     "exact": ("Exact boundary", "from the roots of the sampled loop"),
-    "friction": ("With dry friction", "below it a push of 1 mm settles"),
+    "friction": ("With dry friction", "below it, the handle comes to rest after a push of 1 mm"),
     "measured": ("Measured boundary", "simulated, by bisection"),
     "simple": ("Simple rule", "k < (b₀ + b) / (T/2 + td), b₀ of handle and hand"),
     "passive": ("Passivity line", "below it stable in any hand"),
     "people": ("Worst hand in the box", f"around people's hands: {PEOPLE}"),
-    "coulomb": ("Friction hides steps", "below k = 2 Fc / Δ sensor steps start no buzz"),
-    "decays": ("Comes to rest", "let go 3 and 200 steps away"),
-    "buzzes": ("Buzzes", "goes on moving, does not grow"),
-    "grows": ("Grows", "let go, it moves farther and farther"),
+    "coulomb": ("Friction stops sensor buzz", "below k = 2 Fc / Δ, the sensor's steps cannot start a buzz"),
+    "decays": ("Comes to rest", "after a release 3 and 200 sensor steps away"),
+    "buzzes": ("Buzzes", "keeps oscillating without growing"),
+    "grows": ("Grows", "after a release, it moves farther and farther"),
 }
 # relative excess of the simple rule over the exact boundary, above which it is too optimistic
 _OPTIMISTIC = 0.05
@@ -342,7 +342,7 @@ def line_words(plane: Plane, key: str) -> tuple[str, str]:
     """Return a line's name and meaning for this plane."""
     name, words = LINES[key]
     if key == "simple" and rule_is_optimistic(plane):
-        return f"{name}, too high here", words
+        return f"{name} (too optimistic here)", words
     if key == "measured" and plane.points is not None:
         name = plane.points.name
         words = f"{words}, does not grow below" if plane.points.controller else words

@@ -90,7 +90,7 @@ def stable_again(margin: Margin) -> str:
 def remedy(margin: Margin) -> str:
     """Return the remedy for an unstable impedance; "" if stable."""
     if math.isnan(margin.limit):
-        return "The velocity filter is not linear: only a run can tell."
+        return "The velocity filter is not linear, so only a measurement can tell."
     if margin.limit <= 0.0 and not margin.island:
         return "Lower damping."
     return "" if margin.stable else f"Lower stiffness below {margin.limit:,.0f} N/m."

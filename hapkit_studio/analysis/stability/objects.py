@@ -35,7 +35,7 @@ def contact_limit(setting: LoopSettings, key: str, values: Mapping[str, object])
     if key not in OBJECTS:
         raise ParameterError(f"An object that the handle pushes is in {', '.join(OBJECTS)}, not in {key!r}.")
     if not setting.linear:
-        raise ParameterError("The velocity filter is not linear: there is no exact limit.")
+        raise ParameterError("The velocity filter is not linear, so there is no exact limit.")
     others = {name: value for name, value in values.items() if name != "contact_stiffness"}
     numbers = environments.named(key).values(others)
     # a puck stays in contact only while the handle presses it against its wall

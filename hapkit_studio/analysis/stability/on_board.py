@@ -37,7 +37,7 @@ def sketch_words(found: Verdict, rate: float) -> str:
 
 HAND = "medium"
 """Grip assumed if none is specified."""
-UNKNOWN = "The delay of the link cannot be measured: nobody knows how stiff a spring it allows."
+UNKNOWN = "The delay of the link cannot be measured, so the stiffness limit is unknown."
 
 
 def rendering_rate(engine: Engine, where: str) -> float | None:

@@ -84,9 +84,9 @@ class Asked:
         if self.impedance is None:
             return "This environment has no stiffness or damping to compare with a limit."
         if not self.setting.linear:
-            return "The velocity filter is not linear: there is no exact limit."
+            return "The velocity filter is not linear, so there is no exact limit."
         if self.setting.controller:
-            return "The limits leave the passivity controller out, which is on."
+            return "The passivity controller is on. The limits do not include it."
         return differs(self.environment, self.values, self.impedance)
 
 
@@ -101,7 +101,7 @@ def differs(environment: Environment, values: Mapping[str, float], named: tuple[
     for found, said, unit in zip((stiffness, damping), named, ("N/m", "N·s/m"), strict=True):
         if abs(found - said) > _SAME * max(found, said):
             is_, says = with_unit(max(found, 0.0), unit), with_unit(said, unit)
-            return f"No limit: the law's steepest place is {is_}, and its impedance says {says}."
+            return f"No limit: the law's steepest point has {is_}, but its impedance states {says}."
     return ""
 
 

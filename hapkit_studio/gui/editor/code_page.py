@@ -22,10 +22,11 @@ _HEIGHT = 40
 # tone: sign, colour of sign and words
 _TONES = {"": ("", "ink2"), "ok": ("check", "ok"), "warn": ("info", "warn"), "danger": ("cross", "danger")}
 DRAFT_MS = 800
-CYCLES, CYCLES_KEY = "Cycles by line", "Ctrl+Shift+C"
+CYCLES, CYCLES_KEY = "Cycles per line", "Ctrl+Shift+C"
 _CYCLES_TIP = (
-    "What the law would take of the board's 16 million cycles a second. Beside the lines: on average over a "
-    "motion to and fro. For a call: where that motion makes it work most, and on the longest way through it."
+    "How many of the board's 16 million processor cycles per second the law needs. Beside each "
+    "line: the average over a back-and-forth motion. Per call: the largest in that motion, and "
+    "the longest path through the law."
 )
 
 
@@ -109,7 +110,7 @@ class CodePage(QWidget):
         self.name, self.marker = label(role="headline"), label("● not saved", "hint", wrap=False)
         self.marker.hide()
         self.save = QPushButton("Save and run", autoDefault=True)
-        self.save.setToolTip("Save the file, try the law, put it in force (Ctrl+S)")
+        self.save.setToolTip("Save the file, test the law and use it (Ctrl+S)")
         self.count = QPushButton("Cycles", autoDefault=True)
         self.count.setCheckable(True)
         self.count.setToolTip(f"{CYCLES} ({CYCLES_KEY})")
@@ -175,7 +176,7 @@ class CodePage(QWidget):
         if draft is not None and draft != text:
             self.code.selectAll()
             self.code.insertPlainText(draft)  # one undo step returns to the file's text
-            words = "Unsaved changes from last time are back. Ctrl+Z shows the file as it was."
+            words = "Unsaved changes from last time were restored. Ctrl+Z returns to the saved file."
             self.message.say(words, "warn")
         else:
             delete_draft(path)
@@ -224,6 +225,6 @@ class CodePage(QWidget):
             self._draft.stop()
             delete_draft(self.path)
         if modified and self.message.tone in ("", "ok"):
-            self.message.say("Not in force yet. Ctrl+S saves it and runs it.")
+            self.message.say("These changes are not running yet. Ctrl+S saves and runs them.")
         self.marker.setVisible(modified)
         self.unsaved_changed.emit()

@@ -23,8 +23,8 @@ from hapkit_studio.workshop import folder
 from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source, typed
 from hapkit_studio.workshop.trying import TrialResult
 
-_GOES_ON = "The old law goes on."
-_SINCE = "What was typed since is not saved."
+_GOES_ON = "The old law keeps running."
+_SINCE = "Later changes are not saved."
 SETTLED_MS = 200
 _LINE = re.compile(r"\bline (\d+)")
 
@@ -36,7 +36,7 @@ def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
         return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"
     cost = [f"Tried in {verdict.calls:,} calls, {verdict.ns_per_call:.0f} ns each."] if verdict.calls else []
     said = [*verdict.warnings, *map(str, verdict.remarks)]
-    return " ".join(["In force.", *(said or cost), *since]), "warn" if said else "ok"
+    return " ".join(["Running.", *(said or cost), *since]), "warn" if said else "ok"
 
 
 def write_error(error: OSError) -> str:
@@ -285,7 +285,7 @@ class DeleteDialog(TextDialog):
     def __init__(self, path: Path, forget: Callable[[Path], object], parent: QWidget):
         super().__init__(f"Delete {path.name}?", parent)
         self._path, self._forget = path, forget
-        self.words = label("It goes to the bin, from where it can be fetched back.")
+        self.words = label("It is moved to the bin, from which you can restore it.")
         self.words.setMinimumWidth(360)
         self.keep, self.delete = QPushButton("Keep it"), QPushButton("Move to bin")
         self.keep.clicked.connect(self.close)
@@ -331,7 +331,9 @@ class FileWatcher(QObject):
             return
         if text != controller.page.text:
             controller.page.open(controller.path, text)
-            controller.message.say("Changed outside the studio. Read it, then save it to run it.", "warn")
+            controller.message.say(
+                "The file was changed by another program. Read it, then save it to run it.", "warn"
+            )
 
     def _watch(self) -> None:
         """Watch the folder and its files; without a folder, its nearest existing parent."""

@@ -17,7 +17,10 @@ from hapkit_studio.workshop.folder import Template
 from hapkit_studio.workshop.source import Source
 
 _ICONS = {"two_walls": "wall", "mass_on_a_spring": "mass_spring_damper"}
-_ASK = "It is a program and may do what any program may. Run it only if you know where it comes from."
+_ASK = (
+    "This file is a program and can do anything that a program can do. Run it only if you know where "
+    "it comes from."
+)
 
 
 class Chooser(QWidget):
@@ -54,7 +57,7 @@ class Chooser(QWidget):
         self.group.button(0).setChecked(True)
         self.title.setModified(False)
         self._propose(0)
-        self.message.say("It becomes a Python file of your own, which you can change while you feel it.")
+        self.message.say("Creates a Python file of your own. You can change it while you feel it.")
         self.title.setFocus()
         self.title.selectAll()
 
@@ -97,7 +100,7 @@ class SourcePage(QWidget):
         self.code = CodeEdit()
         self.code.setReadOnly(True)
         self.run = QPushButton("Run it", autoDefault=True)
-        self.leave = QPushButton("Leave it", autoDefault=True)
+        self.leave = QPushButton("Do not run it", autoDefault=True)
         self.run.clicked.connect(lambda: self.run_pressed.emit(self.source))
         self.leave.clicked.connect(self.left)
         head = QWidget()

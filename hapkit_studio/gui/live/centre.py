@@ -63,11 +63,11 @@ class Toolbar(QWidget):
         self.span.setToolTip("How much of the past is shown")
         self.views = Segmented("Plot", _VIEWS)
         self.views.show_index(0)
-        self.cursors = _flat("cursors", "Read two samples and what lies between: drag A and B (keys A, B)")
+        self.cursors = _flat("cursors", "Measure between two moments: drag the cursors A and B (keys A, B)")
         self.cursors.setCheckable(True)
-        self.hold = _flat("hold", "Keep what the plots show now under what comes, to compare (H)")
-        self.release = _flat("hand", "The handle starts from rest where it is now, and no hand holds it (L)")
-        self.fit = _flat("fit", "Narrow the axes to the data and the wall, or what else is next to them (F)")
+        self.hold = _flat("hold", "Keep these curves in the background, to compare them with new ones (H)")
+        self.release = _flat("hand", "Let go of the handle where it is now, at rest (L)")
+        self.fit = _flat("fit", "Fit the axes to the data and to the nearest object (F)")
         self._names = {self.fit: "Fit axes", self.release: "Release here"}
         self._names |= {self.cursors: "Cursors", self.hold: "Hold"}
         for button, name in self._names.items():

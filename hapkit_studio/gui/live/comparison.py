@@ -26,7 +26,7 @@ PATIENCE = 5.0
 _ORDER = "press", "tap", "stroke", "sweep", "pet"
 _FAULT = "A fault ended the comparison. Clear it, then compare again."
 _STOPPED = "Nothing to compare while the force is off. Release the E-stop or clear the fault first."
-_CHANGED = "Changed meanwhile: nothing was compared."
+_CHANGED = "Settings changed during the comparison. Nothing was compared."
 HELD_SECONDS = 5.0
 UNWATCHED = (
     "No energy alarm: the passivity observer is part of the computer's loop, and the board renders now."

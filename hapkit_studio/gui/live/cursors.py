@@ -176,8 +176,9 @@ def slope(cursors: Cursors, samples: dict[str, np.ndarray]) -> tuple[Line | None
 _FOLDED, _BOTH = 0, 1  # of the switch
 _HEADS = (), ("A", "B", "B − A"), ("least", "greatest", "mean", "RMS", "Hz")
 _SLOPE_HELP = (
-    "Force over position from A to B, 95 % interval: the line through all samples in which the law asks for "
-    "a force and the motor gives it. None where settings changed or the samples lie on no straight line"
+    "Slope of force over position between A and B, with its 95 % interval. Only samples with a "
+    "force below the limit count. There is no slope if a setting changed or the samples do not "
+    "lie on a straight line"
 )
 
 
@@ -202,7 +203,7 @@ class CursorCard(QWidget):
         self._samples: dict[str, np.ndarray] = {}
         self._low = False
         self._chosen = [_BOTH, _FOLDED]  # what is shown with room for the table, and without
-        self.switch = Segmented("What the cursors read", ("Plot", "A and B", "Range"))
+        self.switch = Segmented("Cursor read-out", ("Plot", "A and B", "Range"))
         self.switch.show_index(_BOTH)
         self.table = Table("Cursors")
         self.slope = label(role="strong", wrap=False)

@@ -18,8 +18,8 @@ HOLD_S = 4.0
 BEYOND_CONTROL = 3.0
 # The number stays while it would change by less than this, so that it can be read.
 CHANGE = 1.5
-_LOWER = "Lower stiffness, or switch on the passivity controller."
-_CANNOT = "The passivity controller damps as much as it may. Lower stiffness."
+_LOWER = "Lower the stiffness, or switch on the passivity controller."
+_CANNOT = "The passivity controller already damps as much as it can. Lower the stiffness."
 
 
 class EnergyWatch(QObject):

@@ -52,8 +52,10 @@ class ForcePosition(QWidget):
         title = self.title = label("Force, N", "strong", wrap=False)
         self.theory = [Sample(("edge", 8.8, None), ("theory", 6.4, None)), QLabel("theory")]
         for part in self.theory:
-            part.setToolTip("The law's force at rest")
-        self.canvas.setToolTip("Applied: commanded after the clamp; the Hapkit has no force sensor")
+            part.setToolTip("The force of the law while the handle is at rest")
+        self.canvas.setToolTip(
+            "Applied: the force sent to the motor, after the force limit. The Hapkit has no force sensor"
+        )
         self.note = hint()
         self.note.setContentsMargins(14, 0, RIGHT, 4)
         self.note.hide()

@@ -102,11 +102,11 @@ class Header(QWidget):
             elif several:
                 lines += line
         if plot.limits:
-            limit = "The force the motor may give at most; asked is cut there"
+            limit = "The largest force that the motor may give. A larger asked force is cut to this value"
             lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
         surface = _line(("matline", 1.6, [3.5, 2.5]), "", "Where the surface is")
         self.surface = surface if plot.surface else []
-        self.back = _button("Back to live, and wait for nothing (Backspace)")
+        self.back = _button("Back to the live plots, and switch the trigger off (Backspace)")
         self.unlock = _button("Unlock the axes (Y)")
         icons.bind(self.back, "play", "accent", 12)
         icons.bind(self.unlock, "lock", "accent", 14)

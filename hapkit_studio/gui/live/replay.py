@@ -237,7 +237,9 @@ class Replay(QObject):
         places = ((*place, value) if place == ENVIRONMENT else place
                   for place, value in self._differing(wanted).items())  # fmt: skip
         if any(map(lock.holds, places)):
-            raise ParameterError("Some of it is locked: scene and verdict are those of before.")
+            raise ParameterError(
+                "Some of these settings are locked, so the scene and the verdict stay as they were."
+            )
 
     def _differing(self, wanted: Settings) -> Settings:
         """Return what differs from what is set."""
@@ -281,7 +283,7 @@ def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Settings:
     """
     key = str(what.get("environment", ""))
     if key not in studio.environments:
-        raise ParameterError(f"{key} is not among the environments: scene and verdict are those of before.")
+        raise ParameterError(f"{key} is not installed, so the scene and the verdict stay as they were.")
     parameters, device = what.get("parameters"), studio.opened
     ours = device is not None and not device.own_clock
     kept = ("delay_s", "estimator", "controller", "grip", *(["rate_Hz"] if ours else []))

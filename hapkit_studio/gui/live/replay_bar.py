@@ -33,7 +33,7 @@ class SeekLine(QWidget):
         super().__init__()
         self.setMinimumWidth(120)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
-        self.setAccessibleName("Place in the session")
+        self.setAccessibleName("Position in the session")
         self._seconds, self._time = 0.0, 0.0
         self.markers: Marks = []
         self.changes: Marks = []
@@ -104,15 +104,18 @@ class ReplayBar(QWidget):
         super().__init__(parent)
         self._replay, self._live = replay, live
         self.name, self.words, self.time = label(role="strong", wrap=False), hint(), label(wrap=False)
-        self.back = self._button("step_back", "Back by a frame (←), by a sample (Shift ←)")
-        self.play = self._button("pause", "Play, or stand (Space)")
-        self.on = self._button("step_on", "On by a frame (→), by a sample (Shift →)")
+        self.back = self._button("step_back", "One frame back (←), one sample back (Shift+←)")
+        self.play = self._button("pause", "Play or pause (Space)")
+        self.on = self._button("step_on", "One frame forward (→), one sample forward (Shift+→)")
         self.speed = QComboBox()
         self.speed.addItems([f"{speed:g} ×" for speed in SPEEDS])
         self.speed.setAccessibleName("Speed of the replay")
         self.line = SeekLine()
         self.leave = QPushButton("Close", autoDefault=True)
-        self.leave.setToolTip("Back to live, with the settings of before; so does a change of a setting")
+        self.leave.setToolTip(
+            "Back to the live view, with the settings from before the replay. Changing a setting does "
+            "the same"
+        )
         card = QFrame()
         card.setProperty("card", True)
         row = across(

@@ -32,10 +32,10 @@ LEVELS = (
     Level("velocity", Parameter("velocity", "Velocity", "mm/s", 100.0, -2000.0, 2000.0)),
     Level("applied_force", Parameter("force", "Force", "N", -1.0, -5.0, 5.0)),
 )
-EVENT = Choice("event", "Stand at", ("contact", *(level.parameter.key for level in LEVELS)))
+EVENT = Choice("event", "Stop at", ("contact", *(level.parameter.key for level in LEVELS)))
 EDGE = Choice("edge", "Crossed", ("rising", "falling"))
 AGAIN = Choice("again", "How often", ("single", "repeated"))
-BEFORE = Parameter("before", "Time shown before it", "%", 20.0, 0.0, 95.0)
+BEFORE = Parameter("before", "Time shown before the event", "%", 20.0, 0.0, 95.0)
 PARAMETERS: tuple[AnyParameter, ...] = (EVENT, *(level.parameter for level in LEVELS), EDGE, AGAIN, BEFORE)
 
 

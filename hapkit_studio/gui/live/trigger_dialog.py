@@ -7,7 +7,8 @@ from hapkit_studio.gui.panel.rows import row_of
 from hapkit_studio.gui.widgets.dialogs import FormDialog
 
 _ABOUT = (
-    "The time plots stand with the event in sight; scene, loop and recording go on. Backspace: back to live."
+    "When the event happens, the time plots stop and show it. Scene, loop and recording continue. "
+    "Backspace returns to the live plots."
 )
 
 
@@ -33,4 +34,4 @@ class TriggerDialog(FormDialog):
         for each in LEVELS:
             self.rows[each.parameter.key].setVisible(each is level)
         self.rows[EDGE.key].setVisible(level is not None)
-        self.arm.setText("Wait no longer" if self._trigger.armed else "Arm")
+        self.arm.setText("Stop waiting" if self._trigger.armed else "Arm")

@@ -305,7 +305,7 @@ class NeedsPart(Part):
         self._results: dict[str, Needs] = {}
         self.table = Table("Scenes down, terms of the device across", cells=True)
         self.details, self.law = Pairs(), hint()
-        self.side = SidePanel("What it needs", "Choose a cell once it is measured.")
+        self.side = SidePanel("What it needs", "Press Run, then choose a cell.")
         self.side.section("What leaving out law terms gains")
         self.side.add(self.law)
         self.side.section("This cell")

@@ -32,7 +32,7 @@ class BodePage(MeasuringPage):
     """The diagram of the scene in force; it is out of date once scene, values or loop are others."""
 
     file = "bode"
-    heading, about = "Bode", "What the loop makes of the scene, over frequency."
+    heading, about = "Bode", "How the rendered scene behaves at each frequency."
     begin = "Measure up to which frequency the scene keeps its stiffness."
     drawn, listed = "Impedance, stiffness, damping and mass over frequency", "Where the scene changes"
     read = (

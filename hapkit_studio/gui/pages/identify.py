@@ -42,7 +42,7 @@ def newest_piece(studio: "Studio", live: "Live", seconds: float) -> "Callable[[]
     """
     engine = studio.engine
     if engine is None:
-        raise StudioError("There is no device yet to take a piece from.")
+        raise StudioError("Connect a device first.")
     reader = engine.reader()
     reader.rewind(_ALL if math.isinf(seconds) else math.ceil(1.1 * seconds * engine.loop.rate) + 1)
     table = reader.read()
@@ -77,10 +77,10 @@ _INTO_SURFACE = 0.003
 PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
 PARTS = ("rendered", "handle")
 _HOW = (
-    "Touch what the scene renders: push and let go, slowly and fast, both ways.\n"
-    "Shake does so with the simulated hand. Then press Identify."
+    "Push against the scene and let go, slowly and fast, in both directions. Shake does this with "
+    "the simulated hand. Then press Identify."
 )
-_EXAMPLE = "Below, as an example, what is found of a simulated spring."
+_EXAMPLE = "The chart below is an example: a simulated spring."
 
 
 def example(_progress: Progress) -> "Identified":
@@ -111,14 +111,15 @@ class IdentifyPage(MeasuringPage):
     """Charts of one part at a time, its numbers beside them; both parts come from one piece."""
 
     file = "identify"
-    heading, about = "Set and rendered", "From the newest piece with the settings in force."
+    heading, about = "Set and rendered", "From the newest samples with the present settings."
     begin = "Move the handle or press Shake, then identify what was rendered."
     drawn, listed = "Force over what each term acts on", "What was set and what was found"
     buttons = ("Identify", "Identify again")
     needs = ""
     read = (
-        "Each dot is the mean over a short, smooth window. Line: what was found; its band: 95 %. Dotted: "
-        "what was set. A clamped, stopped or fading force is left out."
+        "Each dot is the mean of a short time window. Line: the identified value, with its 95 % "
+        "band. Dotted: the value that was set. Samples with a clamped, stopped or fading force "
+        "are left out."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -128,12 +129,12 @@ class IdentifyPage(MeasuringPage):
         self._file: tuple[Recording, Path] | None = None
         self._began, self._seconds = 0.0, 0.0
         self.shake = QTimer(self, interval=_STEP_MS, timerType=Qt.TimerType.PreciseTimer)
-        self.pieces = Segmented("Newest piece", tuple(words for _, words in PIECES))
+        self.pieces = Segmented("Newest samples", tuple(words for _, words in PIECES))
         self.pieces.show_index(1)
         self.parts = Segmented("What", ("Rendered", "Handle"))
         self.parts.show_index(0)
         self.shaking = QPushButton("Shake")
-        self.shaking.setToolTip("The simulated hand moves so that every term shows, then it is identified")
+        self.shaking.setToolTip("The simulated hand moves the handle so that every term can be identified")
         self.opening, self.opener = QPushButton("Open…"), RecordingOpener(self)
         self.opening.setToolTip("Identify a recording: a session, a CSV, or a table of another program")
         for widget in (self.pieces, self.shaking, self.opening, self.parts):

@@ -16,8 +16,8 @@ from hapkit_studio.tables import NEEDED, UNITS, Table, TableColumn, TableColumns
 
 _KINDS = f"Recordings (*.csv *.txt *.tsv *{SUFFIX});;All files (*)"
 _ABOUT = (
-    "“{}” has columns of its own. Choose those of the recording and their units. The force is the one on the "
-    "handle, positive to the right like the position."
+    "The columns of “{}” are not known. Choose the columns of the recording and their units. The "
+    "force is the one on the handle, positive to the right like the position."
 )
 _UNIT_WIDTH = 84  # px
 _COMPUTED = "Computed from the position"

@@ -107,7 +107,7 @@ class SessionsPage(Page):
         self.chosen: Overview | None = None
         self.search = QLineEdit(placeholderText="Search", clearButtonEnabled=True)
         self.search.setAccessibleName("Search")
-        self.search.setToolTip("Names, environments, devices, notes; every word must be found")
+        self.search.setToolTip("Search names, environments, devices and notes. Every word must occur")
         self.status, self.empty = hint(), hint(_READING)
         self.table = Table("Sessions", scrolls=True)
         self.chart = Drawing("Position over time", (_CHART, _CHART))
@@ -116,7 +116,7 @@ class SessionsPage(Page):
         self.replay, self.export = primary(QPushButton("Replay")), QPushButton("Export…")
         self.note, self.rename = QPushButton("Note…"), QPushButton("Rename…")
         self.copy, self.delete = QPushButton("Save a copy…"), QPushButton("Delete…")
-        self.replay.setToolTip("Show it in the Live view, with the settings of then (Enter)")
+        self.replay.setToolTip("Show the session in the view Live, with its own settings (Enter)")
         self._arrange()
         self._reading, self._saving, self._changing = self._jobs = [Job(self, needs="") for _ in range(3)]
         self._reading.finished.connect(self._take)
@@ -342,9 +342,10 @@ class SessionsPage(Page):
 
     def _arrange(self) -> None:
         other, reveal, into = (
-            QPushButton(words, autoDefault=True) for words in ("Open…", "Show folder", "Record into…")
+            QPushButton(words, autoDefault=True)
+            for words in ("Open…", "Show folder", "Choose the folder for recordings…")
         )
-        into.setToolTip("Choose the folder that is recorded into")
+        into.setToolTip("Choose the folder for recordings")
         other.clicked.connect(self.ask_open)
         reveal.clicked.connect(self._reveal)
         into.clicked.connect(self.ask_folder)

@@ -41,7 +41,7 @@ class ZWidthPage(MeasuringPage):
     file = "z-width"
     heading, about = "Z-width", "The stiffest wall that comes to rest, over its virtual damping."
     begin = "Measure how stiff a wall this Hapkit renders without buzzing."
-    drawn, listed = "Stiffness over damping of the walls that come to rest", "Walls that come to rest"
+    drawn, listed = "Stiffness over damping of the walls that come to rest", "Stable walls"
     read = (
         "Up to each point all walls tried came to rest after a hit and a push. Bar: there some come to rest "
         "and some buzz. Hollow: the motor reached its limit. Dashed: the exact boundary of the Stability "
@@ -101,7 +101,7 @@ class ZWidthPage(MeasuringPage):
             return
         setting = self._facts.setting(self._studio.grip)
         if setting is None or engine is None:
-            raise ParameterError("There is no device yet to take the numbers from.")
+            raise ParameterError("Connect a device first.")
         self._begin("Hitting walls…")
         protocol, arrived = Protocol(max_force=float(engine.device.max_force)), self.arrived.emit
         self.job.start(

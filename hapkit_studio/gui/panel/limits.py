@@ -92,12 +92,12 @@ class LoopFacts(QObject):
         engine, link = self._studio.engine, self._studio.link
         if engine is None:
             known = link.state == "idle" and link.text
-            return "Not judged yet", f"{link.text}." if known else "Needs a device."
+            return "Not judged yet", f"{link.text}." if known else "Connect a device first."
         if self._studio.stopped or engine.fault is not None:
-            return "Not measured while stopped", "The motor must be on for the delay to be measured."
+            return "Not measured while the motor is off", "The motor must be on for the delay to be measured."
         if engine.where == "board":
             return "Measuring the delay", "The board has not rendered yet."
-        return "Measuring the delay", "Half a second at zero force, on connecting."
+        return "Measuring the delay", "This takes half a second at zero force after connecting."
 
     def note_health(self, health: "Health") -> None:
         """Take over the delay as measured, on a coarse step so that noise asks nothing."""

@@ -24,8 +24,8 @@ from hapkit_studio.gui.widgets.text import rich
 if TYPE_CHECKING:
     from hapkit_studio.haptics.board_plan import BoardPlan
 
-CONTROLLER_NOTE = "Adds damping only while the scene gives energy."
-UNWATCHED = "Silent while the board renders: it watches and damps in the computer's loop only."
+CONTROLLER_NOTE = "Adds damping only while the scene gives you more energy than you put in."
+UNWATCHED = "Not active while the board renders: it works in the computer's loop only."
 _LEAST_TARGET = 24
 _MODEL_OPTIONS = ("As needed", "Everything", "No friction")
 _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}
@@ -63,12 +63,16 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
     """Return what is left out and what it would change."""
     all_of_it = _words(MODELLED)
     if not judged:
-        return f"{title} was not judged with these parameters, so everything is modelled: {all_of_it}."
+        return (
+            f"It is not known what {title} needs with these values, so everything is modelled: {all_of_it}."
+        )
     if not spare:
-        return f"{title} needs {_words(OPTIONAL)}: without either a hand feels a difference."
+        return (
+            f"{title} is simulated with {_words(OPTIONAL)}. Without either, people would feel a difference."
+        )
     return (
-        f"{title} does without {_words(spare)}: with the parameters it starts with, no hand feels a "
-        "difference. With others everything is modelled."
+        f"{title} is simulated without {_words(spare)}: with its default values, nobody would feel a "
+        "difference. With other values, everything is modelled."
     )
 
 

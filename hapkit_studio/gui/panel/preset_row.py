@@ -31,7 +31,7 @@ from hapkit_studio.gui.widgets.text import plain_tip
 
 _MOST_LINES = 12
 DEFAULTS, OWN = "Default values", "Own values"
-_ABOUT = "Keeps the values of {} under a name, as a file that others can import."
+_ABOUT = "Saves the values of {} under a name, in a file that others can import."
 
 
 class Presets(QObject):
@@ -197,7 +197,7 @@ class CompareDialog(FormDialog):
         if self._found:
             try:
                 found = self._presets.compared(self._found[self.picker.currentText()])
-                words = "" if found else "All that the preset has is in force."
+                words = "" if found else "These are already the present settings."
             except ParameterError as error:
                 words = str(error)
         self.table.show_differences(found)
@@ -256,7 +256,7 @@ class PresetRow(QWidget):
     def _would_change(self, path: Path) -> str:
         """Say what a preset would change, a line each, or why it is none."""
         try:
-            return "\n".join(map(str, self._presets.compared(path))) or "In force"
+            return "\n".join(map(str, self._presets.compared(path))) or "Now"
         except ParameterError as error:
             return str(error)
 

@@ -25,23 +25,23 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 ROWS = {
-    "Delay, ms": "From a sample to its force in the motor's register, as the board measured it: mean and "
-    "standard deviation of the last seconds",
-    "Rate, Hz": "How often the force is computed anew",
-    "Limit, N/m": "Stiffness limit: the exact boundary for a released handle at this delay, rate and "
-    "velocity estimator, with the scene's own damping",
-    "Missed": "Ticks missed. Computer: answers that came too late. Board: ticks it had no time for, by its "
-    "own count",
-    "Processor, %": "Share of the board's processor that law, rest of the tick and telemetry take as a rule; "
-    "up to 80",
+    "Delay, ms": "Time from a sample to its force at the motor, measured by the board: mean ± standard "
+    "deviation over the last seconds",
+    "Rate, Hz": "How many times per second the force is computed",
+    "Limit, N/m": "The greatest stiffness at which a released handle is stable, at this delay, rate and "
+    "velocity filter, with the damping of the scene",
+    "Missed": "Missed ticks. Computer: forces that arrived too late. Board: ticks for which its processor "
+    "had no time",
+    "Processor, %": "How busy the board's processor usually is. At most 80 % is allowed",
 }
 """The facts, each with what it means."""
 _FIRST_ROWS = "Delay, ms", "Limit, N/m"
 UNKNOWN = "–"
 NAMES = "Computer", "Board"
 TIP = (
-    "Who computes the force. The computer: a sample goes up, a force comes down, with the delay of the USB "
-    "line. The board: parameters go down once, its own processor runs the same law."
+    "Who computes the force. Computer: each sample travels over USB to the computer and the force "
+    "travels back, which takes time. Board: it receives the parameters once and computes the "
+    "force itself."
 )
 
 

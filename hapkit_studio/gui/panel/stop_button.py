@@ -30,5 +30,5 @@ class StopButton(ShortcutButton):
         mark(self, "latched", stopped)
         self.set_look("octagon", *(("STOPPED", "danger") if stopped else ("E-STOP", "onstop")), "onstop")
         self.set_cap(not stopped)
-        released = "Force to zero at the next tick (Esc)"
+        released = "Set the force to zero at once (Esc)"
         self.setToolTip("Stopped. Release in the line below." if stopped else released)

@@ -94,7 +94,7 @@ class TwoSettingsRow(QWidget):
         self.words, self.button = label(), QPushButton()
         across((self.words, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)
         self.button.clicked.connect(two.step)
-        self.button.setToolTip("Key X")
+        self.button.setToolTip("Press X to keep or switch settings")
         two.changed.connect(self.show_state)
         self.show_state()
 
@@ -102,7 +102,7 @@ class TwoSettingsRow(QWidget):
         """Show what is in force."""
         two, now = self._two, self._two.in_force
         self.setVisible(bool(two.kept))
-        self.words.setText("Neither A nor B" if now is None else f"{NAMES[now]} in force")
+        self.words.setText("No settings kept as A or B" if now is None else f"{NAMES[now]} is active")
         self.button.setText(two.next_words)
         self.button.setEnabled(len(two.kept) == len(NAMES) or now is None)
 
@@ -113,7 +113,10 @@ class TwoSettingsDialog(FormDialog):
     blind = Signal()
 
     def __init__(self, two: TwoSettings, parent: QWidget):
-        about = "X keeps what is set as A, then as B, and switches between them from then on."
+        about = (
+            "Press X to keep the present settings as A. Change them and press X again to keep them as "
+            "B. From then on, X switches between A and B."
+        )
         super().__init__("A and B", about, parent)
         self._two, self.table = two, DifferenceTable(*NAMES)
         self.begin, self.drop = QPushButton("Compare blind"), QPushButton("Forget A and B")
@@ -133,7 +136,7 @@ class TwoSettingsDialog(FormDialog):
         self.drop.setEnabled(bool(two.kept))
         words = "" if two.comparable else "Blind needs A and B with the same loop and grip."
         if not two.differences:
-            words = f"Next, X does: {two.next_words}."
+            words = f"Next, key X will: {two.next_words}."
         self.verdict.say(words)
         self.verdict.setVisible(bool(words))
 

@@ -143,7 +143,14 @@ def preparing(stage: Stage, fraction: float | None) -> None:
     """Say that the loop is being prepared, with a bar of how far it is."""
     width, height = 210.0, 6.0
     left, top = stage.width / 2 - width / 2, stage.top + stage.band * 0.45
-    stage.say("Preparing the loop, once only", [(stage.width / 2, top - 12, 0)], "ink", 13, 500, must=True)
+    stage.say(
+        "Preparing the loop. This happens only once.",
+        [(stage.width / 2, top - 12, 0)],
+        "ink",
+        13,
+        500,
+        must=True,
+    )
     for token, part in (("grid", 1.0), ("accent", fraction or 0.0)):
         stage.use(None, token)
         stage.p.drawRoundedRect(QRectF(left, top, width * min(max(part, 0.0), 1.0), height), 3, 3)

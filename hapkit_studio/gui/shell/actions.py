@@ -1,6 +1,7 @@
 """Every action once: key, words, shortcut, what it does, when it may. Menus, shortcuts and tests derive."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -158,7 +159,7 @@ _SESSION = (
         "session.save_copy", "Save a copy…", lambda w: _sessions(w).ask_copy(),
         enabled=lambda w: _lists_sessions(w, "copy"),
     ),
-    Action("session.folder", "Record into…", lambda w: _sessions(w).ask_folder()),
+    Action("session.folder", "Choose the folder for recordings…", lambda w: _sessions(w).ask_folder()),
     Action(
         "session.record", "Record", lambda w: w.studio.recording.toggle(), "R",
         enabled=lambda w: w.studio.recording.possible,
@@ -173,17 +174,19 @@ _SESSION = (
         enabled=lambda w: _has_engine(w) and not _replays(w),
     ),
     Action(
-        "session.step_back", "Replay: back by a frame", lambda w: w.replay.step(-1), "Left", enabled=_replays,
+        "session.step_back", "Replay: one frame back", lambda w: w.replay.step(-1), "Left", enabled=_replays,
         rule=True,
     ),
-    Action("session.step_on", "Replay: on by a frame", lambda w: w.replay.step(1), "Right", enabled=_replays),
     Action(
-        "session.sample_back", "Replay: back by a sample", lambda w: w.replay.step(-1, sample=True),
+        "session.step_on", "Replay: one frame forward", lambda w: w.replay.step(1), "Right", enabled=_replays
+    ),
+    Action(
+        "session.sample_back", "Replay: one sample back", lambda w: w.replay.step(-1, sample=True),
         "Shift+Left", enabled=_replays,
     ),
     Action(
-        "session.sample_on", "Replay: on by a sample", lambda w: w.replay.step(1, sample=True), "Shift+Right",
-        enabled=_replays,
+        "session.sample_on", "Replay: one sample forward", lambda w: w.replay.step(1, sample=True),
+        "Shift+Right", enabled=_replays,
     ),
     Action("session.close_replay", "Close the replay", lambda w: w.replay.close(), enabled=_replays),
     Action(
@@ -224,8 +227,51 @@ def _value(place: int, words: str, steps: int, key: str, *extra: str) -> Action:
     """Return an action that changes one of the projector's values by some steps."""
     return Action(
         f"view.{words.lower().replace(' ', '_')}", words, lambda w: w.projector.card.step(place, steps), key,
-        enabled=lambda w: w.projector.on, extra=extra,
+        enabled=lambda w: w.projector.on, extra=extra, submenu="Projector values",
     )  # fmt: skip
+
+
+_PLOTS = (
+    Action(
+        "view.cursors",
+        "Cursors",
+        lambda w: w.centre.toolbar.cursors.toggle(),
+        checked=lambda w: w.centre.time.cursors.on,
+    ),
+    Action("view.cursor_a", "Cursor A here", lambda w: w.centre.time.put_cursor(0), "A"),
+    Action("view.cursor_b", "Cursor B here", lambda w: w.centre.time.put_cursor(1), "B"),
+    Action("view.hold", "Hold the traces", lambda w: w.display.hold(), "H", enabled=_shows_values),
+    Action("view.hold_file", "Compare with a recording…", lambda w: w.opener.ask(), enabled=_shows_values),
+    Action("view.live", "Back to live", lambda w: w.display.go_live(), "Backspace", rule=True, on_plots=True),
+    Action(
+        "view.trigger",
+        "Trigger",
+        lambda w: w.centre.trigger.toggle(),
+        "T",
+        enabled=lambda w: not _replays(w),
+        checked=lambda w: w.centre.trigger.armed,
+        on_plots=True,
+    ),
+    Action("view.trigger_settings", "Trigger settings…", lambda w: w.show_trigger(), on_plots=True),
+    Action(
+        "view.lock",
+        "Lock axes",
+        lambda w: w.centre.view.set_locked(not w.centre.view.locked),
+        "Y",
+        checked=lambda w: w.centre.view.locked,
+        rule=True,
+        on_plots=True,
+    ),
+    Action(
+        "view.as_felt",
+        "Force where it acted",
+        lambda w: w.centre.phase.felt.toggle(),
+        enabled=lambda w: w.centre.phase.felt.isEnabled(),
+        checked=lambda w: w.centre.phase.felt.isChecked(),
+    ),
+    Action("view.fit", "Fit axes", lambda w: w.fit_axes(), "F", on_plots=True),
+    Action("view.grid", "Grid", lambda w: w.toggle_grid(), "G", checked=lambda _w: theme.grid),
+)
 
 
 _VIEW = (
@@ -238,30 +284,7 @@ _VIEW = (
         lambda w, seconds: w.centre.view.set_span(float(seconds)), lambda w: f"{w.centre.view.span:g}",
         "Time window",
     ),
-    Action(
-        "view.cursors", "Cursors", lambda w: w.centre.toolbar.cursors.toggle(),
-        checked=lambda w: w.centre.time.cursors.on,
-    ),
-    Action("view.cursor_a", "Cursor A here", lambda w: w.centre.time.put_cursor(0), "A"),
-    Action("view.cursor_b", "Cursor B here", lambda w: w.centre.time.put_cursor(1), "B"),
-    Action("view.hold", "Hold traces", lambda w: w.display.hold(), "H", enabled=_shows_values),
-    Action("view.hold_file", "Hold a recording…", lambda w: w.opener.ask(), enabled=_shows_values),
-    Action("view.live", "Back to live", lambda w: w.display.go_live(), "Backspace", rule=True, on_plots=True),
-    Action(
-        "view.trigger", "Trigger", lambda w: w.centre.trigger.toggle(), "T",
-        enabled=lambda w: not _replays(w), checked=lambda w: w.centre.trigger.armed, on_plots=True,
-    ),
-    Action("view.trigger_settings", "Trigger settings…", lambda w: w.show_trigger(), on_plots=True),
-    Action(
-        "view.lock", "Lock axes", lambda w: w.centre.view.set_locked(not w.centre.view.locked), "Y",
-        checked=lambda w: w.centre.view.locked, rule=True, on_plots=True,
-    ),
-    Action(
-        "view.as_felt", "Force as felt", lambda w: w.centre.phase.felt.toggle(),
-        enabled=lambda w: w.centre.phase.felt.isEnabled(), checked=lambda w: w.centre.phase.felt.isChecked(),
-    ),
-    Action("view.fit", "Fit axes", lambda w: w.fit_axes(), "F", on_plots=True),
-    Action("view.grid", "Grid", lambda w: w.toggle_grid(), "G", checked=lambda _w: theme.grid),
+    *(replace(action, submenu="Plots") for action in _PLOTS),
     Action(
         "view.projector", "Projector", lambda w: w.projector.toggle(), "F11", enabled=_shows_values,
         checked=lambda w: w.projector.on, rule=True,
@@ -296,7 +319,7 @@ def _test(window: MainWindow) -> object:
 _DEVICE = (
     Action("device.setup", "Set up my Hapkit…", _set_up, enabled=_may_set_up),
     Action("device.check", "Test my Hapkit…", _test, enabled=_has_board),
-    Action("device.zero", "Zero here", lambda w: w.studio.zero_here(), enabled=_may_set_up, rule=True),
+    Action("device.zero", "Set zero here", lambda w: w.studio.zero_here(), enabled=_may_set_up, rule=True),
     Action("device.flip", "Flip direction", lambda w: w.studio.flip_direction(), enabled=_may_set_up),
     Action(
         "device.reconnect", "Reconnect", lambda w: w.studio.device.reconnect(), "Ctrl+R",
@@ -339,7 +362,7 @@ _ENVIRONMENT = (
     Action("environment.open", "Open…", lambda w: w.file_actions.open(), "Ctrl+O"),
     Action("environment.export", "Export as sketch…", lambda w: w.show_export()),
     Action(
-        "environment.law", "Law, and back to the scene", lambda w: w.views.change_over(), "Ctrl+E",
+        "environment.law", "Switch between law and scene", lambda w: w.views.change_over(), "Ctrl+E",
         enabled=lambda w: w.editor.path is not None or w.editor.own.in_force is not None,
     ),
     Action("environment.save", "Save law and run", lambda w: w.editor.save(), "Ctrl+S", enabled=_has_law),
@@ -353,11 +376,14 @@ _ENVIRONMENT = (
 
 _CLASSROOM = (
     Action(
-        "teach.switch", "A and B: keep, then switch", lambda w: w.blind.step(), "X",
+        "teach.switch", "Keep settings as A or B, then switch", lambda w: w.blind.step(), "X",
         enabled=lambda w: _has_parameters(w) and w.studio.hidden != QUIZ,
         said=lambda w: "Switch" if w.studio.hidden else w.two.next_words,
     ),
-    Action("teach.two_settings", "A and B…", lambda w: w.blind.show_settings(), enabled=_shows_values),
+    Action(
+        "teach.two_settings", "Compare settings A and B…", lambda w: w.blind.show_settings(),
+        enabled=_shows_values,
+    ),
     Action(
         "teach.lock", "Lock…", lambda w: w.show_lock(), enabled=_shows_values,
         said=lambda w: "Unlock…" if w.studio.lock.places else "Lock…",

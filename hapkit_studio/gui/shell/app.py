@@ -27,7 +27,7 @@ from hapkit_studio.gui.widgets.theme import MODES, theme
 FIRST_SIZE = QSize(1440, 900)
 LOOK_MS = 50
 REST_MS = 1000  # from opening the device to the preparation of what the first sample does not need
-_REJECTED = "Some stored settings cannot be used. Their default values are in force."
+_REJECTED = "Some stored settings cannot be used. Their default values are used instead."
 SWITCH_SECONDS = 0.5e-3
 """s after which one thread lets another have its turn. A law is translated for the board in a thread: with
 Python's 5 ms a picture meanwhile took 0.7 s, so 0.09 s."""

@@ -17,8 +17,8 @@ from hapkit_studio.workshop import sketch
 from hapkit_studio.workshop.sketch import Kit
 
 _ABOUT = (
-    "Writes the environment, as it is tuned now, as one readable Arduino sketch. It renders on a Hapkit "
-    "without the studio and needs no library: to read, to change, to hand in."
+    "Writes the environment with its present values as one readable Arduino sketch. The sketch "
+    "runs on a Hapkit without the studio and needs no library."
 )
 _PRINTS = (("10 lines a second", 10), ("50 lines a second", 50), ("Nothing", 0))
 _SAVED = {True: ("check", "ok"), False: ("triangle", "warn")}

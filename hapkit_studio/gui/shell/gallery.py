@@ -36,7 +36,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 # state: the icon that says it, the line that says it
 _SIGNS = {"foreign": "lock", "broken": "triangle"}
-_LINES = {"foreign": "From someone else", "broken": "Does not run yet", "checking": "Checking line by line…"}
+_LINES = {"foreign": "Not written by you", "broken": "Does not run yet", "checking": "Checking line by line…"}
 _PENCIL, _RING, _LEAST = 30, 28, 120
 
 
@@ -54,7 +54,7 @@ class OwnRow(GalleryRow):
         super().__init__("circle", file.title, "")
         self.pencil = QToolButton(self)
         self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys have the menu
-        self.setAccessibleDescription("The menu key edits, shows or deletes its file.")
+        self.setAccessibleDescription("Use the menu key to edit, show or delete its file.")
         self.pencil.clicked.connect(lambda: gallery.edit_pressed.emit(self.file.path))
         icons.bind(self.pencil, "pencil", "ink2", 18)
         self.show_file(file)

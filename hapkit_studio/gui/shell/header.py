@@ -22,7 +22,7 @@ _WORDS = {
     "preparing": "Preparing…",
     "connecting": "Connecting…",
     "idle": "Not connected",
-    "gone": "{} is gone",
+    "gone": "{} disconnected",
     "failed": "No device",
 }
 
@@ -129,10 +129,10 @@ class Header(QWidget):
         self.tabs.addTab("Live")
         self.pause = ShortcutButton("pause", "Pause", "Space")
         self.pause.setAccessibleName("Pause the picture")
-        self.pause.setToolTip("Hold scene, plots and numbers still; the force goes on (Space)")
+        self.pause.setToolTip("Freeze the picture; the force continues (Space)")
         self.pause.clicked.connect(self.pause_pressed)
         self.record = ShortcutButton("record", "Record", "R")
-        self.record.setToolTip("Write all that comes from the device into a session of its own (R)")
+        self.record.setToolTip("Record everything from the device into a new session (R)")
         self.record.clicked.connect(self.record_pressed)
         self._recording: tuple = ()
         self.panel = ShortcutButton("sidebar", "Panel", "F4")

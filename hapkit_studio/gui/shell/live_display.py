@@ -29,7 +29,7 @@ _NEARLY = 0.95  # where the bar waits if it takes longer
 _BAR_MS = 250
 _RECORDED = ("position", "velocity", "force", "applied_force")  # the signals of a Recording
 _WORDS = {
-    "preparing": "Preparing the loop, once only",
+    "preparing": "Preparing the loop. This happens only once.",
     "connecting": "Connecting…",
     "idle": "Not connected",
     "gone": "No device",

@@ -24,8 +24,8 @@ HOLD_MS = 2000
 """So long a sensor that was silent is told of: what comes and goes can be read, and moves the plots once."""
 _STOPPED = "Stopped. Force is zero.", "Release when the handle is free.", "Release E-stop", "danger"
 _WAITS = (
-    "Stopped until you press Render.",
-    "Environment and values are those of the last start, or of a demo: look at them first.",
+    "The motor is off until you press Render.",
+    "Environment and values come from the last start or a demo. Check them first.",
     "Render",
     "warn",
 )
@@ -77,8 +77,13 @@ class Notices(QObject):
             self._stale.start()
             self._stale_reason = health.stale
         held = self._stale.isValid() and self._stale.elapsed() < HOLD_MS
+        # if the board never sent a sample, the banner on that says what to do
+        held = held and self._banners.get("silence") is None
         silent = held and self._studio.fault is None and self._studio.link.state == "running"
-        words = f"Fault: {self._stale_reason}.", "Force is zero. It comes back when good frames return."
+        words = (
+            f"Fault: {self._stale_reason}.",
+            "The force is zero. It comes back by itself when the sensor answers again.",
+        )
         self._show(silent, "stale", _FAULT, words, tone="danger")
 
     def show_fault(self) -> None:
@@ -89,6 +94,7 @@ class Notices(QObject):
             return
         slow = fault.code == arrays.SLOW_LINK
         ways = (*(self._board_button() if slow else ()), ("Clear fault", self._studio.clear_fault))
+        self._banners.set("stale", None)  # it says that the force comes back by itself
         self._show(True, "fault", _FAULT, (fault.text, fault.detail), ways, "danger")
 
     def show_silence(self, health: "Health") -> None:
@@ -96,7 +102,7 @@ class Notices(QObject):
         link = self._studio.link
         silent = not self._heard and self._silent.elapsed() > NO_DATA_MS and health.running
         words = (
-            f"{link.title} says hello, but sends no samples.",
+            f"{link.title} is connected, but sends no samples.",
             "Force is zero. Press the board's reset button, then try again.",
         )
         ways = (("Try again", self._studio.device.reconnect), self._simulated)
@@ -114,7 +120,7 @@ class Notices(QObject):
         late = self._unmeasured.isValid() and self._unmeasured.elapsed() > NO_DELAY_MS
         words = (
             "The delay of the link cannot be measured.",
-            "The stability limit is unknown: contact that feels calm may start to oscillate.",
+            "The stability limit is unknown: a contact that feels stable may start to oscillate.",
         )
         self._show(late, "delay", _LIMIT, words, self._board_button())
 

@@ -16,9 +16,10 @@ HOLD_S = 0.5
 _MARGIN, _SPACING = 14, 12
 _RATE_OFF = 0.02
 _MOST_MISSED = 1e-3  # of the ticks lately: a single one among thousands is not felt
-_JUMPS = "How often the board's clock went back, stood still or jumped ahead, since the device was opened"
+_JUMPS = "How often the board's clock went back, stopped or jumped ahead since the device was connected"
 _MISSED = (
-    "Ticks whose force came too late or not at all, and frames lost on the line, since the device was opened"
+    "Ticks whose force came too late or not at all, and frames lost on the USB line, since the "
+    "device was connected"
 )
 
 
@@ -116,7 +117,7 @@ class StatusBar(QWidget):
         fields = self.loop, self.clamp, self.margin, self.energy
         across(*fields, None, self.kept, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
         self.show_energy("")
-        self.show_nothing("Preparing the loop, once only")
+        self.show_nothing("Preparing the loop. This happens only once.")
 
     def show_nothing(self, words: str) -> None:
         """Show that no loop runs."""
@@ -141,7 +142,7 @@ class StatusBar(QWidget):
         """
         us = health.lateness_us
         self.rate.show_words(rate_words(health.rate, nominal, on_board), "", "ink")
-        self.late.show_words(f"Late p99 {late(us['p99'])}, worst {late(us['max'])}")
+        self.late.show_words(f"Late: 99 % below {late(us['p99'])}, worst {late(us['max'])}")
         lost = health.missed + health.link.lost_frames
         lately = health.missed_lately > 0
         often = health.missed_lately > _MOST_MISSED * WINDOW_SECONDS * (nominal or health.rate)
@@ -177,7 +178,7 @@ class StatusBar(QWidget):
         if now < self._clamped_until:
             self.clamp.show_words(f"Clamped at {number(limit, 1)} N", "triangle", "warn")
         else:
-            now_acts = "Within" if acting is None else f"Now {number(acting, 1, sign=True)} N, within"
+            now_acts = "Force within" if acting is None else f"Now {number(acting, 1, sign=True)} N, within"
             self.clamp.show_words(f"{now_acts} {number(limit, 1)} N", "circle")
 
     def show_margin(self, words: str, sign: str, token: str) -> None:

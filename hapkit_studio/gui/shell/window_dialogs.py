@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 HAND_KEYS = (
     ("Hand 1 mm left, right", "← →"),
     ("Hand 0.1 mm left, right", "Shift+← →"),
-    ("Hand lets go", "↓"),
+    ("Let go of the handle", "↓"),
     ("Slider, number: one step", "← → ↑ ↓"),
     ("Slider, number: ten steps", "Page Up, Page Down"),
     ("Slider, number: limits", "Home, End"),
@@ -93,7 +93,7 @@ class KeysDialog(TextDialog):
 
 def priority_dialog(found: "Priority", parent: QWidget) -> TextDialog:
     """Return the dialog on what the loop has obtained from the system, and how to get more."""
-    more = found.how or "This is the most this system gives."
+    more = found.how or "This system allows no more."
     return text_dialog("Real-time priority", [f"The loop has obtained: {found.text}.", more], parent)
 
 

@@ -114,7 +114,7 @@ class DeviceLink(QObject):
         """Notice that the device went away."""
         if self.link.state == "running" and not health.running and self.entry is not None:
             name = self.engine.device.name if self.engine is not None else self.entry.title
-            gone = f"{name} is gone. Force is zero. Looking again every second."
+            gone = f"{name} is disconnected. The force is zero. Trying to reconnect every second."
             self._set_link(LinkStatus("gone", self.entry.title, health.message or gone))
             self._again.start()
 
@@ -195,7 +195,9 @@ class DeviceLink(QObject):
         if link.state == "connecting":
             self._set_link(LinkStatus("connecting", link.title, words))
         elif link.state == "gone":
-            self._set_link(LinkStatus("gone", link.title, f"{link.title} is back. {words} Force is zero."))
+            self._set_link(
+                LinkStatus("gone", link.title, f"{link.title} is connected again. {words} Force is zero.")
+            )
 
     def _adopt(self, engine: "Engine") -> None:
         self._again.stop()

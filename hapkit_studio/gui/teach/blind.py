@@ -16,12 +16,12 @@ from hapkit_studio.gui.widgets.parts import across, down, hint, label, primary
 from hapkit_studio.parameters import Parameter
 
 _ABOUT = (
-    "One of the two is A, the other is B, mixed anew after each answer. Plots and values are hidden: go by "
-    "what you feel, or with the mouse as your hand by what the handle does. X switches between 1 and 2 as "
-    "often as you like."
+    "One of the two is A, the other is B. They are shuffled after each answer. Plots and values "
+    "are hidden: judge by what you feel or, with the mouse, by how the handle moves. X switches "
+    "between 1 and 2 as often as you like."
 )
 
-_OTHERS = "The demo is over, and A and B are those of its environment."
+_OTHERS = "The demo has ended. A and B belong to its environment."
 
 
 def score(right: int, answers: int) -> str:
@@ -86,7 +86,7 @@ class BlindPage(Page):
 
     def _render(self) -> None:
         self._studio.hide_values(self._values[self._order[self.shown]])
-        self.sign.setText(f"{self.shown + 1} in force")
+        self.sign.setText(f"{self.shown + 1} is active")
         self.count.setText(f"Answers: {self.answers}")
 
     def _ask(self) -> tuple[int, str]:

@@ -69,7 +69,7 @@ class DemoPlayer(QObject):
     def play(self, demo: Demo) -> None:
         """Begin a demo, in place of another; raise ParameterError where settings are locked or hidden."""
         if not self.possible:
-            raise ParameterError("No demo plays while settings are locked or hidden.")
+            raise ParameterError("A demo cannot play while settings are locked or hidden.")
         self.end()
         self._before = self._ours = settings_of(self._studio)
         self._studio.wait_for_render()
@@ -161,7 +161,7 @@ class CaptionBar(QWidget):
         self.title.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.leave = QPushButton("End demo")
         self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.leave.setToolTip("What was set before comes back; so it does once you take the handle")
+        self.leave.setToolTip("End the demo. Your settings come back, as they do when you take the handle")
         self.leave.clicked.connect(player.end)
         said = down(None, self.words, self.note, None)
         beside = down(None, self.title, self.leave, None, gap=4)

@@ -12,10 +12,10 @@ from hapkit_studio.gui.widgets.dialogs import FormDialog
 from hapkit_studio.gui.widgets.theme import theme
 
 _LOCK = (
-    "Tick what nobody shall change until the code is entered. E-stop, faults and the choice of the device "
-    "stay free, and so do a person's own laws."
+    "Tick the settings that nobody may change until the code is entered. E-stop, faults, the "
+    "choice of device and students' own laws are never locked."
 )
-_UNLOCK = "Enter the code to unlock all of it."
+_UNLOCK = "Enter the code to unlock all settings."
 _LOW, _ROW = 160, 24  # px: of the list on a low screen, of a row
 
 
@@ -75,9 +75,9 @@ class LockDialog(FormDialog):
     def _judge(self) -> None:
         words = ""
         if self._open and not self.ticked:
-            words = "Nothing is ticked yet."
+            words = "Tick at least one setting."
         elif not self.code.text():
-            words = "It needs a code."
+            words = "Enter a code first."
         elif self._open and self.code.text() != self.again.text():
             words = "The codes differ."
         self.confirm.setEnabled(not words)

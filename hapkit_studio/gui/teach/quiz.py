@@ -29,10 +29,10 @@ LEAST, MOST = 0.5, 4.0
 """Times its default: what a value is drawn from can be felt, and measured below the force limit."""
 DRAWS = 20
 _ABOUT = (
-    "A hidden value is rendered. Find it by feel, and with the plots and their cursors. Nothing else can be "
-    "set or shown meanwhile; what was set before comes back at the end."
+    "A hidden value is rendered. Find it by feel and with the plots and their cursors. Other "
+    "settings are locked until you finish. Then your settings come back."
 )
-_NONE = "Nothing calm was found for this loop and grip. Close, and choose a shorter delay."
+_NONE = "No stable value was found for this loop and grip. Close this and choose a shorter delay."
 
 
 def asked_for(environment: Environment, values: Values) -> Parameter | None:
@@ -82,7 +82,7 @@ class QuizSide(SidePanel):
         self.errors: list[float] = []
         self.quantity = Quantity(parameter)
         self.box, self.answer, self.count = NumberBox(self.quantity), AnswerLine(), hint()
-        self.show_true, self.more, self.leave = map(QPushButton, ("Reveal", "Another one", "Close"))
+        self.show_true, self.more, self.leave = map(QPushButton, ("Reveal", "Next value", "Close"))
         self.job = Job(self, needs="verdict")
         self._arrange()
         self.job.running_changed.connect(self._offer)
@@ -100,7 +100,7 @@ class QuizSide(SidePanel):
 
     def ask(self) -> None:
         """Draw another value that is calm."""
-        self.answer.say("Looking for a value that is calm…")
+        self.answer.say("Looking for a stable value…")
         drawn = draw(self._parameter, self._source)
         self.job.start(partial(first_calm, self._asked, self._parameter.key, drawn))
 

@@ -21,8 +21,8 @@ _WHOLE = 100
 PATIENCE = 5.0
 """s for the studio's own loop to let go of the port."""
 _ABOUT = (
-    "Writes the studio's firmware to the board, then reads it back. Calibration and profile of the kit stay. "
-    "Close other programs that have the port open. The motor is off meanwhile."
+    "Writes the firmware to the board and verifies it. The calibration of the kit is kept. Close "
+    "other programs that use the port. The motor is off meanwhile."
 )
 
 
@@ -90,7 +90,9 @@ class FlashDialog(FormDialog):
             found = ""
         able, there = bool(found), self.ports.count() > 0
         if able:
-            self.verdict.say("Ready." if there else "No port: plug the board in, then look again.")
+            self.verdict.say(
+                "Ready." if there else "No port found. Plug in the board, then press Look again."
+            )
             try:
                 flash.image_of()
             except ParameterError as error:

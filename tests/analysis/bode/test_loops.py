@@ -190,7 +190,7 @@ def test_a_wall_ends_where_its_stiffness_is_down_by_3_db(rate):
     assert curve.outweighed == pytest.approx(math.sqrt(300.0 / 0.044) / (2.0 * math.pi), rel=2e-3)
     # contact is maintained: 1.1 amplitudes inside the surface at 5 mm
     assert found.place == pytest.approx(0.005 + 1.1 * found.amplitude)
-    assert "down by 3 dB" in curve.sentence
+    assert "dropped by 3 dB" in curve.sentence
 
 
 @pytest.mark.parametrize(("times", "gives"), [(0.99, False), (1.01, True)])

@@ -101,7 +101,7 @@ def test_the_figure_contains_regions_verdict_and_conditions(drawn):
     setting = LoopSettings(viscous=0.18, delay=1e-3, estimator="iir")
     words = drawn(plane(setting, 620.0, 2.0))
     wanted = {
-        "grows from a small push, let go",
+        "grows after a small push, let go",
         "stable, let go",
         "passive: stable in any hand",
         "× 1.4",
@@ -127,8 +127,8 @@ def test_the_figure_shows_the_measurement(drawn):
     points = Points(some, np.array([1000.0, np.inf, 3000.0]), True, True, np.array([0.4e-3, np.nan, 2.3e-3]))
     cells = Cells(some, np.linspace(0.0, found.top, 4), np.arange(12).reshape(4, 3) % 3, True, True)
     words = drawn(replace(found, points=points, cells=cells))
-    wanted = {"Bounded to ±2.3 mm", "Friction hides steps", "comes to rest, let go"}
-    assert wanted | {"bounded, keeps moving", "grows, let go"} <= set(words)
+    wanted = {"Bounded to ±2.3 mm", "Friction stops sensor buzz", "comes to rest, let go"}
+    assert wanted | {"keeps moving, does not grow", "grows, let go"} <= set(words)
     said = (
         "simulated,\u00a0by\u00a0bisection,\u00a0does\u00a0not\u00a0grow\u00a0below,\u00a0with\u00a0friction"
     )

@@ -106,7 +106,7 @@ def test_a_law_with_a_false_impedance_is_judged_without_limit(tmp_path):
     own = replace(spring, key="own", impedance=lambda values: (30.0, 0.0))
     scene = Asked(own, own.values({"stiffness": 300.0}), LATE)
     said = verdict(scene)
-    assert said.unknown == "No limit: the law's steepest place is 300 N/m, and its impedance says 30 N/m."
+    assert said.unknown == "No limit: the law's steepest point has 300 N/m, but its impedance states 30 N/m."
     assert said.margins == {}
     assert said.lines[1] == "After you let go, it is stable."
     assert differs(replace(own, impedance=spring.impedance), scene.values, (300.0, 0.0)) == ""

@@ -108,7 +108,7 @@ def test_an_error_is_at_its_line_and_the_old_law_keeps_running(opened, qtbot):
     assert "stifness" in window.editor.page.code.marks[LAW_LINE]
     words = window.editor.message.words.text()
     assert words.startswith(f"Line {LAW_LINE}: 'p.stifness'")
-    assert words.endswith("The old law goes on.")
+    assert words.endswith("The old law keeps running.")
     assert window.gallery.own_rows[window.editor.path].summary == "Does not run yet"
 
 
@@ -178,7 +178,7 @@ def test_text_typed_during_a_trial_stays_unsaved(opened, no_trials):
     assert not window.editor.message.busy.isVisible()
     assert "#" in window.editor.page.text
     assert window.editor.page.unsaved
-    assert window.editor.message.words.text().endswith("What was typed since is not saved.")
+    assert window.editor.message.words.text().endswith("Later changes are not saved.")
 
 
 def test_a_fault_marks_its_line(window, qtbot, home):

@@ -27,7 +27,7 @@ def test_what_ends_a_comparison_is_said_and_who_rendered_renders_on(held_board_w
     assert "1 of 2" in note.text()
     window.studio.set_value("stiffness", 100.0)
     assert not running.running
-    assert "nothing was compared" in note.text()
+    assert "Nothing was compared" in note.text()
     monkeypatch.setattr(comparison, "PATIENCE", 0.0)
     monkeypatch.setattr(comparison, "RENDERERS", ("board", "computer"))
     switch.compare.emit()

@@ -147,7 +147,7 @@ def test_what_nobody_feels_is_not_said(alarm, excess, says):
 def test_the_alarm_says_how_much_and_what_helps(alarm):
     alarm.strike(0.8e-3)
     assert alarm.said == (GAVE, "warn")
-    assert alarm.status.energy.toolTip() == "Lower stiffness, or switch on the passivity controller."
+    assert alarm.status.energy.toolTip() == "Lower the stiffness, or switch on the passivity controller."
     alarm.status.energy.link.click()
     assert alarm.studio.loop.controller
     assert alarm.said is None
@@ -190,14 +190,16 @@ def test_no_alarm_while_the_controller_copes(alarm):
     alarm.studio.choose("wall")
     alarm.strike(0.0, 2e-3)
     assert alarm.said[1] == "warn"
-    assert alarm.status.energy.toolTip().startswith("The passivity controller damps as much as it may.")
+    assert alarm.status.energy.toolTip().startswith(
+        "The passivity controller already damps as much as it can."
+    )
     assert alarm.status.energy.link.isHidden()
 
 
 def test_a_scene_that_drives_says_so_instead(kept_window):
     words = kept_window.stability.drives
     kept_window.studio.choose("cat")
-    assert words.text() == "The purr and the paw give energy by themselves."
+    assert words.text() == "The purr and the paw move the handle by themselves."
     assert words.isVisibleTo(kept_window)
     kept_window.studio.choose("wall")
     assert not words.isVisibleTo(kept_window)

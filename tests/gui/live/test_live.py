@@ -226,7 +226,8 @@ def test_one_word_says_whether_the_loop_is_in_time_and_enter_on_it_shows_the_fig
     qtbot.keyClick(link, Qt.Key.Key_Return)
     assert all(field.isVisible() for field in figures)
     assert [field.words.text() for field in (*figures, bar.compute)] == [
-        "1,000 Hz", "Late p99 0.09 ms, worst 4.00 ms", "Missed 0", "Real-time, FIFO 80", "Computing 3.1 µs",
+        "1,000 Hz", "Late: 99 % below 0.09 ms, worst 4.00 ms", "Missed 0", "Real-time, FIFO 80",
+        "Computing 3.1 µs",
     ]  # fmt: skip
     assert bar.priority.link.isHidden()
     assert link.nextInFocusChain() is bar.priority.link
@@ -270,14 +271,14 @@ def test_the_clamp_light_holds_half_a_second(bar, monkeypatch):
     clock = [100.0]
     monkeypatch.setattr(status_bar.time, "monotonic", lambda: clock[0])
     bar.show_clamp(False, 3.0)
-    assert bar.clamp.words.text() == "Within 3.0 N"
+    assert bar.clamp.words.text() == "Force within 3.0 N"
     bar.show_clamp(True, 3.0)
     clock[0] += 0.49
     bar.show_clamp(False, 3.0)
     assert bar.clamp.words.text() == "Clamped at 3.0 N"
     clock[0] += 0.02
     bar.show_clamp(False, 3.0)
-    assert bar.clamp.words.text() == "Within 3.0 N"
+    assert bar.clamp.words.text() == "Force within 3.0 N"
     bar.show_clamp(False, 3.0, -1.26)
     assert bar.clamp.words.text() == "Now −1.3 N, within 3.0 N"
 

@@ -326,7 +326,7 @@ def test_a_motor_gives_no_force_from_the_replay_on_until_render(make_window, qtb
     assert newest(rows.APPLIED_FORCE) == 0.0
     replay.close()
     assert newest(rows.APPLIED_FORCE) == 0.0
-    assert window.banners.get("stop").title == "Stopped until you press Render."
+    assert window.banners.get("stop").title == "The motor is off until you press Render."
     until = newest(rows.BOARD_TIME, 1)
     studio.release_stop()
     qtbot.waitUntil(lambda: newest(rows.APPLIED_FORCE, 10) < -0.3)

@@ -192,7 +192,7 @@ def test_by_keys_it_is_armed_and_brought_back_to_live_and_the_dialog_sets_it(win
     rows[BEFORE.key].box.setFocus()
     rows[BEFORE.key].box.selectAll()
     QTest.keyClicks(rows[BEFORE.key].box, "96\r")
-    assert rows[BEFORE.key].error.text() == "Time shown before it goes from 0 to 95 %."
+    assert rows[BEFORE.key].error.text() == "Time shown before the event goes from 0 to 95 %."
     qtbot.mouseClick(dialog.arm, Qt.MouseButton.LeftButton)
     assert view.words == "Waiting for velocity 100 mm/s"
     assert (trigger.values["event"], trigger.values["before"]) == (2.0, 20.0)

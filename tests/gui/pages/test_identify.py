@@ -60,7 +60,7 @@ def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
     assert page.answer.words.text() == "Move the handle or press Shake, then identify what was rendered."
     assert "press Identify" in page.how.text()
     page.press()
-    assert page.bar.status.text() == "There is no device yet to take a piece from."
+    assert page.bar.status.text() == "Connect a device first."
     assert not page.shaking.isEnabled()
 
     page.show_result(found)

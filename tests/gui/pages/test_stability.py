@@ -186,7 +186,7 @@ def test_without_stiffness_the_limits_are_those_of_the_damping(wall_page, window
     assert column.heading.text() == "Stable"
     assert column.limits.pairs == []
     assert not any("N/m, " in word for word in words(wall_page.chart)), "there is no dot"
-    assert "renders no stiffness" in wall_page.side.try_words.text()
+    assert "has no stiffness or damping to set" in wall_page.side.try_words.text()
 
 
 def test_every_limit_stands_beside_the_map_as_the_theory_has_it(wall_page):
@@ -250,7 +250,7 @@ def test_without_a_device_nothing_is_judged(shared_window):
     assert not page.side.release.isEnabled()
     assert not page.bar.export.isEnabled()
     page.bar.run.click()
-    assert page.bar.status.text() == "Needs a device."
+    assert page.bar.status.text() == "Connect a device first."
     assert not page.job.running
 
 
@@ -396,7 +396,7 @@ def test_the_handle_is_pulled_and_let_go(alone, window, qtbot, monkeypatch):
     monkeypatch.setattr(Studio, "hand_is_ours", False)
     page.set_shown(True)
     assert not page.side.release.isEnabled()
-    assert "On a real Hapkit you are the hand" in page.side.try_words.text()
+    assert "On a real Hapkit, let go of the handle yourself" in page.side.try_words.text()
 
 
 def test_picture_and_numbers_are_those_in_sight(alone, tmp_path, monkeypatch):

@@ -43,15 +43,15 @@ def test_a_trial_begins_beyond_what_settles_and_within_its_reach():
 @pytest.mark.parametrize(
     ("begin", "end", "does", "centre", "said"),
     [
-        (0.01, 1e-6, CALM, MIDDLE, "Came to rest, as the verdict says."),
-        (0.0015, 1e-6, LIVELY, MIDDLE, "Came to rest, as the verdict says."),
-        (0.002, 1e-6, LIVELY, MIDDLE, "Came to rest, the verdict says otherwise."),
-        (0.002, 1e-6, FLUID, MIDDLE, "Came to rest, as the verdict says."),
-        (0.003, 0.02, LIVELY, MIDDLE, "Grew to ±18.8 mm, as the verdict says."),
-        (0.003, 0.02, CALM, MIDDLE, "Grew to ±18.8 mm, the verdict says otherwise."),
-        (0.002, 0.002, LIVELY, MIDDLE, "Goes on at ±2.0 mm, as the verdict says."),
+        (0.01, 1e-6, CALM, MIDDLE, "Came to rest, as predicted."),
+        (0.0015, 1e-6, LIVELY, MIDDLE, "Came to rest, as predicted."),
+        (0.002, 1e-6, LIVELY, MIDDLE, "Came to rest, which was not predicted."),
+        (0.002, 1e-6, FLUID, MIDDLE, "Came to rest, as predicted."),
+        (0.003, 0.02, LIVELY, MIDDLE, "Grew to ±18.8 mm, as predicted."),
+        (0.003, 0.02, CALM, MIDDLE, "Grew to ±18.8 mm, which was not predicted."),
+        (0.002, 0.002, LIVELY, MIDDLE, "Keeps oscillating at ±2.0 mm, as predicted."),
         (0.01, 0.002, CALM, MIDDLE, "Dies away, still ±2.9 mm."),
-        (0.003, 0.02, LIVELY, SURFACE, "A wall pushes the handle out, and nothing brings it back."),
+        (0.003, 0.02, LIVELY, SURFACE, "A wall pushes the handle away, and nothing brings it back."),
     ],
 )
 def test_what_happened_in_words(begin, end, does, centre, said):
@@ -102,7 +102,7 @@ def test_the_column_says_what_the_handle_does_and_what_was_measured_there():
     assert said.headline == "Stable"
     assert said.more.endswith("N/m after you let go.\nMeasured with friction: comes to rest.")
     said = judged(900.0, 2.0, controller=True, measured=made_up(LoopSettings(controller=True)))
-    assert "leave the passivity controller out" in said.more
+    assert "passivity controller is on. The limits do not include it" in said.more
     assert said.more.endswith("Measured of an ideal handle: comes to rest.")
 
 
@@ -133,7 +133,7 @@ def test_it_is_said_below_the_button_and_forgotten_when_something_changes(window
     window.live.history.clear()
     window.live.history.append(seen)
     page.trial.judge()
-    assert page.side.outcome.text() == "Came to rest, the verdict says otherwise."
+    assert page.side.outcome.text() == "Came to rest, which was not predicted."
     assert not page.side.outcome.isHidden()
     window.studio.set_value("stiffness", 900.0)
     assert page.side.outcome.isHidden()

@@ -268,7 +268,7 @@ def test_options_read_as_names_are_written_and_symbols_in_a_formula_are_slanted(
     shared_window.studio.choose("wall")
     title = shared_window.panel.title
     assert not title.formula.font().italic()
-    assert "inside, going in" in re.sub("<i>.*?</i>", "", title.formula.text())
+    assert "in the wall" in re.sub("<i>.*?</i>", "", title.formula.text())
     assert "<i>k d</i>" in title.formula.text()
     shared_window.studio.choose("puck")
     picker = rows(shared_window)["integrator"].picker

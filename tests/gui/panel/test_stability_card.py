@@ -112,7 +112,10 @@ def test_no_stiffness_no_limit_in_newtons_per_metre(window):
 def test_what_has_no_limit_is_judged_by_simulation(window, qtbot):
     studio = window.studio
     studio.set_loop(controller=True)
-    qtbot.waitUntil(lambda: "leave the passivity controller out" in said(window)[1], timeout=PATIENCE_MS)
+    qtbot.waitUntil(
+        lambda: "passivity controller is on. The limits do not include it" in said(window)[1],
+        timeout=PATIENCE_MS,
+    )
     assert said(window)[0].startswith("In your hand, it is stable.")
     studio.set_loop(controller=False, estimator="foaw")
     qtbot.waitUntil(lambda: "filter is not linear" in said(window)[1], timeout=PATIENCE_MS)
@@ -177,4 +180,4 @@ def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, mon
     qtbot.waitUntil(lambda: card.verdict.text == "Measuring the delay", timeout=PATIENCE_MS)
     monkeypatch.setattr(type(engine), "fault", property(lambda _self: fault))
     board_window.live.look()
-    qtbot.waitUntil(lambda: card.verdict.text == "Not measured while stopped", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: card.verdict.text == "Not measured while the motor is off", timeout=PATIENCE_MS)

@@ -52,23 +52,23 @@ def test_one_key_keeps_a_then_b_then_switches_values_and_loop(window):
     press(window, Qt.Key.Key_X)
     press(window, Qt.Key.Key_X)
     assert len(window.two.kept) == 1  # the same settings are not kept twice
-    assert (row.words.text(), row.button.isEnabled()) == ("A in force", False)
+    assert (row.words.text(), row.button.isEnabled()) == ("A is active", False)
     studio.set_values(STIFF)
     studio.set_loop(delay=0.002)
-    assert (row.words.text(), row.button.text()) == ("Neither A nor B", "Keep as B")
+    assert (row.words.text(), row.button.text()) == ("No settings kept as A or B", "Keep as B")
     press(window, Qt.Key.Key_X)
     steps = window.history.stack.count()
     for sign, stiffness, delay in (("A", 250.0, 0.0), ("B", 900.0, 0.002), ("A", 250.0, 0.0)):
         press(window, Qt.Key.Key_X)
         assert (studio.values["stiffness"], studio.loop.delay) == (stiffness, delay)
-        assert row.words.text() == f"{sign} in force"
+        assert row.words.text() == f"{sign} is active"
     assert window.history.stack.count() == steps  # switching is no step of undo
     studio.choose("spring")
     assert row.isHidden()
     studio.choose("wall")
     studio.set_value("damping", 1.0)
     press(window, Qt.Key.Key_X)  # from neither back to the one that was in force last
-    assert row.words.text() == "A in force"
+    assert row.words.text() == "A is active"
 
 
 def test_which_is_in_force_is_seen_in_the_least_window(window, qapp):
@@ -195,7 +195,7 @@ def test_a_demo_ends_where_a_comparison_begins_or_one_line_says_why_it_does_not(
     window.blind.begin()
     assert (window.demos.demo, window.blind.page) == (None, None)
     assert window.studio.environment.key == "spring"
-    assert "A and B are those of its environment" in window.banners.get("undo").text
+    assert "A and B belong to its environment" in window.banners.get("undo").text
     window.studio.choose("wall")
 
 

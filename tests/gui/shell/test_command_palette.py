@@ -74,7 +74,7 @@ def test_what_may_not_be_done_is_grey_and_is_not_run(shown, palette):
     """The window has no device, so nothing can be made its zero."""
     QTest.keyClicks(palette.field, "zero here")
     ((text, _, _),) = rows(palette)
-    assert text == "Zero here"
+    assert text == "Set zero here"
     assert not palette.list.currentIndex().isValid()
     QTest.keyClick(palette.field, Qt.Key.Key_Return)
     assert palette.isVisible()
@@ -109,7 +109,7 @@ def test_every_word_is_explained_in_two_sentences():
         sentences = re.split(r"(?<=[a-z])\.(?: |$)", explained)[:-1]
         assert len(sentences) == 2, word
         assert max(map(len, sentences)) < 130, word
-    for needed in ("Passivity", "Added delay", "Kalman", "Z-width", "Impedance", "Quantization", "Calm"):
+    for needed in ("Passivity", "Added delay", "Kalman", "Z-width", "Impedance", "Quantization", "Stable"):
         assert needed in WORDS
 
 

@@ -32,7 +32,7 @@ SIZES = [
     (960, 600),
     (800, 560),
 ]
-WORST = "Hapkit on ttyUSB0 is gone."
+WORST = "Hapkit on ttyUSB0 is disconnected."
 LINE = "Force is zero. Nothing is lost. Looking again every second."
 
 

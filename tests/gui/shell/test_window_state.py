@@ -206,7 +206,7 @@ def test_a_motor_gives_no_force_before_render_is_pressed(start, qtbot, tmp_path,
     assert not np.any(kept()["applied_force"])
     (banner,) = window.banners.banners
     assert (banner.title.text(), window.header.stop.word.text()) == (
-        "Stopped until you press Render.",
+        "The motor is off until you press Render.",
         "STOPPED",
     )
     (render,) = banner.buttons

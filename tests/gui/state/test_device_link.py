@@ -18,7 +18,7 @@ from hapkit_studio.protocol.messages import HelloRequest
 from tests.devices.fake_board import FakeKit
 from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 
-GONE = "Hapkit on ttyUSB0 is gone. Force is zero. Looking again every second."
+GONE = "Hapkit on ttyUSB0 is disconnected. The force is zero. Trying to reconnect every second."
 COMMAND = "sudo usermod -a -G dialout $USER"
 NO_RIGHT = f"You may not open ttyUSB0. Run `{COMMAND}`. Then log out and in again."
 FAILURES = [
@@ -131,12 +131,12 @@ def test_a_port_that_was_never_there_or_comes_back_without_rights_is_tried_on(
     qtbot.waitUntil(lambda: device.tries >= 3)
     assert link.link.state == "failed"
     (banner,) = idle_window.banners.banners
-    assert "Looking again" in banner.text.text()
+    assert "Trying to reconnect" in banner.text.text()
     device.error = errors.PortPermissionError("You may not open ttyUSB0. Run it.", command="x")
     qtbot.waitUntil(lambda: link.link.command == "x")
     assert link._refusals >= device_link.TRIES
     device.error = errors.PortGoneError(GONE)
-    qtbot.waitUntil(lambda: "is gone" in link.link.text)
+    qtbot.waitUntil(lambda: "is disconnected" in link.link.text)
     device.error = None
     until(idle_window, "running")
     assert idle_window.banners.banners == []

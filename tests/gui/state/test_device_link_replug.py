@@ -119,7 +119,7 @@ def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbo
     until_link(window, qtbot, "gone")
     notice = window.banners.get("device")
     name = first.removeprefix("/dev/")
-    assert notice.title == f"Hapkit on {name} is gone."
+    assert notice.title == f"Hapkit on {name} is disconnected."
     assert notice.text == "Force is zero. Looking again every second."
     assert not window.header.devices.dot.filled
     assert window.centre.time.shown.stale

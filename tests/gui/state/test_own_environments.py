@@ -42,7 +42,7 @@ def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, mak
     path = put(home, "ada.py", leaving(marker, spring("ada", "Ada's spring")), trusted=False)
     window = make_window()
     row, source = window.gallery.own_rows[path], window.editor.editor.source
-    assert (row.title, row.summary, row.picture) == ("Ada's spring", "From someone else", "lock")
+    assert (row.title, row.summary, row.picture) == ("Ada's spring", "Not written by you", "lock")
     QTest.mouseClick(row, Qt.MouseButton.LeftButton)
     assert source.isVisible()
     assert source.code.toPlainText() == path.read_text(encoding="utf-8")
@@ -159,7 +159,7 @@ def test_a_law_open_in_the_editor_follows_its_file(home, make_window):
     put(home, "mine.py", spring("mine", force="-p.stiffness * x * 2.0"), trusted=False)
     window.file_watcher.check_files()
     assert "* 2.0" in window.editor.page.text
-    assert "Changed outside" in window.editor.message.words.text()
+    assert "The file was changed by another program" in window.editor.message.words.text()
     QTest.keyClicks(window.editor.page.code, "#")
     text = window.editor.page.text
     put(home, "mine.py", spring("mine"), trusted=False)

@@ -103,7 +103,7 @@ def test_what_differs_stands_in_a_table_until_it_is_applied(window, home):
     dialog.use.click()
     assert (studio.values, studio.loop.delay) == (STIFF, 0.002)
     assert dialog.table.texts() == lines[:1]
-    assert dialog.verdict.words.text() == "All that the preset has is in force."
+    assert dialog.verdict.words.text() == "These are already the present settings."
     studio.choose("spring")
     assert not dialog.isVisible()
 

@@ -64,14 +64,14 @@ def test_a_clock_that_jumps_is_said_while_the_force_is_zero(board_window):
     board_window.live.look()
     notice = board_window.banners.get("stale")
     assert notice.title == "Fault: the board's clock jumped."
-    assert notice.text == "Force is zero. It comes back when good frames return."
+    assert notice.text == "The force is zero. It comes back by itself when the sensor answers again."
 
 
 def test_a_long_delay_is_said_by_the_card_with_what_helps(board_window, qtbot):
     words = board_window.stability.words
     board_window.studio.set_value("stiffness", 1500.0)
     measure(board_window, 4e-3)
-    qtbot.waitUntil(lambda: "4.00 ms from sensor to motor" in words.text())
+    qtbot.waitUntil(lambda: "Delay: 4.00 ms" in words.text())
     assert "render on the board" in words.text()
     assert board_window.banners.banners == []
 
@@ -117,7 +117,7 @@ def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_ar
     monkeypatch.setattr(notices, "NO_DATA_MS", 50)
     qtbot.waitUntil(lambda: window.live.look() or window.banners.get("silence") is not None)
     notice = window.banners.get("silence")
-    assert notice.title.endswith("says hello, but sends no samples.")
+    assert notice.title.endswith("is connected, but sends no samples.")
     assert [text for text, _ in notice.buttons] == ["Try again", "Use simulated Hapkit"]
 
     def late():
@@ -134,7 +134,7 @@ def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_ar
 
     qtbot.waitUntil(late)
     assert window.banners.get("silence") is None
-    assert "ms from sensor to motor" in window.stability.words.text()
+    assert "Delay: 3.50 ms" in window.stability.words.text()
     assert "holds frames back, up to 16 ms" in window.stability.words.text()
     assert "latency_timer`" in window.stability.words.toolTip()
 

@@ -40,7 +40,7 @@ WRONG = {
     'loop="{\\"board_rate\\": 3}"': "loop: Board's rate is one of fastest, 4000, ",
     f'presets="{DEEP}"': "presets, line 1: brackets are nested deeper than 32.",
     f'trigger="{DEEP}"': "trigger, line 1: brackets are nested deeper than 32.",
-    'trigger="{\\"before\\": true}"': "trigger: Time shown before it takes a number in %, not True.",
+    'trigger="{\\"before\\": true}"': "trigger: Time shown before the event takes a number in %, not True.",
     f'lock="{DEEP}"': "lock, line 1: brackets are nested deeper than 32.",
     "view=moon": "view is 'moon'; it must be one of ",
 }
@@ -74,7 +74,7 @@ def test_the_window_starts_with_the_default_of_a_wrong_setting_and_names_it(star
     write(line)
     window = start_window()
     notice = window.banners.get("settings")
-    assert notice.title == "Some stored settings cannot be used. Their default values are in force."
+    assert notice.title == "Some stored settings cannot be used. Their default values are used instead."
     assert notice.text.startswith(WRONG[line])
     assert "\n" not in notice.text
     assert (window.studio.values, window.studio.loop) == (LIBRARY["wall"].values(), USUAL_LOOP)

@@ -245,7 +245,7 @@ def test_none_plays_while_an_instructor_has_locked_a_setting(shown, tmp_path):
     studio.set_lock(replace(studio.lock, places=frozenset({("value", "wall", "stiffness")})))
     assert (shown.demos.demo, settings_of(studio)) == (None, before)
     shown.play_demo(written(tmp_path))
-    assert "No demo plays while settings are locked or hidden." in said_in(sheet_of(shown))
+    assert "A demo cannot play while settings are locked or hidden." in said_in(sheet_of(shown))
     assert not shown.actions_by_key.qt["teach.open_demo"].isEnabled()
     studio.set_lock(replace(studio.lock, places=frozenset()))
 

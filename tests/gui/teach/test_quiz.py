@@ -167,7 +167,7 @@ def test_what_would_show_or_change_it_is_refused_in_one_line(asked):
         refused()
         assert window.banners.get("undo").text == line
     demo = read(next(iter(shipped().values())), studio.environments)
-    with pytest.raises(ParameterError, match="No demo plays while settings are locked or hidden"):
+    with pytest.raises(ParameterError, match="A demo cannot play while settings are locked or hidden"):
         window.demos.play(demo)
     assert (settings_of(studio), window.quiz.side, window.views.key) == (before, side, "live")
     assert side.isVisible()
@@ -259,7 +259,7 @@ def test_nothing_estimated_is_no_try(asked):
 def test_nothing_calm_is_said_and_a_measurement_ends_the_quiz(asked):
     side = asked.quiz.side
     side._render(None)
-    assert side.answer.words.text().startswith("Nothing calm was found")
+    assert side.answer.words.text().startswith("No stable value was found")
     with asked.studio.temporarily():
         asked.studio.set_value("stiffness", 400.0)
     assert asked.quiz.side is None

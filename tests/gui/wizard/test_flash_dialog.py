@@ -38,7 +38,7 @@ def test_without_a_port_or_a_firmware_there_is_nothing_to_flash(window, tmp_path
     sheet = window.findChildren(FlashDialog)[-1]
     assert sheet.isVisible()
     assert not sheet.write.isEnabled()
-    assert sheet.verdict.words.text() == "No port: plug the board in, then look again."
+    assert sheet.verdict.words.text() == "No port found. Plug in the board, then press Look again."
     assert not sheet.ports.isEnabled()
     assert sheet.ports.placeholderText() == "No port found"
     assert not sheet.bar.isVisible()

@@ -15,15 +15,15 @@ PLOT = TimePlot(
             "limit",
             "danger",
             dash=(2.0, 4.0),
-            help="The most a passive scene can have given: what was stored where the sum began and what the "
-            "paddle's own damping took. Above it the loop has made energy",
+            help="The most energy that a passive scene could have given you. Above this line, the loop "
+            "has added energy",
         ),
         Trace(
             "energy_given",
             "to the hand",
             "energy",
             dash=(9.0, 4.0, 2.0, 4.0),
-            help="Force times way since the scene, its values or the loop last changed",
+            help="Energy given to your hand since the last change of a setting: force times distance",
         ),
     ),
     beside=True,

@@ -2,7 +2,7 @@
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 
-_ASKED = "What the environment's law asked for; an arrow where it leaves the plot, beyond twice the limit"
+_ASKED = "The force that the law asked for. An arrow marks values beyond the plot"
 PLOT = TimePlot(
     key="force",
     title="Force",
@@ -16,7 +16,7 @@ PLOT = TimePlot(
             "applied_force",
             "applied",
             "applied",
-            help="commanded after the clamp; the Hapkit has no force sensor",
+            help="the force sent to the motor, after the force limit; the Hapkit has no force sensor",
         ),
     ),
     limits=True,

@@ -10,7 +10,7 @@ PLOT = TimePlot(
     share=30,
     order=0,
     traces=(
-        Trace("object", "", "objline", dash=(6.0, 4.0), help="Where the law has its object"),
+        Trace("object", "", "objline", dash=(6.0, 4.0), help="Where the object of this scene is"),
         Trace("position", "position", "position", help="Measured by the sensor, in steps of one count"),
     ),
     surface=True,

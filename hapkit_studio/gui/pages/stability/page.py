@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
 
 
-_COMPUTING = JUDGING, "The map's lines come in a moment."
-_CONTROLLER = "Adds damping only while the scene has given out more energy than a passive one could."
+_COMPUTING = JUDGING, "The map is being computed."
+_CONTROLLER = "Adds damping only while the scene has given you more energy than a passive scene could."
 
 
 class StabilitySide(SidePanel):
@@ -92,7 +92,9 @@ class StabilityPage(MeasuringPage):
         self.hands.show_index(0)
         self.hands.setMinimumWidth(self.hands.sizeHint().width())
         self.real = QCheckBox("Friction and sensor steps")
-        self.real.setToolTip("Measure with the device's friction and sensor steps, or an ideal one")
+        self.real.setToolTip(
+            "On: measure with the friction and the sensor steps of the device. Off: measure an ideal device"
+        )
         self.bar.add(self.hands)
         self.bar.add(self.real)
         self.verdict_column, self.side = VerdictColumn(), StabilitySide(studio)
@@ -123,7 +125,7 @@ class StabilityPage(MeasuringPage):
         """Measure the map and the boundary for what is shown."""
         self._wanted = self.lines is None
         if self.lines is None:
-            self.bar.say("Waits for the lines" if self._studio.engine else "Needs a device.")
+            self.bar.say("Waiting for the map" if self._studio.engine else "Connect a device first.")
             return
         plane = self.lines.plane
         self.job.start(measuring(plane.setting, self.real.isChecked(), (plane.width, plane.top)))
@@ -281,9 +283,9 @@ class StabilityPage(MeasuringPage):
     def _show_studio(self) -> None:
         """Show what a click and the button do now, and whether the controller is on."""
         side, trial, parameters = self.side, self.trial, self.map_parameters
-        words = parameters.words if parameters else "This environment renders no stiffness or damping to set."
+        words = parameters.words if parameters else "This environment has no stiffness or damping to set."
         if self._studio.engine is not None and not trial.possible:
-            words += " On a real Hapkit you are the hand: let go of it yourself."
+            words += " On a real Hapkit, let go of the handle yourself."
         side.try_words.setText(words)
         side.release.setText("Holding…" if trial.holding else "Release the handle here")
         side.release.setEnabled(trial.possible and not trial.holding and self.lines is not None)

@@ -71,11 +71,14 @@ class MapParameters:
     def words(self) -> str:
         """Say what a click on the map does."""
         if self.stiffness and self.damping:
-            return "Click the map: the sliders go there, the scene shows what happens. Ctrl+Z goes back."
+            return "Click the map to set stiffness and damping there. Ctrl+Z undoes it."
         if self.stiffness or self.damping:
             name = (self.stiffness or self.damping).label.lower()  # type: ignore[union-attr]
-            return f"Click the map: {name} goes there, the only one of the two that is set here."
-        return "No slider here is the stiffness or the damping alone. Choose Spring or Wall to go by clicks."
+            return f"Click the map to set the {name}. Nothing else on the map can be set in this environment."
+        return (
+            "This environment has no slider for stiffness or damping. Choose Spring or Wall to set "
+            "them by clicking the map."
+        )
 
 
 def map_parameters(environment: Environment, values: Values) -> MapParameters:
@@ -102,7 +105,7 @@ _BEGIN, _END = 0.2, 0.4
 _STEPS, _GREW = 3.0, 1.15
 _LEAST_STEP = 20e-6
 _THROWN = (
-    "A wall pushes the handle out, and nothing brings it back. Choose Spring to see it grow, or come to rest."
+    "A wall pushes the handle away, and nothing brings it back. Choose Spring to see it buzz or come to rest."
 )
 
 
@@ -133,10 +136,10 @@ def outcome_words(seen: Released, held: TrialConditions) -> str:
     rests = seen.end <= _STEPS * max(held.quantum, _LEAST_STEP)
     size = f"±{number(1e3 * seen.end, 1)} mm"
     if not rests and seen.end < seen.begin / _GREW:
-        return f"Dies away, still {size}."
+        return f"Still decaying, now {size}."
     settles = seen.begin <= held.does.push or held.does.flick > 0.0
-    agrees = "as the verdict says" if rests == settles else "the verdict says otherwise"
-    grew = "Grew to" if seen.end > _GREW * seen.begin else "Goes on at"
+    agrees = "as predicted" if rests == settles else "which was not predicted"
+    grew = "Grew to" if seen.end > _GREW * seen.begin else "Keeps oscillating at"
     return f"Came to rest, {agrees}." if rests else f"{grew} {size}, {agrees}."
 
 

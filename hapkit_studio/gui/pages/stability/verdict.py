@@ -15,8 +15,9 @@ from hapkit_studio.gui.widgets.theme import number
 
 _OPEN = ("circle", "ink2")
 _WHY_SO_MANY = (
-    "Passive: stable in any hand. Let go: the handle alone. Grip: the hand damps, which usually allows more. "
-    "These leave out dry friction. The Z-width view tries walls with friction and usually finds more."
+    "Passive: stable in any hand. Let go: the handle alone. Grip: a hand adds damping, so the "
+    "limit is usually higher. These limits ignore dry friction. The view Z-width includes it and "
+    "usually finds higher limits."
 )
 
 
