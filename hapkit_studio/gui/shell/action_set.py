@@ -18,7 +18,7 @@ class Action(Generic[Window]):
 
     key begins with the name of its menu. checked returns whether it has a check mark. filtered: the
     window's event filter handles the shortcut. extra: further shortcuts. said returns the text that the
-    menu shows now. rule: a separator stands above it in the menu. on_plots: plots offer it in their context
+    menu shows now. exclusive: one entry of its submenu is checked. rule: a separator stands above it in the menu. on_plots: plots offer it in their context
     menu.
     """
 
@@ -32,6 +32,7 @@ class Action(Generic[Window]):
     extra: tuple[str, ...] = ()
     said: Callable[[Window], str] | None = None
     submenu: str = ""
+    exclusive: bool = False
     rule: bool = False
     on_plots: bool = False
 
@@ -80,7 +81,7 @@ class ActionSet(QObject, Generic[Window]):
             action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
             if entry.checked is not None:
                 action.setCheckable(True)
-            if entry.submenu:
+            if entry.exclusive:
                 groups.setdefault(entry.menu, QActionGroup(self)).addAction(action)
             window.addAction(action)
         self.set_single_keys(single_keys)

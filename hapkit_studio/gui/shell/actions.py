@@ -116,7 +116,10 @@ def _one_of(
 
     def option(key: str, words: str, shortcut: str) -> Action:
         run, checked = lambda w: choose(w, key), lambda w: chosen(w) == key
-        return Action(f"{prefix}.{key}", words, run, shortcut, checked=checked, submenu=submenu)
+        exclusive = bool(submenu)
+        return Action(
+            f"{prefix}.{key}", words, run, shortcut, checked=checked, submenu=submenu, exclusive=exclusive
+        )
 
     return [option(*given) for given in options]
 

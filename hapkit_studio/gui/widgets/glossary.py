@@ -14,10 +14,6 @@ WORDS = {
         "The handle keeps oscillating at the same size. In each cycle, the loop adds as much "
         "energy as friction takes away."
     ),
-    "Stable": (
-        "The handle comes to rest after any push, in your hand and after you let go. Friction "
-        "helps, so a scene may be stable above the limit that ignores friction."
-    ),
     "Clamped": (
         "The law asks for more force than the motor may give, so the force is cut to the limit. "
         "Beyond that point a wall feels softer than its setting."
@@ -46,9 +42,13 @@ WORDS = {
         "An estimator that predicts the speed with a model and corrects it with each sample. It "
         "is smooth, and less late than an equally smooth filter."
     ),
+    "Knock": (
+        'A short, hard push. "A knock of more than 0.9 mm makes it buzz" means that after smaller '
+        "displacements the handle comes to rest."
+    ),
     "Limit": (
         "The greatest stiffness at which small oscillations of the handle die out. It is computed "
-        "for this loop without dry friction. The view Stability also measures it."
+        "for this loop without dry friction, and measured in the view Stability."
     ),
     "Margin": ("The limit divided by the stiffness. Below 1, small oscillations grow instead of dying out."),
     "Passivity": (
@@ -64,16 +64,16 @@ WORDS = {
         "steps jumps, so with damping the handle rattles."
     ),
     "Rendering": (
-        "Computing the force of a virtual environment and making the motor push with it. Asked: "
-        "the force that the law wants. Applied: the force that the motor gives."
+        "Computing the force of a virtual environment and making the motor push with it. The "
+        "asked force is what the law wants, the applied force is what the motor gives."
     ),
     "Servo rate": (
         "How many times per second the force is computed. In between, the force stays the same, "
         "which adds a little energy in each cycle."
     ),
-    "Knock": (
-        'A short, hard push. "A knock of more than 0.9 mm makes it buzz" means that after smaller '
-        "displacements the handle comes to rest."
+    "Stable": (
+        "The handle comes to rest after any push, in your hand and after you let go. Friction "
+        "helps, so a scene may be stable above the limit that ignores friction."
     ),
     "Stiffness": ("Force per metre of displacement. Twice the stiffness pushes back twice as hard."),
     "Texture": (
@@ -93,7 +93,7 @@ WORDS = {
         "that you feel is only this rule."
     ),
     "Z-width": (
-        "The range of impedances that a device can render stably: from the freely moving handle "
-        "to the stiffest stable wall."
+        "The range of impedances that a device can render stably. It reaches from the freely moving handle to "
+        "the stiffest stable wall."
     ),
 }

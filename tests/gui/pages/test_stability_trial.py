@@ -50,7 +50,7 @@ def test_a_trial_begins_beyond_what_settles_and_within_its_reach():
         (0.003, 0.02, LIVELY, MIDDLE, "Grew to ±18.8 mm, as predicted."),
         (0.003, 0.02, CALM, MIDDLE, "Grew to ±18.8 mm, which was not predicted."),
         (0.002, 0.002, LIVELY, MIDDLE, "Keeps oscillating at ±2.0 mm, as predicted."),
-        (0.01, 0.002, CALM, MIDDLE, "Dies away, still ±2.9 mm."),
+        (0.01, 0.002, CALM, MIDDLE, "Still decaying, now ±2.9 mm."),
         (0.003, 0.02, LIVELY, SURFACE, "A wall pushes the handle away, and nothing brings it back."),
     ],
 )

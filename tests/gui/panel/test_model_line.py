@@ -27,11 +27,11 @@ def line(qtbot):
     ("needs", "model", "words", "tip"),
     [
         (("mass", "viscous"), "scene", "Modelled: mass, damping, sensor steps", "without friction:"),
-        (("mass", "viscous"), "everything", WHOLE, "no hand feels"),
-        (("mass", "viscous", "coulomb"), "scene", WHOLE, "Free needs damping, friction:"),
-        (("delay", "sampling"), "scene", "Modelled: mass, sensor steps", "no hand feels"),
-        (("mass", "coulomb"), "frictionless", "Modelled: mass, damping, sensor steps", "no hand feels"),
-        ((), "scene", WHOLE, "not judged with these"),
+        (("mass", "viscous"), "everything", WHOLE, "nobody would feel"),
+        (("mass", "viscous", "coulomb"), "scene", WHOLE, "Free is simulated with damping, friction."),
+        (("delay", "sampling"), "scene", "Modelled: mass, sensor steps", "nobody would feel"),
+        (("mass", "coulomb"), "frictionless", "Modelled: mass, damping, sensor steps", "nobody would feel"),
+        ((), "scene", WHOLE, "not known what Free needs"),
     ],
 )
 def test_says_what_is_modelled_and_what_is_left_out(line, needs, model, words, tip):

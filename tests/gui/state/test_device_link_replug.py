@@ -120,7 +120,7 @@ def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbo
     notice = window.banners.get("device")
     name = first.removeprefix("/dev/")
     assert notice.title == f"Hapkit on {name} is disconnected."
-    assert notice.text == "Force is zero. Looking again every second."
+    assert notice.text == "The force is zero. Trying to reconnect every second."
     assert not window.header.devices.dot.filled
     assert window.centre.time.shown.stale
     before = len(window.live.history)
@@ -172,7 +172,7 @@ def test_the_motor_is_off_while_the_cable_is_out_and_a_board_that_begins_anew_is
     assert kit.program.status()["duty"] == 0
     notice, name = window.banners.get("device"), kit.program.port.removeprefix("/dev/")
     assert notice.title == f"Hapkit on {name} has sent nothing for 1 s: it started anew, or hangs."
-    assert notice.text == "Force is zero. Looking again every second."
+    assert notice.text == "The force is zero. Trying to reconnect every second."
     assert window.banners.get("fault") is None
     until_link(window, qtbot, "running")
     assert window.banners.get("device") is None
