@@ -18,8 +18,8 @@ class Action(Generic[Window]):
 
     key begins with the name of its menu. checked returns whether it has a check mark. filtered: the
     window's event filter handles the shortcut. extra: further shortcuts. said returns the text that the
-    menu shows now. exclusive: one entry of its submenu is checked. rule: a separator stands above it in the menu. on_plots: plots offer it in their context
-    menu.
+    menu shows now. exclusive: one entry of its submenu is checked. rule: a separator stands above it in the
+    menu. on_plots: plots offer it in their context menu.
     """
 
     key: str

@@ -93,7 +93,7 @@ WORDS = {
         "that you feel is only this rule."
     ),
     "Z-width": (
-        "The range of impedances that a device can render stably. It reaches from the freely moving handle to "
-        "the stiffest stable wall."
+        "The range of impedances that a device can render stably. It reaches from the freely moving handle "
+        "to the stiffest stable wall."
     ),
 }
