@@ -1,5 +1,5 @@
-// Fuzzing without clang: inputs of the corpus, changed by chance, the same for the same seed.
-// Usage: driver COUNT SEED CORPUS...; prints how many inputs ran.
+// Fuzzing without clang: random mutations of the corpus, reproducible by seed.
+// Usage: driver COUNT SEED CORPUS...; prints the number of inputs.
 
 #include <cinttypes>
 #include <cstdio>
@@ -23,7 +23,7 @@ std::mt19937_64 chance;
 std::size_t below(std::size_t limit) { return chance() % limit; }
 
 std::vector<Bytes> read_corpus(int count, char** folders) {
-  std::set<std::filesystem::path> paths;  // in an order that every machine has
+  std::set<std::filesystem::path> paths;  // in the same order on every machine
   for (int k = 0; k < count; ++k)
     for (const auto& entry : std::filesystem::directory_iterator(folders[k])) paths.insert(entry.path());
   std::vector<Bytes> found;

@@ -1,7 +1,7 @@
-// What is fuzzed: the machine's verifier, and the machine with what it has passed.
+// Fuzz target: the machine's verifier, and the machine with code that passed it.
 //
-// An input is the shape, 3 bytes; the given numbers, of one byte each; the code. What is passed runs: it leaves code
-// and constants as they are, and takes no longer than the verifier has said.
+// An input is the shape, 3 bytes; the given numbers, one byte each; the code. Verified code is run: it must leave code
+// and constants unchanged, and not exceed the verifier's number of cycles.
 
 #include "machine.h"
 

@@ -5,8 +5,8 @@
 
 #include "frame.h"
 
-// Feed a line of n bytes; put each valid body behind its length into out, which has room for as many bytes as
-// the line. Return how many bytes were put there; bad: frames that were none.
+// Feed a line of n bytes; write each valid body after its length to out, which has room for as many bytes as
+// the line. Return the number of bytes written; bad: invalid frames.
 extern "C" std::size_t parse(const uint8_t* line, std::size_t n, uint8_t* out, uint32_t* bad) {
   frame::Parser parser;
   std::size_t end = 0;
@@ -24,7 +24,7 @@ extern "C" std::size_t parse(const uint8_t* line, std::size_t n, uint8_t* out, u
   return end;
 }
 
-// Random lines of n bytes that COBS takes, as frames; return how many the CRC takes as well, by chance.
+// Random lines of n bytes that are valid COBS, as frames; return how many pass the CRC by chance.
 extern "C" uint64_t parse_noise(uint64_t count, std::size_t n, uint64_t seed) {
   frame::Parser parser;
   uint64_t accepted = 0;

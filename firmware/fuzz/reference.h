@@ -1,4 +1,4 @@
-// Frames once more, as plainly as can be: what the firmware's parser is compared with.
+// Frames in the plainest form: the reference for the firmware's parser.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +36,7 @@ inline Bytes frame_of(Bytes body) {
   return coded;
 }
 
-// The body in a frame without its delimiter; false where structure, length or CRC are wrong.
+// The body in a frame without its delimiter; false if structure, length or CRC are wrong.
 inline bool body_of(const Bytes& coded, std::size_t largest, Bytes* body) {
   body->clear();
   for (std::size_t at = 0; at < coded.size(); at += coded[at]) {

@@ -1,7 +1,7 @@
-// What is fuzzed: parser, controller and all that they call, as on the board but for the chip.
+// Fuzz target: parser, controller and everything they call, as on the board except the chip.
 //
-// The first byte of an input says how the rest is read: bit 7 set, as bodies, each after its length, that get
-// a right frame here; otherwise as the bytes on the line. Bits 0 to 4, and four: after so many bytes comes a sample.
+// The first byte of an input selects the form of the rest. Bit 7 set: bodies, each after its length, which get
+// a valid frame here; otherwise bytes of the line. Bits 0 to 4, plus four: number of bytes until a sample.
 
 #include <cmath>
 #include <cstdio>
@@ -25,7 +25,7 @@ using reference::Bytes;
 constexpr std::size_t kLargest = 1 + protocol::kLargestToBoard;
 constexpr uint32_t kSilence = 1000u * profile::kWatchdogMs;
 
-// Torque at the motor that a duty gives, as the settings say; the table has its corners at eighths.
+// Motor torque at a duty, by the settings; the table has its points at eighths.
 float torque_of(const protocol::Board& kit, int pwm) {
   if (pwm <= kit.dead_band) return 0.0f;
   const float share = float(pwm - kit.dead_band) / float(profile::kPwmTop - kit.dead_band);
@@ -37,7 +37,7 @@ float torque_of(const protocol::Board& kit, int pwm) {
   return kit.motor_constant * (below + (above - below) * (place - cell)) / 255.0f;
 }
 
-// Whatever came, the duty is one that the limit allows, within the step to the next one.
+// For any input, the duty is within the limit, up to one step.
 void check_motor() {
   static int checked = 0;
   if (fake::pwm == checked) return;
@@ -51,7 +51,7 @@ void check_motor() {
   CHECK(kit.max_force <= limits::kMostForce);
 }
 
-// What the board says is frames of messages that the computer knows.
+// The board's output consists of frames with known messages.
 void check_sent() {
   Bytes coded, body;
   for (uint8_t byte : fake::sent) {
@@ -59,7 +59,7 @@ void check_sent() {
       coded.push_back(byte);
       continue;
     }
-    if (coded.empty()) continue;  // a delimiter that fills up
+    if (coded.empty()) continue;  // padding delimiter
     CHECK(reference::body_of(coded, 1 + protocol::kLargestFromBoard, &body));
     CHECK(body[0] & 0x80);
     coded.clear();
@@ -87,7 +87,7 @@ class Board {
   }
 
   void sample(uint16_t raw) {
-    const uint16_t ticks = ticks_;  // a new length begins with the next period
+    const uint16_t ticks = ticks_;  // a new period takes effect after the present one
     ticks_ = fake::ticks;
     const uint8_t missed = raw & 0x4000 ? 1 : 0;
     const bool failed = !missed && raw & 0x2000;
@@ -112,7 +112,7 @@ class Board {
   }
 
  private:
-  // What the sensor that the settings name can read.
+  // Readings possible with the configured sensor.
   static uint16_t reading(uint16_t raw) {
     const uint8_t sensor = settings::now().sensor;
     return sensor == protocol::kSensorQuadrature ? raw : raw & (sensor == protocol::kSensorAs5048A ? 16383 : 1023);
@@ -136,7 +136,7 @@ Bytes framed(const uint8_t* data, std::size_t size) {
   return line;
 }
 
-// The parser takes exactly the frames that the plain decoder takes, and counts the others.
+// The parser accepts exactly the frames that the plain decoder accepts, and counts the others.
 void compare(const Bytes& line) {
   frame::Parser parser;
   Bytes coded, body;
@@ -173,7 +173,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
   uint16_t raw = static_cast<uint16_t>(size);
   for (std::size_t at = 0; at < line.size(); ++at) {
     board.receive(line[at]);
-    raw = static_cast<uint16_t>(raw * 31421u + line[at]);  // any readings will do, the same each time
+    raw = static_cast<uint16_t>(raw * 31421u + line[at]);  // arbitrary but reproducible readings
     if (at % step == 0) board.sample(raw);
   }
   board.fall_silent();

@@ -1,4 +1,4 @@
-// What the computer has asked about the board, sent when the queue has room.
+// Pending replies to requests of the computer, sent when the queue has room.
 #pragma once
 
 #include <stdint.h>
@@ -12,7 +12,7 @@ class Answers {
 
   void want(Which which) { wanted_ |= which; }
 
-  // refused: settings that no kit has were sent.
+  // refused: the computer sent invalid settings.
   void want_settings(bool refused) {
     refused_ = refused;
     want(kSettings);
@@ -20,11 +20,11 @@ class Answers {
 
   bool waiting() const { return wanted_ != 0; }
 
-  // Send what fits; settings that are being saved wait until they are.
+  // Send pending replies that fit; settings wait until a save has ended.
   void send(Sender& sender);
 
  private:
-  // Not a part of its callers: what it needs of the stack, others have meanwhile.
+  // noinline: its stack frame must not add to the caller's deepest path.
   __attribute__((noinline)) bool send_hello(Sender& sender);
   bool send_settings(Sender& sender);
 

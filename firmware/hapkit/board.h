@@ -1,4 +1,4 @@
-// What the program needs from the hardware. The files *_avr.cpp are the Hapkit; the tests bring their own.
+// Hardware interface of the program. The files *_avr.cpp implement it for the Hapkit; tests have their own.
 #pragma once
 
 #include <stdint.h>
@@ -7,31 +7,31 @@
 
 namespace board {
 
-constexpr uint32_t kCpu = 16000000;  // cycles in a second
+constexpr uint32_t kCpu = 16000000;  // cycles per second
 constexpr float kTickUs = 0.5f;  // resolution of the clock [us]
 constexpr uint16_t kTicksPerMs = 2000;
 constexpr uint16_t kShortest = 500, kLongest = 4000;  // sample period: 4 kHz to 500 Hz [ticks]
-constexpr uint8_t kQueue = 112;  // bytes that can wait to be sent
+constexpr uint8_t kQueue = 112;  // bytes in the send queue
 
-// One reading of the sensor.
+// One sensor reading.
 struct Sampling {
-  uint16_t seq;      // counts every sample period, also those that had to be skipped
+  uint16_t seq;      // counts every sample period, including skipped ones
   uint16_t raw;      // the sensor's reading itself
-  uint8_t missed;    // sample periods that were skipped just before this one
+  uint8_t missed;    // sample periods skipped just before this one
   uint16_t ticks;    // of the clock in the period that ended with this one
-  bool failed;       // the sensor's own check says that the reading is wrong
+  bool failed;       // the sensor's own check reports an invalid reading
 };
 
-// Set up clock and serial port; the motor is off. The hardware watchdog resets the board from now on.
+// Initialise clock and serial port with the motor off. The hardware watchdog is active from now on.
 void begin();
 
 // Motor off; then pins, timers and sensor as the kit needs them. Main program only.
 void configure(const protocol::Board& kit);
 
-// While on, no reading is handled: what the sample interrupt uses may change. Main program only.
+// While on, no reading is processed, so data of the sample interrupt may be changed. Main program only.
 void hold(bool on);
 
-// Take a sample every so many ticks, from the next one on.
+// Set the sample period in ticks, from the next sample on.
 void set_period(uint16_t ticks);
 
 // Called once per sample period, from an interrupt that lets other interrupts through.
@@ -43,27 +43,27 @@ uint32_t stamp();
 // Board clock at a stamp [us]. Main program only, and at least every 17 minutes.
 uint32_t us_of(uint32_t stamp);
 
-// How long ago that was [us].
+// Time since a stamp [us].
 uint16_t age_us();
 
 // Take the next received byte; false if there is none.
 bool read(uint8_t* byte);
 
-// Return a place in the queue for so many bytes, or nothing if there is no room now; send() hands over what was
-// written there. Main program only.
+// Reserve bytes in the queue; nullptr if there is no room now; send() transmits what was written
+// there. Main program only.
 uint8_t* room_for(uint8_t size);
 void send(uint8_t* end);
 
-// From now on a byte that is received, or wake() in an interrupt, ends the next sleep(), also before it has begun;
-// and it does not begin while there is something to read.
+// From now on a received byte, or wake() in an interrupt, ends the next sleep(), even if it comes before sleep();
+// and sleep() returns at once while there is data to read.
 void may_sleep();
 void wake();
 void sleep();
 
-// Tell the hardware watchdog that all is well; a pause of 15 ms resets the board.
+// Feed the hardware watchdog; a pause of 15 ms resets the board.
 void pat();
 
-// Why the board started: 1 power, 2 reset, 4 brown-out, 8 watchdog; 0 where the bootloader does not tell.
+// Reset cause: 1 power, 2 reset, 4 brown-out, 8 watchdog; 0 if the bootloader does not pass it on.
 uint8_t reset_cause();
 
 // Set the signed duty of the motor, -profile::kPwmTop..profile::kPwmTop, positive to the right.

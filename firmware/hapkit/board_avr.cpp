@@ -19,7 +19,7 @@ volatile uint16_t period_wanted = kUsual;  // the next one
 volatile bool sampling_busy = false;  // from the start of a reading to the end of its handling
 volatile bool held = false;
 Clock board_clock;
-board::Sampling sampling;         // the latest one: untouched while it is handled
+board::Sampling sampling;         // the latest one: constant while it is processed
 volatile uint16_t passed = 0;     // ticks before the present period, lower half
 volatile uint16_t wraps = 0;      // and upper half
 volatile uint8_t missed = 0;      // periods since the latest sampling
@@ -37,8 +37,8 @@ void begin_clock() {
 
 }  // namespace
 
-// Starts a reading and notes when; or notes that one is missed. The timer is below every limit that it may get,
-// because it has just begun anew.
+// Start a reading and store its time, or count a missed one. The timer is below any limit that it may get,
+// because it has just restarted.
 ISR(TIMER1_COMPA_vect) {
   const uint16_t ended = period;
   const uint16_t now = passed + ended;
@@ -73,8 +73,8 @@ void hardware::reading_done(uint16_t raw, bool failed) {
   sampling_busy = false;
 }
 
-// In place of the Arduino core's, which starts timers as well and the interrupt of one. The converter is on because
-// the first tick may come before there is a kit.
+// Replaces the Arduino core's init, which also starts timers and an interrupt. The converter is on because
+// the first tick may come before the kit is known.
 extern "C" void init() {
   ADCSRA = _BV(ADEN);
   sei();
@@ -107,13 +107,13 @@ static uint32_t all_passed() { return static_cast<uint32_t>(wraps) << 16 | passe
 
 uint32_t board::us_of(uint32_t stamp) { return board_clock.us_of(stamp); }
 
-// The sample is less than 16 ms away from the beginning of the present period.
+// The sample is less than 16 ms from the start of the present period.
 uint32_t board::stamp() {
   const Lock lock;
   return all_passed() + static_cast<int16_t>(sampled - passed);
 }
 
-// Periods may have begun meanwhile.
+// Periods may have started meanwhile.
 uint16_t board::age_us() {
   const Lock lock;
   const uint16_t ticks = TCNT1 + passed - sampled;

@@ -18,12 +18,12 @@ const Message& as(const uint8_t* body) {
   return *reinterpret_cast<const Message*>(body + 1);
 }
 
-// How the computer's own rendering is watched over.
+// Supervision of rendering by the computer.
 estimator::Loop usual() { return {profile::kPeriodUs * board::kTicksPerMs / 1000, protocol::kEstimatorDifference, 0.0f, 0.0f}; }
 
 }  // namespace
 
-// Ticks have begun already; until their design is there they skip.
+// Ticks have started already; they are skipped until a design is set.
 void Controller::begin() { redesign(usual()); }
 
 void Controller::receive(uint8_t byte) {
@@ -70,8 +70,8 @@ void Controller::ask(const uint8_t* body, uint8_t size) {
   }
 }
 
-// What was on its way to a board that has begun anew meanwhile is not meant for this one; what was held up on its way
-// is not meant for this time, unless it is nothing.
+// A message sent before a restart of the board is not meant for it; a delayed one is outdated,
+// unless its force is zero.
 void Controller::command(const protocol::Force& force) {
   if (renderer_.active()) return safety_.alive();
   if (!streaming_) return;
@@ -82,7 +82,7 @@ void Controller::command(const protocol::Force& force) {
     seq = last_seq_;
     stamp = last_stamp_;
   }
-  // samples are strictly periodic, so an older one's time follows from its number
+  // samples are strictly periodic, so the time of an older one follows from its number
   const uint16_t age = seq - force.seq;
   if (age > profile::kWatchdogMs && force.force != 0.0f) {
     ++stale_;
@@ -106,7 +106,7 @@ void Controller::command(const protocol::Force& force) {
   delay_us_ = told ? static_cast<uint16_t>(delay) : kForever;
 }
 
-// A law in force goes out first; poll() sees to the rest.
+// A law in force fades out first; poll() does the rest.
 void Controller::announce(const protocol::Law& law) {
   if (!loading_.announce(law)) return;
   if (renderer_.active()) {
@@ -120,7 +120,7 @@ void Controller::take_pieces() {
   if (loading_.begin()) start_law();
 }
 
-// To look a law through may take longer than the hardware watchdog waits; meanwhile ticks speak for the main program.
+// Verifying a law may take longer than the hardware watchdog allows; meanwhile ticks feed it for the main program.
 void Controller::take(const protocol::Piece& piece) {
   vouched_ = kVouched;
   const bool ready = loading_.take(piece);
@@ -128,7 +128,7 @@ void Controller::take(const protocol::Piece& piece) {
   if (ready) start_law();
 }
 
-// The tick lets it wait until the period has its length.
+// The tick delays it until the period has its length.
 void Controller::start_law() {
   fade_.restart();
   fade_.stay();
@@ -138,14 +138,14 @@ void Controller::start_law() {
   renderer_.start(loading_.shape(), loading_.generation());
 }
 
-// A change that is none leaves nothing that could be rendered: the motor is off until the next law.
+// An invalid change leaves no law to render: the motor is off until the next law.
 void Controller::tune(const protocol::Tune& tune) {
   if (renderer_.tune(tune)) return;
   safety_.refuse();
   off();
 }
 
-// The computer renders once the board's force has gone out, poll() sees to it; told again, it does so at once.
+// The computer renders after the board's force has faded out, see poll(); on a repeated request, at once.
 void Controller::leave() {
   loading_.cancel();
   const bool felt = renderer_.active() && !safety_.off();
@@ -160,8 +160,8 @@ void Controller::leave_law() {
   redesign(usual());
 }
 
-// The zero may be elsewhere now, so whatever was rendered ends; the sensor tells the next tick that no handle
-// moved.
+// The zero may have changed, so rendering ends; the sensor tells the next tick that the handle
+// has not moved.
 void Controller::set_kit(const protocol::Board& kit) {
   loading_.cancel();
   renderer_.leave();

@@ -1,4 +1,4 @@
-// Answers the computer and moves the motor. receive() and poll() run in the main program, sample() is the
+// Replies to the computer and moves the motor. receive() and poll() run in the main program, sample() is the
 // tick: it runs in the interrupt, and the main program never interrupts it.
 #pragma once
 
@@ -16,23 +16,23 @@
 
 class Controller {
  public:
-  // The settings are there: start.
+  // Start once the settings are known.
   void begin();
 
-  // Take one received byte and act on the message that it completes.
+  // Process one received byte and the message that it completes.
   void receive(uint8_t byte);
 
-  // Send what the last tick has shown and what the computer has asked for; move the law's constants.
+  // Send the report of the last tick and pending replies; ramp the law's constants.
   void poll();
 
-  // Whether a millisecond has passed since poll() has seen to one.
+  // True once per millisecond, until poll() has handled it.
   bool due() const { return due_; }
 
   // Handle one sensor reading: position, velocity, safety, and the force of the board's own law.
   void sample(const board::Sampling& sampling);
 
  private:
-  static constexpr float kFastest = 5.0f;  // m/s; beyond it something is wrong
+  static constexpr float kFastest = 5.0f;  // m/s; faster motion is a fault
   static constexpr uint8_t kVouched = 50;  // ms
 
   // Main program.
@@ -71,11 +71,11 @@ class Controller {
   void show_sample(const board::Sampling& sampling, int32_t count);
   void show_law(const board::Sampling& sampling, int32_t count);
 
-  // The tick's, and first: the chip reaches what lies within 64 bytes at once.
+  // The tick's data, placed first: the chip addresses the first 64 bytes directly.
   estimator::Estimator estimator_;
-  estimator::Design design_ = {};  // of no period until there is one
+  estimator::Design design_ = {};  // no period until a design is set
   float asked_ = 0.0f;
-  uint16_t delays_us_ = 0;  // summed up since a tick was shown
+  uint16_t delays_us_ = 0;  // sum since the last report
   int16_t pwm_ = 0;
   uint8_t since_shown_ = 0;  // ticks of the loop
   volatile bool next_ready_ = false;
@@ -85,25 +85,25 @@ class Controller {
   uint16_t last_seq_ = 0;
   uint32_t last_stamp_ = 0;
   volatile uint8_t overruns_ = 0;
-  volatile bool due_ = false;   // while it is set, what a tick shows is the main program's
-  volatile bool late_ = false;  // a tick had to show while it was
-  volatile uint8_t vouched_ = 0;  // ms for which the main program need not be heard
+  volatile bool due_ = false;   // set: the report of a tick belongs to the main program
+  volatile bool late_ = false;  // a tick was due to report while due_ was set
+  volatile uint8_t vouched_ = 0;  // ms for which the watchdog is fed for the main program
 
   frame::Parser parser_;
   Sender sender_;
   Answers answers_;
   Loading loading_;
   bool streaming_ = false;
-  bool lost_frame_ = false;  // the last one did not fit the queue
+  bool lost_frame_ = false;  // the last frame did not fit the queue
   uint8_t told_overruns_ = 0;
   volatile uint16_t answered_ = 0;
   volatile uint16_t delay_us_ = 0;
   uint8_t stale_ = 0;
 
-  // Handed to the tick, which takes it over after a period of its length.
+  // Passed to the tick, which applies it after a period of its length.
   estimator::Design next_ = {};
 
-  // What a tick shows: a sample, or telemetry of a law.
+  // Report of a tick: a sample, or telemetry of a law.
   uint32_t stamp_ = 0;
   bool shows_law_ = false;
   union Shown {

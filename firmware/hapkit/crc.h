@@ -7,7 +7,7 @@ namespace crc {
 
 constexpr uint16_t kStart = 0xffff;
 
-// The CRC in two bytes, as a chip of eight bits has them.
+// The CRC in two bytes, suited to an 8-bit chip.
 struct Crc {
   uint8_t high, low;
 

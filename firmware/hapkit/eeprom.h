@@ -1,13 +1,13 @@
-// The memory that keeps its bytes without power. eeprom_avr.cpp is the chip's; the tests bring their own.
+// Non-volatile memory. eeprom_avr.cpp is the chip's; the tests have their own.
 #pragma once
 
 #include <stdint.h>
 
 namespace eeprom {
 
-constexpr uint8_t kErased = 0xff;  // what a byte holds that was never written
+constexpr uint8_t kErased = 0xff;  // value of a byte that was never written
 
-// Whether the last write has come to its end. Until then, nothing else may be asked.
+// True if the last write has finished. Until then, no other function may be called.
 bool ready();
 
 uint8_t read(uint16_t at);

@@ -1,4 +1,4 @@
-// Velocity from sensor counts in whole numbers: a third of the time that floats would take, and as exact.
+// Velocity from sensor counts in integers: a third of the time of floats, with the same accuracy.
 #pragma once
 
 #include <stdint.h>
@@ -8,7 +8,7 @@
 
 namespace estimator {
 
-// How often and how velocity is estimated, as the computer says it.
+// Rate and method of velocity estimation, as sent by the computer.
 struct Loop {
   uint16_t period;    // [ticks of the board's clock]
   uint8_t estimator;  // protocol::kEstimator...
@@ -16,25 +16,25 @@ struct Loop {
   float second;       // [1/s]
 };
 
-// Everything that depends on rate, method and sensor. The main program makes it, the tick uses it.
+// Derived constants for rate, method and sensor. Made by the main program, used by the tick.
 struct Design {
   uint32_t second;   // half of the coefficients, in 2^-32: of the speed
-  uint32_t first;    // and of the place; whole where a filter follows no place
+  uint32_t first;    // and of the position; an integer for filters without a position state
   int16_t fastest;   // limit of the speed, in counts per period
   uint16_t ticks;    // of the board's clock in one period
-  uint8_t shown;     // periods to a frame of telemetry, so that none comes sooner than a millisecond
+  uint8_t shown;     // ticks per frame of telemetry, at least a millisecond
   float scale;       // m/s in 2^-16 counts per period
   float quantum;     // m in a count
 };
 
-constexpr int16_t kMostCounts = 4095;  // in one period; what jumps farther is no motion
+constexpr int16_t kMostCounts = 4095;  // in one period; larger jumps are not motion
 constexpr float kOne = 65536.0f;       // a count
 
-// Fill a design; return false, with nothing changed, for what no loop can have. quantum in m, fastest in m/s.
+// Fill a design; return false without changes for invalid values. quantum in m, fastest in m/s.
 bool design(const Loop& loop, float quantum, float fastest, Design* made);
 
-// Return a value times twice a half coefficient, up to six units too low: the product of the two lower halves counts
-// for nothing. Both are numbers of 32 bits in two's complement, and so is the result. On the board in assembler.
+// Return a value times twice a half coefficient, up to six units too low: the product of the lower halves is
+// ignored. 32-bit two's complement numbers. On the board in assembler.
 uint32_t share(uint32_t value, uint32_t half) __asm__("estimator_share");
 
 class Estimator {
@@ -45,16 +45,16 @@ class Estimator {
     rest_ = speed_ = 0;
   }
 
-  // Begin with another period: at rest, as the force fades in besides.
+  // Restart with another period: at rest, as the force fades in anyway.
   void change() { rest_ = speed_ = 0; }
 
-  // Take a count whose period is not the design's.
+  // Process a count after an irregular period.
   void skip(int32_t count) { last_ = count; }
 
-  // So many periods were missed: as if the handle had gone evenly to this count, which update() takes next.
+  // Missed periods: assume uniform motion to this count, which update() processes next.
   void miss(uint8_t periods, int32_t count);
 
-  // Take the count one period later; return whether the handle is within its limit.
+  // Process the count one period later; return true if the handle is within its speed limit.
   bool update(const Design& design, int32_t count);
 
   // Return the velocity in m/s.
@@ -63,9 +63,9 @@ class Estimator {
  private:
   int32_t speed() const { return static_cast<int32_t>(speed_); }
 
-  // Sums wrap: coefficients that make a filter swing up are no reason for undefined steps.
+  // Wrapping sums: unstable coefficients must not cause undefined behaviour.
   int32_t last_ = 0;
-  uint32_t rest_ = 0;   // last count less the filter's own, 2^-16 counts
+  uint32_t rest_ = 0;   // last count minus the filter's position, 2^-16 counts
   uint32_t speed_ = 0;  // 2^-16 counts per period
 };
 

@@ -12,7 +12,7 @@ constexpr uint8_t kLargestBody = 1 + protocol::kLargestFromBoard;
 constexpr uint8_t kOverhead = 4;  // CRC, one COBS code (a body stays below 252 bytes), delimiter
 static_assert(kLargestBody + kOverhead < 256, "a frame needs more than one COBS block");
 
-// Writes one frame into memory that has room for its body and kOverhead more.
+// Writes one frame into memory with room for its body and kOverhead more.
 class Writer {
  public:
   Writer() = default;
@@ -20,23 +20,23 @@ class Writer {
 
   void put(const void* bytes, uint8_t size) { put(this, bytes, size); }
 
-  // Put the CRC and the delimiter; return the end.
+  // Write the CRC and the delimiter; return the end.
   uint8_t* finish();
 
  private:
-  // On the board in assembler, which knows the order of what is below.
+  // On the board in assembler, which depends on the order of the members below.
   static void put(Writer* self, const void* bytes, uint8_t size) __asm__("frame_put");
 
   crc::Crc crc_ = {};
-  uint8_t* code_ = nullptr;  // of the block that is being filled
-  uint8_t* end_ = nullptr;   // behind its last byte
+  uint8_t* code_ = nullptr;  // code byte of the open block
+  uint8_t* end_ = nullptr;   // after its last byte
 };
 
-// Takes received bytes one by one and tells when a whole valid frame is there. What fits is far shorter than
-// a full COBS block, which would have no zero behind it.
+// Parses received bytes one by one. Valid frames are far shorter than
+// a full COBS block, which would have no zero after it.
 class Parser {
  public:
-  // Take one byte; return the size of a body that is complete and whose CRC is right, otherwise 0.
+  // Process one byte; return the size of a complete body with the right CRC, otherwise 0.
   uint8_t push(uint8_t byte);
 
   // The last complete body: id and payload. Valid until the next push.
@@ -54,9 +54,9 @@ class Parser {
   void reset();
 
   uint8_t body_[kCapacity] = {};
-  uint8_t size_ = 0;      // decoded bytes, CRC included; kCapacity + 1 when there were too many
+  uint8_t size_ = 0;      // decoded bytes with CRC; kCapacity + 1 if there were too many
   uint8_t left_ = 0;      // bytes left in the present COBS block
-  bool started_ = false;  // a block has been read; before the next one comes a zero
+  bool started_ = false;  // a block has been read; a zero comes before the next one
   uint16_t crc_ = 0;
   uint8_t bad_frames_ = 0;
 };

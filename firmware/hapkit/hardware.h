@@ -1,4 +1,4 @@
-// What the files that know the chip (*_avr.cpp) ask of each other.
+// Interface between the files that depend on the chip (*_avr.cpp).
 #pragma once
 
 #include <stdint.h>
@@ -8,30 +8,30 @@
 
 namespace hardware {
 
-// After a reset, before anything is known of the kit: hold the motors of the usual board off.
+// After a reset, before the kit is known: keep the motors of the usual board off.
 void begin_motor();
 
-// Motor off; then the pins and the timer that the kit's motor needs, everything else off.
+// Motor off; then set the kit's motor pins and timer, everything else off.
 void set_motor(const protocol::Board& kit);
 
-// What the kit's sensor needs. A reading that was under way is gone. Interrupts are off.
+// Initialise the kit's sensor. A reading in progress is lost. Interrupts are off.
 void set_sensor(const protocol::Board& kit);
 
 // Serial port, and sleep between its interrupts.
 void begin_serial();
 
-// Reset the board from now on after 15 ms without a pat.
+// Reset the board from now on after 15 ms without feeding.
 void begin_watchdog();
 
-// Whether the sensor is the converter, which starts at this value of ADCSRA. Another one starts at the interrupt of
-// OCR1B, with the encoder's steps as they are now.
+// True if the sensor is the converter, started by this value of ADCSRA. Others start in the interrupt of
+// OCR1B, with the encoder's present steps.
 extern volatile bool converts;
 constexpr uint8_t kConvert = 0xcd;  // ADEN, ADSC, ADIE; 500 kHz
 extern Quadrature encoder;
 extern volatile uint16_t latched;
 
 // Called by the sensor when a reading is done, from an interrupt that lets other interrupts through.
-// failed: the sensor's own check says that it is wrong.
+// failed: the sensor's own check reports an invalid reading.
 void reading_done(uint16_t raw, bool failed);
 
 }  // namespace hardware

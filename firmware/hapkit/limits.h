@@ -1,4 +1,4 @@
-// What the numbers of a kit may be. Outside of this no Hapkit has ever been built; most likely a unit is wrong.
+// Valid ranges of a kit's numbers. No Hapkit is outside; a value outside most likely has a wrong unit.
 #pragma once
 
 #include <stdint.h>
@@ -14,13 +14,13 @@ namespace limits {
 struct Range {
   float low, high;
 
-  // False also for what is not a number.
+  // Also false for NaN.
   constexpr bool holds(float value) const { return low <= value && value <= high; }
 };
 
-constexpr float kMostForce = 5.0f;  // [N] the board's hard limit, whatever the computer asks for
+constexpr float kMostForce = 5.0f;  // [N] the board's hard limit for any command
 
-// Of the numbers of a kit from quantum to coulomb, in order.
+// Numbers of a kit from quantum to coulomb, in order.
 static const Range kNumbers[] PROGMEM = {
     {1e-7f, 2e-3f},   // [m] quantum: 14 bits a turn .. an encoder of 48 steps, thick pulley
     {0.0f, kMostForce},

@@ -21,7 +21,7 @@ bool Loading::begin() {
 
 bool Loading::take(const protocol::Piece& piece) {
   if (phase_ != kComing || piece.generation != law_.generation || piece.at != received_) return false;
-  // the given values stand behind position and velocity, the code behind all slots
+  // the given values follow position and velocity, the code follows all slots
   const uint16_t values = 4 * law_.given;
   const uint16_t gap = 4 * (law_.slots - law_.given - machine::kFirstGiven);
   for (uint8_t i = 0; i < protocol::kPiece && received_ < size(); ++i, ++received_) {
@@ -31,7 +31,7 @@ bool Loading::take(const protocol::Piece& piece) {
   return advance();
 }
 
-// Once all bytes are there: damaged ones come again from the first on.
+// Once all bytes have arrived: damaged code is requested again from the start.
 bool Loading::advance() {
   if (received_ < size()) return false;
   if (crc_ != law_.check) {
@@ -45,7 +45,7 @@ bool Loading::advance() {
   return refusal_ == machine::Refusal::kNone;
 }
 
-// What its head alone tells.
+// Checks of the header alone.
 machine::Refusal Loading::look() const {
   estimator::Design made;
   if (!estimator::design(loop(), 1.0f, 1.0f, &made)) return machine::Refusal::kRate;

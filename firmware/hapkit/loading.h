@@ -1,4 +1,4 @@
-// A law on its way from the computer into the machine's memory, checked when it is whole.
+// Transfer of a law from the computer into the machine's memory, verified when complete.
 #pragma once
 
 #include <stdint.h>
@@ -9,23 +9,23 @@
 
 class Loading {
  public:
-  // Take note of a law that is to come; false if it is the one that came last. It is refused at once if the board has
-  // no room or no such rate for it.
+  // Announce a law; false if it is the last one again. It is rejected at once if the board has
+  // no room or does not support its rate.
   bool announce(const protocol::Law& law);
 
-  // Forget a law that is not whole.
+  // Discard an incomplete law.
   void cancel() { phase_ = kNone; }
 
-  // The memory is free: return whether the law is whole already; if not, take its pieces from now on.
+  // The memory is free: return true if the law is complete already; otherwise accept its pieces from now on.
   bool begin();
 
-  // Take a piece if it is the next one; return whether the law is whole now and fit to run.
+  // Accept a piece if it is the next one; return true if the law is complete and valid.
   bool take(const protocol::Piece& piece);
 
   machine::Shape shape() const { return {law_.states, law_.given, law_.slots, law_.code}; }
   estimator::Loop loop() const { return {law_.period, law_.estimator, law_.first, law_.second}; }
 
-  // What samples tell of the law that is coming or came last; generation 0 is none since the start.
+  // Status for samples of the law being received or received last; generation 0: none since the start.
   uint8_t generation() const { return law_.generation; }
   uint16_t received() const { return received_; }
   uint8_t refusal() const { return static_cast<uint8_t>(refusal_); }

@@ -1,12 +1,12 @@
-// Runs a law that was sent: float32 slots and code that works on one accumulator. What verify() has passed cannot
-// hang, write elsewhere, or take longer than it says. hapkit_studio/laws/machine.py has the operations.
+// Runs a received law: float32 slots and code with one accumulator. Code that passed verify() cannot
+// hang, write elsewhere, or exceed its number of cycles. hapkit_studio/laws/machine.py lists the operations.
 #pragma once
 
 #include "opcodes.h"
 
 namespace machine {
 
-// Of one law. Its slots are position, velocity, states, constants (states and constants are given), temporaries.
+// Sizes of a law. Its slots are position, velocity, states, constants (states and constants are given), temporaries.
 struct Shape {
   uint8_t states;
   uint8_t given;
@@ -25,7 +25,7 @@ constexpr uint8_t kFirstGiven = 2;
 // Slots, code, then moving constants.
 extern uint8_t arena[kArena];
 
-// Where the code of the law lies that verify() has passed, where in it MAIN, and whether the velocity matters to it.
+// Location of the verified code, offset of its MAIN, and whether it reads the velocity.
 struct Program {
   const uint8_t* code;
   const uint8_t* main;
@@ -36,14 +36,14 @@ extern Program program;
 inline float* slots() { return reinterpret_cast<float*>(arena); }
 inline uint8_t* code(const Shape& shape) { return arena + sizeof(float) * shape.slots; }
 
-// Whether a law has room, before anything of it has come.
+// True if a law fits, before it is received.
 bool fits(const Shape& shape);
 
-// Check the code and the given numbers that lie in the arena; if kNone, one call takes so many cycles at most and
+// Verify code and given numbers in the arena; on kNone, cycles is the worst case of a call and
 // run() may be called.
 Refusal verify(const Shape& shape, uint32_t* cycles);
 
-// One call of the law: its force, nan where it failed. On the chip machine_avr.S has it.
+// One call of the law: its force, NaN on a fault. On the chip in machine_avr.S.
 float run(float x, float v);
 
 }  // namespace machine

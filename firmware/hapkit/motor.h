@@ -1,4 +1,4 @@
-// From the force on the handle to the duty of the motor, as the settings in force say.
+// Conversion of the force on the handle to the duty of the motor, by the settings in force.
 #pragma once
 
 #include <stdint.h>
@@ -7,19 +7,19 @@
 
 namespace motor {
 
-// What the motor gets, after the safety limits.
+// Motor command after the safety limits.
 struct Duty {
   int16_t pwm;    // signed, 0..profile::kPwmTop in size
   uint8_t flags;  // protocol::kFlagClamped, protocol::kFlagRefused
 };
 
-// Prepare for a kit: limit, motor map, dead band. Only while no reading of the sensor is handled.
+// Prepare for a kit: limit, motor map, dead band. Only while no sensor reading is processed.
 void set(const protocol::Board& kit);
 
-// Return the duty that comes nearest to a force: that of the limit if it is larger, none if it is no number.
+// Return the duty nearest to a force: that of the limit for larger ones, 0 for NaN.
 //
-// The share of full duty that turns the motor is (pwm - dead band) / (pwm top - dead band); torque follows
-// from this share by the motor map. Zero force is zero duty.
+// The effective duty is (pwm - dead band) / (pwm top - dead band); torque follows
+// from it by the motor map. Zero force is zero duty.
 Duty duty_of(float force);
 
 }  // namespace motor

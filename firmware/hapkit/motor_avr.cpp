@@ -21,7 +21,7 @@ constexpr uint8_t kD13 = _BV(PB5);
 bool on_timer_2 = false;
 bool high_is_right = true;
 
-// Both timers stand still and let go of their pins, so that the ports' low level holds.
+// Both timers are stopped and disconnected from their pins, so that the ports' low level applies.
 void stop_timers() {
   TCCR0A = TCCR0B = TIMSK0 = OCR0B = 0;
   TCCR2A = TCCR2B = TIMSK2 = OCR2B = 0;
@@ -35,8 +35,8 @@ void hold_low(uint8_t on_port_d, uint8_t on_port_b) {
   DDRB |= on_port_b;
 }
 
-// Every enable of either board stays low, unless its pin is a sensor's. Direction pins of the board that this
-// is not may be something else's, like a memory card's.
+// All enables of both boards stay low, unless the pin belongs to a sensor. Direction pins of the other board may
+// have another function, such as a memory card.
 void claim_pins(const protocol::Board& kit) {
   if (kit.pins == protocol::kPinsD3D12) return hold_low(kD3 | kD5 | kD6, kD11 | kD12 | kD13);
   const uint8_t d3 = kit.sensor == protocol::kSensorQuadrature ? 0 : kD3;
@@ -82,7 +82,7 @@ void hardware::set_motor(const protocol::Board& kit) {
   start_timer();
 }
 
-// The duty changes at the next turn of the PWM, the direction at once: up to 32 us apart.
+// The duty changes at the next PWM cycle, the direction at once: up to 32 us apart.
 void board::set_motor(int16_t pwm) {
   const bool right = pwm >= 0;
   const uint8_t duty = static_cast<uint8_t>(right ? pwm : -pwm);

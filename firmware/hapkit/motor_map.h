@@ -1,4 +1,4 @@
-// How a kit turns force into duty, as duty_of() needs it.
+// A kit's conversion of force to duty, in the form that duty_of() needs.
 #pragma once
 
 #include <stdint.h>
@@ -8,20 +8,20 @@
 
 namespace motor {
 
-// What multiplies a force: mantissa / 2^16, and so many places less the force's exponent.
+// Factor of a force: mantissa / 2^16, and a shift minus the force's exponent.
 struct Factor {
   uint16_t mantissa;
   int16_t places;
 };
 
-// A straight piece of the map. Torque is in 255ths of that at full duty, duty in 256ths of a step.
+// A linear piece of the map. Torque is in 255ths of that at full duty, duty in 256ths of a step.
 struct Piece {
   uint8_t to;           // torque at its end
   uint8_t slope;        // whole steps a 255th
   uint16_t slope_rest;  // and 65536ths
 };
 
-// A float's bits: operations on floats take 100 to 500 cycles each, on the bits a quarter of that is enough.
+// A float's bits: operations on floats take 100 to 500 cycles each, on the bits a quarter of that.
 struct Halves {
   uint16_t low, high;
 };

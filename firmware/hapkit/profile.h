@@ -1,4 +1,4 @@
-// Constants of the board, and the kit that it takes itself for until its settings say otherwise.
+// Constants of the board, and the default kit until settings are stored.
 #pragma once
 
 #include <stdint.h>

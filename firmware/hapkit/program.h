@@ -6,7 +6,7 @@ namespace program {
 // Start the hardware with the motor off.
 void begin();
 
-// Handle what has been received; the samples run by themselves, in an interrupt.
+// Process received messages; samples are taken in an interrupt.
 void poll();
 
 }  // namespace program

@@ -1,9 +1,9 @@
-// Counts the steps of two channels that are a quarter of a period apart.
+// Counts the steps of two channels in quadrature.
 #pragma once
 
 #include <stdint.h>
 
-// edge() runs in an interrupt; the others with interrupts off or in between.
+// edge() runs in an interrupt; the other functions with interrupts off or within one.
 class Quadrature {
  public:
   // Channel A is the lower, channel B the upper of two neighbouring bits, on pins 2 and 3 of a port.
@@ -13,7 +13,7 @@ class Quadrature {
     slip_ = false;
   }
 
-  // Note the pins after an edge. Both have changed if one edge was missed: then it went on as before.
+  // Process the pins after an edge. If both have changed, one edge was missed: the last direction is assumed.
   void edge(uint8_t pins) {
     const uint8_t next = place(pins);
     const uint8_t turned = (next - place_) & 3;
@@ -32,7 +32,7 @@ class Quadrature {
 
   uint16_t steps() const { return steps_; }
 
-  // Whether both channels changed at once since this was last asked.
+  // True if both channels changed at once since the last call.
   bool take_slip() {
     const bool taken = slip_;
     slip_ = false;
@@ -46,7 +46,7 @@ class Quadrature {
     return both ^ (both >> 1);
   }
 
-  volatile uint16_t steps_ = 0;  // first: the timer's interrupt looks here
+  volatile uint16_t steps_ = 0;  // first member: read by the timer's interrupt
   volatile uint8_t place_ = 0;
   volatile bool forward_ = true;
   volatile bool slip_ = false;

@@ -1,4 +1,4 @@
-// The board's own law: run by the tick in the machine, its constants moved by the main program, its force faded.
+// The board's own law: run by the tick in the machine, its constants ramped by the main program, its force faded.
 #pragma once
 
 #include <stdint.h>
@@ -10,12 +10,12 @@
 
 namespace render {
 
-// A force that comes in over 30 ms, and may go out again.
+// A force that fades in or out over 30 ms.
 class Fade {
  public:
   void restart() { gone_ = 0; }
 
-  // The force goes out, or comes in after all.
+  // Fade out, or in again.
   void leave() { leaving_ = true; }
   void stay() { leaving_ = false; }
   bool leaving() const { return leaving_; }
@@ -24,7 +24,7 @@ class Fade {
     return leaving_ && gone_ == 0;
   }
 
-  // Whether a force is felt as it is.
+  // True if the force is at full weight.
   bool whole() const { return gone_ >= kWhole && !leaving_; }
 
   // Return the force, weighted, one period later.
@@ -41,10 +41,10 @@ class Renderer {
  public:
   // Main program.
 
-  // Put the law that stands in the machine's memory in force.
+  // Start the law in the machine's memory.
   void start(const machine::Shape& shape, uint8_t generation);
 
-  // Leave the rendering to the computer.
+  // Return the rendering to the computer.
   void leave() {
     active_ = false;
     count_ = 0;

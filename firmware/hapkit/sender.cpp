@@ -1,6 +1,6 @@
 #include "sender.h"
 
-// How many bytes a frame takes with its filling. A frame is below 128 bytes, so this cannot pass 255.
+// Size of a frame with padding. A frame is below 128 bytes, so it cannot exceed 255.
 uint8_t Sender::filled(uint8_t size) const {
   if (multiple_ == 0) return size;
   uint8_t whole = multiple_;

@@ -5,27 +5,27 @@
 namespace sensor {
 namespace {
 
-// Within 5..95 % of its supply a magnetoresistive sensor tells an angle; at the rails something is broken.
+// Within 5..95 % of its supply a magnetoresistive reading is an angle; at the rails the sensor is broken.
 constexpr uint16_t kLowestReading = 8;
 constexpr uint16_t kHighestReading = 1015;
 constexpr uint16_t kAnyReading = 65535;
 
-// Doubt grows by 4 with a doubtful reading and shrinks by 1 with a good one: 8 in a row are a fault.
+// Doubt increases by 4 with a doubtful reading and decreases by 1 with a good one: 8 in a row are a fault.
 constexpr uint8_t kFault = 32;
 
 uint8_t kind = protocol::kSensorMagnetoresistive;
-uint16_t range = 0;       // counts from one repeat of the sensor to the next
-int32_t zero = 0;     // as the settings write it; flips counts from its repeat that is in use
+uint16_t range = 0;       // range of counts of the sensor
+int32_t zero = 0;     // as in the settings; flips are counted from the nearest repeat
 bool started = false;
 uint8_t doubt = 0;
 
 FlipTracker flips;
-uint16_t lowest = 0;          // of the readings that can be right
-uint16_t span = kAnyReading;  // how far above it they go
+uint16_t lowest = 0;          // valid reading
+uint16_t span = kAnyReading;  // above lowest
 bool wary = true;             // not started, or in doubt
 int8_t sense = 1;
 
-// How far ahead of the nearest repeat of the settings' zero the first reading is.
+// Distance of the first reading from the nearest repeat of the stored zero.
 int32_t ahead_of_zero(int32_t first) {
   if (kind == protocol::kSensorQuadrature) return 0;
   int32_t ahead = (first - zero) % range;
@@ -74,9 +74,9 @@ void change(const protocol::Board& kit) {
   news = news | kMoved;
 }
 
-// Take a reading that does not go on with a motion, or is in doubt; return the position, not knowing the sense.
+// Process a reading that does not continue the motion, or is in doubt; return the position before applying the sense.
 static int32_t consider(uint16_t raw, bool failed) {
-  const bool counted = kind == protocol::kSensorQuadrature;  // a slip of its counter does not spoil the rest
+  const bool counted = kind == protocol::kSensorQuadrature;  // a slip of its counter does not invalidate later readings
   bool doubtful = true;
   if (possible(raw) && (!failed || counted)) {
     if (started) {

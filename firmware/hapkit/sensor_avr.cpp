@@ -35,7 +35,7 @@ void begin_converter() {
   ADCSRA = (hardware::kConvert & ~_BV(ADSC)) | _BV(ADIF);
 }
 
-// The pull-up makes a missing sensor answer with ones, which is an error.
+// The pull-up makes a missing sensor reply with ones, which is an error.
 void begin_bus() {
   PORTB |= kSelect | kBusIn;
   DDRB |= kSelect | kBusOut;
@@ -59,7 +59,7 @@ uint8_t byte_back() {
   return SPDR;
 }
 
-// Two bytes there and back; the first is through.
+// Two bytes in both directions; the first is complete.
 uint16_t finish_frame(uint8_t high, uint8_t second) {
   SPDR = second;
   const uint8_t low = byte_back();
@@ -67,7 +67,7 @@ uint16_t finish_frame(uint8_t high, uint8_t second) {
   return static_cast<uint16_t>(high << 8) | low;
 }
 
-// The sensor wants 350 ns between its selection and the clock, and between two frames.
+// The sensor needs 350 ns between selection and clock, and between two frames.
 void begin_frame(uint8_t first) {
   __builtin_avr_delay_cycles(6);
   PORTB &= ~kSelect;
@@ -81,7 +81,7 @@ volatile bool hardware::converts = true;
 Quadrature hardware::encoder;
 volatile uint16_t hardware::latched;
 
-// Timer 1 reaches OCR1B just after it has begun a period, so what it asks for follows a start at once.
+// Timer 1 reaches OCR1B just after the start of a period, so its interrupt follows a start at once.
 void hardware::set_sensor(const protocol::Board& kit) {
   all_off();
   converts = kit.sensor == protocol::kSensorMagnetoresistive;
@@ -95,7 +95,7 @@ void hardware::set_sensor(const protocol::Board& kit) {
   }
 }
 
-// All three: interrupts are on from the first instruction, or nearly; nothing starts another reading meanwhile.
+// For all three: interrupts are on from the first instruction, or nearly; no other reading starts meanwhile.
 ISR(ADC_vect, ISR_NOBLOCK) { hardware::reading_done(ADC, false); }
 
 ISR(TIMER1_COMPB_vect) {
@@ -108,7 +108,7 @@ ISR(TIMER1_COMPB_vect) {
   hardware::reading_done(hardware::latched, hardware::encoder.take_slip());
 }
 
-// The first byte is through. An answer comes in the frame after its question.
+// The first byte is complete. A reply comes in the frame after its request.
 ISR(SPI_STC_vect, ISR_NOBLOCK) {
   SPCR = kSpi;
   const uint16_t health = finish_frame(SPDR, static_cast<uint8_t>(As5048A::kReadAngle));

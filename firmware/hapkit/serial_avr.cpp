@@ -14,11 +14,11 @@ namespace {
 constexpr uint16_t kBaudDivisor = board::kCpu / 16 / protocol::kBaud - 1;
 static_assert((kBaudDivisor + 1) * 16 * protocol::kBaud == board::kCpu, "this baud rate is not exact");
 
-Ring<88> received;  // the settings of a kit come in one piece of 74 bytes
+Ring<88> received;  // the settings of a kit arrive as one frame of 74 bytes
 volatile uint8_t lost = 0;
 
-// Frames wait one behind the other and are sent from here up to `stop`, the low byte of an address. When all have
-// gone, the next one begins at the beginning again.
+// Frames are queued consecutively and sent up to `stop`, the low byte of an address. When all have
+// been sent, the next one is written at the beginning again.
 uint8_t queue[board::kQueue];
 uint8_t* volatile from = queue;
 volatile uint8_t stop;
@@ -33,7 +33,7 @@ inline bool all_sent() { return low(from) == stop; }
 
 }  // namespace
 
-// Put the byte into the ring and end the sleep. A damaged one, or one for which there is no room, is counted.
+// Store the byte in the ring and end the sleep. Damaged bytes, and bytes without room, are counted.
 ISR(USART_RX_vect) {
   const uint8_t status = UCSR0A;
   if (status & (_BV(FE0) | _BV(DOR0))) lost = lost + 1;
@@ -101,7 +101,7 @@ uint8_t* board::room_for(uint8_t size) {
   return queue + kQueue - end < size ? nullptr : end;
 }
 
-// What is at the beginning again may have waited for the last bytes to go.
+// Bytes at the beginning may have waited for the last ones to be sent.
 void board::send(uint8_t* filled) {
   const Lock lock;
   if (all_sent()) from = end;
@@ -110,7 +110,7 @@ void board::send(uint8_t* filled) {
   UCSR0B = kSending;
 }
 
-// Whatever has something to do for the main program takes the permission to sleep away.
+// Any event for the main program withdraws the permission to sleep.
 void board::may_sleep() { SMCR = _BV(SE); }
 
 void board::wake() { SMCR = 0; }

@@ -18,10 +18,10 @@
 namespace settings {
 namespace {
 
-// The EEPROM has two places. A save goes to the one that is not in use: first its mark is erased, then the
-// block is written, then the mark; last the mark of the other place is erased. So there is at every instant a
-// whole block, old or new, or none yet; and a mark with a wrong block behind it means damage.
-// Byte 0 is left alone: it is the one that a failing supply hits.
+// The EEPROM has two slots. A save writes to the unused one: first its mark is erased, then the
+// block is written, then the mark; finally the mark of the other slot is erased. So at every instant there is
+// a complete block, old or new, or none yet; and a mark with an invalid block means damage.
+// Byte 0 is unused: a failing supply damages it first.
 constexpr uint16_t place_of(uint8_t which) { return 16 + 256 * which; }  // an array would take RAM
 constexpr uint8_t kNone = 2;
 constexpr uint8_t kMark = 1;  // version of this layout
@@ -40,11 +40,11 @@ uint8_t from = protocol::kOriginDefault;
 
 uint8_t place = kNone;  // in use
 uint8_t sequence = 0;   // of the block in use
-uint8_t target = 0;     // of the save under way
-uint8_t step = 0;       // its next step; 0: none under way
+uint8_t target = 0;     // of the save in progress
+uint8_t step = 0;       // its next step; 0: no save in progress
 uint16_t crc_word = 0;
 
-// --- what a kit may be
+// --- validation
 bool has_pins_free(const protocol::Board& kit) {
   // the encoder needs D3, the AS5048A D11 to D13: there the other board has its motors
   return kit.pins == protocol::kPinsD5D8 ||
@@ -99,10 +99,10 @@ bool is_a_kit(const protocol::Board& kit) {
          never_falls(kit.table) && is_text(kit.label);
 }
 
-// --- the memory
+// --- EEPROM
 uint8_t mark_of(uint8_t which) { return eeprom::read(place_of(which)); }
 
-// Read one place; false if there is no whole block.
+// Read one slot; false if it has no complete block.
 bool read_block(uint8_t which, protocol::Board* kit) {
   uint8_t* bytes = reinterpret_cast<uint8_t*>(kit);
   uint16_t crc = crc::kStart;
@@ -114,7 +114,7 @@ bool read_block(uint8_t which, protocol::Board* kit) {
   return mark_of(which) == kMark && crc == 0 && is_a_kit(*kit);
 }
 
-// Take what a place holds if it is whole and newer than what was found so far.
+// Use a slot's block if it is complete and newer than the one found so far.
 void consider(uint8_t which) {
   protocol::Board kit;
   if (!read_block(which, &kit)) {
@@ -142,7 +142,7 @@ uint16_t crc_of_block() {
   return crc;
 }
 
-// The place in use has been found whole, or written so. Byte by byte: a copy would take a lot of the stack.
+// The slot in use was found complete, or was written. Byte by byte: a copy would take too much stack.
 bool is_kept() {
   if (place == kNone || mark_of(place) != kMark) return false;
   for (uint8_t i = kBoardAt; i < kCrcAt; ++i) {
@@ -151,12 +151,12 @@ bool is_kept() {
   return true;
 }
 
-// The steps of a save: erase the mark, 2 .. kBlock: the bytes behind it, the mark, the other place's mark.
+// The steps of a save: erase the mark, 2 .. kBlock: the bytes after it, the mark, the other slot's mark.
 constexpr uint8_t kEraseMark = 1;
 constexpr uint8_t kWriteMark = kBlock + 1;
 constexpr uint8_t kEraseOther = kBlock + 2;
 
-// Begin to write one byte; false if it is there already.
+// Begin to write one byte; false if it is unchanged.
 bool write(uint16_t at, uint8_t byte) {
   if (eeprom::read(at) == byte) return false;
   eeprom::write(at, byte);
@@ -199,7 +199,7 @@ void load() {
 bool accept(const protocol::Board& wanted) {
   if (!is_a_kit(wanted)) return false;
   if (memcmp(&wanted, &in_force, sizeof(wanted)) != 0) from = protocol::kOriginUnsaved;
-  step = 0;  // a save that is not finished is none
+  step = 0;  // an unfinished save is discarded
   board::hold(true);
   in_force = wanted;
   motor::set(in_force);

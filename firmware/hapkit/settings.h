@@ -1,4 +1,4 @@
-// Everything about one kit that changes without a new firmware: checked, in force, kept in the EEPROM.
+// Settings of one kit: validated, in force, stored in the EEPROM.
 #pragma once
 
 #include <stdint.h>
@@ -7,28 +7,28 @@
 
 namespace settings {
 
-// The settings in force. They change only in the main program, while no reading of the sensor is handled, so
+// The settings in force. They change only in the main program, while no sensor reading is processed, so
 // the sample interrupt may read them at any time.
 const protocol::Board& now();
 
-// Where they come from: protocol::kOriginDefault, kOriginStored, kOriginDamaged, kOriginUnsaved.
+// Their origin: protocol::kOriginDefault, kOriginStored, kOriginDamaged, kOriginUnsaved.
 uint8_t origin();
 
-// At the start, after board::begin(): put in force what the EEPROM holds, the defaults where it holds nothing
-// or where its check fails.
+// At the start, after board::begin(): apply the EEPROM's settings, or the defaults if it is empty
+// or fails its check.
 void load();
 
-// Put in force, after switching the motor off, what the computer sends; false, and nothing is changed, if a
-// number is not one that a kit has. Main program only.
+// Apply settings from the computer after switching the motor off; false, without changes, if a
+// number is out of range. Main program only.
 bool accept(const protocol::Board& wanted);
 
-// Begin to keep in the EEPROM what is in force; nothing is written that is there already. Main program only.
+// Begin to store the settings in force in the EEPROM; unchanged bytes are not written. Main program only.
 void save();
 
-// Whether save() has not come to its end yet; then origin() becomes protocol::kOriginStored.
+// True while a save is in progress; afterwards origin() is protocol::kOriginStored.
 bool saving();
 
-// Go on with save(), a byte of 3.4 ms at a time and without waiting. Call it in every turn of the main program.
+// Continue a save, 3.4 ms per byte, without waiting. Call it in every pass of the main program.
 void poll();
 
 }  // namespace settings

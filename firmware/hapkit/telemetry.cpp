@@ -1,5 +1,5 @@
-// What the main program does: once a millisecond it sends what the last tick has shown, before that the answers
-// for which there is room.
+// Main program: once per millisecond, send pending replies
+// that fit, then the report of the last tick.
 #include "controller.h"
 #include "lock.h"
 
@@ -42,7 +42,7 @@ void Controller::report(uint32_t time_us) {
   lost_frame_ = !sender_.send(shown_.sample);
 }
 
-// Ticks that were skipped, and ticks that were shown in vain, since the last frame.
+// Ticks skipped, and reports lost, since the last frame.
 uint8_t Controller::overrun_flag() {
   const bool lost = lost_frame_ || late_ || told_overruns_ != overruns_;
   late_ = false;

@@ -1,17 +1,17 @@
-// The controller's half in the interrupt: position, velocity, safety, force, motor.
+// The controller in the interrupt: position, velocity, safety, force, motor.
 #include "controller.h"
 #include "lock.h"
 #include "motor.h"
 #include "sensor.h"
 
-// The handle went evenly on its way, as far as anybody knows.
+// Assume uniform motion of the handle over missed periods.
 void Controller::miss(const board::Sampling& sampling, int32_t count) {
   for (uint8_t missed = sampling.missed; missed; --missed) safety_.period(sampling.ticks);
   overruns_ += sampling.missed;
   estimator_.miss(sampling.missed, count);
 }
 
-// Until the length of the period has changed, the old design is the right one.
+// The old design applies until the period has changed.
 void Controller::adopt() {
   if (design_.ticks != next_.ticks) estimator_.change();
   design_ = next_;
@@ -40,7 +40,7 @@ inline void Controller::follow() {
 }
 
 __attribute__((always_inline)) inline void Controller::render(int32_t count) {
-  // the product takes as long as a fifth of a law that may be rendered at the fastest rate
+  // the product takes as long as a fifth of a law at the fastest rate
   const float velocity = machine::program.reads_velocity ? estimator_.velocity(design_) : 0.0f;
   asked_ = safety_.refused() ? 0.0f : machine::run(times(count, design_.quantum), velocity);
   if (safety_.off()) {
@@ -52,7 +52,7 @@ __attribute__((always_inline)) inline void Controller::render(int32_t count) {
   delays_us_ += age;
 }
 
-// Each tick that comes a millisecond or more after the one shown last: a whole fraction of all, 500 Hz or more.
+// Report ticks at least a millisecond apart: an integer fraction of all, 500 Hz or more.
 inline void Controller::show(const board::Sampling& sampling, int32_t count, bool rendered) {
   if (++since_shown_ >= design_.shown) show_now(sampling, count, rendered);
 }
@@ -85,7 +85,7 @@ void Controller::sample(const board::Sampling& sampling) {
   if (next_ready_ && sampling.ticks == next_.ticks) adopt();
   const int32_t count = sensor::count(sampling.raw, sampling.failed);
   watch(sampling, count);
-  const bool renders = renderer_.active() && !next_ready_;  // a law that begins waits for its rate
+  const bool renders = renderer_.active() && !next_ready_;  // a new law waits for its rate
   if (renders) {
     render(count);
   } else {
@@ -98,8 +98,8 @@ void Controller::sample(const board::Sampling& sampling) {
 
 static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSensor : 0; }
 
-// A force that is applied after this belongs to the next sample, also where this one is not sent yet: whoever
-// sets ages of forces against periods counts no period twice.
+// A force applied after this belongs to the next sample, even if this one is not sent yet: so the computer
+// assigns no force age to two periods.
 void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   shown_.sample.seq = sampling.seq;
   shown_.sample.count = count;
@@ -109,7 +109,7 @@ void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   shown_.sample.flags = doubt_flag();
 }
 
-// Of one to four ticks. A division would take 200 cycles.
+// For one to four ticks. A division would take 200 cycles.
 static uint16_t mean(uint16_t sum, uint8_t ticks) {
   constexpr uint32_t kThird = 21846;  // in 2^-16
   if (ticks == 3) return static_cast<uint16_t>(sum * kThird >> 16);

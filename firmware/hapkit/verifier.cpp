@@ -9,8 +9,8 @@ namespace {
 
 constexpr uint16_t kSaturated = 65535;
 static_assert(kMostCycles == kSaturated - 1, "costs are counted in 16 bits");
-constexpr uint16_t kEnd = 65535;      // in place of a jump's target: out of the section
-constexpr uint16_t kNowhere = 65534;  // the instruction does not jump
+constexpr uint16_t kEnd = 65535;      // jump target: out of the section
+constexpr uint16_t kNowhere = 65534;  // no jump
 static_assert(kArena < kNowhere, "code may reach the places that mean others");
 
 uint16_t sum(uint16_t a, uint16_t b) {
@@ -33,37 +33,37 @@ Operation operation_of(uint8_t opcode) {
   return opcode < sizeof kTable / sizeof *kTable ? flash::read(kTable + opcode) : Operation{kUnknown, 0};
 }
 
-// One pass over the code of a law, forward, as all its jumps are: what it touches, where it goes, what it costs.
+// One forward pass over a law's code: memory accesses, jumps, cycles. All jumps lead forward.
 class Verifier {
  public:
   explicit Verifier(const Shape& shape) : shape_(shape), code_(code(shape)) {}
 
   Refusal check();
 
-  // After kNone: where MAIN stands, what the law takes at most, whether the velocity matters to it.
+  // After kNone: offset of MAIN, worst-case cycles, whether the velocity is read.
   uint16_t entry() const { return section_; }
   uint16_t cycles() const { return worst_; }
   bool reads_velocity() const { return velocity_; }
 
  private:
-  // A jump that is under way, or a return out of a loop.
+  // A pending jump, or a return out of a loop.
   struct Way {
     uint16_t target;
     uint16_t cost;
-    uint8_t depth;  // loops around it, but for those that it has left
+    uint8_t depth;  // enclosing loops, without those it has left
   };
-  // A loop that is open: costs inside it count from 0.
+  // An open loop: costs inside it count from 0.
   struct Loop {
     uint16_t body;
     uint16_t times;
     uint16_t before;
-    uint8_t free;  // counters around it that are free
+    uint8_t free;  // enclosing free counters
   };
   struct Subroutine {
     uint16_t at;
     uint16_t cost;
-    uint8_t counters;  // those below this number may be in use
-    uint8_t calls;     // depth
+    uint8_t counters;  // counters below this number may be in use
+    uint8_t calls;     // call depth
   };
 
   Refusal step();
@@ -83,13 +83,13 @@ class Verifier {
   uint16_t section_ = 0;
   uint16_t cost_ = 0;
   uint16_t worst_ = 0;
-  bool inside_ = false;  // of a section
-  bool alive_ = false;   // something leads here
+  bool inside_ = false;  // a section
+  bool alive_ = false;   // reachable
   bool velocity_ = false;
   uint8_t counters_ = 0;
   uint8_t calls_ = 0;
   uint8_t depth_ = 0;
-  uint8_t free_ = kMostCounters;  // counters below this one
+  uint8_t free_ = kMostCounters;  // counters below this one are free
   Way* end_ = ways_;
   Subroutine* last_ = subroutines_;
   Way ways_[kMostJumps];
@@ -181,7 +181,7 @@ Refusal Verifier::end_section() {
   return Refusal::kNone;
 }
 
-// What jumps here joins what comes from above.
+// Join the jumps to here with the code above.
 Refusal Verifier::arrive() {
   for (Way* way = ways_; way != end_;) {
     if (way->target > at_) {
@@ -216,7 +216,7 @@ Refusal Verifier::open_loop(uint8_t counter, uint16_t times) {
   return Refusal::kNone;
 }
 
-// The body has run at most so many times less one when something in it leads out.
+// With an exit inside, the body has run at most one time less.
 Refusal Verifier::close_loop(uint8_t counter, uint16_t back) {
   if (depth_ == 0) return Refusal::kLoop;
   const Loop& loop = loops_[--depth_];
@@ -245,7 +245,7 @@ Refusal Verifier::leave(uint16_t target) {
   return Refusal::kNone;
 }
 
-// States and temporaries may be written to.
+// States and temporaries are writable.
 Refusal Verifier::touch(uint8_t first, uint8_t count, bool written) {
   const uint8_t last = first + count - 1;
   if (last < first || last >= shape_.slots) return Refusal::kSlot;

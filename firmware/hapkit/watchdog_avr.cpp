@@ -1,4 +1,4 @@
-// Hardware watchdog, and why the board started.
+// Hardware watchdog, and the reset cause.
 #ifdef __AVR__
 
 #include <avr/io.h>
@@ -15,12 +15,12 @@ constexpr uint8_t kCauses = _BV(PORF) | _BV(EXTRF) | _BV(BORF) | _BV(WDRF);
 
 }  // namespace
 
-// Bootloaders clear the register with the cause; optiboot from 4.6 on leaves it in r2. Nothing has used r2 yet.
+// Bootloaders clear the register with the cause; optiboot from 4.6 on passes it in r2, which is unused so far.
 extern "C" void __attribute__((naked, used, section(".init0"))) keep_cause() {
   __asm__ volatile("sts %0, r2" : : "i"(&cause));
 }
 
-// After a watchdog reset the watchdog is still on, at its shortest time.
+// After a watchdog reset the watchdog is still on, with its shortest time.
 extern "C" void __attribute__((naked, used, section(".init3"))) stop_watchdog() {
   if (MCUSR) cause = MCUSR;
   MCUSR = 0;
