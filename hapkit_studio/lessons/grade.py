@@ -146,7 +146,7 @@ def as_html(rows: Sequence[Row]) -> str:
     body = (
         f'<h1>Results</h1><p>{html.escape(summary(rows))}</p><div class="wide"><table><thead><tr>{heads}</tr>'
     )
-    return page("Results", f"{body}</thead><tbody>{''.join(lines)}</tbody></table></div>")
+    return page("Results", f"{body}</thead><tbody>{''.join(lines)}</tbody></table></div>", wide=True)
 
 
 def summary(rows: Sequence[Row]) -> str:

@@ -7,6 +7,7 @@ _STYLE = """
 * { box-sizing: border-box; }
 body { font: 16px/1.5 system-ui, "Segoe UI", Roboto, sans-serif; color: var(--ink); background: #fff;
   max-width: 52rem; margin: 0 auto; padding: 1rem 1rem 3rem; overflow-wrap: anywhere; }
+body.table { max-width: 100rem; }
 h1 { font-size: 1.6rem; line-height: 1.25; margin: .5rem 0; }
 h2 { font-size: 1.2rem; margin: 2rem 0 .5rem; border-top: 1px solid var(--line); padding-top: 1rem; }
 .soft, caption, figcaption { color: var(--soft); font-size: .9rem; }
@@ -38,11 +39,15 @@ dt { color: var(--soft); } dd { margin: 0; }
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 
 
-def page(title: str, body: str) -> str:
-    """Return a page; the body is HTML whose text is escaped. A browser loads nothing for it."""
+def page(title: str, body: str, wide: bool = False) -> str:
+    """Return a page; the body is HTML whose text is escaped. A browser loads nothing for it.
+
+    wide: for a table in place of text.
+    """
+    kind = ' class="table"' if wide else ""
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head>\n<body>{body}</body></html>\n"
+        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head>\n<body{kind}>{body}</body></html>\n"
     )

@@ -134,6 +134,38 @@ def test_a_broken_checksum_is_reported(handed, lesson):
     assert any(row.state == "damaged" and "checksum" in row.reason for row in rows)
 
 
+FIELDS = ("key", "state", "text", "value", "half", "start", "stop", "stamp", "given")
+NASTY = (None, True, -1, 1e300, "", "x" * 30_000, "\x1b[31m\u202e", [], [1], ["a"] * 5000, {}, {"a": [{}]})
+
+
+@pytest.mark.parametrize("field", FIELDS)
+def test_an_answer_of_any_type_is_a_row_or_one_reason(handed, lesson, field):
+    whole = handed.read_bytes()
+    for key in ("1.1", "2.3"):
+        for value in NASTY:
+            handed.write_bytes(whole)
+            edit_event(handed, lambda said, v=value: {**said, field: v}, key)
+            rows = grade_file(handed, {KEY: lesson})
+            assert rows
+            for row in rows:
+                assert all(cell.isprintable() for cell in row.cells())
+                assert len(row.reason) < 5000
+
+
+def test_a_lesson_that_is_not_there_is_named(handed):
+    (row,) = grade_file(handed, {})
+    assert row.state == "damaged"
+    assert "There is no lesson virtual_spring" in row.reason
+
+
+def test_a_changed_lesson_is_said_where_an_answer_is_not_correct(handed, lesson):
+    other = replace(lesson, stamp="0" * 16)
+    edit_event(handed, lambda said: {**said, "value": 1.0}, "1.1")
+    rows = {row.task.split()[0]: row for row in grade_file(handed, {KEY: other})}
+    assert "The lesson was changed" in rows["1.1"].reason
+    assert "The lesson was changed" not in rows["2.2"].reason
+
+
 def test_what_is_no_handed_in_file_is_one_row(tmp_path, lesson):
     (tmp_path / "a.hapkit").write_bytes(b"nothing")
     rows = grade(tmp_path, {KEY: lesson})
