@@ -85,10 +85,12 @@ def test_every_answer_is_confirmed_from_the_files_own_samples(handed, lesson):
 
 def test_each_check_is_evaluated_on_the_samples_of_its_own_step(handed):
     found = read(handed)
-    first, second = found.answers["1.1"].result, found.answers["2.2"].result
+    first, second, third = (found.answers[key].result for key in CHECKS)
     assert first.value == pytest.approx(80.0, abs=1.0)
     assert second.value == pytest.approx(120.0, abs=1.0)
-    assert first.stop < second.start
+    # the steps begin at 0, 4.1 and 8.2 s: runs of 3.6 s with pauses of 0.5 s
+    assert first.stop < 4.1 < second.start
+    assert second.stop < 8.2 < third.start
 
 
 def test_an_edited_value_is_found(handed, lesson):
