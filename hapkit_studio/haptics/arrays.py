@@ -1,6 +1,6 @@
 """The arrays one running loop works on, and the words it shares with the window."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,17 +8,11 @@ from hapkit_studio import interrupts
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics import block
 from hapkit_studio.haptics.block import Block
+from hapkit_studio.haptics.record import Record, record
 from hapkit_studio.laws import native
 
 # Places on each side of its start where the passivity observer can know the law's force.
 CELLS = 640
-Record = Any  # a numpy.record; its fields have no types that mypy knows
-
-
-def record(*fields: tuple) -> np.dtype:
-    """Return a dtype whose elements have their fields as attributes, in Python and in compiled code."""
-    return np.dtype((np.record, np.dtype(list(fields), align=True)))
-
 
 # The tick's own state: forces in N, positions in m, times in s.
 TICK = record(
@@ -121,8 +115,8 @@ class LoopArrays(NamedTuple):
     memory: np.ndarray  # the velocity estimator's
     fault: np.ndarray  # (native.FAULT_WORDS,), set by laws
     watch: Record  # of WATCH
-    values: np.ndarray  # the block in force
-    words: np.ndarray
+    sequence: np.ndarray  # the block in force
+    settings: Record
     program: np.ndarray  # the law for the board, packed
     draft: Block  # the block being read, perhaps torn
     block: Block  # the block as the window writes it
@@ -135,9 +129,9 @@ def new_arrays(shared: Block) -> LoopArrays:
     tick.signals = interrupts.fileno()
     return LoopArrays(
         tick=tick,
-        params=np.zeros((2, block.INITIAL_STATE)),
-        start=np.zeros(block.INITIAL_STATE),
-        goal=np.zeros(block.INITIAL_STATE),
+        params=np.zeros((2, block.PARAMS)),
+        start=np.zeros(block.PARAMS),
+        goal=np.zeros(block.PARAMS),
         states=np.zeros((2, block.STATES)),
         laws=np.zeros(2, dtype=np.int64),
         memory=np.zeros(estimators.MEMORY),
@@ -165,7 +159,9 @@ def restart(r: LoopArrays, hold_seconds: float) -> None:
     r.tick.hold = hold_seconds
     r.tick.cleared = r.control[CLEAR]
     r.watch.renew = r.watch.cells_known = 0
-    r.words[:] = 0
+    for name in block.SETTINGS.fields or ():
+        r.settings[name] = 0
+    r.sequence[0] = 0
     if r.control[FAULT] == NO_FAULT:
         r.fault[:] = 0
     r.control[QUIT] = r.control[DONE] = 0

@@ -8,31 +8,45 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics.clib import fence, load_acquire, store_release
+from hapkit_studio.haptics.clib import assign, fence, load_acquire, store_release
+from hapkit_studio.haptics.record import Record, record
 
-# --- values
-PARAMS = 0
-INITIAL_STATE = 32
-STATES = 16  # numbers that a law may keep
-COEFS = INITIAL_STATE + STATES
-PERIOD, DELAY, MAX_FORCE, MAX_SPEED, FADE = range(56, 61)
-HAND_MASS, HAND_DAMPING, HAND_STIFFNESS, HAND_TARGET = range(61, 65)
-VISCOUS, COULOMB, QUANTUM, DAMPER = range(65, 69)
-BOARD_FIRST, BOARD_SECOND = 69, 70  # the board's estimator: its coefficients
-VALUES = 71
+PARAMS, STATES = 32, 16  # numbers that a law may have, and keep
 
-# --- words; STORED: the law that says what objects hold, 0 where there is none
-SEQUENCE, LAW, N_PARAMS, N_STATE, DISCRETE, ESTIMATOR, GENERATION, HAND_ON, STORED = range(9)
-# what the board is to render
-CODE_ID = 9  # all of its law, rate and estimator but constants, 0: the computer renders
-PROGRAM_ID = 10  # the law's bytes, constants included; equal where they are equal
-BOARD_LAW = 11  # the law that it is, by its address here
-BOARD_PERIOD, BOARD_ESTIMATOR, BOARD_STATES, BOARD_GIVEN = range(12, 16)
-BOARD_SLOTS, BOARD_CODE, BOARD_CHECK = range(16, 19)
-BOARD_MOVING = 19  # constants that the board has room to move at a time
-RELEASES = 20  # how often the handle was let go at rest
-WORDS = 21
+SETTINGS = record(
+    ("params", "f8", PARAMS),  # the law's parameters
+    ("initial_state", "f8", STATES),  # the law's
+    ("coefs", "f8", estimators.COEFFICIENTS),  # of the velocity estimator
+    ("period", "f8"),  # s
+    ("delay", "f8"),  # s
+    ("max_force", "f8"),  # N
+    ("max_speed", "f8"),  # m/s
+    ("fade", "f8"),  # s that a change takes
+    ("viscous", "f8"),  # N·s/m, the device's own damping
+    ("coulomb", "f8"),  # N, a simulated device's dry friction
+    ("quantum", "f8"),  # m, a count of the sensor
+    ("damper", "f8"),  # N·s/m that the passivity controller may add, 0: there is none
+    ("board_first", "f8"),  # coefficients of the board's estimator
+    ("board_second", "f8"),
+    ("hand", "f8", 3),  # kg, N·s/m, N/m: mass, damping and stiffness of the simulated hand
+    ("hand_target", "f8"),  # m
+    ("law", "i8"),  # its address
+    ("n_params", "i8"),
+    ("n_state", "i8"),
+    ("discrete", "i8"),  # bit i: parameter i is a choice, which cross-fades
+    ("estimator", "i8"),  # a code of dynamics.estimators, or TRUTH
+    ("generation", "i8"),  # counts the changes
+    ("hand_on", "i8"),
+    ("stored", "i8"),  # address of the law for the energy that objects hold, 0: there is none
+    ("releases", "i8"),  # how often the simulated handle was let go at rest
+    ("code_id", "i8"),  # the board's law, rate and estimator without constants, 0: the computer renders
+    ("program_id", "i8"),  # the law's bytes, constants included; equal for equal bytes
+    ("board_law", "i8"),  # address here of the law that the board renders
+    ("board_form", "i8", 7),  # what the board is told of the law, in the order of link.PERIOD to link.CHECK
+    ("board_moving", "i8"),  # constants that the board has room to change at a time
+)
 
 PROGRAM_WORDS = 256
 """int64 words of the law for the board: 2,048 bytes, all the memory that an ATmega328P has."""
@@ -44,51 +58,48 @@ TORN = -1
 
 
 class Block(NamedTuple):
-    """float64 values, int64 words, and the law for the board packed into int64 words."""
+    """Settings, the law for the board packed into int64 words, and the seqlock's sequence number."""
 
-    values: np.ndarray
-    words: np.ndarray
+    sequence: np.ndarray  # (1,) int64, shared between threads
+    settings: Record  # of SETTINGS
     program: np.ndarray
 
 
 def new_block() -> Block:
     """Return an empty block."""
-    return Block(np.zeros(VALUES), np.zeros(WORDS, np.int64), np.zeros(PROGRAM_WORDS, np.int64))
+    return Block(np.zeros(1, np.int64), np.zeros(1, SETTINGS)[0], np.zeros(PROGRAM_WORDS, np.int64))
 
 
 @internal
 def copy(source: Block, to: Block) -> None:
     """Copy a block's content, all but its sequence; the law for the board where it is another one."""
-    if to.words[PROGRAM_ID] != source.words[PROGRAM_ID]:
+    if to.settings.program_id != source.settings.program_id:
         for i in range(PROGRAM_WORDS):
             to.program[i] = source.program[i]
-    for i in range(VALUES):
-        to.values[i] = source.values[i]
-    for i in range(LAW, WORDS):
-        to.words[i] = source.words[i]
+    assign(to.settings, source.settings)
 
 
 @compiled
 def publish(block: Block, new: Block) -> None:
     """Replace the block's content."""
-    sequence = block.words[SEQUENCE]
-    store_release(block.words, SEQUENCE, sequence + 1)
+    sequence = block.sequence[0]
+    store_release(block.sequence, 0, sequence + 1)
     fence()
     copy(new, block)
     fence()
-    store_release(block.words, SEQUENCE, sequence + 2)
+    store_release(block.sequence, 0, sequence + 2)
 
 
 @compiled
 def take(block: Block, to: Block) -> bool:
     """Copy the block; return whether it was whole. What a torn copy holds may not be used."""
-    sequence = load_acquire(block.words, SEQUENCE)
+    sequence = load_acquire(block.sequence, 0)
     if sequence & 1:
         return False
     copy(block, to)
-    to.words[SEQUENCE] = sequence
+    to.sequence[0] = sequence
     fence()
-    if load_acquire(block.words, SEQUENCE) == sequence:
+    if load_acquire(block.sequence, 0) == sequence:
         return True
-    to.words[PROGRAM_ID] = TORN
+    to.settings.program_id = TORN
     return False

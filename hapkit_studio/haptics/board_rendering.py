@@ -105,8 +105,8 @@ def fill_row(
     r.watch.renew = 1  # the passivity observer does not watch here
     row[rows.ENERGY_GIVEN] = row[rows.ENERGY_LIMIT] = math.nan
     states, at = r.states[t.slot], int(sample[codec.STATE_AT])
-    same = conn.words[link.HANDOVER] == link.ON_BOARD and r.words[block.BOARD_LAW] == r.words[block.LAW]
-    if at < r.words[block.N_STATE] and same and r.words[block.CODE_ID] == conn.words[link.CODE_ID]:
+    same = conn.words[link.HANDOVER] == link.ON_BOARD and r.settings.board_law == r.settings.law
+    if at < r.settings.n_state and same and r.settings.code_id == conn.words[link.CODE_ID]:
         states[at] = sample[codec.STATE]
     for i in range(rows.STATES):
         row[rows.STATE + i] = states[i]
@@ -155,9 +155,9 @@ def latch_reported_faults(r: LoopArrays, n: np.ndarray, said: int, now: float) -
     speed, position = r.tick.velocity, r.tick.last_position
     if now < n[link.EXCUSED]:
         return
-    if said & codec.FLAG_OVER_SPEED or abs(speed) > r.values[block.MAX_SPEED]:
+    if said & codec.FLAG_OVER_SPEED or abs(speed) > r.settings.max_speed:
         seen = n[link.SEEN_SPEED]
-        latch(r, arrays.OVER_SPEED, speed if abs(speed) > r.values[block.MAX_SPEED] else seen, position)
+        latch(r, arrays.OVER_SPEED, speed if abs(speed) > r.settings.max_speed else seen, position)
     if said & codec.FLAG_REFUSED:
         latch(r, arrays.NOT_A_NUMBER, math.nan, position)
 
@@ -262,14 +262,14 @@ def take_law(r: LoopArrays, conn: Link, k: int, code_id: int) -> None:
     """Take the law in force to send it to the board, with a generation of its own."""
     n, words = conn.numbers, conn.words
     words[link.LAW_GENERATION] = next_generation(conn, k)
-    words[link.CODE_ID], words[link.PROGRAM_ID] = code_id, r.words[block.PROGRAM_ID]
+    words[link.CODE_ID], words[link.PROGRAM_ID] = code_id, r.settings.program_id
     for i in range(block.PROGRAM_WORDS):
         conn.program[i] = r.program[i]
     for i in range(conn.law.size):
-        conn.law[i] = r.words[block.BOARD_PERIOD + i]
+        conn.law[i] = r.settings.board_form[i]
     conn.unsure[:] = 0
     words[link.LAW_DUE] = words[link.RECEIVED] = words[link.SENT] = words[link.TUNING] = 0
-    n[link.FIRST], n[link.SECOND] = r.values[block.BOARD_FIRST], r.values[block.BOARD_SECOND]
+    n[link.FIRST], n[link.SECOND] = r.settings.board_first, r.settings.board_second
     n[link.ASKED_AT] = -link.REPEAT_AFTER
 
 
@@ -359,16 +359,16 @@ def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, cod
         elif now - n[link.TUNED_AT] > TUNE_AGAIN + n[link.ROUND_TRIP]:
             words[link.TUNING] = words[link.PROGRAM_ID] = 0
     changed = 0
-    if words[link.TUNING] == 0 and words[link.PROGRAM_ID] != r.words[block.PROGRAM_ID]:
+    if words[link.TUNING] == 0 and words[link.PROGRAM_ID] != r.settings.program_id:
         for i in range(conn.law[link.STATES], conn.law[link.CONSTANTS]):
             changed += constant_differs(r, conn, i)
-    if words[link.LAW_DUE] or words[link.CODE_ID] != code_id or changed > r.words[block.BOARD_MOVING]:
+    if words[link.LAW_DUE] or words[link.CODE_ID] != code_id or changed > r.settings.board_moving:
         words[link.HANDOVER], words[link.LAW_DUE] = link.SENDING_LAW, 1
         return send_law(r, conn, k, now, frame, code_id)
     if changed > 0:
         return send_constants(r, conn, k, now, frame)
     if words[link.TUNING] == 0:
-        words[link.PROGRAM_ID] = r.words[block.PROGRAM_ID]
+        words[link.PROGRAM_ID] = r.settings.program_id
     return send_now_and_then(conn, k, frame, law_frames.ALIVE)
 
 

@@ -9,6 +9,7 @@ are elements of one-dimensional int64 arrays. Interpreted, Python's own lock ord
 
 import ctypes
 import sys
+from typing import Any
 
 import llvmlite.binding as llvm
 import numpy as np
@@ -160,6 +161,15 @@ def _store(typingctx, words, index, value):
 
 
 @intrinsic
+def _assign(typingctx, to, source):
+    def codegen(context, builder, signature, args):
+        cgutils.raw_memcpy(builder, *args, _I64(signature.args[0].size), 1)
+        return context.get_dummy_value()
+
+    return types.void(to, source), codegen
+
+
+@intrinsic
 def _fence(typingctx):
     def codegen(context, builder, signature, args):
         builder.fence("seq_cst")
@@ -179,6 +189,10 @@ if config.DISABLE_JIT:
     def fence():
         pass
 
+    def assign(to, source):
+        for name in source.dtype.names:
+            to[name] = source[name]
+
 else:
 
     @compiled
@@ -195,3 +209,8 @@ else:
     def fence() -> None:
         """Order everything before against everything after."""
         _fence()
+
+    @compiled
+    def assign(to: Any, source: Any) -> None:
+        """Copy a record's fields to another one."""
+        _assign(to, source)

@@ -408,13 +408,13 @@ class Engine:
             return False
         if self.driver is None or self.rendering != BOARD:
             return True
-        told = r.words[block.CODE_ID] == self.driver.conn.words[link.CODE_ID]
-        return bool(told and r.words[block.BOARD_LAW] == r.words[block.LAW])
+        told = r.settings.code_id == self.driver.conn.words[link.CODE_ID]
+        return bool(told and r.settings.board_law == r.settings.law)
 
     @property
     def excess(self) -> tuple[float, float]:
         """Return the energy in J given beyond its limit, and how much of it means something."""
-        watch, quantum = self.arrays.watch, float(self.arrays.values[block.QUANTUM])
+        watch, quantum = self.arrays.watch, float(self.arrays.settings.quantum)
         felt = passivity.FELT + passivity.COUNTS * quantum * float(watch.peak)
         return float(watch.alarm.excess), felt
 

@@ -30,9 +30,7 @@ def simulate_sample(
     shown is the target in the row, nan where no hand holds. Return whether the run goes on.
     """
     simulated_loop.write_truth(body, shown, row)
-    force = tick(
-        r, simulated_loop.measure(body), r.block.values[block.PERIOD], body.dev[simulated.EFFECT], row
-    )
+    force = tick(r, simulated_loop.measure(body), r.block.settings.period, body.dev[simulated.EFFECT], row)
     simulated.command(body.dev, body.queue, force)
     simulated.advance(body.dev, body.queue, target, after)
     return patience.goes_on(r)
@@ -47,14 +45,14 @@ def run_batch(
     hand is mass, damping, stiffness; targets (n + 1,) in m, linear between samples; holding (n,) says
     whether the hand holds from sample k on; out is (n, ROW_WIDTH), row 0 the initial state.
     """
-    settings = r.block.values
-    period = settings[block.PERIOD]
+    settings = r.block.settings
+    period, grip = settings.period, (hand[0], hand[1], hand[2])
     patience.begin(r)
     if load_acquire(r.control, arrays.QUIT):
         return 0
     for k in range(out.shape[0]):
         on = holding[k] != 0
-        simulated_loop.configure(body, settings, hand, on)
+        simulated_loop.configure(body, settings, grip, on)
         row = out[k]
         row[rows.BOARD_TIME] = k * period
         if not simulate_sample(r, body, row, targets[k], targets[k + 1], targets[k] if on else math.nan):
@@ -67,14 +65,14 @@ def run_prescribed(
     r: LoopArrays, body: Plant, positions: np.ndarray, velocities: np.ndarray, out: np.ndarray
 ) -> None:
     """Fill one row a sample of a motion imposed on the handle: positions, velocities (n,) in m, m/s."""
-    settings = r.block.values
-    simulated_loop.configure(body, settings, settings, False)
+    settings = r.block.settings
+    simulated_loop.configure(body, settings, (0.0, 0.0, 0.0), False)
     patience.begin(r)
     for k in range(out.shape[0]):
         body.dev[simulated.X] = positions[k]
         body.dev[simulated.V] = velocities[k]
         row = out[k]
-        row[rows.BOARD_TIME] = k * settings[block.PERIOD]
+        row[rows.BOARD_TIME] = k * settings.period
         if not simulate_sample(r, body, row, positions[k], positions[k], positions[k]):
             return
 

@@ -10,7 +10,7 @@ import numpy as np
 from hapkit_studio.devices.delays import LONGEST_DELAY
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.formatting import number, on_screen
-from hapkit_studio.haptics import arrays, block
+from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.priority import Priority
 
@@ -160,7 +160,7 @@ class Fault:
 def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | None:
     """Return the fault of a code with the values the loop left, None for no fault; law: what it is called."""
     value, second = float(r.tick.fault_value), float(r.tick.fault_position)
-    line, limit = int(r.fault[1]), float(r.values[block.MAX_SPEED])
+    line, limit = int(r.fault[1]), float(r.settings.max_speed)
     place = f"x = {number(1e3 * second, 2)} mm"
     name, at = "NaN" if math.isnan(value) else "infinity", f" (line {line})" if line else ""
     stale, remedy = _STALE[int(value) if code == arrays.STALE_SENSOR else arrays.NO_SAMPLE]

@@ -77,7 +77,7 @@ _ROUNDING = 1e-9
 
 _MOTOR_OFF = codec.FLAG_WATCHDOG | codec.FLAG_STOPPED | codec.FLAG_REFUSED
 
-# --- what the law is like that the board gets, in the order of the block's words from BOARD_PERIOD on
+# --- what the law is like that the board gets, in the order of the block's board_form
 PERIOD, ESTIMATOR, STATES, CONSTANTS, SLOTS, CODE, CHECK = range(7)
 
 
@@ -138,7 +138,7 @@ def wanted_code(r: LoopArrays, link: Link) -> int:
     zeroed, flipped = load_acquire(r.control, arrays.ZERO), load_acquire(r.control, arrays.FLIP)
     if zeroed != link.words[ZEROED] or flipped != link.words[FLIPPED]:
         return 0
-    code_id = r.words[block.CODE_ID]
+    code_id = r.settings.code_id
     return 0 if code_id == link.words[REFUSED] else code_id
 
 
@@ -158,7 +158,7 @@ def fade_out(r: LoopArrays, link: Link, period: float) -> float:
         words[HANDOVER] = ON_COMPUTER
         r.tick.gain *= n[FADE_LEFT]
         return n[FADE_LEFT]
-    left = n[FADE_LEFT] - period / r.values[block.FADE]
+    left = n[FADE_LEFT] - period / r.settings.fade
     n[FADE_LEFT] = left if left > _ROUNDING else 0.0
     return n[FADE_LEFT]
 
@@ -224,7 +224,7 @@ def note_link(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None
     whose newest sample is older than its watchdog's time, but for zero.
     """
     n, words, delay = link.numbers, link.words, sample[codec.DELAY]
-    seq, answered, period = int(sample[codec.SEQ]), int(sample[codec.ANSWERED]), r.values[block.PERIOD]
+    seq, answered, period = int(sample[codec.SEQ]), int(sample[codec.ANSWERED]), r.settings.period
     on = int(sample[codec.FLAGS]) & _MOTOR_OFF == 0 and sample[codec.LOST] == 0.0
     note_force_age(link.delays, seq, answered, delay, period, on)
     new, words[ANSWERED] = answered != words[ANSWERED], answered
@@ -246,7 +246,7 @@ def note_link(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None
 @internal
 def added_periods(r: LoopArrays) -> int:
     """Return the added delay in whole periods."""
-    return min(int(r.values[block.DELAY] / r.values[block.PERIOD] + 0.5), MOST_ADDED)
+    return min(int(r.settings.delay / r.settings.period + 0.5), MOST_ADDED)
 
 
 @compiled
@@ -300,7 +300,7 @@ def watch_motor(r: LoopArrays, link: Link, said: int, now: float) -> None:
         words[MOTOR_SEEN_ON] = 1
         n[MOTOR_OFF_TIME] = 0.0
     else:
-        n[MOTOR_OFF_TIME] += r.values[block.PERIOD]
+        n[MOTOR_OFF_TIME] += r.settings.period
         if words[MOTOR_SEEN_ON] or r.tick.stale or n[MOTOR_OFF_TIME] > MOTOR_ON_WITHIN:
             words[MOTOR_SEEN_ON] = 0
             mark_stale(r, now, arrays.CUT)
@@ -315,7 +315,7 @@ def check_clock(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> No
     """
     n = link.numbers
     time, elapsed = sample[codec.BOARD_TIME] + n[CLOCK_SHIFT], now - n[CLOCK_AT]
-    passed, sent = time - n[CLOCK_LAST], r.values[block.PERIOD] * (1.0 + sample[codec.LOST])
+    passed, sent = time - n[CLOCK_LAST], r.settings.period * (1.0 + sample[codec.LOST])
     gained = now - time < n[CLOCK_AHEAD] - CLOCK_SLACK
     if n[CLOCK_AT] == 0.0:
         n[CLOCK_AHEAD] = now - time
@@ -365,7 +365,7 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
     the same force.
     """
     sample = link.samples[k]
-    lost, period = sample[codec.LOST], r.values[block.PERIOD] * (1.0 + sample[codec.LOST])
+    lost, period = sample[codec.LOST], r.settings.period * (1.0 + sample[codec.LOST])
     apply_zero_and_direction(r, link, sample[codec.COUNT])
     said = int(sample[codec.FLAGS])
     watch_motor(r, link, said, now)

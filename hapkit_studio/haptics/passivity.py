@@ -26,8 +26,9 @@ import math
 import numpy as np
 
 from hapkit_studio.dynamics.jit import inlined, internal
-from hapkit_studio.haptics import block, rows
-from hapkit_studio.haptics.arrays import CELLS, LoopArrays, Record
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.arrays import CELLS, LoopArrays
+from hapkit_studio.haptics.record import Record
 from hapkit_studio.laws.native import LAW_FUEL, call
 
 # Energy of a force and a length that fingers do not feel (0.3 N, 0.4 mm), in J.
@@ -63,7 +64,7 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
     """Sum up the energy given since the last sample by the mean force in N in effect since then."""
     w = r.watch
     moved = position - r.tick.last_position
-    controlled = r.values[block.DAMPER] != 0.0
+    controlled = r.settings.damper != 0.0
     if controlled:
         w.strict.limit -= untold(r, effect)
     if moved == 0.0:
@@ -71,7 +72,7 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
         w.impulse += effect * period
         w.speed = 0.0
         return
-    quantum, viscous = r.values[block.QUANTUM], r.values[block.VISCOUS]
+    quantum, viscous = r.settings.quantum, r.settings.viscous
     edge = 0.5 * quantum
     elapsed = w.since + period
     proven = 0.0
@@ -101,11 +102,11 @@ def untold(r: LoopArrays, effect: float) -> float:
     A force that changes by dF at a share d of a period gives a free handle d (1 - d) T² / 2m dF
     ((1/2 - d) dF - b v) more, and what comes and goes with F². The worst d: 1/24 and 1/8 for its two terms.
     """
-    w, values = r.watch, r.values
+    w, settings = r.watch, r.settings
     change, w.effect = effect - w.effect, effect
-    mass = values[block.DAMPER] * (values[block.PERIOD] + values[block.DELAY]) / SAFE
-    more = change / 24.0 - values[block.VISCOUS] * w.speed / 8.0
-    return values[block.PERIOD] ** 2 / mass * change * more
+    mass = settings.damper * (settings.period + settings.delay) / SAFE
+    more = change / 24.0 - settings.viscous * w.speed / 8.0
+    return settings.period**2 / mass * change * more
 
 
 @inlined
@@ -144,7 +145,7 @@ def compare(r: LoopArrays, position: float, taken: float, proven: float) -> None
     w = r.watch
     known = w.cells_known
     cell = (position - w.start) * A_METRE
-    follows = r.words[block.N_STATE] == 0
+    follows = r.settings.n_state == 0
     if known <= CELLS if not follows else abs(cell) >= known - 1:
         w.alarm.limit += taken
         w.strict.limit += proven
@@ -155,7 +156,7 @@ def compare(r: LoopArrays, position: float, taken: float, proven: float) -> None
         i, work = CELLS + int(below), w.work
         level += w.most - (work[i] + (cell - below) * (work[i + 1] - work[i]))
     settle(w.alarm, level, taken, follows)
-    if r.values[block.DAMPER] != 0.0:  # nobody else goes by it, and it costs 0.5 ns
+    if r.settings.damper != 0.0:  # nobody else goes by it, and it costs 0.5 ns
         settle(w.strict, level, proven, follows)
 
 
@@ -176,21 +177,21 @@ def settle(limit: Record, level: float, taken: float, follows: bool) -> None:
 @inlined
 def threshold(r: LoopArrays) -> float:
     """Return the excess in J that means something: it would be felt, and no sensor step can feign it."""
-    return FELT + COUNTS * r.values[block.QUANTUM] * r.watch.peak
+    return FELT + COUNTS * r.settings.quantum * r.watch.peak
 
 
 @inlined
 def control(r: LoopArrays, period: float) -> float:
     """Return the force in N to take off, along the motion, so that the excess is gone within a period."""
     w = r.watch
-    most = r.values[block.DAMPER]
+    most = r.settings.damper
     if most == 0.0 or w.strict.excess <= FELT:
         return 0.0
     excess, speed = w.strict.excess - threshold(r), w.speed
     if excess <= 0.0 or speed == 0.0:
         return 0.0
     push = min(excess / (period * speed * speed), most) * abs(speed)
-    return math.copysign(min(push, SHARE * r.values[block.MAX_FORCE]), speed)
+    return math.copysign(min(push, SHARE * r.settings.max_force), speed)
 
 
 @inlined
@@ -230,7 +231,7 @@ def force_at(r: LoopArrays, position: float, period: float) -> float:
         fault[0] = 0
         fault[1] = MOST_PASSES
         return 0.0
-    limit = r.values[block.MAX_FORCE]
+    limit = r.settings.max_force
     return min(max(force, -limit), limit)
 
 
@@ -274,7 +275,7 @@ def reach(r: LoopArrays, position: float, period: float) -> int:
     if cells > upto:
         upto = min(known + MOST_A_TICK, int(min(cells, 2.0 * CELLS)))
     if each > 0.0:
-        upto = min(upto, known + int(0.5 * max(MOST_SHARE * r.values[block.PERIOD] / each - 1.0, 0.0)))
+        upto = min(upto, known + int(0.5 * max(MOST_SHARE * r.settings.period / each - 1.0, 0.0)))
     return min(upto, CELLS + 1)
 
 
@@ -304,7 +305,7 @@ def begin(r: LoopArrays, position: float, period: float) -> None:
     force = force_at(r, position, period)
     w.ends[0], w.ends[1] = -force, force
     w.cells_known = 1
-    if r.words[block.STORED]:
-        held = call(r.words[block.STORED], r.params[slot], w.frozen, position, 0.0, period, w.fault)
+    if r.settings.stored:
+        held = call(r.settings.stored, r.params[slot], w.frozen, position, 0.0, period, w.fault)
         w.alarm.limit = w.strict.limit = w.most = held if math.isfinite(held) else 0.0
         w.cells_known = CELLS + 1

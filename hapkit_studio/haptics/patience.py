@@ -7,7 +7,7 @@ once that comes to some tenths of a millisecond; where a pass takes long, to a f
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
 from hapkit_studio.errors import LawError
 from hapkit_studio.formatting import on_screen
-from hapkit_studio.haptics import arrays, block, clib, clock
+from hapkit_studio.haptics import arrays, clib, clock
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.haptics.health import SIMPLIFY
@@ -38,7 +38,7 @@ def look(r: LoopArrays) -> None:
     if INTERPRETED:
         return
     now = t.clock_read_at = clock.thread_time()
-    limit = max(r.values[block.PERIOD], LONGEST)
+    limit = max(r.settings.period, LONGEST)
     if (before > 0.0 and note_law_time(r, now, now - before, limit, ticks)) or interrupted(r):
         store_release(r.control, arrays.QUIT, 1)
 

@@ -74,7 +74,7 @@ def has_no_time_for(r: LoopArrays, conn: Link, sample: np.ndarray, older: int) -
     if sample[codec.KIND] != codec.SAMPLE or not conn.words[link.LAST_WAS_SAMPLE]:
         return False
     each = r.tick.law_time
-    return each > r.values[block.PERIOD] or older * each > CATCH_UP
+    return each > r.settings.period or older * each > CATCH_UP
 
 
 @internal
@@ -212,9 +212,9 @@ def hold_back(r: LoopArrays, before: float, hurried: int) -> int:
     clearing begins the count anew: else no board at its own rate could ever be cleared.
     """
     if hurried == MOST_PASSES_WITHOUT_WAITING + 1:
-        latch(r, arrays.RUNAWAY, 1.0 / r.values[block.PERIOD], 0.0)
+        latch(r, arrays.RUNAWAY, 1.0 / r.settings.period, 0.0)
         demote()
-    clock.until(before + r.values[block.PERIOD])
+    clock.until(before + r.settings.period)
     return hurried if load_acquire(r.control, arrays.FAULT) else 0
 
 

@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
@@ -49,50 +47,50 @@ class BlockContent:
     def encode(self) -> Block:
         """Return the block's content; compiles the law if it is new."""
         content = block.new_block()
-        values, words, program = content
+        settings = content.settings
         law = self.environment.force.compiled()
         numbers = [self.values[p.key] for p in self.environment.parameters]
         for p, number in zip(self.environment.parameters, numbers, strict=True):
             if not math.isfinite(number):
                 raise ParameterError(f"{p.label} must be a finite number, not {number:g}.")
-        values[: len(numbers)] = numbers
+        settings.params[: len(numbers)] = numbers
         start = law.initial_state
-        values[block.INITIAL_STATE : block.INITIAL_STATE + len(start)] = start
+        settings.initial_state[: len(start)] = start
         loop, grip = self.settings, self.settings.grip
         expected = loop.quantum if self.designed_for is None else self.designed_for
         code, coefs = estimators.design(loop.estimator, loop.rate, expected)
-        values[block.COEFS : block.PERIOD] = coefs
-        limits = loop.max_force, self.max_speed, FADE_SECONDS
-        values[block.PERIOD : block.FADE + 1] = loop.period, loop.delay, *limits
-        values[block.VISCOUS : block.QUANTUM + 1] = loop.viscous, loop.coulomb, loop.quantum
+        settings.coefs = coefs
+        settings.period, settings.delay = loop.period, loop.delay
+        settings.max_force, settings.max_speed, settings.fade = loop.max_force, self.max_speed, FADE_SECONDS
+        settings.viscous, settings.coulomb, settings.quantum = loop.viscous, loop.coulomb, loop.quantum
         if loop.controller:
-            values[block.DAMPER] = most_damping(loop.mass, loop.period, loop.delay)
+            settings.damper = most_damping(loop.mass, loop.period, loop.delay)
         if grip is not None and self.target is not None:
-            hand = grip.mass, grip.damping, grip.stiffness, self.target
-            values[block.HAND_MASS : block.HAND_TARGET + 1] = hand
-            words[block.HAND_ON] = 1
-        words[block.RELEASES] = self.releases
-        self._encode_board(values, words, program)
-        words[block.LAW] = law.address
+            settings.hand = grip.mass, grip.damping, grip.stiffness
+            settings.hand_target = self.target
+            settings.hand_on = 1
+        settings.releases = self.releases
+        self._encode_board(content)
+        settings.law = law.address
         stored = self.environment.stored
-        words[block.STORED] = stored.compiled().address if stored else 0
-        words[block.N_PARAMS] = len(numbers)
-        words[block.N_STATE] = len(start)
-        words[block.DISCRETE] = sum(1 << i for i, p in enumerate(self.environment.parameters) if p.discrete)
-        words[block.ESTIMATOR] = block.TRUTH if self.true_velocity else code
-        words[block.GENERATION] = self.generation
+        settings.stored = stored.compiled().address if stored else 0
+        settings.n_params = len(numbers)
+        settings.n_state = len(start)
+        settings.discrete = sum(1 << i for i, p in enumerate(self.environment.parameters) if p.discrete)
+        settings.estimator = block.TRUTH if self.true_velocity else code
+        settings.generation = self.generation
         return content
 
-    def _encode_board(self, values: np.ndarray, words: np.ndarray, program: np.ndarray) -> None:
+    def _encode_board(self, content: Block) -> None:
         plan = self.board
         if plan is None:
             return
-        data = plan.program.data
-        program[:] = law_frames.packed(data, block.PROGRAM_WORDS)
-        words[block.CODE_ID], words[block.PROGRAM_ID] = plan.code_id, plan.program_id
-        words[block.BOARD_LAW] = plan.law.compiled().address
-        words[block.BOARD_PERIOD], words[block.BOARD_ESTIMATOR] = plan.period, plan.estimator
-        words[block.BOARD_STATES], words[block.BOARD_GIVEN] = plan.program.states, len(plan.program.given)
-        words[block.BOARD_SLOTS], words[block.BOARD_CODE] = plan.program.slots, len(plan.program.code)
-        words[block.BOARD_CHECK], words[block.BOARD_MOVING] = crc16(data), plan.moving
-        values[block.BOARD_FIRST], values[block.BOARD_SECOND] = plan.first, plan.second
+        settings, program = content.settings, plan.program
+        data = program.data
+        content.program[:] = law_frames.packed(data, block.PROGRAM_WORDS)
+        settings.code_id, settings.program_id = plan.code_id, plan.program_id
+        settings.board_law = plan.law.compiled().address
+        sizes = program.states, len(program.given), program.slots, len(program.code)
+        settings.board_form = plan.period, plan.estimator, *sizes, crc16(data)
+        settings.board_moving = plan.moving
+        settings.board_first, settings.board_second = plan.first, plan.second

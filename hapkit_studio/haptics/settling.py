@@ -111,9 +111,9 @@ def let_go(
     """
     restart(r, body, flat, made, hand, start[:0], start[0])
     body.dev[simulated.V] = start[1]
-    period = r.block.values[block.PERIOD]
+    period = r.block.settings.period
     low, high = swing.low, swing.high
-    limit = r.block.values[block.MAX_FORCE] * (1.0 - 1e-9)
+    limit = r.block.settings.max_force * (1.0 - 1e-9)
     look, waited, done, end = FIRST_LOOK, 0, 0, OPEN
     way, extreme, band, middle = 1.0, start[0], 0.0, start[0]
     turned, earlier, turn, widest, sides = start[0], start[0], 0.0, 0.0, 0
@@ -181,12 +181,12 @@ def static_forces(r: LoopArrays, places: np.ndarray, forces: np.ndarray) -> None
 
     ``patience.check`` says whether it was ended before.
     """
-    values = r.block.values
+    settings = r.block.settings
     patience.begin(r)
     for i in range(places.shape[0]):
         for j in range(block.STATES):
-            r.states[0, j] = values[block.INITIAL_STATE + j]
-        numbers, law = values[: block.INITIAL_STATE], r.block.words[block.LAW]
-        forces[i] = call(law, numbers, r.states[0], places[i], 0.0, values[block.PERIOD], r.fault)
+            r.states[0, j] = settings.initial_state[j]
+        state, at = r.states[0], places[i]
+        forces[i] = call(settings.law, settings.params, state, at, 0.0, settings.period, r.fault)
         if not patience.goes_on(r):
             return

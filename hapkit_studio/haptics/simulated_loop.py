@@ -13,10 +13,11 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.hand import ARRIVES, LEADS
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import arrays, block, clock, health, rows
+from hapkit_studio.haptics import arrays, clock, health, rows
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.haptics.priority import demote
+from hapkit_studio.haptics.record import Record
 from hapkit_studio.haptics.rows import Ring
 from hapkit_studio.haptics.tick import adopt, latch, live_tick
 
@@ -45,15 +46,15 @@ def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
 
 
 @internal
-def configure(plant: Plant, values: np.ndarray, hand: np.ndarray, holds: bool) -> None:
-    """Bring a hand and the block's period, delay and friction into force where any of them changed.
+def configure(plant: Plant, settings: Record, hand: tuple[float, float, float], holds: bool) -> None:
+    """Bring a hand and the settings' period, delay and friction into force where any of them changed.
 
-    hand begins with mass, damping, stiffness of the one that may hold.
+    hand: mass, damping and stiffness in SI units.
     """
     now = plant.constants
-    m, b, k = (hand[0], hand[1], hand[2]) if holds else (0.0, 0.0, 0.0)
-    period, delay = values[block.PERIOD], values[block.DELAY]
-    viscous, coulomb = values[block.VISCOUS], values[block.COULOMB]
+    m, b, k = hand if holds else (0.0, 0.0, 0.0)
+    period, delay = settings.period, settings.delay
+    viscous, coulomb = settings.viscous, settings.coulomb
     same = now[HAND] == m and now[HAND + 1] == b and now[HAND + 2] == k
     same = same and now[PERIOD] == period and now[DELAY] == delay
     if same and now[VISCOUS] == viscous and now[COULOMB] == coulomb:
@@ -70,22 +71,23 @@ def follow_settings(plant: Plant, r: LoopArrays) -> None:
     One that lets the handle go at rest takes its speed. Another sensor's first reading is where the handle
     was, so it is no motion.
     """
-    values, constants = r.values, plant.constants
-    on = r.words[block.HAND_ON] != 0
+    settings, constants = r.settings, plant.constants
+    on = settings.hand_on != 0
     if not on:
         constants[TARGET] = math.nan
     elif math.isnan(constants[TARGET]):
         constants[TARGET], constants[TOP_SPEED] = plant.dev[simulated.X], ARRIVES
-    releases = float(r.words[block.RELEASES])
+    releases = float(r.settings.releases)
     if constants[RELEASES] < releases:
         plant.dev[simulated.V] = 0.0
     constants[RELEASES] = releases
-    if constants[QUANTUM] != values[block.QUANTUM]:
-        constants[QUANTUM] = values[block.QUANTUM]
+    if constants[QUANTUM] != settings.quantum:
+        constants[QUANTUM] = settings.quantum
         position = measure(plant)
         estimators.resume(r.memory, position, r.tick.velocity)
         r.tick.last_position = position
-    configure(plant, values, values[block.HAND_MASS :], on)
+    hand = settings.hand
+    configure(plant, settings, (hand[0], hand[1], hand[2]), on)
 
 
 @compiled
@@ -139,7 +141,7 @@ def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: f
     if r.tick.row_flags & (rows.STOPPED | rows.FAULT):
         cut_motor(body)
     simulated.command(body.dev, body.queue, force)
-    target, after = lead(body, r.values[block.HAND_TARGET])
+    target, after = lead(body, r.settings.hand_target)
     simulated.advance(body.dev, body.queue, target, after)
     r.tick.clock += body.constants[PERIOD]
     row[rows.HOST_TIME] = now
@@ -156,7 +158,7 @@ def run(r: LoopArrays, body: Plant, out: Ring, late: np.ndarray) -> None:
     deadline = clock.now()
     hurried = 0
     while load_acquire(r.control, arrays.QUIT) == 0:
-        period = r.values[block.PERIOD]
+        period = r.settings.period
         deadline += period
         hurried = hurried + 1 if clock.now() >= deadline else 0
         if hurried > MOST_PASSES_WITHOUT_WAITING:

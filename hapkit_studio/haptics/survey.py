@@ -13,7 +13,7 @@ import numpy as np
 from hapkit_studio.devices import simulated
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
-from hapkit_studio.haptics import arrays, block, headless, patience, rows, simulated_loop
+from hapkit_studio.haptics import arrays, headless, patience, rows, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import load_acquire
 from hapkit_studio.haptics.simulated_loop import Plant
@@ -107,7 +107,7 @@ def _watch(
     parts: np.ndarray,
 ) -> tuple[int, int]:
     """Render one run; fill parts (PARTS, 3); return how it ended and after how many samples."""
-    period = r.block.values[block.PERIOD]
+    period = r.block.settings.period
     speed, waited, done, end = 0.0, 0, 0, COMPLETED
     for part in range(PARTS):
         low, high, power = math.inf, -math.inf, 0.0
@@ -146,9 +146,9 @@ def restart(
     for j in range(flat.shape[0]):
         flat[j] = made[j]
     for j in range(numbers.shape[0]):
-        r.block.values[block.PARAMS + j] = numbers[j]
+        r.block.settings.params[j] = numbers[j]
     body.dev[simulated.X] = start
-    simulated_loop.configure(body, r.block.values, hand, True)
+    simulated_loop.configure(body, r.block.settings, (hand[0], hand[1], hand[2]), True)
 
 
 @compiled

@@ -36,25 +36,25 @@ _ROUNDING = 1e-9
 @internal
 def due(r: LoopArrays) -> bool:
     """Return whether ``refresh`` has anything to do; at nearly every tick it has not."""
-    if load_acquire(r.block.words, block.SEQUENCE) != r.words[block.SEQUENCE]:
+    if load_acquire(r.block.sequence, 0) != r.sequence[0]:
         return True
     if load_acquire(r.control, arrays.CLEAR) != r.tick.cleared:
         return True
     moving = r.tick.ramp < 1.0 or r.tick.blend < 1.0
-    return moving or r.tick.generation != r.words[block.GENERATION]
+    return moving or r.tick.generation != r.settings.generation
 
 
 @internal
 def refresh(r: LoopArrays, position: float, period: float) -> None:
     """Take a newer block, move ramp and cross-fade on by a period, obey a cleared fault."""
-    if load_acquire(r.block.words, block.SEQUENCE) != r.words[block.SEQUENCE]:
+    if load_acquire(r.block.sequence, 0) != r.sequence[0]:
         adopt(r, position)
     t = r.tick
     if t.ramp < 1.0 or t.blend < 1.0:
-        move(r, period / r.values[block.FADE])
-    elif r.tick.generation != r.words[block.GENERATION]:
-        r.tick.generation = r.words[block.GENERATION]
-        store_release(r.control, arrays.ACCEPTED, r.words[block.GENERATION])
+        move(r, period / r.settings.fade)
+    elif r.tick.generation != r.settings.generation:
+        r.tick.generation = r.settings.generation
+        store_release(r.control, arrays.ACCEPTED, r.settings.generation)
     cleared = load_acquire(r.control, arrays.CLEAR)
     if cleared != r.tick.cleared:
         r.tick.cleared = cleared
@@ -69,36 +69,38 @@ def adopt(r: LoopArrays, position: float) -> None:
         return
     if not block.take(r.block, r.draft):
         return
-    estimator = r.words[block.ESTIMATOR]
+    estimator = r.settings.estimator
     if t.started and other_loop(r):
         r.watch.renew = 1
-    block.copy(r.draft, Block(r.values, r.words, r.program))
-    r.words[block.SEQUENCE] = r.draft.words[block.SEQUENCE]
+    block.copy(r.draft, Block(r.sequence, r.settings, r.program))
+    r.sequence[0] = r.draft.sequence[0]
     if not t.started:
         begin(r, position)
         return
-    if r.words[block.ESTIMATOR] != estimator:
+    if r.settings.estimator != estimator:
         estimators.resume(r.memory, t.last_position, t.velocity)
     if other_form(r):
         switch(r)
     elif other_numbers(r):
         slot = t.slot
-        for i in range(r.words[block.N_PARAMS]):
+        for i in range(r.settings.n_params):
             r.start[i] = r.params[slot, i]
-            r.goal[i] = r.values[block.PARAMS + i]
+            r.goal[i] = r.settings.params[i]
         t.ramp = 0.0
 
 
 @internal
 def other_loop(r: LoopArrays) -> bool:
     """Return whether the block just read has another loop or device than the one in force."""
-    if r.draft.words[block.ESTIMATOR] != r.words[block.ESTIMATOR]:
-        return True
-    for i in range(block.COEFS, block.VALUES):
-        hand = block.HAND_MASS <= i <= block.HAND_TARGET
-        if not hand and r.draft.values[i] != r.values[i]:
+    new, old = r.draft.settings, r.settings
+    for i in range(estimators.COEFFICIENTS):
+        if new.coefs[i] != old.coefs[i]:
             return True
-    return False
+    loop = new.estimator != old.estimator or new.period != old.period or new.delay != old.delay
+    limits = new.max_force != old.max_force or new.max_speed != old.max_speed or new.fade != old.fade
+    device = new.viscous != old.viscous or new.coulomb != old.coulomb or new.quantum != old.quantum
+    board = new.board_first != old.board_first or new.board_second != old.board_second
+    return loop or limits or device or board or new.damper != old.damper
 
 
 @internal
@@ -115,11 +117,11 @@ def begin(r: LoopArrays, position: float) -> None:
 def other_form(r: LoopArrays) -> bool:
     """Return whether the new block has another law or another choice than the one in force."""
     slot = r.tick.slot
-    if r.words[block.LAW] != r.laws[slot]:
+    if r.settings.law != r.laws[slot]:
         return True
-    mask = r.words[block.DISCRETE]
-    for i in range(r.words[block.N_PARAMS]):
-        if (mask >> i) & 1 and r.values[block.PARAMS + i] != r.params[slot, i]:
+    mask = r.settings.discrete
+    for i in range(r.settings.n_params):
+        if (mask >> i) & 1 and r.settings.params[i] != r.params[slot, i]:
             return True
     return False
 
@@ -127,8 +129,8 @@ def other_form(r: LoopArrays) -> bool:
 @internal
 def other_numbers(r: LoopArrays) -> bool:
     """Return whether a number has another goal than the one it ramps to."""
-    for i in range(r.words[block.N_PARAMS]):
-        if r.values[block.PARAMS + i] != r.goal[i]:
+    for i in range(r.settings.n_params):
+        if r.settings.params[i] != r.goal[i]:
             return True
     return False
 
@@ -138,7 +140,7 @@ def switch(r: LoopArrays) -> None:
     """Put the new form into the other slot and begin to fade over to it; a kept law keeps its state."""
     old = r.tick.slot
     new = 1 - old
-    fresh = r.words[block.LAW] != r.laws[old]
+    fresh = r.settings.law != r.laws[old]
     if not fresh:
         for i in range(rows.STATES):
             r.states[new, i] = r.states[old, i]
@@ -150,10 +152,10 @@ def switch(r: LoopArrays) -> None:
 @internal
 def enter(r: LoopArrays, slot: int, fresh: bool) -> None:
     """Load law, parameters and, for a fresh law, its first state into a slot."""
-    r.laws[slot] = r.words[block.LAW]
-    for i in range(r.words[block.N_PARAMS]):
-        r.params[slot, i] = r.values[block.PARAMS + i]
-        r.goal[i] = r.values[block.PARAMS + i]
+    r.laws[slot] = r.settings.law
+    for i in range(r.settings.n_params):
+        r.params[slot, i] = r.settings.params[i]
+        r.goal[i] = r.settings.params[i]
     if fresh:
         restore(r, slot)
     r.tick.ramp = 1.0
@@ -163,7 +165,7 @@ def enter(r: LoopArrays, slot: int, fresh: bool) -> None:
 def restore(r: LoopArrays, slot: int) -> None:
     """Give a slot its law's first state."""
     for i in range(rows.STATES):
-        r.states[slot, i] = r.values[block.INITIAL_STATE + i]
+        r.states[slot, i] = r.settings.initial_state[i]
 
 
 @internal
@@ -181,7 +183,7 @@ def move(r: LoopArrays, step: float) -> None:
         ramp = advanced(t.ramp, step)
         t.ramp = ramp
         slot = r.tick.slot
-        for i in range(r.words[block.N_PARAMS]):
+        for i in range(r.settings.n_params):
             goal, start = r.goal[i], r.start[i]
             r.params[slot, i] = goal if ramp >= 1.0 else start + (goal - start) * ramp
     if t.blend < 1.0:
@@ -267,7 +269,7 @@ def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: 
 def recover(r: LoopArrays, period: float) -> None:
     """Count good frames after a gap, lost ones not; after RECOVER_AFTER the force fades in again."""
     t = r.tick
-    t.good += min(period, r.values[block.PERIOD])
+    t.good += min(period, r.settings.period)
     if t.good >= RECOVER_AFTER:
         r.tick.stale = 0
 
@@ -298,7 +300,7 @@ def guard(
     t = r.tick
     if not math.isfinite(asked - taken) or r.fault[0]:
         latch(r, max(r.fault[0], arrays.NOT_A_NUMBER), asked, position)
-    if abs(velocity) > r.values[block.MAX_SPEED]:
+    if abs(velocity) > r.settings.max_speed:
         latch(r, arrays.OVER_SPEED, velocity, position)
     flags = blocked(r, period)
     if t.hold > 0.0:
@@ -310,12 +312,12 @@ def guard(
         return 0.0
     gain = t.gain
     if gain < 1.0:
-        gain = advanced(gain, min(period, r.values[block.PERIOD]) / r.values[block.FADE])
+        gain = advanced(gain, min(period, r.settings.period) / r.settings.fade)
         t.gain = gain
         asked, taken = gain * asked, gain * taken
     if gain < 1.0 or t.blend < 1.0:
         flags |= rows.FADING
-    limit = r.values[block.MAX_FORCE]
+    limit = r.settings.max_force
     if abs(asked) > limit:
         flags |= rows.CLAMPED
         asked = math.copysign(limit, asked)
@@ -333,11 +335,11 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
     t = r.tick
     if due(r):
         refresh(r, position, period)
-    code = r.words[block.ESTIMATOR]
+    code = r.settings.estimator
     if code == block.TRUTH:
         velocity = row[rows.TRUE_VELOCITY]
     else:
-        velocity = estimators.step(code, r.values[block.COEFS :], r.memory, position, period)
+        velocity = estimators.step(code, r.settings.coefs, r.memory, position, period)
     passivity.watch(r, position, effect, period)
     asked = 0.0
     if load_acquire(r.control, arrays.FAULT) == arrays.NO_FAULT:
@@ -373,7 +375,7 @@ def live_tick(r: LoopArrays, position: float, period: float, effect: float, row:
     """
     r.watch.calls = 0
     used, begun = clock.thread_time(), clock.now()
-    limit = r.values[block.PERIOD] * (1.0 if r.tick.blend >= 1.0 else 2.0)
+    limit = r.settings.period * (1.0 if r.tick.blend >= 1.0 else 2.0)
     force = tick(r, position, period, effect, row)
     done = clock.now()
     spent = done - begun

@@ -14,15 +14,21 @@ WANTED = 5000
 
 
 @compiled
-def publish_same(shared, new, k):
-    """Publish a block whose every number is k."""
-    for i in range(block.VALUES):
-        new.values[i] = k
-    for i in range(1, block.WORDS):
-        new.words[i] = k
+def fill(settings, program, k):
+    """Set the first and the last numbers of a block to k, and all of its law for the board."""
+    for i in range(block.PARAMS):
+        settings.params[i] = k
     for i in range(block.PROGRAM_WORDS):
-        new.program[i] = k
-    new.words[block.N_PARAMS] = 0
+        program[i] = k
+    settings.period = settings.hand_target = k
+    settings.law = settings.program_id = settings.board_moving = k
+    settings.n_params = 0
+
+
+@compiled
+def publish_same(shared, new, k):
+    """Publish a block whose numbers are k."""
+    fill(new.settings, new.program, k)
     block.publish(shared, new)
 
 
@@ -38,18 +44,17 @@ def hammer(shared, new, control):
 
 
 @compiled
-def is_whole(values, words, program):
+def is_whole(settings, program):
     """Return whether a block's numbers are all the same."""
+    k = settings.board_moving
     for i in range(block.PROGRAM_WORDS):
-        if program[i] != values[0]:
+        if program[i] != k:
             return False
-    for i in range(block.VALUES):
-        if values[i] != values[0]:
+    for i in range(block.PARAMS):
+        if settings.params[i] != k:
             return False
-    for i in range(1, block.WORDS):
-        if words[i] != values[0] and i != block.N_PARAMS:
-            return False
-    return True
+    ends = settings.period == k and settings.hand_target == k
+    return ends and settings.law == k and settings.program_id == k
 
 
 @compiled
@@ -60,9 +65,9 @@ def listen(shared, copy, wanted):
     while wanted > 0:
         if block.take(shared, copy):
             wanted -= 1
-            torn += not is_whole(copy.values, copy.words, copy.program)
-            backwards += copy.values[0] < newest
-            newest = copy.values[0]
+            torn += not is_whole(copy.settings, copy.program)
+            backwards += copy.settings.params[0] < newest
+            newest = copy.settings.params[0]
     return torn, backwards
 
 
@@ -70,13 +75,13 @@ def listen(shared, copy, wanted):
 def adopt_many(r, wanted):
     """Refresh the arrays as the tick does until so many blocks came; return how often it held a torn one."""
     torn = 0
-    last = r.values[0]
+    last = r.settings.params[0]
     while wanted > 0:
         r.tick.blend = 1.0
         tick.adopt(r, 0.0)
-        torn += not is_whole(r.values, r.words, r.program)
-        wanted -= r.values[0] != last
-        last = r.values[0]
+        torn += not is_whole(r.settings, r.program)
+        wanted -= r.settings.params[0] != last
+        last = r.settings.params[0]
     return torn
 
 
@@ -108,8 +113,8 @@ def test_the_newest_block_wins_and_a_reader_does_not_wait_for_a_writer(shared):
         publish_same(shared, block.new_block(), k)
     copy = block.new_block()
     assert block.take(shared, copy)
-    assert copy.values[0] == 5.0
-    shared.words[block.SEQUENCE] += 1
+    assert copy.settings.params[0] == 5.0
+    shared.sequence[0] += 1
     assert not block.take(shared, copy)
 
 

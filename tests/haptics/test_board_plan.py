@@ -7,7 +7,7 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.haptics import block
+from hapkit_studio.haptics import link
 from hapkit_studio.haptics.board_plan import CLOCK, RATES, BackgroundPlanner, BoardPlanner, PlanRequest, share
 from hapkit_studio.haptics.settings import BlockContent
 from hapkit_studio.laws import law
@@ -117,14 +117,14 @@ def test_only_constants_make_no_other_form():
 
 def test_the_block_holds_what_is_sent():
     way = planner().plan(request(CONSTANT))
-    _, words, program = BlockContent(CONSTANT, CONSTANT.values(), board=way).encode()
+    _, settings, program = BlockContent(CONSTANT, CONSTANT.values(), board=way).encode()
     data = way.program.data
     assert program.astype("<i8").tobytes()[: len(data)] == data
-    assert words[block.BOARD_CHECK] == crc16(data)
-    assert words[block.BOARD_PERIOD] == way.period == round(2e6 / way.rate)
-    assert words[block.BOARD_LAW] == words[block.LAW]
-    assert 4 * words[block.BOARD_GIVEN] + words[block.BOARD_CODE] == len(data)
-    taken = 4 * way.program.slots + len(way.program.code) + 6 * words[block.BOARD_MOVING]
+    assert settings.board_form[link.CHECK] == crc16(data)
+    assert settings.board_form[link.PERIOD] == way.period == round(2e6 / way.rate)
+    assert settings.board_law == settings.law
+    assert 4 * settings.board_form[link.CONSTANTS] + settings.board_form[link.CODE] == len(data)
+    taken = 4 * way.program.slots + len(way.program.code) + 6 * settings.board_moving
     assert ARENA - 6 < taken <= ARENA
 
 

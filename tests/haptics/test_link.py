@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.stability import on_board
-from hapkit_studio.haptics import arrays, block, link, rows
+from hapkit_studio.haptics import arrays, link, rows
 from hapkit_studio.protocol import codec
 from hapkit_studio.protocol.messages import BoardFlag, Stop
 from tests.haptics.serial_support import sample
@@ -163,7 +163,7 @@ def test_a_clock_that_goes_back_stands_or_jumps_ahead_is_corrected_and_counted(s
 @pytest.mark.parametrize(("more", "lost", "jumps"), [(0.0999, 0, 0), (0.1001, 0, 1), (0.5, 500, 0)])
 def test_a_clock_may_gain_a_tenth_of_a_second_on_ours_and_as_much_as_samples_were_lost(more, lost, jumps):
     r, conn, frame = LoopHarness(CONSTANT).r, link.new_link(1.0), np.zeros(codec.SAMPLE_WIDTH)
-    r.values[block.PERIOD] = 1e-3
+    r.settings.period = 1e-3
     for now, time, frame[codec.LOST] in ((10.0, 1.0, 0), (10.001, 1.001 + more, lost)):
         frame[codec.BOARD_TIME] = time
         link.check_clock(r, conn, frame, now)

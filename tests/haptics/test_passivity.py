@@ -11,7 +11,7 @@ from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed, hand_named
 from hapkit_studio.dynamics.loop_settings import LoopSettings
-from hapkit_studio.haptics import arrays, block, headless, passivity, rows
+from hapkit_studio.haptics import arrays, headless, passivity, rows
 from tests.haptics.support import CONSTANT, COUNTING, LoopHarness
 
 LIBRARY = environments.discover()
@@ -104,7 +104,7 @@ def test_no_motion_through_the_counts_is_damped_less_than_is_proven(seed):
     x = 0.7e-3 * np.sin(2.0 * np.pi * np.outer(t, hertz) + phase).sum(axis=1)
     counts = quantum * np.floor(x / quantum)
     harness = LoopHarness(CONSTANT, {"level": 0.0}, quantum=quantum)
-    harness.r.block.values[block.DAMPER] = 1.0
+    harness.r.block.settings.damper = 1.0
     harness.run(counts)
     least, top = least_squares_of_speed(counts, quantum), np.abs(np.gradient(x, PERIOD)).max()
     assert least < np.sum(np.diff(x) ** 2) / PERIOD

@@ -10,7 +10,7 @@ from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.dynamics.loop_settings import LoopSettings
-from hapkit_studio.haptics import arrays, block, headless, passivity, rows
+from hapkit_studio.haptics import arrays, headless, passivity, rows
 from hapkit_studio.haptics.passivity import FELT, most_damping
 from tests.haptics.support import BROKEN, CONSTANT, LoopHarness
 
@@ -173,7 +173,7 @@ def test_its_damping_alone_would_be_stable():
 def test_its_force_is_a_share_of_the_devices(asked):
     """It comes off what the motor can give of what is asked, and the sum is clamped once more."""
     harness = LoopHarness(CONSTANT, {"level": asked}, quantum=0.0, max_force=2.0, max_speed=20.0)
-    harness.r.block.values[block.DAMPER] = most_damping(100.0, PERIOD, 0.0)
+    harness.r.block.settings.damper = most_damping(100.0, PERIOD, 0.0)
     x = 0.01 * (np.arange(300) % 2)
     out = harness.run(x, np.where(np.arange(300) % 2, 2.0, -2.0))
     damped = out[:, rows.FLAGS].astype(int) & rows.DAMPED > 0
@@ -190,7 +190,7 @@ def test_its_force_is_a_share_of_the_devices(asked):
 @pytest.mark.parametrize("how", ["nan", "inf", "minus inf", "index"])
 def test_a_broken_law_is_still_stopped(how):
     harness = LoopHarness(BROKEN, {"how": how})
-    harness.r.block.values[block.DAMPER] = 10.0
+    harness.r.block.settings.damper = 10.0
     harness.ticks(0.2)
     row = harness.tick(0.01)
     assert row[rows.APPLIED_FORCE] == 0.0
@@ -200,7 +200,7 @@ def test_a_broken_law_is_still_stopped(how):
 
 def test_stop_and_over_speed_win():
     harness = LoopHarness(CONSTANT, {"level": 0.0}, quantum=0.0, max_speed=20.0)
-    harness.r.block.values[block.DAMPER] = 10.0
+    harness.r.block.settings.damper = 10.0
     x, effects = 0.01 * (np.arange(300) % 2), np.where(np.arange(300) % 2, 2.0, -2.0)
     assert harness.run(x, effects)[-1, rows.APPLIED_FORCE] != 0.0
     harness.stop()

@@ -11,7 +11,7 @@ from numba import njit
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import grip_named
-from hapkit_studio.haptics import block, clock, headless, rows, simulated_loop
+from hapkit_studio.haptics import clock, headless, rows, simulated_loop
 from hapkit_studio.haptics.rows import new_ring
 from hapkit_studio.haptics.tick import adopt
 
@@ -22,9 +22,9 @@ FRAME = 16  # ms: so often a window hears of its pointer
 def play(r, body, out, pointers, releases):
     """Render a sample a pointer (n,) in m, nan where no hand holds, as the live loop does, but at once."""
     for k in range(len(pointers)):
-        r.words[block.HAND_ON] = 0 if math.isnan(pointers[k]) else 1
-        r.values[block.HAND_TARGET] = pointers[k]
-        r.words[block.RELEASES] = releases[k]
+        r.settings.hand_on = 0 if math.isnan(pointers[k]) else 1
+        r.settings.hand_target = pointers[k]
+        r.settings.releases = releases[k]
         simulated_loop.render_sample(r, body, out, clock.now(), 0.0)
 
 
@@ -36,7 +36,7 @@ def live(key, pointers, values=None, grip="medium", releases=None, **device):
     out = new_ring(r.control, 1 << len(pointers).bit_length())
     releases = np.zeros(len(pointers), np.int64) if releases is None else releases
     adopt(r, simulated_loop.measure(body))
-    r.values[block.HAND_MASS : block.HAND_TARGET] = astuple(grip_named(grip))
+    r.settings.hand = astuple(grip_named(grip))
     simulated_loop.follow_settings(body, r)
     play(r, body, out, pointers, releases)
     return out.rows[: len(pointers)]

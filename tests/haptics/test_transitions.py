@@ -1,9 +1,11 @@
 """How settings come into force: linear ramps, cross-fades, state kept, newest wins, no force steps."""
 
+import math
+
 import numpy as np
 import pytest
 
-from hapkit_studio.haptics import arrays, block, rows
+from hapkit_studio.haptics import arrays, rows
 from tests.haptics.support import CONSTANT, COUNTING, FADE, LoopHarness
 
 
@@ -110,14 +112,11 @@ def test_random_changes_never_step_the_force(rate):
 def test_a_block_in_writing_is_left_for_the_next_tick():
     harness = LoopHarness(CONSTANT, level(1.0))
     harness.ticks(0.002)
-    values, words, _ = harness.block
-    before = harness.r.values.copy()
-    values[:], words[block.SEQUENCE] = np.nan, words[block.SEQUENCE] + 1
+    sequence, settings, _ = harness.block
+    settings.params[0], sequence[0] = math.nan, sequence[0] + 1
     assert harness.tick()[rows.FORCE] == 1.0
-    np.testing.assert_array_equal(harness.r.values, before)
-    values[:] = before
-    values[block.PARAMS] = 2.0
-    words[block.SEQUENCE] += 1
+    assert harness.r.settings.params[0] == 1.0
+    settings.params[0], sequence[0] = 2.0, sequence[0] + 1
     assert asked(harness.ticks(0.03))[-1] == 2.0
 
 

@@ -11,7 +11,7 @@ from hapkit_studio.analysis.checks import bisected
 from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.stability.limits import stiffness_limit
-from hapkit_studio.haptics import block, headless, rows
+from hapkit_studio.haptics import headless, rows
 
 _NEAR, _POINTS = np.array([0.96, 0.98, 0.99, 1.0, 1.01, 1.02, 1.04, 1.06]), 24
 _HALVINGS = 50
@@ -75,7 +75,7 @@ def swing(stiffness: float, case: base.Case) -> np.ndarray:
     seen = np.empty((math.ceil(spring.SECONDS / sum(periods)), 2))
     for index in range(len(seen)):
         for number, (period, times) in enumerate(runs):
-            r.block.values[block.PERIOD] = period
+            r.block.settings.period = period
             headless.run_batch(r, body, no_hand, still, letting_go, room[:times])
             if number == 0:
                 seen[index] = room[0, [rows.TRUE_POSITION, rows.TRUE_VELOCITY]]

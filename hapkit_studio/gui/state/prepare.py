@@ -120,13 +120,13 @@ def compile_paddle(key: str) -> None:
     from hapkit_studio.devices import simulated
     from hapkit_studio.dynamics.estimators import count_response
     from hapkit_studio.environments import named
-    from hapkit_studio.haptics import clock, headless, health, passivity, priority, rows, simulated_loop
+    from hapkit_studio.haptics import clib, clock, headless, health, passivity, priority, rows, simulated_loop
 
     r, body = headless.Scene(named("free"), {}).prepare()
     row = rows.new_ring(r.control, 2).rows[0]
     passivity.judge.compile((typeof(r), *[typeof(0.0)] * 3, typeof(row)))
     priority.probe()
-    r.values[:] = r.block.values
+    clib.assign(r.settings, r.block.settings)
     simulated_loop.follow_settings(body, r)
     simulated_loop.write_truth(body, simulated_loop.measure(body), row)
     simulated.command(body.dev, body.queue, 0.0)

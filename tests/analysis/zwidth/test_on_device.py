@@ -15,7 +15,7 @@ from hapkit_studio.analysis.zwidth.on_device import ripple
 from hapkit_studio.analysis.zwidth.result import BUZZES, FAST, GROWS, HIGHEST, Protocol
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
-from hapkit_studio.haptics import arrays, block, rows
+from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.clib import store_release
 from hapkit_studio.haptics.engine import Engine
 from tests.firmware.vb import needs_board
@@ -46,8 +46,8 @@ def running():
 def assert_as_before(engine, environment="spring"):
     """Check settings, force limit and hand; then that the loop renders the old environment only."""
     assert engine.environment.key == environment
-    assert engine.arrays.block.values[block.MAX_FORCE] == engine.device.max_force
-    assert engine.arrays.block.words[block.HAND_ON] == 0
+    assert engine.arrays.block.settings.max_force == engine.device.max_force
+    assert engine.arrays.block.settings.hand_on == 0
     last = rest(engine.reader(), 100)[-1]
     if environment == "spring" and not last[rows.FLAGS]:
         assert engine.values["stiffness"] == BEFORE["stiffness"]
