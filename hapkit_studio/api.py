@@ -18,7 +18,7 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.files import open_regular
-from hapkit_studio.haptics import arrays, headless, health, rows
+from hapkit_studio.haptics import headless, health, rows
 from hapkit_studio.haptics.signals import BY_NAME, COLUMN
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.sessions import export
@@ -174,7 +174,7 @@ def simulate(
         max_speed = SPEED.check(max_speed)
     scene = headless.Scene(chosen, values, model, loop, max_speed)
     out, left = headless.render(scene, moving, count)
-    fault = health.describe_fault(int(left.control[arrays.FAULT]), left)
+    fault = health.describe_fault(int(left.control.fault[0]), left)
     settings = {
         **settings_of.of_scene(chosen, values),
         "hand": hand if isinstance(hand, str) else type(hand).__name__ if hand else "released",

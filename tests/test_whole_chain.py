@@ -157,7 +157,7 @@ def test_unplugged_under_real_time_priority_the_loop_ends_with_a_zero_command(tm
         wait_until(lambda: engine.fault is not None)
         assert engine.fault.code == arrays.DEVICE_GONE
         wait_until(lambda: not engine.health().running)
-        wait_until(lambda: engine.arrays.control[arrays.DONE] == 1)
+        wait_until(lambda: engine.arrays.control.done[0] == 1)
         before, begin = time.process_time(), time.perf_counter()
         wait_until(lambda: time.perf_counter() - begin > 0.5)
         assert time.process_time() - before < 0.1

@@ -8,7 +8,7 @@ from hapkit_studio import interrupts
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics import block
 from hapkit_studio.haptics.block import Block
-from hapkit_studio.haptics.record import Record, record
+from hapkit_studio.haptics.record import Record, record, zeros
 from hapkit_studio.laws import native
 
 # Places on each side of its start where the passivity observer can know the law's force.
@@ -37,7 +37,7 @@ TICK = record(
     ("started", "i8"),
     ("number", "i8"),  # ticks since the start
     ("stale", "i8"),  # 1 + the cause, 0 while samples come
-    ("cleared", "i8"),  # the last value seen of control's CLEAR
+    ("cleared", "i8"),  # the last value seen of control.clear
     ("row_flags", "i8"),  # of the last row
     ("generation", "i8"),  # the last accepted one
     ("slow_law", "i8"),  # the address of the law that was too slow
@@ -84,13 +84,24 @@ WATCH = record(
     ("fault", "i8", native.FAULT_WORDS),  # of those calls
 )
 
-# --- control: shared with the window, one cache line each
-CONTROL, STRIDE = 128, 8
-QUIT, STOP, CLEAR, HEAD, FAULT, ACCEPTED, MISSED, STALE_COUNT = range(0, 64, STRIDE)
-LOST_FRAMES, CRC_ERRORS, DONE, ZERO, FLIP = range(64, 104, STRIDE)
-STALE_CAUSES = 104  # how often each of CAUSES stopped the force; of CLOCK_JUMP how often it happened
-STALE_FORCES = 112  # those that the board refused as too old
-BOARD_ERRORS = 120  # frames that the board could not read
+LINE = 8  # int64 words of a cache line
+
+
+def _lines(*names: str) -> tuple[tuple[str, str, int], ...]:
+    return tuple((name, "i8", LINE) for name in names)
+
+
+# Shared between the loop's thread and the window's: the first word of each line, read by load_acquire and
+# written by store_release.
+CONTROL = record(
+    *_lines("quit", "stop", "clear"),  # the window's: end the loop, E-stop, count of faults cleared
+    *_lines("zero", "flip"),  # the window's: how often zero and direction were set
+    *_lines("head", "accepted"),  # rows written so far; the generation of settings in force
+    *_lines("fault", "done"),  # the latched fault; the loop has ended
+    *_lines("missed", "lost_frames", "crc_errors"),  # counts: ticks, frames
+    *_lines("stale_count", "stale_causes"),  # counts: all, and one word for each of CAUSES
+    *_lines("stale_forces", "board_errors"),  # counts: forces that the board refused as too old, bad frames
+)
 
 # a law's own codes, and the loop's between them
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL = native.NOT_A_NUMBER, native.LAW_INDEX, native.LAW_FUEL
@@ -120,12 +131,12 @@ class LoopArrays(NamedTuple):
     program: np.ndarray  # the law for the board, packed
     draft: Block  # the block being read, perhaps torn
     block: Block  # the block as the window writes it
-    control: np.ndarray
+    control: Record  # of CONTROL
 
 
 def new_arrays(shared: Block) -> LoopArrays:
     """Return arrays at rest that read their settings from the given block."""
-    tick = np.zeros(1, TICK)[0]
+    tick = zeros(TICK)
     tick.signals = interrupts.fileno()
     return LoopArrays(
         tick=tick,
@@ -136,11 +147,11 @@ def new_arrays(shared: Block) -> LoopArrays:
         laws=np.zeros(2, dtype=np.int64),
         memory=np.zeros(estimators.MEMORY),
         fault=np.zeros(native.FAULT_WORDS, dtype=np.int64),
-        watch=np.zeros(1, WATCH)[0],
+        watch=zeros(WATCH),
         **block.new_block()._asdict(),
         draft=block.new_block(),
         block=shared,
-        control=np.zeros(CONTROL, dtype=np.int64),
+        control=zeros(CONTROL),
     )
 
 
@@ -150,18 +161,18 @@ def restart(r: LoopArrays, hold_seconds: float) -> None:
     hold_seconds of zero force come first. E-stop and latched faults stay, but for the device's own going
     away; counts go on.
     """
-    if r.control[FAULT] == DEVICE_GONE:
-        r.control[FAULT] = NO_FAULT
+    if r.control.fault[0] == DEVICE_GONE:
+        r.control.fault[0] = NO_FAULT
     for name in TICK.fields or ():
         if name not in _KEPT:
             r.tick[name] = 0
     r.tick.blend = r.tick.ramp = 1.0
     r.tick.hold = hold_seconds
-    r.tick.cleared = r.control[CLEAR]
+    r.tick.cleared = r.control.clear[0]
     r.watch.renew = r.watch.cells_known = 0
     for name in block.SETTINGS.fields or ():
         r.settings[name] = 0
     r.sequence[0] = 0
-    if r.control[FAULT] == NO_FAULT:
+    if r.control.fault[0] == NO_FAULT:
         r.fault[:] = 0
-    r.control[QUIT] = r.control[DONE] = 0
+    r.control.quit[0] = r.control.done[0] = 0

@@ -11,7 +11,7 @@ import numpy as np
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics.clib import assign, fence, load_acquire, store_release
-from hapkit_studio.haptics.record import Record, record
+from hapkit_studio.haptics.record import Record, record, zeros
 
 PARAMS, STATES = 32, 16  # numbers that a law may have, and keep
 
@@ -67,7 +67,7 @@ class Block(NamedTuple):
 
 def new_block() -> Block:
     """Return an empty block."""
-    return Block(np.zeros(1, np.int64), np.zeros(1, SETTINGS)[0], np.zeros(PROGRAM_WORDS, np.int64))
+    return Block(np.zeros(1, np.int64), zeros(SETTINGS), np.zeros(PROGRAM_WORDS, np.int64))
 
 
 @internal

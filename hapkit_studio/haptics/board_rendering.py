@@ -43,9 +43,9 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
     period = passed if passed > 0.0 else FRAME
     position = link.position_of(conn, sample[codec.COUNT])
     if due(r):
-        fault = r.control[arrays.FAULT]
+        fault = r.control.fault[0]
         refresh(r, position, period)
-        if fault != arrays.NO_FAULT and r.control[arrays.FAULT] == arrays.NO_FAULT:
+        if fault != arrays.NO_FAULT and r.control.fault[0] == arrays.NO_FAULT:
             n[link.EXCUSED] = now + link.REPEAT_AFTER + n[link.ROUND_TRIP]
     if r.tick.stale:
         recover(r, period)
@@ -121,14 +121,14 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
     n, said = conn.numbers, int(sample[codec.FLAGS])
     missed = (int(sample[codec.OVERRUNS]) - conn.words[link.OVERRUNS]) & 0xFF
     if missed and conn.words[link.HANDOVER] >= link.ON_BOARD:
-        store_release(r.control, arrays.MISSED, r.control[arrays.MISSED] + missed)
+        store_release(r.control.missed, 0, r.control.missed[0] + missed)
         conn.words[link.SKIPPED] += missed
     conn.words[link.OVERRUNS] = int(sample[codec.OVERRUNS])
     latch_reported_faults(r, n, said, now)
     off = said & codec.FLAG_WATCHDOG != 0 and said & codec.FLAG_STOPPED == 0
     if off and conn.words[link.MOTOR_SEEN_ON] and not r.tick.stale:
-        cuts = arrays.STALE_CAUSES + arrays.CUT  # switched off although it was told that someone is there
-        store_release(r.control, cuts, r.control[cuts] + 1)
+        causes = r.control.stale_causes  # switched off although it was told that someone is there
+        store_release(causes, arrays.CUT, causes[arrays.CUT] + 1)
     conn.words[link.MOTOR_SEEN_ON] = not off
     flags = rows.GAP if gap or said & codec.FLAG_SENSOR else 0
     if said & codec.FLAG_CLAMPED:
@@ -137,7 +137,7 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
         flags |= rows.STOPPED
     if said & codec.FLAG_WATCHDOG or r.tick.stale:
         flags |= rows.STALE
-    if r.control[arrays.FAULT] != arrays.NO_FAULT:
+    if r.control.fault[0] != arrays.NO_FAULT:
         flags |= rows.FAULT
     if said & _OFF:
         n[link.FADED_AT] = sample[codec.BOARD_TIME] + _FADE

@@ -7,7 +7,7 @@ import numpy as np
 
 from hapkit_studio.devices.base import SERIAL, SIMULATED, Device
 from hapkit_studio.errors import DeviceError
-from hapkit_studio.haptics import arrays, board_plan, link, serial_loop, simulated_loop
+from hapkit_studio.haptics import board_plan, link, serial_loop, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner
 from hapkit_studio.haptics.health import silent
@@ -84,7 +84,7 @@ class SerialDriver(Driver):
         board_plan.tell_link(self.conn, settings, device.hello.pwm_top)
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
-        if not r.control[arrays.QUIT]:
+        if not r.control.quit[0]:
             self.device.start_stream()
         self._loop(r, out, late)
         if self.conn.numbers[link.QUIET] >= link.GONE_AFTER:
@@ -106,7 +106,7 @@ class PortableDriver(SerialDriver):
     """The same in a plain Python thread, for systems whose ports are no file descriptors."""
 
     def _loop(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
-        if r.control[arrays.QUIT]:
+        if r.control.quit[0]:
             serial_loop.warm_up()
         else:
             serial_loop.run_portable(r, self.conn, out, late, self.device.read, self.device.write)

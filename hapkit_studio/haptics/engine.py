@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from hapkit_studio import environments
 from hapkit_studio.devices import delays
 from hapkit_studio.devices.base import Device
@@ -74,7 +76,7 @@ class Engine:
         known = {key: getattr(self.device, key) for key in ("mass", "viscous", "quantum", "max_force")}
         self._change_loop(rate=driver.rate or self.loop.rate, **known)
         # compile or load the loop: with the quit word set it renders no sample
-        store_release(self.arrays.control, arrays.QUIT, 1)
+        store_release(self.arrays.control.quit, 0, 1)
         driver.run(self.arrays, new_ring(self.arrays.control, 2), self.lateness_bins)
         self.lateness_bins[:] = 0
         arrays.restart(self.arrays, driver.hold_seconds)
@@ -90,14 +92,14 @@ class Engine:
             driver.run(self.arrays, self._ring, self.lateness_bins)
         except StudioError as error:
             if self.fault is None:
-                store_release(self.arrays.control, arrays.FAULT, arrays.DEVICE_GONE)
+                store_release(self.arrays.control.fault, 0, arrays.DEVICE_GONE)
             self._message = str(error)
         finally:
             priority.release()
 
     def close(self) -> None:
         """Stop the loop with a zero command and let go of the device."""
-        store_release(self.arrays.control, arrays.QUIT, 1)
+        store_release(self.arrays.control.quit, 0, 1)
         if self._thread is not None:
             self._thread.join(JOIN_SECONDS)
             self._thread = None
@@ -134,7 +136,7 @@ class Engine:
     def _write(self, content: BlockContent) -> None:
         """Write settings into the loop's block; every law is kept alive until the loop has left it."""
         encoded, law = content.encode(), content.environment.force.compiled()
-        accepted = int(load_acquire(self.arrays.control, arrays.ACCEPTED))
+        accepted = int(load_acquire(self.arrays.control.accepted, 0))
         self.kept_laws[law.address] = content.generation, law
         self._titles[law.address] = content.environment.title
         block.publish(self.arrays.block, encoded)
@@ -268,7 +270,7 @@ class Engine:
         if refusal:
             raise ParameterError(refusal)
         self.prefer(where, rate)
-        if where == BOARD and self.arrays.control[arrays.FAULT] == arrays.SLOW_LINK:
+        if where == BOARD and self.arrays.control.fault[0] == arrays.SLOW_LINK:
             self.clear_fault()  # the board needs no fast link
 
     def prefer(self, where: str, rate: float | None = None) -> None:
@@ -348,36 +350,36 @@ class Engine:
     def missed_of(self, where: str) -> int:
         """Return how many ticks one of them has missed: answers too late, or ticks that the board skipped."""
         skipped = 0 if self.driver is None else int(self.driver.conn.words[link.SKIPPED])
-        return skipped if where == BOARD else max(int(self.arrays.control[arrays.MISSED]) - skipped, 0)
+        return skipped if where == BOARD else max(int(self.arrays.control.missed[0]) - skipped, 0)
 
     # --- the board
     def zero_here(self) -> None:
         """Make the present position the zero of a real board; the force fades in again."""
-        self._count_up(arrays.ZERO)
+        self._count_up(self.arrays.control.zero)
 
     def flip_direction(self) -> None:
         """Turn the positive direction of a real board around; the force fades in again."""
-        self._count_up(arrays.FLIP)
+        self._count_up(self.arrays.control.flip)
 
-    def _count_up(self, word: int) -> None:
-        store_release(self.arrays.control, word, int(self.arrays.control[word]) + 1)
+    def _count_up(self, word: np.ndarray) -> None:
+        store_release(word, 0, int(word[0]) + 1)
 
     # --- safety
     def stop(self) -> None:
         """E-stop: zero force from the next tick until released on purpose."""
-        store_release(self.arrays.control, arrays.STOP, 1)
+        store_release(self.arrays.control.stop, 0, 1)
 
     def release_stop(self) -> None:
         """Release the E-stop; the force fades in from zero."""
-        store_release(self.arrays.control, arrays.STOP, 0)
+        store_release(self.arrays.control.stop, 0, 0)
 
     @property
     def stopped(self) -> bool:
-        return bool(load_acquire(self.arrays.control, arrays.STOP))
+        return bool(load_acquire(self.arrays.control.stop, 0))
 
     @property
     def fault(self) -> Fault | None:
-        code = int(load_acquire(self.arrays.control, arrays.FAULT))
+        code = int(load_acquire(self.arrays.control.fault, 0))
         title = self._titles.get(int(self.arrays.tick.slow_law))
         return health.describe_fault(code, self.arrays, f"the law of {title}" if title else "the law")
 
@@ -388,7 +390,7 @@ class Engine:
 
     def clear_fault(self) -> None:
         """Clear a latched fault; the law starts anew, the force fades in from zero."""
-        self._count_up(arrays.CLEAR)
+        self._count_up(self.arrays.control.clear)
 
     # --- what comes back
     def reader(self) -> RingReader:
@@ -435,7 +437,7 @@ class Engine:
         return Health(
             rate=rate,
             lateness_us=late,
-            missed=int(control[arrays.MISSED]),
+            missed=int(control.missed[0]),
             stale=health.stale_reason(self.arrays),
             link=health.count_link(control),
             priority=held,

@@ -48,7 +48,7 @@ def run_batch(
     settings = r.block.settings
     period, grip = settings.period, (hand[0], hand[1], hand[2])
     patience.begin(r)
-    if load_acquire(r.control, arrays.QUIT):
+    if load_acquire(r.control.quit, 0):
         return 0
     for k in range(out.shape[0]):
         on = holding[k] != 0

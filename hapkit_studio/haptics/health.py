@@ -13,6 +13,7 @@ from hapkit_studio.formatting import number, on_screen
 from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.priority import Priority
+from hapkit_studio.haptics.record import Record
 
 _FINE = np.arange(1, 1001)
 # bins 1 µs wide up to 1 ms, 10 µs up to 10 ms, 100 µs up to 100 ms, and one for all beyond
@@ -75,11 +76,11 @@ class LinkCounts:
     clock_jumps: int = 0
 
 
-def count_link(control: np.ndarray) -> LinkCounts:
+def count_link(control: Record) -> LinkCounts:
     """Return what the loop has counted."""
-    causes = (int(control[arrays.STALE_CAUSES + cause]) for cause in arrays.CAUSES)
-    places = arrays.LOST_FRAMES, arrays.CRC_ERRORS, arrays.BOARD_ERRORS, arrays.STALE_FORCES
-    return LinkCounts(*(int(control[place]) for place in places), *causes)
+    words = control.lost_frames, control.crc_errors, control.board_errors, control.stale_forces
+    causes = (int(control.stale_causes[cause]) for cause in arrays.CAUSES)
+    return LinkCounts(*(int(word[0]) for word in words), *causes)
 
 
 @dataclass(frozen=True)
@@ -108,10 +109,10 @@ class Watch:
 
     past: deque = field(default_factory=deque)
 
-    def look(self, control: np.ndarray, bins: np.ndarray) -> tuple[float, dict[str, float], int]:
+    def look(self, control: Record, bins: np.ndarray) -> tuple[float, dict[str, float], int]:
         """Return (rate in Hz, lateness percentiles in µs, ticks missed or lost) of about WINDOW_SECONDS."""
-        now, head, counts = time.perf_counter(), int(control[arrays.HEAD]), bins.copy()
-        missed = int(control[arrays.MISSED] + control[arrays.LOST_FRAMES])
+        now, head, counts = time.perf_counter(), int(control.head[0]), bins.copy()
+        missed = int(control.missed[0] + control.lost_frames[0])
         self.past.append((now, head, counts, missed))
         while len(self.past) > 2 and now - self.past[1][0] > WINDOW_SECONDS:
             self.past.popleft()

@@ -135,7 +135,7 @@ def wanted_code(r: LoopArrays, link: Link) -> int:
 
     Zero and direction that a person sets are taken over by the computer; what the board refused stays here.
     """
-    zeroed, flipped = load_acquire(r.control, arrays.ZERO), load_acquire(r.control, arrays.FLIP)
+    zeroed, flipped = load_acquire(r.control.zero, 0), load_acquire(r.control.flip, 0)
     if zeroed != link.words[ZEROED] or flipped != link.words[FLIPPED]:
         return 0
     code_id = r.settings.code_id
@@ -146,7 +146,7 @@ def wanted_code(r: LoopArrays, link: Link) -> int:
 def fade_out(r: LoopArrays, link: Link, period: float) -> float:
     """Return the share of the force that a sample's answer may have: it fades out on the way to the board."""
     n, words = link.numbers, link.words
-    held = r.tick.hold > 0.0 or r.tick.stale or load_acquire(r.control, arrays.FAULT)
+    held = r.tick.hold > 0.0 or r.tick.stale or load_acquire(r.control.fault, 0)
     if words[HANDOVER] == ON_COMPUTER:
         if held or wanted_code(r, link) == 0:
             return 1.0
@@ -190,8 +190,8 @@ def resume(r: LoopArrays, link: Link, count: float, velocity: float) -> None:
 def apply_zero_and_direction(r: LoopArrays, link: Link, count: float) -> None:
     """Set zero and direction when the window asked for it; on a board without a zero the first sample."""
     n, words = link.numbers, link.words
-    zeroed = load_acquire(r.control, arrays.ZERO)
-    flipped = load_acquire(r.control, arrays.FLIP)
+    zeroed = load_acquire(r.control.zero, 0)
+    flipped = load_acquire(r.control.flip, 0)
     if words[STARTED] and zeroed == words[ZEROED] and flipped == words[FLIPPED]:
         return
     if zeroed != words[ZEROED] if words[STARTED] else not words[CALIBRATED]:
@@ -259,7 +259,7 @@ def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
     if now - n[LAST_ANSWER] < STALE_AFTER:
         return False
     if n[LAST_ANSWER] > n[LOOKED_AT]:  # in this very pass: it took so long itself
-        slow = load_acquire(r.control, arrays.FAULT) == arrays.SLOW_LAW
+        slow = load_acquire(r.control.fault, 0) == arrays.SLOW_LAW
         cause = arrays.HELD_UP if slow else arrays.AWAY
     else:
         cause = arrays.AWAY if now - n[LOOKED_AT] > 1.5 * STALE_AFTER else arrays.NO_SAMPLE
@@ -325,8 +325,8 @@ def check_clock(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> No
         link.words[LEFT_OUT] = 1
         if r.tick.stale:
             r.tick.good = 0.0
-            place = arrays.STALE_CAUSES + arrays.CLOCK_JUMP
-            store_release(r.control, place, r.control[place] + 1)
+            causes = r.control.stale_causes
+            store_release(causes, arrays.CLOCK_JUMP, causes[arrays.CLOCK_JUMP] + 1)
         else:
             mark_stale(r, now, arrays.CLOCK_JUMP)
     n[CLOCK_AHEAD] = min(now - time, n[CLOCK_AHEAD] + _CLOCK_SLOW * elapsed)

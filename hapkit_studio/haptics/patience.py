@@ -40,7 +40,7 @@ def look(r: LoopArrays) -> None:
     now = t.clock_read_at = clock.thread_time()
     limit = max(r.settings.period, LONGEST)
     if (before > 0.0 and note_law_time(r, now, now - before, limit, ticks)) or interrupted(r):
-        store_release(r.control, arrays.QUIT, 1)
+        store_release(r.control.quit, 0, 1)
 
 
 @internal
@@ -60,16 +60,16 @@ def goes_on(r: LoopArrays) -> bool:
         t.work_done += FUEL - r.fault[1]
     if t.work_done >= _LOOK_AFTER:
         look(r)
-    return load_acquire(r.control, arrays.QUIT) == 0
+    return load_acquire(r.control.quit, 0) == 0
 
 
 def check(r: LoopArrays, title: str) -> None:
     """Raise LawError where a run was ended as its law takes too long, KeyboardInterrupt for a person."""
-    if r.control[arrays.FAULT] == arrays.SLOW_LAW:
+    if r.control.fault[0] == arrays.SLOW_LAW:
         taken, limit = float(r.tick.fault_value), float(r.tick.fault_position)
         raise LawError(
             f"The law of {title} takes {on_screen(taken, 's', 3)} for one sample, the limit is "
             f"{on_screen(limit, 's', 3)}. {SIMPLIFY}"
         )
-    if r.control[arrays.QUIT]:
+    if r.control.quit[0]:
         raise KeyboardInterrupt

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.block import STATES
 from hapkit_studio.haptics.clib import fence, load_acquire, store_release
+from hapkit_studio.haptics.record import Record
 from hapkit_studio.haptics.signals import COLUMN, SIGNALS
 
 TICK, HOST_TIME, BOARD_TIME = COLUMN["tick"], COLUMN["time"], COLUMN["board_time"]
@@ -35,10 +35,10 @@ class Ring(NamedTuple):
     """Rows (capacity, ROW_WIDTH), and the control words that hold the count of rows ever written."""
 
     rows: np.ndarray
-    control: np.ndarray
+    control: Record  # arrays.CONTROL
 
 
-def new_ring(control: np.ndarray, capacity: int = CAPACITY) -> Ring:
+def new_ring(control: Record, capacity: int = CAPACITY) -> Ring:
     """Return an empty ring; capacity is a power of two."""
     return Ring(np.zeros((capacity, ROW_WIDTH)), control)
 
@@ -46,20 +46,20 @@ def new_ring(control: np.ndarray, capacity: int = CAPACITY) -> Ring:
 @internal
 def next_index(ring: Ring) -> int:
     """Return the index of the row to fill next."""
-    return ring.control[arrays.HEAD] & (ring.rows.shape[0] - 1)
+    return ring.control.head[0] & (ring.rows.shape[0] - 1)
 
 
 @internal
 def publish(ring: Ring) -> None:
     """Hand the filled row to the readers; what comes after is written after."""
-    store_release(ring.control, arrays.HEAD, ring.control[arrays.HEAD] + 1)
+    store_release(ring.control.head, 0, ring.control.head[0] + 1)
     fence()
 
 
 @compiled
 def _head(ring):
     fence()
-    return load_acquire(ring.control, arrays.HEAD)
+    return load_acquire(ring.control.head, 0)
 
 
 class RingReader:

@@ -53,8 +53,8 @@ def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> i
         sample[codec.LOST] += skipped
         skipped = 0
         shown = fill_row(r, conn, out, k, now)
-        store_release(r.control, arrays.LOST_FRAMES, conn.reader[codec.LOST_FRAMES])
-        store_release(r.control, arrays.CRC_ERRORS, conn.reader[codec.BAD_FRAMES])
+        store_release(r.control.lost_frames, 0, conn.reader[codec.LOST_FRAMES])
+        store_release(r.control.crc_errors, 0, conn.reader[codec.BAD_FRAMES])
         if k == count - 1:
             length = answer(r, conn, k, now)
         if not shown:
@@ -64,7 +64,7 @@ def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> i
         health.add_lateness(late, row[rows.LATENESS])
         rows.publish(out)
     if count > 1 and link.computer_answers(conn):
-        store_release(r.control, arrays.MISSED, r.control[arrays.MISSED] + count - 1)
+        store_release(r.control.missed, 0, r.control.missed[0] + count - 1)
     return length
 
 
@@ -116,10 +116,10 @@ def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
     errors, stale = int(sample[codec.RX_ERRORS]), int(sample[codec.STALE])
     if words[link.STARTED] and sample[codec.KIND] == codec.SAMPLE:
         more = (stale - words[link.STALE_TOLD]) & 0xFF
-        store_release(r.control, arrays.STALE_FORCES, r.control[arrays.STALE_FORCES] + more)
+        store_release(r.control.stale_forces, 0, r.control.stale_forces[0] + more)
     if words[link.STARTED]:
         more = (errors - words[link.ERRORS_TOLD]) & 0xFF
-        store_release(r.control, arrays.BOARD_ERRORS, r.control[arrays.BOARD_ERRORS] + more)
+        store_release(r.control.board_errors, 0, r.control.board_errors[0] + more)
     words[link.ERRORS_TOLD] = errors
     if sample[codec.KIND] == codec.SAMPLE:
         words[link.STALE_TOLD] = stale
@@ -132,9 +132,9 @@ def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
     While the board renders, a latched fault stops it as well. An added delay answers a sample of so many
     periods ago.
     """
-    words, length, stopped = conn.words, 0, load_acquire(r.control, arrays.STOP)
+    words, length, stopped = conn.words, 0, load_acquire(r.control.stop, 0)
     conn.numbers[link.LAST_ANSWER] = now
-    if words[link.HANDOVER] != link.ON_COMPUTER and load_acquire(r.control, arrays.FAULT) != arrays.NO_FAULT:
+    if words[link.HANDOVER] != link.ON_COMPUTER and load_acquire(r.control.fault, 0) != arrays.NO_FAULT:
         stopped = 1
     if stopped != words[link.SENT_STOP]:
         words[link.SENT_STOP] = stopped
@@ -215,7 +215,7 @@ def hold_back(r: LoopArrays, before: float, hurried: int) -> int:
         latch(r, arrays.RUNAWAY, 1.0 / r.settings.period, 0.0)
         demote()
     clock.until(before + r.settings.period)
-    return hurried if load_acquire(r.control, arrays.FAULT) else 0
+    return hurried if load_acquire(r.control.fault, 0) else 0
 
 
 @compiled
@@ -224,7 +224,7 @@ def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None
     adopt(r, 0.0)
     conn.numbers[link.LAST_ANSWER] = clock.now()
     hurried = 0
-    while load_acquire(r.control, arrays.QUIT) == 0:
+    while load_acquire(r.control.quit, 0) == 0:
         before = clock.now()
         state = wait(fd, conn.poll)
         hurried = hurried + 1 if clock.now() - before < _NO_WAIT else 0
@@ -244,13 +244,13 @@ def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None
         if hurried > MOST_PASSES_WITHOUT_WAITING:
             hurried = hold_back(r, before, hurried)
     send(fd, conn.frame, encode_zero(conn))
-    store_release(r.control, arrays.DONE, 1)
+    store_release(r.control.done, 0, 1)
 
 
 def warm_up() -> None:
     """Compile or load all that a sample needs, by rendering one under a latched fault, that calls no law."""
     r, conn = new_arrays(block.new_block()), new_link(1.0)
-    r.control[arrays.FAULT] = arrays.RUNAWAY
+    r.control.fault[0] = arrays.RUNAWAY
     frame = np.frombuffer(encode(Sample(*13 * (0,))), dtype=np.uint8)
     conn.data[: len(frame)] = frame
     take(r, conn, new_ring(r.control, 2), health.new_histogram(), len(frame))
@@ -280,7 +280,7 @@ def run_portable(
     adopt(r, 0.0)
     conn.numbers[link.LAST_ANSWER] = clock.now()
     try:
-        while not load_acquire(r.control, arrays.QUIT):
+        while not load_acquire(r.control.quit, 0):
             data = np.frombuffer(read(STALE_AFTER), dtype=np.uint8)
             for start in range(0, len(data), link.CHUNK):
                 part = data[start : start + link.CHUNK]
@@ -295,4 +295,4 @@ def run_portable(
         # where the line is gone, the board's own watchdog cuts the motor
         with contextlib.suppress(OSError):
             send(encode_zero(conn))
-        store_release(r.control, arrays.DONE, 1)
+        store_release(r.control.done, 0, 1)

@@ -157,7 +157,7 @@ def run(r: LoopArrays, body: Plant, out: Ring, late: np.ndarray) -> None:
     follow_settings(body, r)
     deadline = clock.now()
     hurried = 0
-    while load_acquire(r.control, arrays.QUIT) == 0:
+    while load_acquire(r.control.quit, 0) == 0:
         period = r.settings.period
         deadline += period
         hurried = hurried + 1 if clock.now() >= deadline else 0
@@ -173,7 +173,7 @@ def run(r: LoopArrays, body: Plant, out: Ring, late: np.ndarray) -> None:
         if lateness >= period:
             missed = int(lateness / period)
             deadline += missed * period
-            store_release(r.control, arrays.MISSED, r.control[arrays.MISSED] + missed)
+            store_release(r.control.missed, 0, r.control.missed[0] + missed)
         render_sample(r, body, out, now, lateness)
     cut_motor(body)
-    store_release(r.control, arrays.DONE, 1)
+    store_release(r.control.done, 0, 1)

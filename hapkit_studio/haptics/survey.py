@@ -13,7 +13,7 @@ import numpy as np
 from hapkit_studio.devices import simulated
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
-from hapkit_studio.haptics import arrays, headless, patience, rows, simulated_loop
+from hapkit_studio.haptics import headless, patience, rows, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import load_acquire
 from hapkit_studio.haptics.simulated_loop import Plant
@@ -172,7 +172,7 @@ def run(
         restart(r, body, flat, made, hand, cells.numbers[i], cells.starts[i])
         end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
         found.ends[i], found.samples[i] = end, done
-        if load_acquire(r.control, arrays.QUIT):
+        if load_acquire(r.control.quit, 0):
             return
 
 

@@ -38,7 +38,7 @@ def due(r: LoopArrays) -> bool:
     """Return whether ``refresh`` has anything to do; at nearly every tick it has not."""
     if load_acquire(r.block.sequence, 0) != r.sequence[0]:
         return True
-    if load_acquire(r.control, arrays.CLEAR) != r.tick.cleared:
+    if load_acquire(r.control.clear, 0) != r.tick.cleared:
         return True
     moving = r.tick.ramp < 1.0 or r.tick.blend < 1.0
     return moving or r.tick.generation != r.settings.generation
@@ -54,8 +54,8 @@ def refresh(r: LoopArrays, position: float, period: float) -> None:
         move(r, period / r.settings.fade)
     elif r.tick.generation != r.settings.generation:
         r.tick.generation = r.settings.generation
-        store_release(r.control, arrays.ACCEPTED, r.settings.generation)
-    cleared = load_acquire(r.control, arrays.CLEAR)
+        store_release(r.control.accepted, 0, r.settings.generation)
+    cleared = load_acquire(r.control.clear, 0)
     if cleared != r.tick.cleared:
         r.tick.cleared = cleared
         clear_fault(r)
@@ -193,14 +193,14 @@ def move(r: LoopArrays, step: float) -> None:
 @internal
 def clear_fault(r: LoopArrays) -> None:
     """Forget a latched fault; the law starts from its first state, the force fades in from zero."""
-    if load_acquire(r.control, arrays.FAULT) == arrays.NO_FAULT:
+    if load_acquire(r.control.fault, 0) == arrays.NO_FAULT:
         return
     r.fault[0] = 0
     r.fault[1] = 0
     restore(r, r.tick.slot)
     r.tick.blend = 1.0
     r.tick.gain = 0.0
-    store_release(r.control, arrays.FAULT, arrays.NO_FAULT)
+    store_release(r.control.fault, 0, arrays.NO_FAULT)
 
 
 @internal
@@ -220,10 +220,10 @@ def render(r: LoopArrays, position: float, velocity: float, period: float) -> fl
 @compiled
 def latch(r: LoopArrays, code: int, value: float, position: float) -> None:
     """Latch a fault: the first one stays until it is cleared."""
-    if load_acquire(r.control, arrays.FAULT) == arrays.NO_FAULT:
+    if load_acquire(r.control.fault, 0) == arrays.NO_FAULT:
         r.tick.fault_value = value
         r.tick.fault_position = position
-        store_release(r.control, arrays.FAULT, code)
+        store_release(r.control.fault, 0, code)
 
 
 @compiled
@@ -236,12 +236,12 @@ def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
     r.tick.stale = 1 + cause
     t.gain = 0.0
     t.applied = 0.0
-    count = load_acquire(r.control, arrays.STALE_COUNT)
+    count = load_acquire(r.control.stale_count, 0)
     t.stale_times[count % 3] = now
     if count >= 2 and now - t.stale_times[(count + 1) % 3] <= STALE_WINDOW:
         latch(r, arrays.STALE_SENSOR, cause, t.last_position)
-    store_release(r.control, arrays.STALE_CAUSES + cause, r.control[arrays.STALE_CAUSES + cause] + 1)
-    store_release(r.control, arrays.STALE_COUNT, count + 1)
+    store_release(r.control.stale_causes, cause, r.control.stale_causes[cause] + 1)
+    store_release(r.control.stale_count, 0, count + 1)
 
 
 @compiled
@@ -258,7 +258,7 @@ def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: 
     before = t.overrun
     t.overrun = before + spent
     often = before > 0.0 and before + spent >= MOST_OVERRUN
-    if not (often or spent >= MOST_ONCE) or load_acquire(r.control, arrays.FAULT) != arrays.NO_FAULT:
+    if not (often or spent >= MOST_ONCE) or load_acquire(r.control.fault, 0) != arrays.NO_FAULT:
         return False
     r.tick.slow_law = r.laws[r.tick.slot]
     latch(r, arrays.SLOW_LAW, each, limit)
@@ -278,9 +278,9 @@ def recover(r: LoopArrays, period: float) -> None:
 def blocked(r: LoopArrays, period: float) -> int:
     """Return the flags that hold the force at zero now: stop, fault, stale sensor, hold after connecting."""
     flags = 0
-    if load_acquire(r.control, arrays.STOP):
+    if load_acquire(r.control.stop, 0):
         flags |= rows.STOPPED
-    if load_acquire(r.control, arrays.FAULT):
+    if load_acquire(r.control.fault, 0):
         flags |= rows.FAULT
     if r.tick.stale:
         recover(r, period)
@@ -342,7 +342,7 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
         velocity = estimators.step(code, r.settings.coefs, r.memory, position, period)
     passivity.watch(r, position, effect, period)
     asked = 0.0
-    if load_acquire(r.control, arrays.FAULT) == arrays.NO_FAULT:
+    if load_acquire(r.control.fault, 0) == arrays.NO_FAULT:
         asked = render(r, position, velocity, period)
     taken = passivity.control(r, period)
     force = guard(r, asked, taken, velocity, position, period)

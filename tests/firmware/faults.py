@@ -223,7 +223,7 @@ class Session:
         self.late = health.new_histogram()
         self.out = rows.new_ring(self.harness.r.control, ROWS)
         self.reader = rows.RingReader(self.out)
-        turns.quit = lambda: store_release(self.harness.r.control, arrays.QUIT, 1)
+        turns.quit = lambda: store_release(self.harness.r.control.quit, 0, 1)
 
     def offer(self, conn: link.Link) -> None:
         """Ask what the board can render and request it, like the engine."""
@@ -281,9 +281,9 @@ def run_case(case: Case, folder: Path) -> Run:
         run.forces += [(time, m.force) for m in Decoder().feed(data) if isinstance(m, Force)]
     control = session.harness.r.control
     run.counters = {
-        "fault": int(control[arrays.FAULT]),
-        "stale": int(control[arrays.STALE_COUNT]),
-        "lost": int(control[arrays.LOST_FRAMES]),
+        "fault": int(control.fault[0]),
+        "stale": int(control.stale_count[0]),
+        "lost": int(control.lost_frames[0]),
         "bad": session.bad_frames,
         "told": session.rx_errors,
     }

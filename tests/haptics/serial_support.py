@@ -7,7 +7,7 @@ import numpy as np
 
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.port_errors import no_answer
-from hapkit_studio.haptics import arrays, clock, drivers, link, serial_loop
+from hapkit_studio.haptics import clock, drivers, link, serial_loop
 from hapkit_studio.haptics import engine as engine_module
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.tick import adopt
@@ -101,9 +101,9 @@ class SteppedDriver(drivers.SerialDriver):
     """Leaves the rendering to its board; the loop's own thread waits for the end."""
 
     def _loop(self, r, out, late):
-        if r.control[arrays.QUIT]:
+        if r.control.quit[0]:
             return
-        while not r.control[arrays.QUIT]:
+        while not r.control.quit[0]:
             time.sleep(1e-3)
         self.device.hear(self.conn, serial_loop.encode_zero(self.conn))
 

@@ -130,10 +130,10 @@ class LoopHarness:
         return self.run(np.zeros(round(seconds * self.rate)))
 
     def clear_fault(self):
-        store_release(self.r.control, arrays.CLEAR, int(self.r.control[arrays.CLEAR]) + 1)
+        store_release(self.r.control.clear, 0, int(self.r.control.clear[0]) + 1)
 
     def stop(self, on=True):
-        store_release(self.r.control, arrays.STOP, int(on))
+        store_release(self.r.control.stop, 0, int(on))
 
 
 def read(reader, enough):
@@ -141,7 +141,7 @@ def read(reader, enough):
     parts = []
 
     def came():
-        ended = reader._ring.control[arrays.DONE]
+        ended = reader._ring.control.done[0]
         parts.append(reader.read())
         found = np.concatenate(parts)
         came = len(found) and enough(found)

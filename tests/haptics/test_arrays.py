@@ -7,10 +7,15 @@ from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import arrays, block
 
 
-@pytest.mark.parametrize("dtype", [arrays.TICK, arrays.WATCH, arrays.LIMIT, block.SETTINGS])
+@pytest.mark.parametrize("dtype", [arrays.TICK, arrays.WATCH, arrays.LIMIT, arrays.CONTROL, block.SETTINGS])
 def test_no_field_has_the_name_of_an_attribute_of_numpy_s_records(dtype):
     """A field named flags or real would be read as the record's own attribute."""
     assert not set(dtype.fields) & set(dir(np.record))
+
+
+def test_two_words_that_threads_share_are_never_on_one_cache_line():
+    offsets = sorted(offset for _, offset, *_ in arrays.CONTROL.fields.values())
+    assert np.all(np.diff(offsets) >= 64)
 
 
 @compiled

@@ -74,9 +74,9 @@ def test_no_call_blocks_while_it_runs(started):
         call(1)
         ticks = []
         for k in range(20):
-            before = control[arrays.HEAD]
+            before = control.head[0]
             call(k)
-            ticks.append(control[arrays.HEAD] - before)
+            ticks.append(control.head[0] - before)
             engine.set_environment("wall")
         assert statistics.median(ticks) == 0
 
@@ -132,7 +132,7 @@ def test_lateness_is_counted_for_every_row(started):
     reader = engine.reader()
     rest(reader, 50)
     engine.close()
-    assert int(engine.lateness_bins.sum()) == int(engine.arrays.control[arrays.HEAD])
+    assert int(engine.lateness_bins.sum()) == int(engine.arrays.control.head[0])
 
 
 def test_says_whose_state_the_rows_hold():
@@ -190,7 +190,7 @@ def test_closing_leaves_a_zero_command(started):
     body = engine.driver.body
     engine.close()
     assert not body.queue.any()
-    assert engine.arrays.control[arrays.DONE] == 1
+    assert engine.arrays.control.done[0] == 1
     assert not loop_threads()
 
 

@@ -10,7 +10,7 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand, Prescribed
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import arrays, headless, rows
+from hapkit_studio.haptics import headless, rows
 
 
 def scene(key="spring", rate=1000.0, delay=0.0, device=None, max_speed=math.inf, **values):
@@ -50,12 +50,12 @@ def test_an_unstable_loop_stays_within_what_the_clamp_can_do():
 
 def test_a_run_told_to_quit_ends_there():
     r, body = scene().prepare()
-    r.control[arrays.QUIT] = 1
+    r.control.quit[0] = 1
     out = headless.new_rows(10)
     zeros = np.zeros(11)
     assert headless.run_batch(r, body, np.zeros(3), zeros, np.zeros(10, dtype=np.int64), out) == 0
     assert not out.any()
-    r.control[arrays.QUIT] = 0
+    r.control.quit[0] = 0
     assert headless.run_batch(r, body, np.zeros(3), zeros, np.zeros(10, dtype=np.int64), out) == 10
 
 

@@ -100,7 +100,7 @@ def test_the_line_said_is_the_law_s(how):
     harness = LoopHarness(BROKEN, {"how": how})
     harness.tick(0.0)
     harness.tick(0.0055)
-    text = health.describe_fault(int(harness.r.control[arrays.FAULT]), harness.r).text
+    text = health.describe_fault(int(harness.r.control.fault[0]), harness.r).text
     source = BROKEN.force.function.__code__
     line = int(text.split("line ")[1].split(" ")[0])
     with open(source.co_filename, encoding="utf-8") as file:

@@ -70,10 +70,10 @@ def latched(spent, period, calls=1000, pause=0.0):
     for call in range(1, calls + 1):
         now += max(spent, period) + pause
         if tick.note_law_time(r, now, spent, period, 1):
-            assert r.control[arrays.FAULT] == arrays.SLOW_LAW
+            assert r.control.fault[0] == arrays.SLOW_LAW
             assert (r.tick.fault_value, r.tick.fault_position) == (spent, period)
             return call, now - 100.0
-    assert r.control[arrays.FAULT] == arrays.NO_FAULT
+    assert r.control.fault[0] == arrays.NO_FAULT
     return None
 
 
@@ -137,7 +137,7 @@ def lasting(monkeypatch):
 def test_a_thread_that_waited_for_a_processor_has_no_slow_law(lasting):
     harness = LoopHarness(TURNING)
     out = lasting(harness, 15.0 * MS, 0.9 * MS, 300)
-    assert harness.r.control[arrays.FAULT] == arrays.NO_FAULT
+    assert harness.r.control.fault[0] == arrays.NO_FAULT
     assert np.all(out[:, rows.APPLIED_FORCE] == 1.0)
     assert harness.r.tick.law_time == pytest.approx(0.9 * MS)
 
@@ -149,7 +149,7 @@ def test_the_tick_that_latches_a_slow_law_gives_no_force_any_more(lasting):
     np.testing.assert_array_equal(
         out[:, rows.FLAGS].astype(int) & rows.FAULT, [0, 0, 0, rows.FAULT, rows.FAULT]
     )
-    assert harness.r.control[arrays.FAULT] == arrays.SLOW_LAW
+    assert harness.r.control.fault[0] == arrays.SLOW_LAW
     assert harness.r.tick.slow_law == TURNING.force.compiled().address
 
 
@@ -161,7 +161,7 @@ def test_two_laws_that_cross_fade_have_a_period_each(lasting):
         harness.tick(0.0)
         assert harness.r.tick.blend < 1.0
         lasting(harness, spent, spent, 20)
-        assert harness.r.control[arrays.FAULT] == fault
+        assert harness.r.control.fault[0] == fault
 
 
 @pytest.mark.parametrize(("turns", "fault"), [(0, False), (47, False), (49, True)])
@@ -170,7 +170,7 @@ def test_a_call_is_charged_20_microseconds_a_turn_at_most(lasting, turns, fault)
     takes that long. The turn that leaves the loop counts, too."""
     harness = LoopHarness(TURNING, {"turns": turns})
     lasting(harness, 4.0 * MS, 4.0 * MS, 300)
-    assert harness.r.control[arrays.FAULT] == (arrays.SLOW_LAW if fault else arrays.NO_FAULT)
+    assert harness.r.control.fault[0] == (arrays.SLOW_LAW if fault else arrays.NO_FAULT)
     assert harness.r.tick.law_time == pytest.approx(0.02 * MS * (2 + turns), rel=1e-6)
 
 
@@ -206,7 +206,7 @@ def test_the_observer_asks_a_law_everywhere_but_where_a_call_takes_more_than_250
     before = r.watch.calls
     r = observed(LOOPED, {"beyond": 0.01}, 400)
     assert r.watch.calls == before  # no more are made
-    assert r.control[arrays.FAULT] == arrays.NO_FAULT
+    assert r.control.fault[0] == arrays.NO_FAULT
 
 
 @pytest.mark.parametrize(

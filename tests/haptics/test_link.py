@@ -45,11 +45,11 @@ def test_silence_of_a_second_means_gone_unless_nothing_was_heard_or_the_computer
     conn = heard()
     assert not link.board_gone(r, conn, 100.0)
     assert conn.numbers[link.QUIET] == pytest.approx(0.040)
-    assert r.control[arrays.FAULT] == arrays.NO_FAULT
+    assert r.control.fault[0] == arrays.NO_FAULT
     said = passes(heard())
     assert not any(said[:49])
     assert all(said[51:])
-    assert (r.control[arrays.FAULT], r.tick.fault_value) == (arrays.DEVICE_GONE, link.GONE_AFTER)
+    assert (r.control.fault[0], r.tick.fault_value) == (arrays.DEVICE_GONE, link.GONE_AFTER)
 
 
 OFF = int(BoardFlag.WATCHDOG)
@@ -127,9 +127,9 @@ def test_silence_is_the_lines(stepped):
 def test_why_nothing_was_answered(fault, looked, answered, cause):
     harness, conn = LoopHarness(CONSTANT), link.new_link(2e-5)
     conn.numbers[link.LOOKED_AT], conn.numbers[link.LAST_ANSWER] = looked, answered
-    conn.words[link.STARTED], harness.r.control[arrays.FAULT] = 1, fault
+    conn.words[link.STARTED], harness.r.control.fault[0] = 1, fault
     link.note_gap(harness.r, conn, 10.0)
-    assert harness.r.control[arrays.STALE_CAUSES + cause] == 1
+    assert harness.r.control.stale_causes[cause] == 1
 
 
 # --- the board's clock
@@ -167,7 +167,7 @@ def test_a_clock_may_gain_a_tenth_of_a_second_on_ours_and_as_much_as_samples_wer
     for now, time, frame[codec.LOST] in ((10.0, 1.0, 0), (10.001, 1.001 + more, lost)):
         frame[codec.BOARD_TIME] = time
         link.check_clock(r, conn, frame, now)
-    assert r.control[arrays.STALE_CAUSES + arrays.CLOCK_JUMP] == jumps
+    assert r.control.stale_causes[arrays.CLOCK_JUMP] == jumps
     assert frame[codec.BOARD_TIME] == pytest.approx(1.001 if jumps else 1.001 + more)
 
 
@@ -229,7 +229,7 @@ def test_what_the_board_counts_is_added_up(rendering):
 def test_a_slow_link_is_none_for_the_board(rendering):
     setup = rendering(values={"stiffness": 100.0})
     setup.run(5)
-    setup.engine.arrays.control[arrays.FAULT] = arrays.SLOW_LINK
+    setup.engine.arrays.control.fault[0] = arrays.SLOW_LINK
     assert setup.engine.board_refusal(wait=True) == ""
     setup.engine.set_where("board")
     setup.until(lambda: setup.engine.rendering == "board")

@@ -252,7 +252,7 @@ def test_begins_anew_when_a_stop_is_released_and_a_fault_cleared():
     out = strokes(harness, 200)
     assert not np.any(out[:30, rows.FLAGS].astype(int) & rows.ACTIVE)
     assert given(harness) > 0.1
-    harness.r.control[arrays.FAULT] = arrays.RUNAWAY
+    harness.r.control.fault[0] = arrays.RUNAWAY
     harness.tick(1e-3, 1.0)
     harness.clear_fault()
     harness.tick(1e-3)

@@ -195,7 +195,7 @@ def test_a_broken_law_is_still_stopped(how):
     row = harness.tick(0.01)
     assert row[rows.APPLIED_FORCE] == 0.0
     assert row[rows.FLAGS] == rows.FAULT
-    assert harness.r.control[arrays.FAULT] in (arrays.NOT_A_NUMBER, arrays.LAW_INDEX)
+    assert harness.r.control.fault[0] in (arrays.NOT_A_NUMBER, arrays.LAW_INDEX)
 
 
 def test_stop_and_over_speed_win():
@@ -209,7 +209,7 @@ def test_stop_and_over_speed_win():
     assert harness.run(x, effects)[-1, rows.APPLIED_FORCE] != 0.0
     row = harness.tick(0.05, 2.0)
     assert row[rows.APPLIED_FORCE] == 0.0
-    assert harness.r.control[arrays.FAULT] == arrays.OVER_SPEED
+    assert harness.r.control.fault[0] == arrays.OVER_SPEED
 
 
 # --- the ways to it

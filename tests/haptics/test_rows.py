@@ -8,6 +8,7 @@ import pytest
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.clib import load_acquire, store_release
+from hapkit_studio.haptics.record import zeros
 
 
 @compiled
@@ -24,15 +25,15 @@ def write(out, first, count):
 def write_on(out, pause):
     """Publish rows until told to stop, with rests of up to pause looks at the word between."""
     k = 0
-    while load_acquire(out.control, arrays.QUIT) == 0:
+    while load_acquire(out.control.quit, 0) == 0:
         write(out, k, 1)
         k += 1
         for _ in range(k * 37 % pause):
-            load_acquire(out.control, arrays.QUIT)
+            load_acquire(out.control.quit, 0)
 
 
 def new_ring(capacity=64):
-    return rows.new_ring(np.zeros(arrays.CONTROL, dtype=np.int64), capacity)
+    return rows.new_ring(zeros(arrays.CONTROL), capacity)
 
 
 def test_rows_come_once_and_in_order_round_and_round():
@@ -86,20 +87,20 @@ def test_each_reader_has_its_own_cursor():
 @pytest.mark.parametrize(("capacity", "pause"), [(64, 10), (256, 300), (4096, 300)])
 def test_a_writer_that_never_rests(capacity, pause):
     out = new_ring(capacity)
-    out.control[arrays.QUIT] = 1
+    out.control.quit[0] = 1
     write_on(out, pause)
-    out.control[arrays.QUIT] = 0
+    out.control.quit[0] = 0
     reader = rows.RingReader(out)
     writer = threading.Thread(target=write_on, args=(out, pause))
     writer.start()
     blocks = []
     while sum(len(block) > 0 for block in blocks) < 60:
         blocks.append(reader.read())
-    store_release(out.control, arrays.QUIT, 1)
+    store_release(out.control.quit, 0, 1)
     writer.join()
     blocks.append(reader.read())
     found = np.concatenate(blocks)
-    assert len(found) + reader.lost == out.control[arrays.HEAD]
+    assert len(found) + reader.lost == out.control.head[0]
     assert np.all(np.diff(found[:, 0]) > 0.0)
     np.testing.assert_array_equal(found[:, 1:], np.repeat(found[:, :1], rows.ROW_WIDTH - 1, axis=1))
 

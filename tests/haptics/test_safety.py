@@ -14,7 +14,7 @@ def applied(out):
 
 
 def latched(harness):
-    return int(harness.r.control[arrays.FAULT])
+    return int(harness.r.control.fault[0])
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_a_restart_keeps_stop_and_fault_but_not_a_gone_device():
     assert latched(harness) == arrays.OVER_SPEED
     assert harness.r.tick.fault_value == pytest.approx(5.0)
     assert harness.tick()[rows.FLAGS] == rows.STOPPED | rows.FAULT
-    harness.r.control[arrays.FAULT] = arrays.DEVICE_GONE
+    harness.r.control.fault[0] = arrays.DEVICE_GONE
     harness.stop(False)
     arrays.restart(harness.r, 0.0)
     np.testing.assert_allclose(applied(harness.ticks(0.03)), FADED_IN, rtol=1e-9)
@@ -130,7 +130,7 @@ def test_a_silent_sensor_recovers_by_itself_after_100_ms():
     tick.mark_stale(harness.r, 100.0, arrays.NO_SAMPLE)
     assert harness.r.tick.applied == 0.0
     assert recovered(harness.ticks(0.2)) in (100, 101)
-    assert harness.r.control[arrays.STALE_COUNT] == 1
+    assert harness.r.control.stale_count[0] == 1
     assert latched(harness) == arrays.NO_FAULT
 
 
@@ -140,7 +140,7 @@ def test_frames_that_trickle_are_no_recovery():
     for k in range(20):
         tick.mark_stale(harness.r, 100.0 + 0.025 * k, arrays.NO_SAMPLE)
         assert harness.tick(period=0.025)[rows.APPLIED_FORCE] == 0.0
-    assert harness.r.control[arrays.STALE_COUNT] == 1
+    assert harness.r.control.stale_count[0] == 1
     assert recovered(harness.ticks(0.2)) in (99, 100)
 
 
@@ -167,7 +167,7 @@ def test_three_silences_in_ten_seconds_latch(times, latches):
         last = k == len(times) - 1
         assert latched(harness) == (arrays.STALE_SENSOR if latches and last else arrays.NO_FAULT)
         out = harness.ticks(0.15)
-    assert harness.r.control[arrays.STALE_COUNT] == len(times)
+    assert harness.r.control.stale_count[0] == len(times)
     assert bool(applied(out)[-1]) is not latches
 
 

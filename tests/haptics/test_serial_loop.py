@@ -144,7 +144,7 @@ def test_a_silent_board_gets_zero_and_comes_back_with_a_fade(stepped):
     assert engine.health().stale
     assert board.received[-1] == Force(0, 0, 0.0)
     assert not board.say(samples(*range(40, 139)))[:, rows.APPLIED_FORCE].any()
-    assert engine.arrays.control[arrays.STALE_COUNT] == 1
+    assert engine.arrays.control.stale_count[0] == 1
     back = board.say(samples(*range(139, 174)))[:, rows.APPLIED_FORCE]
     np.testing.assert_allclose(back[1:31], np.arange(1, 31) / 30.0, rtol=1e-9)
 
@@ -249,8 +249,8 @@ def test_both_loops_give_the_same():
         conn, out = link.new_link(QUANTUM), rows.new_ring(harness.r.control, 1024)
         reader = rows.RingReader(out)
         sent = loop(harness.r, conn, out, data)
-        assert harness.r.control[arrays.FAULT] == arrays.DEVICE_GONE
-        return reader.read(), Decoder().feed(sent), harness.r.control[arrays.STALE_COUNT]
+        assert harness.r.control.fault[0] == arrays.DEVICE_GONE
+        return reader.read(), Decoder().feed(sent), harness.r.control.stale_count[0]
 
     for _ in range(ATTEMPTS):
         (one, sent, late), (other, also_sent, also_late) = played(by_file), played(by_port)
@@ -280,7 +280,7 @@ def test_a_board_that_is_pulled_or_falls_silent_ends_the_loop_in_words(kind, pul
         wait_until(lambda: not engine.health().running)
         assert pulled or "has sent nothing for 1 s" in engine.health().message
         assert engine.fault.code == arrays.DEVICE_GONE
-        assert engine.arrays.control[arrays.DONE] == 1
+        assert engine.arrays.control.done[0] == 1
     finally:
         engine.close()
 
@@ -311,7 +311,7 @@ class Direct:
         serial_loop.run(self.r, self.conn, self.out, self.late, fd)
 
     def close(self):
-        self.r.control[arrays.QUIT] = 1
+        self.r.control.quit[0] = 1
         if self.thread.ident:
             self.thread.join(PATIENCE)
         self.near.close()
@@ -331,11 +331,11 @@ def ended(line_ends):
         if line_ends:
             direct.far.shutdown(socket.SHUT_WR)
         direct.thread.start()
-        wait_until(lambda: direct.r.control[arrays.HEAD] == 60)
-        direct.r.control[arrays.QUIT] = not line_ends
+        wait_until(lambda: direct.r.control.head[0] == 60)
+        direct.r.control.quit[0] = not line_ends
         direct.thread.join(PATIENCE)
         assert not direct.thread.is_alive()
-        return Decoder().feed(direct.far.recv(65536)), direct.r.control[arrays.FAULT]
+        return Decoder().feed(direct.far.recv(65536)), direct.r.control.fault[0]
 
 
 @pytest.mark.parametrize(("line_ends", "fault"), [(True, arrays.DEVICE_GONE), (False, arrays.NO_FAULT)])
@@ -353,8 +353,8 @@ def test_a_closed_descriptor_ends_the_loop(direct):
     fd = os.dup(direct.near.fileno())
     os.close(fd)
     direct.run(fd)
-    assert direct.r.control[arrays.FAULT] == arrays.DEVICE_GONE
-    assert direct.r.control[arrays.DONE] == 1
+    assert direct.r.control.fault[0] == arrays.DEVICE_GONE
+    assert direct.r.control.done[0] == 1
 
 
 def test_a_silent_line_costs_next_to_nothing(direct):
@@ -375,7 +375,7 @@ def test_a_pulled_pseudo_terminal_leaves_the_processor_idle(direct):
     thread.join(PATIENCE)
     assert not thread.is_alive()
     assert time.process_time() - used < 0.5
-    assert direct.r.control[arrays.FAULT] == arrays.DEVICE_GONE
+    assert direct.r.control.fault[0] == arrays.DEVICE_GONE
     os.close(fds[1])
 
 
@@ -385,11 +385,11 @@ def test_a_machine_that_keeps_up_again_can_be_cleared(direct):
     passes = most + 1
     for _ in range(3):
         passes = serial_loop.hold_back(direct.r, clock.now(), passes) + 1
-        assert control[arrays.FAULT] == arrays.RUNAWAY
+        assert control.fault[0] == arrays.RUNAWAY
     assert passes == most + 4
-    control[arrays.FAULT] = arrays.NO_FAULT
+    control.fault[0] = arrays.NO_FAULT
     assert serial_loop.hold_back(direct.r, clock.now(), passes) == 0
-    assert control[arrays.FAULT] == arrays.NO_FAULT
+    assert control.fault[0] == arrays.NO_FAULT
 
 
 def test_a_flood_without_end_is_demoted_and_latched(direct):
@@ -402,7 +402,7 @@ def test_a_flood_without_end_is_demoted_and_latched(direct):
 
     direct.thread = threading.Thread(target=run)
     direct.thread.start()
-    wait_until(lambda: direct.r.control[arrays.FAULT] == arrays.RUNAWAY)
+    wait_until(lambda: direct.r.control.fault[0] == arrays.RUNAWAY)
     wait_until(lambda: os.sched_getscheduler(direct.tid) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER)
     assert share_of_processor(direct.thread) < 0.5
     direct.close()
@@ -433,8 +433,8 @@ def run(port):
     out = rows.new_ring(harness.r.control, 1024)
     reader = rows.RingReader(out)
     serial_loop.run_portable(harness.r, conn, out, health.new_histogram(), port.read, port.write)
-    assert harness.r.control[arrays.FAULT] == arrays.DEVICE_GONE
-    assert harness.r.control[arrays.DONE] == 1
+    assert harness.r.control.fault[0] == arrays.DEVICE_GONE
+    assert harness.r.control.done[0] == 1
     return reader.read(), Decoder().feed(port.written)
 
 

@@ -10,7 +10,7 @@ from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
 from hapkit_studio.dynamics.loop_settings import LoopSettings
-from hapkit_studio.haptics import arrays, headless, rows, survey
+from hapkit_studio.haptics import headless, rows, survey
 
 EVERY = survey.Limits(math.inf, survey.NEVER_STILL, survey.NEVER_FAINT, survey.NEVER_SMALL)
 PART = 40
@@ -71,7 +71,7 @@ def test_a_rig_brought_back_is_a_new_one():
     new, still, new_flat = survey.packed(*scene.prepare())
     made = flat.copy()
     headless.run_batch(r, body, np.array([0.1, 1.0, 9.0]), np.ones(301), np.ones(300), headless.new_rows(300))
-    assert r.control[arrays.FAULT] != 0
+    assert r.control.fault[0] != 0
     render_nothing(r, body, flat, made)
     render_nothing(new, still, new_flat, made)
     assert np.array_equal(flat, new_flat)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hapkit_studio.haptics import arrays, rows
+from hapkit_studio.haptics import rows
 from tests.haptics.support import CONSTANT, COUNTING, FADE, LoopHarness
 
 
@@ -135,9 +135,9 @@ def test_another_estimator_makes_no_jump_in_the_velocity(change):
 def test_settings_are_accepted_once_in_force():
     harness = LoopHarness(CONSTANT, level(1.0), generation=7)
     harness.tick()
-    assert harness.r.control[arrays.ACCEPTED] == 7
+    assert harness.r.control.accepted[0] == 7
     harness.set(COUNTING, generation=8)
     harness.ticks(0.029)
-    assert harness.r.control[arrays.ACCEPTED] == 7
+    assert harness.r.control.accepted[0] == 7
     harness.ticks(0.002)
-    assert harness.r.control[arrays.ACCEPTED] == 8
+    assert harness.r.control.accepted[0] == 8

@@ -170,7 +170,7 @@ def test_another_device_goes_on_in_the_same_recording(engine, recorder, tmp_path
 def test_a_fault_is_noted_with_its_reason(engine, recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     wait_until(lambda: recorder.progress.samples > 0)
-    engine.arrays.control[arrays.FAULT] = arrays.DEVICE_GONE
+    engine.arrays.control.fault[0] = arrays.DEVICE_GONE
     assert hs.open_session(recorder.stop()).faults == (engine.fault.text,)
 
 

@@ -167,7 +167,7 @@ def compile_boards(*_keys: str) -> None:
     from hapkit_studio.haptics import arrays, block, health, link, rows, serial_loop
 
     r = arrays.new_arrays(block.new_block())
-    r.control[arrays.QUIT] = 1
+    r.control.quit[0] = 1
     out, late = rows.new_ring(r.control, 2), health.new_histogram()
     serial_loop.run(r, link.new_link(_QUANTUM), out, late, _NO_FILE)
 

@@ -10,7 +10,6 @@ from hapkit_studio.analysis.zwidth.result import Protocol
 from hapkit_studio.cli import main
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import LoopSettings
-from hapkit_studio.haptics import arrays
 
 
 def run(capsys, *words):
@@ -78,4 +77,4 @@ def test_ctrl_c_closes_the_device(capsys, measured):
     code, out, _ = run(capsys, "--device", "simulated")
     assert (code, out) == (130, "")
     assert not measured["engine"].health().running
-    assert measured["engine"].arrays.control[arrays.DONE] == 1  # the loop's last action: a zero command
+    assert measured["engine"].arrays.control.done[0] == 1  # the loop's last action: a zero command

@@ -123,11 +123,11 @@ def cancel(engine):
 
 
 def fail(engine):
-    store_release(engine.arrays.control, arrays.FAULT, arrays.OVER_SPEED)
+    store_release(engine.arrays.control.fault, 0, arrays.OVER_SPEED)
 
 
 def quit_loop(engine):
-    store_release(engine.arrays.control, arrays.QUIT, 1)
+    store_release(engine.arrays.control.quit, 0, 1)
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def test_a_link_too_slow_for_the_computer_offers_the_board_and_other_faults_do_n
     latch(engine.arrays, arrays.OVER_SPEED, 3.4, 0.0)
     board_window.live.look()
     assert list(ways_on(board_window, "fault")) == ["Clear fault"]
-    store_release(engine.arrays.control, arrays.FAULT, arrays.NO_FAULT)
+    store_release(engine.arrays.control.fault, 0, arrays.NO_FAULT)
     latch(engine.arrays, arrays.SLOW_LINK, 0.032, 0.025)
     board_window.live.look()
     notice = board_window.banners.get("fault")
@@ -101,9 +101,9 @@ def test_a_delay_that_nobody_can_measure_is_said_while_forces_go_out(board_windo
     assert told() is None
     studio.release_stop()
     control = studio.engine.arrays.control
-    store_release(control, arrays.FAULT, arrays.OVER_SPEED)
+    store_release(control.fault, 0, arrays.OVER_SPEED)
     assert told() is None
-    store_release(control, arrays.FAULT, arrays.NO_FAULT)
+    store_release(control.fault, 0, arrays.NO_FAULT)
     assert told().title == "The delay of the link cannot be measured."
     assert list(ways_on(window, "delay")) == [WAY_OUT]
     measure(window, 1e-3)
