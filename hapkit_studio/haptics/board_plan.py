@@ -15,7 +15,7 @@ from hapkit_studio.dynamics import estimators, nominal
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import LawError, ParameterError
-from hapkit_studio.haptics import block, link
+from hapkit_studio.haptics import block
 from hapkit_studio.haptics.link import Link
 from hapkit_studio.laws.law import Law
 from hapkit_studio.laws.machine import FRAME, RAMP, REST_AT_MOST, Refusal
@@ -269,8 +269,8 @@ def tell_link(line: Link, settings: Settings, pwm_top: int) -> None:
     line.motor[: pwm_top + 1] = motor_forces(settings, pwm_top)
     body = Board(**{w.name: getattr(settings, w.name) for w in Board.layout()}).pack()
     line.settings[:] = np.frombuffer(body, np.uint8)
-    line.words[link.CONFIGURABLE] = 1
-    line.words[link.CALIBRATED] = settings.origin == Origin.STORED
+    line.state.configurable = 1
+    line.state.calibrated = settings.origin == Origin.STORED
 
 
 def motor_forces(kit: Settings, top: int) -> np.ndarray:

@@ -39,9 +39,9 @@ class Driver:
 
     def refusal(self, plan: BoardPlan) -> str:
         """Return in one line why the device has refused to render what it was sent, "" if it has not."""
-        words = self.conn.words
-        refused = words[link.REFUSED] == plan.code_id
-        return board_plan.refusal_text(int(words[link.REFUSAL])) if refused else ""
+        state = self.conn.state
+        refused = state.refused == plan.code_id
+        return board_plan.refusal_text(int(state.refusal)) if refused else ""
 
     def move_hand(self, target: float | None, grip: str) -> None:
         """Move the hand on the handle, where the device has one."""
@@ -87,7 +87,7 @@ class SerialDriver(Driver):
         if not r.control.quit[0]:
             self.device.start_stream()
         self._loop(r, out, late)
-        if self.conn.numbers[link.QUIET] >= link.GONE_AFTER:
+        if self.conn.state.quiet >= link.GONE_AFTER:
             words = silent(self.device.name, link.GONE_AFTER)
             raise DeviceError(f"{words} Force is zero. Looking again every second.")
 

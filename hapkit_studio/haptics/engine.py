@@ -251,7 +251,7 @@ class Engine:
     @property
     def rendering(self) -> str:
         """Return who renders at this moment; while one hands over to the other, the computer."""
-        on_board = self.driver is not None and self.driver.conn.words[link.HANDOVER] == link.ON_BOARD
+        on_board = self.driver is not None and self.driver.conn.state.handover == link.ON_BOARD
         return BOARD if on_board else COMPUTER
 
     @property
@@ -349,7 +349,7 @@ class Engine:
 
     def missed_of(self, where: str) -> int:
         """Return how many ticks one of them has missed: answers too late, or ticks that the board skipped."""
-        skipped = 0 if self.driver is None else int(self.driver.conn.words[link.SKIPPED])
+        skipped = 0 if self.driver is None else int(self.driver.conn.state.skipped)
         return skipped if where == BOARD else max(int(self.arrays.control.missed[0]) - skipped, 0)
 
     # --- the board
@@ -410,7 +410,7 @@ class Engine:
             return False
         if self.driver is None or self.rendering != BOARD:
             return True
-        told = r.settings.code_id == self.driver.conn.words[link.CODE_ID]
+        told = r.settings.code_id == self.driver.conn.state.code_id
         return bool(told and r.settings.board_law == r.settings.law)
 
     @property

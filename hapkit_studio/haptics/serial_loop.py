@@ -41,7 +41,7 @@ def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> i
     count = codec.feed(conn.reader, conn.buffer, conn.data, size, conn.samples)
     now, length, skipped = clock.now(), 0, 0
     if count > 0:
-        conn.numbers[link.QUIET] = 0.0
+        conn.state.quiet = 0.0
     for k in range(count):
         sample = conn.samples[k]
         link.check_clock(r, conn, sample, now)
@@ -71,7 +71,7 @@ def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> i
 @internal
 def has_no_time_for(r: LoopArrays, conn: Link, sample: np.ndarray, older: int) -> bool:
     """Return whether the law, as slow as at the last sample, has no time for samples before the newest."""
-    if sample[codec.KIND] != codec.SAMPLE or not conn.words[link.LAST_WAS_SAMPLE]:
+    if sample[codec.KIND] != codec.SAMPLE or not conn.state.last_was_sample:
         return False
     each = r.tick.law_time
     return each > r.settings.period or older * each > CATCH_UP
@@ -83,28 +83,28 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
 
     What comes while the board takes over another zero is not: nobody knows which zero it counts from.
     """
-    words = conn.words
+    state = conn.state
     count_errors(r, conn, conn.samples[k])
     if conn.samples[k, codec.KIND] == codec.TELEMETRY:
-        words[link.LAST_WAS_SAMPLE] = 0
+        state.last_was_sample = 0
         board_rendering.show(r, conn, out, k, now)
         return True
-    if words[link.HANDOVER] == link.SENDING_SETTINGS or words[link.HANDOVER] == link.SENDING_LAW:
+    if state.handover == link.SENDING_SETTINGS or state.handover == link.SENDING_LAW:
         # a board that takes over settings or checks a law leaves a sample out: the line lost none
         conn.reader[codec.LOST_FRAMES] -= int(conn.samples[k, codec.LOST])
-    if words[link.HANDOVER] == link.SENDING_SETTINGS:
-        words[link.LEFT_OUT], words[link.LAST_WAS_SAMPLE] = 1, 0
+    if state.handover == link.SENDING_SETTINGS:
+        state.left_out, state.last_was_sample = 1, 0
         return False
-    if words[link.HANDOVER] == link.RETURNING:
-        words[link.HANDOVER], words[link.LAST_WAS_SAMPLE] = link.ON_COMPUTER, 0
-    elif words[link.HANDOVER] == link.ON_BOARD:  # the board has lost its law
-        words[link.HANDOVER], words[link.LAW_DUE] = link.SENDING_LAW, 1
-    if not words[link.LAST_WAS_SAMPLE]:
+    if state.handover == link.RETURNING:
+        state.handover, state.last_was_sample = link.ON_COMPUTER, 0
+    elif state.handover == link.ON_BOARD:  # the board has lost its law
+        state.handover, state.law_due = link.SENDING_LAW, 1
+    if not state.last_was_sample:
         # the computer's tick goes on from the motion as the board saw it
         link.resume(r, conn, conn.samples[k, codec.COUNT], r.tick.velocity)
         conn.forces[:] = 0.0
-        conn.numbers[link.EFFECT] = 0.0
-        words[link.LAST_WAS_SAMPLE] = 1
+        conn.state.effect = 0.0
+        state.last_was_sample = 1
     link.render(r, conn, out, k, now)
     return True
 
@@ -112,17 +112,17 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
 @internal
 def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
     """Add up what the board counts in a byte: forces refused as too old, frames that it could not read."""
-    words = conn.words
+    state = conn.state
     errors, stale = int(sample[codec.RX_ERRORS]), int(sample[codec.STALE])
-    if words[link.STARTED] and sample[codec.KIND] == codec.SAMPLE:
-        more = (stale - words[link.STALE_TOLD]) & 0xFF
+    if state.started and sample[codec.KIND] == codec.SAMPLE:
+        more = (stale - state.stale_told) & 0xFF
         store_release(r.control.stale_forces, 0, r.control.stale_forces[0] + more)
-    if words[link.STARTED]:
-        more = (errors - words[link.ERRORS_TOLD]) & 0xFF
+    if state.started:
+        more = (errors - state.errors_told) & 0xFF
         store_release(r.control.board_errors, 0, r.control.board_errors[0] + more)
-    words[link.ERRORS_TOLD] = errors
+    state.errors_told = errors
     if sample[codec.KIND] == codec.SAMPLE:
-        words[link.STALE_TOLD] = stale
+        state.stale_told = stale
 
 
 @internal
@@ -132,14 +132,14 @@ def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
     While the board renders, a latched fault stops it as well. An added delay answers a sample of so many
     periods ago.
     """
-    words, length, stopped = conn.words, 0, load_acquire(r.control.stop, 0)
-    conn.numbers[link.LAST_ANSWER] = now
-    if words[link.HANDOVER] != link.ON_COMPUTER and load_acquire(r.control.fault, 0) != arrays.NO_FAULT:
+    state, length, stopped = conn.state, 0, load_acquire(r.control.stop, 0)
+    conn.state.last_answer = now
+    if state.handover != link.ON_COMPUTER and load_acquire(r.control.fault, 0) != arrays.NO_FAULT:
         stopped = 1
-    if stopped != words[link.SENT_STOP]:
-        words[link.SENT_STOP] = stopped
+    if stopped != state.sent_stop:
+        state.sent_stop = stopped
         if not stopped:
-            words[link.LAW_DUE] = 1  # its state has gone on meanwhile
+            state.law_due = 1  # its state has gone on meanwhile
         length = codec.encode_simple(conn.frame, codec.STOP if stopped else codec.RELEASE)
     if not link.computer_answers(conn):
         return length + board_rendering.answer(r, conn, k, now, conn.frame[length:])
@@ -157,8 +157,8 @@ def answer_silence(r: LoopArrays, conn: Link) -> int:
     now = clock.now()
     if not link.note_gap(r, conn, now):
         return 0
-    conn.numbers[link.LAST_ANSWER] = now
-    if conn.words[link.HANDOVER] < link.SENDING_LAW:
+    conn.state.last_answer = now
+    if conn.state.handover < link.SENDING_LAW:
         return encode_zero(conn)
     return codec.encode_simple(conn.frame, law_frames.HELLO_REQUEST)
 
@@ -170,7 +170,7 @@ def encode_zero(conn: Link) -> int:
     Told twice the board does so at once; told once it lets its force go out over 30 ms.
     """
     length = 0
-    if conn.words[link.HANDOVER] >= link.SENDING_LAW:
+    if conn.state.handover >= link.SENDING_LAW:
         length = codec.encode_simple(conn.frame, law_frames.LEAVE)
         length += codec.encode_simple(conn.frame[length:], law_frames.LEAVE)
     return length + codec.encode_force(conn.frame[length:], 0, 0, 0.0)
@@ -222,7 +222,7 @@ def hold_back(r: LoopArrays, before: float, hurried: int) -> int:
 def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None:
     """Own the calling thread until told to quit or the line ends; the last act is a zero command."""
     adopt(r, 0.0)
-    conn.numbers[link.LAST_ANSWER] = clock.now()
+    conn.state.last_answer = clock.now()
     hurried = 0
     while load_acquire(r.control.quit, 0) == 0:
         before = clock.now()
@@ -278,7 +278,7 @@ def run_portable(
             write(conn.frame[:size].tobytes())
 
     adopt(r, 0.0)
-    conn.numbers[link.LAST_ANSWER] = clock.now()
+    conn.state.last_answer = clock.now()
     try:
         while not load_acquire(r.control.quit, 0):
             data = np.frombuffer(read(STALE_AFTER), dtype=np.uint8)

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hapkit_studio.haptics import link
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.framing import crc16, encode
 from hapkit_studio.protocol.messages import Law, Leave, Piece, Sample, Stream, Telemetry, Tune
@@ -128,7 +127,7 @@ class BoardSetup:
     def excuse_over(self):
         """Let the time pass in which what the board latched before it was told to forget is excused."""
         self.run(1)
-        self.engine.driver.conn.numbers[link.EXCUSED] = 0.0
+        self.engine.driver.conn.state.excused = 0.0
 
     def go(self, rate=None):
         """Let the board render; return the rows until it does."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.port_errors import no_answer
-from hapkit_studio.haptics import clock, drivers, link, serial_loop
+from hapkit_studio.haptics import clock, drivers, serial_loop
 from hapkit_studio.haptics import engine as engine_module
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.tick import adopt
@@ -71,7 +71,7 @@ class SteppedBoard(HapkitBoard):
         _, conn, _, _ = self._loop
         data, self._reply = self._reply + data, b""
         conn.data[: len(data)] = np.frombuffer(data, dtype=np.uint8)
-        conn.numbers[link.LAST_ANSWER] = clock.now() - late if late else math.inf
+        conn.state.last_answer = clock.now() - late if late else math.inf
         self.hear(conn, serial_loop.take(*self._loop, len(data)))
         return self._reader.read()
 
@@ -82,7 +82,7 @@ class SteppedBoard(HapkitBoard):
     def fall_silent(self):
         """Let the loop look, in time, and find that nothing has come for too long."""
         r, conn, _, _ = self._loop
-        conn.numbers[link.LAST_ANSWER], conn.numbers[link.LOOKED_AT] = 0.0, math.inf
+        conn.state.last_answer, conn.state.looked_at = 0.0, math.inf
         self.hear(conn, serial_loop.answer_silence(r, conn))
 
     def hear(self, conn, size):

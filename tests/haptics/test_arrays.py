@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.haptics import arrays, block
+from hapkit_studio.haptics import arrays, block, link
 
 
-@pytest.mark.parametrize("dtype", [arrays.TICK, arrays.WATCH, arrays.LIMIT, arrays.CONTROL, block.SETTINGS])
+@pytest.mark.parametrize(
+    "dtype", [arrays.TICK, arrays.WATCH, arrays.LIMIT, arrays.CONTROL, block.SETTINGS, link.STATE]
+)
 def test_no_field_has_the_name_of_an_attribute_of_numpy_s_records(dtype):
     """A field named flags or real would be read as the record's own attribute."""
     assert not set(dtype.fields) & set(dir(np.record))

@@ -9,7 +9,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.dynamics.estimators import design
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import arrays, link, rows
+from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.laws import board
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.messages import (
@@ -220,13 +220,13 @@ def test_the_law_in_force_is_told_and_changes_are_one_constant_more(rendering):
     setup.engine.set_parameter("stiffness", 120.0)
     setup.compiled()
     setup.until(lambda: len(setup.told(Tune)) == 1)
-    numbers = setup.engine.driver.conn.numbers
-    numbers[link.TUNED_AT] = math.inf  # just now, for as long as the test takes
+    state = setup.engine.driver.conn.state
+    state.tuned_at = math.inf  # just now, for as long as the test takes
     setup.engine.set_parameter("stiffness", 130.0)
     setup.compiled()
     setup.run(20)
     assert len(setup.told(Tune)) == 1
-    numbers[link.TUNED_AT] = 0.0
+    state.tuned_at = 0.0
     setup.until(lambda: setup.kit.tuned)
     setup.engine.move_hand(0.01)
     setup.run(80)

@@ -38,13 +38,13 @@ def test_silence_of_a_second_means_gone_unless_nothing_was_heard_or_the_computer
         conn = link.new_link(1.0)
         lateness(conn, 54.0, 1.0)
         link.board_gone(r, conn, 54.0)
-        conn.numbers[link.QUIET] = 0.0
+        conn.state.quiet = 0.0
         return conn
 
     assert not any(passes(link.new_link(1.0)))
     conn = heard()
     assert not link.board_gone(r, conn, 100.0)
-    assert conn.numbers[link.QUIET] == pytest.approx(0.040)
+    assert conn.state.quiet == pytest.approx(0.040)
     assert r.control.fault[0] == arrays.NO_FAULT
     said = passes(heard())
     assert not any(said[:49])
@@ -126,8 +126,8 @@ def test_silence_is_the_lines(stepped):
 )
 def test_why_nothing_was_answered(fault, looked, answered, cause):
     harness, conn = LoopHarness(CONSTANT), link.new_link(2e-5)
-    conn.numbers[link.LOOKED_AT], conn.numbers[link.LAST_ANSWER] = looked, answered
-    conn.words[link.STARTED], harness.r.control.fault[0] = 1, fault
+    conn.state.looked_at, conn.state.last_answer = looked, answered
+    conn.state.started, harness.r.control.fault[0] = 1, fault
     link.note_gap(harness.r, conn, 10.0)
     assert harness.r.control.stale_causes[cause] == 1
 
@@ -176,9 +176,9 @@ def test_a_clock_that_passes_its_32_bits_or_runs_on_while_the_computer_is_away_h
     begin = (1 << 32) - 5_000
     found = board.say_one_by_one(at(k, begin + 1000 * k) for k in range(10))
     assert times(found) == [begin + 1000 * k for k in range(10)]
-    n = engine.driver.conn.numbers
-    n[link.CLOCK_AT] -= 3.0
-    n[link.CLOCK_AHEAD] -= 3.0  # the computer's clock has gone on by 3 s, and so has the board's
+    state = engine.driver.conn.state
+    state.clock_at -= 3.0
+    state.clock_ahead -= 3.0  # the computer's clock has gone on by 3 s, and so has the board's
     found = board.say(at(10, begin + 3_010_000))
     assert times(found) == [begin + 3_010_000]
     assert engine.clock_jumps == 0

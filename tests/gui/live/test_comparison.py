@@ -48,7 +48,7 @@ def watched_only_on_the_computer(window):
     phase, conn = window.centre.phase, window.studio.engine.driver.conn
     phase.choose(len(phase.plots))
     assert phase.note.isHidden()
-    conn.words[link.HANDOVER] = link.ON_BOARD
+    conn.state.handover = link.ON_BOARD
     window.comparison._look()
     assert "part of the computer's loop" in phase.note.text()
     assert phase.note.isVisibleTo(window)

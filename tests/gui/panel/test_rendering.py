@@ -145,7 +145,7 @@ def test_table_and_card_say_one_delay(board_window, qtbot, where):
     studio, card = board_window.studio, board_window.stability
     conn, index = studio.engine.driver.conn, RENDERERS.index(where)
     studio.set_loop(where=where)
-    conn.words[link.HANDOVER] = link.ON_BOARD if where == "board" else link.ON_COMPUTER
+    conn.state.handover = link.ON_BOARD if where == "board" else link.ON_COMPUTER
     for delay in (0.140e-3, 0.1449e-3, 0.1495e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
         conn.delays.values[index, :500], conn.delays.counts[index] = delay, 500
         board_window.live.look()

@@ -7,7 +7,7 @@ import pytest
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built
-from hapkit_studio.haptics import link, rows
+from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.settings import FADE_SECONDS
 from hapkit_studio.laws.board import compile as compile_for_board
 from hapkit_studio.parameters import Parameter
@@ -69,12 +69,12 @@ def handed_over(window):
     """Tell whether the board renders the law in force with the values in force."""
     clear_lateness(window.studio)
     engine = window.studio.engine
-    words, offered = engine.driver.conn.words, engine.possible_plan
-    told = offered is not None and (words[link.CODE_ID], words[link.PROGRAM_ID]) == (
+    state, offered = engine.driver.conn.state, engine.possible_plan
+    told = offered is not None and (state.code_id, state.program_id) == (
         offered.code_id,
         offered.program_id,
     )
-    return told and engine.rendering == "board" and words[link.TUNING] == 0
+    return told and engine.rendering == "board" and state.tuning == 0
 
 
 @pytest.mark.alone
