@@ -28,8 +28,8 @@ def board_window(make_window, qtbot, monkeypatch, scripted):
 
 def answered(window, qtbot):
     """Wait until it is known, and shown, what the board says to the law in force."""
-    qtbot.waitUntil(lambda: window.studio.board_answered, timeout=PATIENCE_MS)
-    window.studio._check_board_answer()
+    qtbot.waitUntil(lambda: window.studio.board_answer.known, timeout=PATIENCE_MS)
+    window.studio.board_answer.poll()
 
 
 @pytest.fixture

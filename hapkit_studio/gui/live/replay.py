@@ -91,7 +91,7 @@ class Replay(QObject):
         with suppress(ParameterError):  # an environment's file has gone meanwhile
             self._put(self._before)
         session = self.history.session
-        self.history, self._live.replaying, self._studio.trying = None, False, False
+        self.history, self._live.replaying, self._studio.permissions.temporary = None, False, False
         self._live.set_paused(False)
         self.changed.emit()
         session.close()
@@ -183,11 +183,11 @@ class Replay(QObject):
             return
         self.close()
         self.beginning.emit()
-        studio.wait_for_render()
+        studio.stop_state.wait_for_render()
         self._before = self._set = settings_of(studio)
         self._now_set, self._wanted, self.words = {}, {}, ""
         history.dividers = sorted([*history.markers, *self._environments(history)])
-        studio.trying = self._live.replaying = True
+        studio.permissions.temporary = self._live.replaying = True
         self.history = history
         self._live.set_paused(False)
         self._last = self._clock()
@@ -233,7 +233,7 @@ class Replay(QObject):
 
     def _check_locked(self, wanted: Settings) -> None:
         """Raise ParameterError where an instructor has locked what would be set."""
-        lock = self._studio.lock
+        lock = self._studio.permissions.lock
         places = ((*place, value) if place == ENVIRONMENT else place
                   for place, value in self._differing(wanted).items())  # fmt: skip
         if any(map(lock.holds, places)):

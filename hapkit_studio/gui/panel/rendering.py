@@ -226,7 +226,7 @@ class RenderingSwitch(QWidget):
         if engine is None or not board:
             self._refusal, self._cheaper, self._renderers = "", None, None
             return
-        if self._studio.board_answered and engine.board_refusal() != self._refusal:
+        if self._studio.board_answer.known and engine.board_refusal() != self._refusal:
             self._refusal, self._cheaper = engine.board_refusal(), None
         refusal, cheaper = self._refusal, self._cheaper
         self.switch.show_index(0 if refusal else RENDERERS.index(engine.where))
@@ -266,7 +266,7 @@ class RenderingSwitch(QWidget):
         engine = self._studio.engine
         if engine is None or self.isHidden() or not engine.renders_on_boards:
             return
-        if self._renderers is not None and not self._studio.board_answered:
+        if self._renderers is not None and not self._studio.board_answer.known:
             return
         self._renderers = renderers(self._studio)
         impedance = self._studio.environment.impedance
@@ -293,7 +293,7 @@ class RenderingSwitch(QWidget):
         offer = engine.driver.planner if engine.driver is not None else None
         if not self._refusal or offer is None:
             self._finder.forget()
-        elif self._studio.board_answered and isinstance(offer.known(plan_request(self._studio)), str):
+        elif self._studio.board_answer.known and isinstance(offer.known(plan_request(self._studio)), str):
             from hapkit_studio.analysis.board_alternative import RefusedRequest
 
             self._finder.ask(RefusedRequest(offer, plan_request(self._studio)))

@@ -53,7 +53,7 @@ class TwoSettings(QObject):
     @property
     def comparable(self) -> bool:
         """Say whether A and B differ in values alone, as a loop shows in many a place; not in a replay."""
-        if not self.differences or self._studio.trying:
+        if not self.differences or self._studio.temporary:
             return False
         a, b = self.kept
         return all(place[0] == "value" for place in a if a[place] != b[place])

@@ -12,8 +12,9 @@ from hapkit_studio.gui.live.time_view import SPANS
 from hapkit_studio.gui.shell import action_set
 from hapkit_studio.gui.shell.window import MainWindow
 from hapkit_studio.gui.state.lock import DEVICE
+from hapkit_studio.gui.state.permissions import QUIZ
 from hapkit_studio.gui.state.stored import StoredSettings
-from hapkit_studio.gui.state.studio import QUIZ, Studio
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.teach import demos
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -389,7 +390,7 @@ _CLASSROOM = (
     ),
     Action(
         "teach.lock", "Lock…", lambda w: w.show_lock(), enabled=_shows_values,
-        said=lambda w: "Unlock…" if w.studio.lock.places else "Lock…",
+        said=lambda w: "Unlock…" if w.studio.permissions.lock.places else "Lock…",
     ),
     Action(
         "teach.blind", "Compare A and B blind", lambda w: w.blind.begin(),

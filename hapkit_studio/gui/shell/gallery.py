@@ -20,7 +20,8 @@ from PySide6.QtWidgets import (
 
 from hapkit_studio.gui.state import environment_library
 from hapkit_studio.gui.state.own_environments import OwnEnvironments, OwnFile
-from hapkit_studio.gui.state.studio import LOCKED, Studio
+from hapkit_studio.gui.state.permissions import LOCKED
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import breakpoints, icons
 from hapkit_studio.gui.widgets.gallery_row import (
     LEAST_RAIL_ROW,
@@ -174,7 +175,7 @@ class Gallery(QScrollArea):
         """Say which environments are being prepared or locked; a click on one does not put it in force."""
         for key, row in self.rows.items():
             waiting = environment_library.WORDS.get(self._studio.readiness.state(key), "")
-            if self._studio.lock.holds(("environment", key)):
+            if self._studio.permissions.lock.holds(("environment", key)):
                 waiting = LOCKED
             if waiting != row.waiting:
                 row.set_words(row.picture, row.title, row.summary, waiting)

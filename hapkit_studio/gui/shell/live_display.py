@@ -15,7 +15,8 @@ from hapkit_studio.gui.live.live import KEPT_SECONDS, Live
 from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.shell.status_bar import StatusBar
-from hapkit_studio.gui.state.studio import BLIND, Studio
+from hapkit_studio.gui.state.permissions import BLIND
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:

@@ -111,7 +111,7 @@ class MainWindow(QMainWindow):
         Collector(self)
         self.settings = settings or StoredSettings()
         studio.device.padding = self.settings.choice("padding", 0, (0, PACKET))
-        studio.set_lock(self.settings.read(ENTRY, Lock(), Lock.read))
+        studio.permissions.set_lock(self.settings.read(ENTRY, Lock(), Lock.read))
         self.body = WindowLayout(self, self.settings)
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)

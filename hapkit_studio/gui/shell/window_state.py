@@ -71,7 +71,7 @@ class WindowState:
         self._presets.remember(settings.table(_PRESETS))
         if key in studio.environments:
             studio.choose(key)
-        studio.restored = bool(key)
+        studio.stop_state.restored = bool(key)
 
 
 def _restore_loop(studio: Studio, settings: StoredSettings) -> None:

@@ -2,19 +2,22 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.dynamics.loop_settings import FIELDS, USUAL_LOOP
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.state.board_answer import BoardAnswer
 from hapkit_studio.gui.state.device_link import Build, DeviceLink, LinkStatus, build_engine
 from hapkit_studio.gui.state.environment_library import EnvironmentLibrary, Readiness
-from hapkit_studio.gui.state.lock import DEVICE, GRIP, LOOP, Lock, Place
+from hapkit_studio.gui.state.lock import DEVICE, GRIP, LOOP, Place
+from hapkit_studio.gui.state.permissions import BLIND, Permissions
 from hapkit_studio.gui.state.recording import Recording
+from hapkit_studio.gui.state.stop_state import StopState
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
@@ -23,19 +26,15 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Fault, Health
 
-ANSWER_MS = 30
-"""How often it is looked for what the board says to a law that is being translated for it."""
 _FIRST = "wall"
-LOCKED = "Locked by the instructor"
-BLIND, QUIZ = "Hidden during the blind comparison", "Hidden during the quiz"
-"""Why values are hidden: in the first name, scene and plots as well; in the quiz those are to be seen."""
 
 
 class Studio(QObject):
     """Keeps every choice over a change of device; values are SI and checked before they are kept.
 
-    ``library`` holds the environments and their values, ``device`` the link to the device in use,
-    ``recording`` what comes from it. ``refused``: why an environment or its defaults are not put in force.
+    A facade: ``library`` holds the environments and their values, ``device`` the link to the device in use,
+    ``permissions`` what may be changed, ``stop_state`` the E-stop, ``board_answer`` how the board renders,
+    ``recording`` the recorder. ``refused``: why an environment or its defaults are not in force.
     """
 
     environment_changed = Signal()
@@ -66,29 +65,24 @@ class Studio(QObject):
         """When it was put in force, by the rows' clock in s."""
         self.readiness = Readiness(self)
         self.readiness.request_ready.connect(self.choose)
-        self.device = DeviceLink(entries, build, self._hold, self._configure, self)
+        self.permissions, self.stop_state = Permissions(self), StopState(self)
+        self.device = DeviceLink(entries, build, self.stop_state.hold, self._configure, self)
+        self.stop_state.device = self.device
         self.recording = Recording(self.device, lambda: self.environment.key, self)
         self.device.engine_changed.connect(self.engine_changed)
         self.device.link_changed.connect(self.link_changed)
         self.loop = USUAL_LOOP
-        self.stopped = False
-        self.restored = False
-        """Whether what is in force is of an earlier start, and no motor was told to render it."""
+        self.board_answer = BoardAnswer(self.device)
         self.unstable_ranges: Mapping[str, Sequence[tuple[float, float]]] = {}
         """The ranges of each parameter, SI, that are more than the loop can take, as far as is known."""
-        self.trying = False
-        """Whether what changes now is put back by what changes it, and no person's choice."""
-        self._lock = Lock()
-        self.hidden = ""
-        """Why other values are rendered than the window shows, "" where they are not."""
-        self._hidden: dict[str, float] | None = None
-        self._board_answer: tuple = ()
-        self._answer = QTimer(self, interval=ANSWER_MS, singleShot=True)
-        self._answer.timeout.connect(self._check_board_answer)
         for changed in (self.environment_changed, self.values_changed, self.loop_changed):
             changed.connect(self.settings_changed)
-        for changed in (self.values_changed, self.loop_changed, self.engine_changed):
-            changed.connect(self._answer.start)
+        for changed in (self.values_changed, self.loop_changed):
+            changed.connect(self.board_answer.poll_soon)
+        self.board_answer.changed.connect(self.loop_changed)
+        self.permissions.lock_changed.connect(self.lock_changed)
+        self.permissions.hidden_changed.connect(self.hidden_changed)
+        self.stop_state.changed.connect(self.stop_changed)
 
     def close(self) -> None:
         """Stop the loop and wait for its last zero command."""
@@ -96,32 +90,25 @@ class Studio(QObject):
         self.device.close()
         self.recording.close()
 
-    @contextmanager
-    def temporarily(self) -> Iterator[None]:
-        """Let a measurement change settings, or put them back: not a person's choice, so nothing to undo."""
-        before, self.trying = self.trying, True
-        try:
-            yield
-        finally:
-            self.trying = before
-
     # what may be changed
 
     @property
-    def lock(self) -> Lock:
-        """Return what an instructor has locked."""
-        return self._lock
+    def hidden(self) -> str:
+        """Return why other values are rendered than the window shows, "" if they are the same."""
+        return self.permissions.hidden
 
-    def set_lock(self, lock: Lock) -> None:
-        """Lock other settings, or none."""
-        self._lock = lock
-        self.lock_changed.emit()
+    @property
+    def temporary(self) -> bool:
+        """Return whether a measurement changes settings now and takes them back."""
+        return self.permissions.temporary
+
+    def temporarily(self) -> AbstractContextManager[None]:
+        """Let a measurement change settings or take them back: no person's choice, so nothing to undo."""
+        return self.permissions.temporarily()
 
     def why_fixed(self, *place: str) -> str:
-        """Say why a setting, named by its place, cannot be changed now; "" where it can."""
-        if self.trying:
-            return ""
-        return self.hidden or (LOCKED if self._lock.holds(place) else "")
+        """Return why the setting at a place cannot be changed now, "" if it can."""
+        return self.permissions.why_fixed(*place)
 
     def check_free(self, places: Iterable[Place]) -> None:
         """Raise ParameterError if one of some settings cannot be changed now."""
@@ -218,12 +205,10 @@ class Studio(QObject):
         numbers = None if values is None else self.environment.values(values)
         if numbers is not None and not self.hidden:
             self._check_values(self.environment.key, numbers)
-        before, self._hidden = self._hidden, numbers
-        self.hidden = "" if numbers is None else why
-        if before == self._hidden:
+        if not self.permissions.hide(numbers, why):
             return
         if self.engine is not None:
-            self.engine.set_environment(self.environment, self._hidden or self.values)
+            self.engine.set_environment(self.environment, numbers or self.values)
         self.hidden_changed.emit()
 
     def _check_values(self, key: str, numbers: Mapping[str, float]) -> None:
@@ -232,10 +217,10 @@ class Studio(QObject):
 
     def _set_values(self, numbers: dict[str, float]) -> None:
         self._check_values(self.environment.key, numbers)
-        if self.trying:
+        if self.temporary:
             self.hide_values(None)
         if self.engine is not None:
-            self.engine.put_values(self._hidden or numbers)
+            self.engine.put_values(self.permissions.hidden_values or numbers)
         self.values.update(numbers)
         self.values_changed.emit()
 
@@ -273,35 +258,23 @@ class Studio(QObject):
 
     # stopping
 
+    @property
+    def stopped(self) -> bool:
+        """Return whether the E-stop is latched."""
+        return self.stop_state.stopped
+
     def stop(self) -> None:
-        """Put the force to zero at the next tick, whatever else is going on."""
-        if self.engine is not None:
-            self.engine.stop()
-        if not self.stopped:
-            self.stopped = True
-            self.stop_changed.emit()
+        """Set the force to zero at the next tick, whatever else is going on."""
+        self.stop_state.stop()
 
     def release_stop(self) -> None:
-        """Let the force come back, faded in."""
-        self.restored &= not self.held
-        self.stopped = False
-        if self.engine is not None:
-            self.engine.release_stop()
-        self.stop_changed.emit()
+        """Release the E-stop; the force fades in."""
+        self.stop_state.release()
 
     @property
     def held(self) -> bool:
-        """Say whether a motor waits until a person lets it render what an earlier start has left."""
-        return self.stopped and self.engine is not None and self._waits(self.engine)
-
-    def wait_for_render(self) -> None:
-        """Let a motor wait until a person lets it render what no person has chosen."""
-        self.restored = True
-        if self.engine is not None and self._waits(self.engine):
-            self.stop()
-
-    def _waits(self, engine: "Engine") -> bool:
-        return self.restored and engine.device.motor
+        """Return True while a motor waits for *Render*."""
+        return self.stop_state.waiting
 
     @property
     def fault(self) -> "Fault | None":
@@ -333,30 +306,7 @@ class Studio(QObject):
     def note_health(self, health: "Health") -> None:
         """Notice that the device went away, or what its board answers."""
         self.device.note_health(health)
-        self._check_board_answer()  # it may have refused what it was sent
-
-    def _check_board_answer(self) -> None:
-        """Tell that the loop is another one as soon as it is known how the board would render, or why not."""
-        engine = self.engine
-        if engine is None or not engine.device.has_board:
-            return
-        if not self.board_answered:
-            self._answer.start()
-            return
-        way = engine.possible_plan
-        said = (engine.where, way and (way.rate, way.share), engine.board_refusal())
-        if said != self._board_answer:
-            self._board_answer = said
-            self.loop_changed.emit()
-
-    @property
-    def board_answered(self) -> bool:
-        """Say whether it is known how a board renders what is in force, or why not, and the loop knows it."""
-        engine = self.engine
-        if engine is None or engine.board_refusal():
-            return engine is not None
-        way = engine.possible_plan
-        return way is not None and (engine.where != "board" or engine.board_plan == way)
+        self.board_answer.poll()  # the board may have refused its law
 
     @property
     def opened(self) -> "Device | None":
@@ -385,17 +335,12 @@ class Studio(QObject):
 
     # what the device in use is told
 
-    def _hold(self, engine: "Engine") -> None:
-        """Keep the force at zero from the first tick on if the E-stop is latched, or nobody said: render."""
-        if self.stopped or self._waits(engine):
-            engine.stop()
-
     def _configure(self, engine: "Engine") -> None:
         """Tell a started engine everything that is chosen."""
-        self._hold(engine)
-        if self._waits(engine):
+        self.stop_state.hold(engine)
+        if self.stop_state.waits(engine):
             self.stop()
-        engine.set_environment(self.environment, self._hidden or self.values)
+        engine.set_environment(self.environment, self.permissions.hidden_values or self.values)
         chosen = {key: getattr(self.loop, key) for key in FIELDS}
         if engine.device.own_clock:
             del chosen["rate"]

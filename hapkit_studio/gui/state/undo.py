@@ -209,7 +209,7 @@ class UndoHistory(QObject):
             return
         last, environments = self._last, self._environments
         self._take()
-        if self.studio.trying:
+        if self.studio.temporary:
             return
         after = {
             where: value

@@ -64,7 +64,7 @@ class DemoPlayer(QObject):
     @property
     def possible(self) -> bool:
         """Say whether a demo may change every setting."""
-        return not (self._studio.hidden or self._studio.lock.places)
+        return not (self._studio.hidden or self._studio.permissions.lock.places)
 
     def play(self, demo: Demo) -> None:
         """Begin a demo, in place of another; raise ParameterError where settings are locked or hidden."""
@@ -72,7 +72,7 @@ class DemoPlayer(QObject):
             raise ParameterError("A demo cannot play while settings are locked or hidden.")
         self.end()
         self._before = self._ours = settings_of(self._studio)
-        self._studio.wait_for_render()
+        self._studio.stop_state.wait_for_render()
         self.demo, self._start, self._step, self._hand = demo, None, None, None
         self._frames.start()
         self.changed.emit()
@@ -135,7 +135,7 @@ class DemoPlayer(QObject):
 
     def _look(self) -> None:
         """End where a person has changed a setting."""
-        if self.demo is not None and not self._studio.trying and settings_of(self._studio) != self._ours:
+        if self.demo is not None and not self._studio.temporary and settings_of(self._studio) != self._ours:
             self.end()
 
     def _end_if_stopped(self) -> None:

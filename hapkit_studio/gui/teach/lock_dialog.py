@@ -23,7 +23,7 @@ class LockDialog(FormDialog):
     """Locks what is ticked with a code entered twice, or unlocks everything with the right one."""
 
     def __init__(self, studio: Studio, settings: QSettings, parent: QWidget):
-        self._open = not studio.lock.places
+        self._open = not studio.permissions.lock.places
         super().__init__("Lock" if self._open else "Unlock", _LOCK if self._open else _UNLOCK, parent)
         self._studio, self._settings = studio, settings
         self.places = QListWidget()
@@ -87,14 +87,14 @@ class LockDialog(FormDialog):
         self._put(Lock.closed(self.ticked, self.code.text()))
 
     def _unlock(self) -> None:
-        if self._studio.lock.opens(self.code.text()):
+        if self._studio.permissions.lock.opens(self.code.text()):
             self._put(Lock())
         else:
             self.verdict.say("That is not the code.", "triangle", "warn")
 
     def _put(self, lock: Lock) -> None:
         self._settings.setValue(ENTRY, lock.text())
-        self._studio.set_lock(lock)
+        self._studio.permissions.set_lock(lock)
         self.close()
 
 

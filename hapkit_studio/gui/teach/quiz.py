@@ -16,7 +16,8 @@ from hapkit_studio.gui.pages.views import Views
 from hapkit_studio.gui.panel.rows import BOX_WIDE
 from hapkit_studio.gui.panel.stability_card import StabilityCard
 from hapkit_studio.gui.state.background import Job, Progress
-from hapkit_studio.gui.state.studio import QUIZ, Studio
+from hapkit_studio.gui.state.permissions import QUIZ
+from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.numbers import NumberBox
 from hapkit_studio.gui.widgets.parts import AnswerLine, across, hint, label, primary
 from hapkit_studio.parameters import Parameter
@@ -161,7 +162,7 @@ class Quiz(QObject):
         """Return what can be asked for now, None where nothing can: locked, measured, replayed, no delay."""
         studio, card = self._studio, self._card
         wanted = asked_for(studio.environment, studio.values)
-        if wanted is None or studio.trying or card.asked() is None:
+        if wanted is None or studio.temporary or card.asked() is None:
             return None
         return None if studio.why_fixed("value", studio.environment.key, wanted.key) else wanted
 

@@ -227,9 +227,9 @@ def test_what_was_set_then_is_in_force_and_afterwards_what_was_set_before(replay
     window.replay_bar.leave.click()
     assert not window.replay_bar.isVisible()
     assert (studio.environment.key, studio.values) == ("wall", studio.environment.values())
-    assert (studio.loop.delay, studio.grip, studio.trying) == (0.0, "medium", False)
+    assert (studio.loop.delay, studio.grip, studio.temporary) == (0.0, "medium", False)
     assert not window.history.stack.count()
-    assert studio.restored
+    assert studio.stop_state.restored
 
 
 def test_what_a_person_sets_ends_it_and_is_one_step_upon_what_was_before(replay, kept_idle_window, qtbot):
@@ -416,7 +416,7 @@ def test_what_a_replay_sets_leaves_no_dividers_but_what_a_person_sets_then_does(
 
 def test_what_is_locked_is_not_set_and_the_plots_go_on(kept_idle_window, qtbot, home):
     window, studio = kept_idle_window, kept_idle_window.studio
-    studio.set_lock(Lock.closed([("environment",)], "1234"))
+    studio.permissions.set_lock(Lock.closed([("environment",)], "1234"))
     replay = opened(window, qtbot, write(home / "a.hapkit", WALL, SPRING))
     assert studio.values["stiffness"] == 700.0
     replay.seek(2.5)
@@ -424,7 +424,7 @@ def test_what_is_locked_is_not_set_and_the_plots_go_on(kept_idle_window, qtbot, 
     assert window.replay_bar.words.text().startswith("Some of it is locked")
     assert window.centre.time.shown.now["position"] == pytest.approx(2.5 * SPEED, abs=QUANTUM)
     replay.close()
-    studio.set_lock(Lock())
+    studio.permissions.set_lock(Lock())
     assert studio.values == studio.environment.values()
 
 

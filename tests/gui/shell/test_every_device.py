@@ -82,7 +82,7 @@ class Undeclared(Device):
 def test_a_device_that_declares_nothing_counts_as_a_motor_and_waits_for_render(make_window, qtbot):
     entry = DeviceEntry("undeclared", "Undeclared", Undeclared)
     studio = make_window((entry,)).studio
-    studio.wait_for_render()
+    studio.stop_state.wait_for_render()
     studio.device.open(entry)
     qtbot.waitUntil(lambda: studio.engine is not None)
     assert studio.held

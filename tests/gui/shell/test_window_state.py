@@ -36,7 +36,7 @@ def start(make_window):
 def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
     first = start()
     assert first.studio.environment.key == "wall"
-    assert not first.studio.restored
+    assert not first.studio.stop_state.restored
     first.studio.choose("friction")
     first.studio.choose("wall")
     first.studio.set_values({"stiffness": STIFFNESS, "position": -0.012, "side": 1.0})
@@ -164,7 +164,7 @@ def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_lea
     ):
         window = start_window(*options)
         assert window.studio.values["stiffness"] == before
-        assert window.studio.restored == (before == STIFFNESS)
+        assert window.studio.stop_state.restored == (before == STIFFNESS)
         window.studio.set_value("stiffness", left)
         window.close()
 
@@ -178,7 +178,7 @@ def test_the_simulated_device_does_not_wait_and_its_stop_is_no_render(start, qtb
     window.studio.stop()
     assert window.banners.banners[0].title.text() == "Stopped. Force is zero."
     window.studio.release_stop()
-    assert window.studio.restored
+    assert window.studio.stop_state.restored
 
 
 @pytest.mark.skipif(not built(), reason="the virtual board is not built")

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QAbstractSpinBox
 
 from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.gui.state.lock import DEVICE, ENTRY, LOOP, Lock
-from hapkit_studio.gui.state.studio import LOCKED
+from hapkit_studio.gui.state.permissions import LOCKED
 from hapkit_studio.gui.state.undo import settings_of
 from hapkit_studio.gui.teach.lock_dialog import LockDialog
 from tests.environments.calling import LIBRARY
@@ -32,15 +32,15 @@ def window(kept_idle_window, closed):
     """Return the file's window, locked at 900 N/m, with a step of undo from before."""
     kept_idle_window.history.forget()
     kept_idle_window.studio.set_value("stiffness", 900.0)
-    kept_idle_window.studio.set_lock(closed)
+    kept_idle_window.studio.permissions.set_lock(closed)
     yield kept_idle_window
-    kept_idle_window.studio.set_lock(Lock())
+    kept_idle_window.studio.permissions.set_lock(Lock())
     kept_idle_window.two.forget()
 
 
 def fixed(studio):
     """Return what is locked, as it is set."""
-    return {place: v for place, v in settings_of(studio).items() if studio.lock.holds(place)} | {
+    return {place: v for place, v in settings_of(studio).items() if studio.permissions.lock.holds(place)} | {
         "environment": studio.environment.key
     }
 
@@ -136,7 +136,7 @@ def test_a_padlock_stands_for_reset_and_the_value_can_be_read(window):
     assert window.gallery.rows["wall"].waiting == ""
     stiffness.show_value(800.0)
     assert not stiffness.reset.isVisible()
-    window.studio.set_lock(Lock())
+    window.studio.permissions.set_lock(Lock())
     assert stiffness.reset.isVisible()
     assert stiffness.padlock.isHidden()
     assert loop.controller.isEnabled()
@@ -152,7 +152,7 @@ def test_stopping_and_the_device_are_never_locked(window):
 
 
 def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, make_window):
-    window.studio.set_lock(Lock())
+    window.studio.permissions.set_lock(Lock())
     window.show_lock()
     dialog = sheet_of(window, LockDialog)
     dialog.others.click()
@@ -166,7 +166,7 @@ def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, ma
     window.state.save()
     again = make_window()
     again.state.restore()
-    assert again.studio.lock == window.studio.lock
+    assert again.studio.permissions.lock == window.studio.permissions.lock
     assert again.studio.values["stiffness"] == 900.0  # as it was left
     with pytest.raises(ParameterError):
         again.studio.set_value("stiffness", 250.0)
@@ -175,14 +175,14 @@ def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, ma
     for code, left in (("b", 1), ("a", 0)):
         dialog.code.setText(code)
         dialog.confirm.click()
-        assert bool(again.studio.lock.places) == left
+        assert bool(again.studio.permissions.lock.places) == left
     assert again.settings.value(ENTRY) == ""
     again.studio.set_value("stiffness", 250.0)
 
 
 def test_the_dialog_is_whole_on_a_low_screen(window):
     """A dialog gets no more than two thirds of the screen's height, here of 720; nothing may overlap then."""
-    window.studio.set_lock(Lock())
+    window.studio.permissions.set_lock(Lock())
     window.show_lock()
     dialog = sheet_of(window, LockDialog)
     dialog.resize(dialog.width(), 480)

@@ -78,7 +78,7 @@ def test_the_window_starts_with_the_default_of_a_wrong_setting_and_names_it(star
     assert notice.text.startswith(WRONG[line])
     assert "\n" not in notice.text
     assert (window.studio.values, window.studio.loop) == (LIBRARY["wall"].values(), USUAL_LOOP)
-    assert not window.studio.lock.places
+    assert not window.studio.permissions.lock.places
 
 
 def test_many_wrong_settings_are_one_notice_which_is_not_repeated_at_the_next_start(start_window):

@@ -242,12 +242,14 @@ def test_a_motor_waits_for_render_and_no_hand_moves(board_window, tmp_path):
 def test_none_plays_while_an_instructor_has_locked_a_setting(shown, tmp_path):
     studio, before = shown.studio, settings_of(shown.studio)
     shown.play_demo(written(tmp_path))
-    studio.set_lock(replace(studio.lock, places=frozenset({("value", "wall", "stiffness")})))
+    studio.permissions.set_lock(
+        replace(studio.permissions.lock, places=frozenset({("value", "wall", "stiffness")}))
+    )
     assert (shown.demos.demo, settings_of(studio)) == (None, before)
     shown.play_demo(written(tmp_path))
     assert "A demo cannot play while settings are locked or hidden." in said_in(sheet_of(shown))
     assert not shown.actions_by_key.qt["teach.open_demo"].isEnabled()
-    studio.set_lock(replace(studio.lock, places=frozenset()))
+    studio.permissions.set_lock(replace(studio.permissions.lock, places=frozenset()))
 
 
 def test_the_menu_and_the_command_line_know_the_shipped_ones(shown, start_window, capsys):

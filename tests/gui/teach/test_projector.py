@@ -190,10 +190,10 @@ def test_each_environment_keeps_the_two_values_chosen_for_it(window):
 def test_a_padlock_stands_at_what_is_locked_alone(window, projected):
     window.projector.card.rebuild()
     projected(window, SIZES[0])
-    window.studio.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
+    window.studio.permissions.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
     found = [(value.padlock.isVisible(), value.slider.isEnabled()) for value in window.projector.card.values]
     assert found == [(True, False), (False, True)]
-    window.studio.set_lock(Lock())
+    window.studio.permissions.set_lock(Lock())
     assert not window.projector.card.values[0].padlock.isVisible()
     assert window.projector.card.values[0].slider.isEnabled()
 

@@ -210,9 +210,9 @@ def test_none_begins_where_the_value_is_locked_or_something_else_has_the_scene(k
     assert window.quiz.parameter.key == "stiffness"
     with studio.temporarily():  # a measurement, a replay
         assert window.quiz.parameter is None
-    studio.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
+    studio.permissions.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
     assert window.quiz.parameter is None
-    studio.set_lock(Lock())
+    studio.permissions.set_lock(Lock())
     for part, shows in ((window.projector, "on"), (window.demos, "demo")):
         with monkeypatch.context() as patch:
             patch.setattr(part, shows, True)

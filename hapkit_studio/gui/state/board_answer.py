@@ -1,0 +1,48 @@
+"""Polls how the board renders the settings in force, or why not: laws are compiled in the background."""
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from hapkit_studio.gui.state.device_link import DeviceLink
+
+POLL_MS = 30
+
+
+class BoardAnswer(QObject):
+    """``changed``: the board's rate, its processor load or its refusal has changed."""
+
+    changed = Signal()
+
+    def __init__(self, device: DeviceLink):
+        super().__init__(device)
+        self._device = device
+        self._answer: tuple = ()
+        self._timer = QTimer(self, interval=POLL_MS, singleShot=True)
+        self._timer.timeout.connect(self.poll)
+        device.engine_changed.connect(self.poll_soon)
+
+    def poll_soon(self) -> None:
+        """Poll after POLL_MS: a setting was changed."""
+        self._timer.start()
+
+    def poll(self) -> None:
+        """Emit ``changed`` if the answer is known and differs from the last one; otherwise poll again."""
+        engine = self._device.engine
+        if engine is None or not engine.device.has_board:
+            return
+        if not self.known:
+            self._timer.start()
+            return
+        plan = engine.possible_plan
+        answer = (engine.where, plan and (plan.rate, plan.share), engine.board_refusal())
+        if answer != self._answer:
+            self._answer = answer
+            self.changed.emit()
+
+    @property
+    def known(self) -> bool:
+        """Return whether the loop in force uses what is known of the board: its plan, or its refusal."""
+        engine = self._device.engine
+        if engine is None or engine.board_refusal():
+            return engine is not None
+        plan = engine.possible_plan
+        return plan is not None and (engine.where != "board" or engine.board_plan == plan)

@@ -1,0 +1,64 @@
+"""The E-stop, and a motor that waits until a person presses *Render*."""
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from hapkit_studio.gui.state.device_link import DeviceLink
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.engine import Engine
+
+
+class StopState(QObject):
+    """Latches the E-stop over a change of device.
+
+    restored: no person has chosen the present settings since the start, so a motor waits for *Render*.
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent: QObject):
+        super().__init__(parent)
+        self.device: DeviceLink | None = None
+        self.stopped = self.restored = False
+
+    @property
+    def _engine(self) -> "Engine | None":
+        return None if self.device is None else self.device.engine
+
+    def stop(self) -> None:
+        """Set the force to zero at the next tick, until the E-stop is released."""
+        if self._engine is not None:
+            self._engine.stop()
+        if not self.stopped:
+            self.stopped = True
+            self.changed.emit()
+
+    def release(self) -> None:
+        """Release the E-stop; the force fades in."""
+        self.restored &= not self.waiting
+        self.stopped = False
+        if self._engine is not None:
+            self._engine.release_stop()
+        self.changed.emit()
+
+    @property
+    def waiting(self) -> bool:
+        """Return True while a motor waits for *Render*."""
+        return self.stopped and self._engine is not None and self.waits(self._engine)
+
+    def wait_for_render(self) -> None:
+        """Stop a motor until a person presses *Render*."""
+        self.restored = True
+        if self._engine is not None and self.waits(self._engine):
+            self.stop()
+
+    def waits(self, engine: "Engine") -> bool:
+        """Return whether an engine's motor may not render before *Render* is pressed."""
+        return self.restored and engine.device.motor
+
+    def hold(self, engine: "Engine") -> None:
+        """Keep an engine's force at zero from its first tick on if it is stopped or waits."""
+        if self.stopped or self.waits(engine):
+            engine.stop()
