@@ -133,7 +133,10 @@ def _hands(found: hands.Family, damping: float) -> list[str]:
 
 
 def _table(found: Plane) -> list[str]:
-    """Return a line of limits per damping; a row is an index and a measured column's index."""
+    """Return the lines of a table of stiffness limits, at most COLUMNS of the map's damping values.
+
+    A row is a pair of indices: into the measured arrays, and into the arrays of the whole map.
+    """
     step = max((len(found.damping) - 1) // (COLUMNS - 1), 1)
     passive, points = kb_plane.passive(found), found.points
     columns = [

@@ -70,9 +70,11 @@ def strokes(run, hand):
 
 @pytest.mark.parametrize(("rate", "delay", "estimator"), EVERY_LOOP)
 def test_it_purrs_by_the_third_pet(rate, delay, estimator):
-    """60 mm of target are 55 mm of way: at each end the hand is 0.35 or 0.63 N behind, at 200 N/m.
+    """The purr starts 31.3 mm into the third cycle of 120 mm, where the contentment reaches 0.3.
 
-    2 (3.0 - 0.8) 55 mm less 0.8 27 mm at first leave 26 mm of the third stroke, begun 5 mm late, to 0.3.
+    The target moves 60 mm per stroke and the hand 55 mm: at the ends it lags by 0.35 or 0.63 N over 200 N/m.
+    Two cycles give 2 (3.0 - 0.8) per metre times 55 mm, less 0.8 per metre times 27 mm at the start: 0.22.
+    The rest takes 26 mm at 3.0 per metre, and the hand starts the third stroke 5 mm late.
     """
     run = hs.simulate("cat", hand="pet", rate=rate, delay=delay, estimator=estimator, seconds=15.0)
     assert run.faults == ()
@@ -87,8 +89,8 @@ def test_it_swats_at_the_second_rub(rate, delay, estimator):
     run = hs.simulate("cat", hand="rub", rate=rate, delay=delay, estimator=estimator, seconds=5.0)
     assert run.faults == ()
     swatting = column(run, "swat") > 0.0
-    # −3.5 per metre: 27 mm to the head, then 55 mm each way, make −0.5 after 1.1 times there and back; near
-    # the ends the hand is slower than haste
+    # At −3.5 per metre, 27 mm to the head and 55 mm per stroke give −0.5 after 1.1 cycles; the swat comes
+    # later, because near the ends the hand is slower than FAST and ROUGH.
     assert 1.1 < strokes(run, "rub")[swatting.argmax()] < 1.4
     assert np.count_nonzero(np.diff(swatting.astype(int)) > 0) == 1
     assert not column(run, "phase").any()
