@@ -49,14 +49,14 @@ class Alternative:
 
 
 @dataclass(frozen=True)
-class Answer:
+class AlternativeResult:
     """Result of a search, None if no option feels the same."""
 
     question: RefusedRequest
     found: Alternative | None
 
 
-def find(question: RefusedRequest) -> Answer:
+def find(question: RefusedRequest) -> AlternativeResult:
     """Return the option of least cost on the board that feels the same as the refused one."""
     request = question.request
     for one in sorted(_options(question), key=lambda one: one.plan.program.usual):
@@ -64,8 +64,8 @@ def find(question: RefusedRequest) -> Answer:
         was, now = (_forces(w, one.plan.rate) for w in (request, other))
         apart, force = float(np.abs(now - was).max()), float(np.abs(was).max())
         if apart <= FELT * force:
-            return Answer(question, replace(one, apart=apart, force=force))
-    return Answer(question, None)
+            return AlternativeResult(question, replace(one, apart=apart, force=force))
+    return AlternativeResult(question, None)
 
 
 def _options(question: RefusedRequest) -> Iterator[Alternative]:

@@ -10,7 +10,7 @@ from hapkit_studio.analysis import accuracy as measure
 from hapkit_studio.analysis.accuracy import Accuracy, words
 from hapkit_studio.analysis.accuracy.needs import Needs
 from hapkit_studio.analysis.accuracy.plan import Sheet, front
-from hapkit_studio.analysis.accuracy.scene import PARTS, Option, Question, SceneResult
+from hapkit_studio.analysis.accuracy.scene import PARTS, Option, SceneRequest, SceneResult
 from hapkit_studio.charts.accuracy import EFFECT_COLUMNS, accuracy_figure, option_columns, winner_columns
 from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.commands import base
@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> Result:
         found = measure.of_needs(scenes, progress_line("scene"))
     else:
         given = base.key_values(options.parameter)
-        questions = [Question(e, e.values(given)) for e in scenes]
+        questions = [SceneRequest(e, e.values(given)) for e in scenes]
         found = measure.of_scenes(questions, progress_line("scene"))
     draw = partial(accuracy_figure, board=options.board)
     tables = [*map(_sheet, found.sheets), *map(_scene, found.scenes), *map(_needs, found.needs)]

@@ -13,8 +13,8 @@ from hapkit_studio.devices import simulated
 from hapkit_studio.dynamics.jit import compiled, inlined
 from hapkit_studio.haptics import block, headless, patience, rows
 from hapkit_studio.haptics.arrays import LoopArrays
+from hapkit_studio.haptics.cell_batch import restart
 from hapkit_studio.haptics.simulated_loop import Plant
-from hapkit_studio.haptics.survey import restart
 from hapkit_studio.laws.native import call
 
 # How a run ends: it rests, is beyond what is near, comes down from quarter to quarter for long, swings

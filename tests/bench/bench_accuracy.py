@@ -9,7 +9,7 @@ from pathlib import Path
 from hapkit_studio import environments
 from hapkit_studio.analysis import accuracy
 from hapkit_studio.analysis.accuracy import Accuracy, scene
-from hapkit_studio.analysis.accuracy.scene import Question, SceneResult
+from hapkit_studio.analysis.accuracy.scene import SceneRequest, SceneResult
 from hapkit_studio.charts.accuracy import accuracy_figure
 from hapkit_studio.parameters import Parameter
 from tests.bench.frame import Row
@@ -22,7 +22,7 @@ MOST = {"work-precision of all methods": 90.0, "all scenes in parts": 60.0, "the
 def run(folder: Path | None = None) -> list[Row]:
     """Return the times; draw accuracy-<part>.png if a folder is given."""
     library, times = list(environments.discover().values()), [time.perf_counter()]
-    questions = [Question(e, e.values()) for e in library]
+    questions = [SceneRequest(e, e.values()) for e in library]
     methods = accuracy.of_methods()
     times.append(time.perf_counter())
     scenes = accuracy.of_scenes(questions).scenes

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.verdict import Asked, verdict
+from hapkit_studio.analysis.stability.verdict import VerdictInput, verdict
 from hapkit_studio.charts import style
 from hapkit_studio.dynamics.hand import Hand, grip_named
 from hapkit_studio.dynamics.loop_settings import LoopSettings
@@ -22,7 +22,7 @@ STIFFNESS = {"calm": 100.0, "near the limit": 320.0, "above": 500.0, "buzzing": 
 PUSHES = (0.5e-3, 6e-3)  # m, below and above the boundary of 500 N/m
 
 
-def scenes() -> dict[str, tuple[Asked, str]]:
+def scenes() -> dict[str, tuple[VerdictInput, str]]:
     """Return eight scenes, with and without friction, held and released, and the hand of the drawn motion."""
     spring, found = environments.named("spring"), {}
     for name, stiffness in STIFFNESS.items():
@@ -30,11 +30,11 @@ def scenes() -> dict[str, tuple[Asked, str]]:
             setting = LoopSettings(delay=LATE, hand=hand, coulomb=LoopSettings.coulomb if friction else 0.0)
             what = f"{name}, {stiffness:,.0f} N/m, {'held lightly' if hand == 'light' else 'let go'}"
             words = what if friction else f"{what}, no dry friction"
-            found[words] = Asked(spring, spring.values({"stiffness": stiffness}), setting), hand
+            found[words] = VerdictInput(spring, spring.values({"stiffness": stiffness}), setting), hand
     return found
 
 
-def motion(asked: Asked, push: float) -> np.ndarray:
+def motion(asked: VerdictInput, push: float) -> np.ndarray:
     """Return the position (n,) in m of a handle released at rest at a push in m, in the setting's hand."""
     scene, grip = asked.scene, grip_named(asked.setting.hand)
     scene = replace(scene, device=replace(scene.device, initial_position=push))
@@ -57,7 +57,7 @@ def draw(path: Path, mode: str) -> None:
     figure.savefig(path, dpi=100, facecolor=c.surface)
 
 
-def seconds(asked: Asked) -> float:
+def seconds(asked: VerdictInput) -> float:
     """Return the time of one verdict in s."""
     start = time.perf_counter()
     verdict(asked)

@@ -4,7 +4,7 @@ import numpy as np
 
 from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.dynamics.loop_settings import LoopSettings
-from hapkit_studio.haptics import survey
+from hapkit_studio.haptics import cell_batch
 
 
 def _glide(
@@ -39,25 +39,29 @@ def by_steps(what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> 
     return verdict
 
 
-def _let_go(what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray, start: float) -> survey.Found:
+def _let_go(
+    what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray, start: float
+) -> cell_batch.CellResults:
     """Step every cell from rest at a start in m, until it is lost or has rested for a part of the time."""
     count = stiffness.size
-    found = survey.Found(np.zeros((count, survey.PARTS, 3)), *np.zeros((2, count), dtype=np.int64))
+    found = cell_batch.CellResults(
+        np.zeros((count, cell_batch.PARTS, 3)), *np.zeros((2, count), dtype=np.int64)
+    )
     left = np.arange(count)
     x, v = np.full(count, start), np.zeros(count)
     seen = what.quantum * np.floor(x / what.quantum)
-    for part in range(survey.PARTS):
+    for part in range(cell_batch.PARTS):
         low, high, moved = x.copy(), x.copy(), np.zeros(left.size, dtype=bool)
-        for _ in range(round(rendered.SECONDS * what.rate / survey.PARTS)):
+        for _ in range(round(rendered.SECONDS * what.rate / cell_batch.PARTS)):
             before, seen = seen, what.quantum * np.floor(x / what.quantum)
             pull = -stiffness[left] * (seen + 0.5 * what.quantum)
             x, v = _step(what, x, v, pull - damping[left] * (seen - before) / what.period)
             np.minimum(low, x, out=low)
             np.maximum(high, x, out=high)
             moved |= v != 0.0
-        found.parts[left, part, survey.LOW], found.parts[left, part, survey.HIGH] = low, high
+        found.parts[left, part, cell_batch.LOW], found.parts[left, part, cell_batch.HIGH] = low, high
         lost = np.maximum(-low, high) > rendered.FAR
-        found.ends[left[lost]], found.ends[left[~lost & ~moved]] = survey.LEFT_RANGE, survey.SETTLED
+        found.ends[left[lost]], found.ends[left[~lost & ~moved]] = cell_batch.LEFT_RANGE, cell_batch.SETTLED
         on = moved & ~lost
         left, x, v, seen = left[on], x[on], v[on], seen[on]
     return found

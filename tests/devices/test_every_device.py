@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio import api, cli, devices
-from hapkit_studio.analysis.stability.verdict import Asked, verdict
+from hapkit_studio.analysis.stability.verdict import VerdictInput, verdict
 from hapkit_studio.analysis.zwidth.on_device import setting_of
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.errors import ParameterError
@@ -86,7 +86,7 @@ def test_the_loop_renders_records_and_is_judged(entry, engine, tmp_path):
     assert run.settings["rate_Hz"] == engine.loop.rate
     setting = setting_of(engine, "medium")
     assert (setting.mass, setting.rate) == (device.mass, engine.loop.rate)
-    assert verdict(Asked(engine.environment, engine.values, setting, engine.max_force)).lines
+    assert verdict(VerdictInput(engine.environment, engine.values, setting, engine.max_force)).lines
 
 
 @every_device

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from hapkit_studio import api, interrupts
-from hapkit_studio.analysis.stability.verdict import Asked, unstable_ranges, verdict
+from hapkit_studio.analysis.stability.verdict import VerdictInput, unstable_ranges, verdict
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
-from hapkit_studio.haptics import arrays, headless, passivity, patience, rows, survey, tick
+from hapkit_studio.haptics import arrays, cell_batch, headless, passivity, patience, rows, tick
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 from tests.haptics.support import CONSTANT, LoopHarness, read
@@ -265,7 +265,7 @@ def test_a_law_may_take_a_whole_period_of_a_slow_loop():
 
 def test_nothing_is_said_of_a_handle_whose_law_takes_too_long(monkeypatch):
     monkeypatch.setattr(Environment, "curve", lambda _, values, x, v=0.0: -values["stiffness"] * x)
-    asked = Asked(SLOW, SLOW.values(EVERYWHERE), LoopSettings(hand="medium"))
+    asked = VerdictInput(SLOW, SLOW.values(EVERYWHERE), LoopSettings(hand="medium"))
     found = verdict(asked)
     assert (found.headline, found.calm, found.margins) == ("Not judged", False, {})
     assert found.lines == ("In your hand: not judged.", "After you let go: not judged.")
@@ -286,9 +286,9 @@ def test_an_interrupt_ends_compiled_loops_at_once():
     assert 0 < done < 10_000
     with pytest.raises(KeyboardInterrupt):
         patience.check(r, SLOW.title)
-    cells = survey.Cells(np.array([[200.0, 1.0]]), np.full(1, 1e-3), np.full(1, count), np.zeros(1))
-    limits = survey.Limits(1.0, survey.NEVER_STILL, survey.NEVER_FAINT, survey.NEVER_SMALL)
+    cells = cell_batch.Cells(np.array([[200.0, 1.0]]), np.full(1, 1e-3), np.full(1, count), np.zeros(1))
+    limits = cell_batch.Limits(1.0, cell_batch.NEVER_STILL, cell_batch.NEVER_FAINT, cell_batch.NEVER_SMALL)
     with pytest.raises(KeyboardInterrupt):
-        survey.survey(scene({"beyond": 1.0}), None, cells, limits)
+        cell_batch.run_cells(scene({"beyond": 1.0}), None, cells, limits)
     interrupts.listen()
     assert len(headless.render(scene({"beyond": 1.0}), None, 20_000)[0]) == 20_000

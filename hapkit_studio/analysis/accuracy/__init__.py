@@ -13,7 +13,7 @@ from hapkit_studio import discovery
 from hapkit_studio.analysis.accuracy import needs, scene
 from hapkit_studio.analysis.accuracy.needs import Needs
 from hapkit_studio.analysis.accuracy.plan import Plan, Sheet
-from hapkit_studio.analysis.accuracy.scene import Question, SceneResult
+from hapkit_studio.analysis.accuracy.scene import SceneRequest, SceneResult
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.discovery import declared
 from hapkit_studio.environments.base import Environment
@@ -54,7 +54,7 @@ def of_methods(charts: Iterable[str] = (), progress: Progress = no_progress) -> 
     return Accuracy(sheets=_each(lambda cell: cell[0].sheet(cell[1]), cells, progress))
 
 
-def of_scenes(questions: Sequence[Question], progress: Progress = no_progress) -> Accuracy:
+def of_scenes(questions: Sequence[SceneRequest], progress: Progress = no_progress) -> Accuracy:
     """Return every option of these scenes, each error split into its parts."""
     return Accuracy(scenes=_each(lambda one: scene.split(scene.compute(one)), questions, progress))
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hapkit_studio.analysis.accuracy import trials
-from hapkit_studio.analysis.accuracy.scene import ON_BOARD, Option, Question, hertz, limit_of, loop_of
+from hapkit_studio.analysis.accuracy.scene import ON_BOARD, Option, SceneRequest, hertz, limit_of, loop_of
 from hapkit_studio.analysis.accuracy.trials import Trial
 from hapkit_studio.analysis.perception import RATE, Difference
 from hapkit_studio.analysis.sweeps import Progress, no_progress
@@ -201,7 +201,7 @@ def crossing(places: np.ndarray, felt: Sequence[float]) -> float:
 
 def stiffness_of(environment: Environment) -> Parameter | None:
     """Return the parameter that is the stiffness of a scene, None where it has no such one."""
-    wanted = Question(environment, environment.values()).stiffness
+    wanted = SceneRequest(environment, environment.values()).stiffness
     own = (p for p in environment.parameters if isinstance(p, Parameter) and p.unit == "N/m")
     return next((p for p in own if p.default == wanted), None)
 
@@ -213,7 +213,7 @@ def _limit(environment: Environment, gone: str = "") -> float:
     device = SimulatedHapkit().without((gone,) if gone else ())
     rate, delay = FINE_RATE if gone == "sampling" else RATE, 0.0 if gone == "delay" else DELAY
     spec: Spec = "difference" if gone == "filter" else ESTIMATOR
-    question = Question(environment, environment.values(), device=device)
+    question = SceneRequest(environment, environment.values(), device=device)
     return limit_of(question, question.options, rate, delay, spec)
 
 
@@ -228,7 +228,7 @@ def law_terms(environment: Environment) -> tuple[LawTerm, ...]:
             continue
         pair = []
         for value in (parameter.default or 0.5 * parameter.high, 0.0):
-            question = Question(environment, {**environment.values(), parameter.key: value})
+            question = SceneRequest(environment, {**environment.values(), parameter.key: value})
             pair.append(loop_of(question, (ON_BOARD, question.options, question.estimator), planner))
         full, bare = pair
         if isinstance(full, Option) and isinstance(bare, Option) and full.tick >= (1.0 + LEAST) * bare.tick:

@@ -62,7 +62,7 @@ ON_BOARD = Place(BOARD, float(board_plan.RATES[0]))
 
 
 @dataclass(frozen=True)
-class Question:
+class SceneRequest:
     """A scene with its values, velocity estimator, the places that can render it, and the handle."""
 
     environment: Environment
@@ -146,7 +146,7 @@ class Option:
 class Ideal:
     """Renders a scene with ideal and real components, each combination once."""
 
-    def __init__(self, question: Question, rates: Mapping[str, float] = MappingProxyType({})):
+    def __init__(self, question: SceneRequest, rates: Mapping[str, float] = MappingProxyType({})):
         self._question, self.trials = question, trials.scripts(question.environment)
         self.rendered: dict[tuple, np.ndarray] = {}
         self.rates = dict(rates)  # Hz, by the words of a trial
@@ -263,7 +263,7 @@ class SceneResult:
     ideal_rate: the fastest rate in Hz that an ideal needed.
     """
 
-    question: Question
+    question: SceneRequest
     options: tuple[Option, ...]
     refused: Mapping[str, str]
     ideal_rate: float
@@ -285,7 +285,7 @@ class SceneResult:
         """Return the option that is set."""
         return self.find(place, self.question.options)
 
-    def knows(self, question: Question) -> bool:
+    def knows(self, question: SceneRequest) -> bool:
         """Return whether the options hold for another question: one that differs in its methods at most."""
         before = self.question
         return replace(question, values=question.with_options(before.options)) == before
@@ -393,7 +393,7 @@ def limit_words(limit: float) -> str:
     return "any stiffness" if math.isinf(limit) else f"stable up to {limit:,.0f} N/m"
 
 
-def limit_of(question: Question, options: Options, rate: float, delay: float, spec: Spec) -> float:
+def limit_of(question: SceneRequest, options: Options, rate: float, delay: float, spec: Spec) -> float:
     """Return the exact stiffness limit of a released handle, or of it and the object that it is pressed to.
 
     With the damping of the exact method: what another adds near rest, such as the slope of a smoothed
@@ -419,7 +419,7 @@ Way = tuple[Place, Options, Spec]  # where, with which methods, with which veloc
 _REFUSED: dict[tuple, str] = {}
 
 
-def loop_of(question: Question, way: Way, planner: BoardPlanner) -> Option | str:
+def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option | str:
     """Return an option with its rate, delay, cost and limit, or why the board cannot render it."""
     place, options, spec = way
     rate, cycles, tick = place.rate, math.nan, math.nan
@@ -438,7 +438,7 @@ def loop_of(question: Question, way: Way, planner: BoardPlanner) -> Option | str
     return Option(place.name, options, spec, question.words(options), rate, delay, cycles, tick, limit)
 
 
-def compute(question: Question, progress: Progress = no_progress) -> SceneResult:
+def compute(question: SceneRequest, progress: Progress = no_progress) -> SceneResult:
     """Return every option of a scene with its error, not yet split; raise ParameterError."""
     ideal, planner, found, refused = Ideal(question), BoardPlanner(ARENA), [], {}
     every = list(product(question.places, question.methods()))
@@ -459,7 +459,7 @@ def _judged(option: Option, ideal: Ideal) -> Option:
     return replace(option, error=most.most, sense=most.word, hand=hand)
 
 
-def in_force(question: Question, before: SceneResult) -> list[Option | str]:
+def in_force(question: SceneRequest, before: SceneResult) -> list[Option | str]:
     """Return what is set in each place, or why it cannot be: a live answer, at the rates found before."""
     rates = {words: min(rate, LIVE_IDEAL) for words, rate in before.ideal.rates.items()}
     ideal, planner, found = Ideal(question, rates), BoardPlanner(ARENA), []

@@ -17,8 +17,8 @@ from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.errors import LawError
 from hapkit_studio.formatting import hertz, on_screen, with_unit
 from hapkit_studio.haptics import headless, patience, rows, settling
+from hapkit_studio.haptics.cell_batch import packed
 from hapkit_studio.haptics.settling import GROWS, IRREGULAR, LEAVES, RESTS, SHRINKS
-from hapkit_studio.haptics.survey import packed
 
 PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
 """m, initial displacements of the handle, up to 16 mm."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.scene_verdict import Verdict
-from hapkit_studio.analysis.stability.verdict import Asked, verdict
+from hapkit_studio.analysis.stability.verdict import VerdictInput, verdict
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.loop_settings import COMPUTER, LoopSettings
 from hapkit_studio.environments.base import Environment
@@ -26,7 +26,7 @@ def sketch_verdict(
         mass=board.mass, viscous=board.viscous, quantum=board.quantum, rate=rate,
         delay=1.0 / rate, estimator=spec, hand=HAND,
     )  # fmt: skip
-    return verdict(Asked(environment, values, setting))
+    return verdict(VerdictInput(environment, values, setting))
 
 
 def sketch_words(found: Verdict, rate: float) -> str:
@@ -76,7 +76,7 @@ def link_warning(engine: Engine) -> str:
         mass=device.mass, viscous=device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean,
         estimator=_spec(engine, where), hand=HAND,
     )  # fmt: skip
-    found = verdict(Asked(engine.environment, engine.values, setting, engine.max_force))
+    found = verdict(VerdictInput(engine.environment, engine.values, setting, engine.max_force))
     if found.calm or found.not_judged:
         return found.not_judged
     remedy = "Lower the stiffness" + (", or let the board render." if where == COMPUTER else ".")

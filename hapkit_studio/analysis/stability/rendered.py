@@ -42,7 +42,7 @@ from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.sampled_loop import Intervals, first_end, stable, stable_intervals
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import headless, survey
+from hapkit_studio.haptics import cell_batch, headless
 from hapkit_studio.haptics.passivity import FELT
 
 DECAYS, BUZZES, GROWS = range(3)
@@ -125,7 +125,7 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
     stiffness = np.maximum(stiffness, SOFTEST).astype(float)
     damping = np.asarray(damping, dtype=float)
     if what.linear:
-        limits = survey.Limits(LINEAR_FAR, survey.NEVER_STILL, LINEAR_FAINT, survey.NEVER_SMALL)
+        limits = cell_batch.Limits(LINEAR_FAR, cell_batch.NEVER_STILL, LINEAR_FAINT, cell_batch.NEVER_SMALL)
         return _by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
     few = FEW_STEPS * what.step
     reach = np.full(stiffness.size, few)
@@ -146,17 +146,17 @@ def swings(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.nda
     stiffness and damping (n,) as for ``judge``; NaN without such a spring.
     """
     swing, there = np.full(stiffness.size, math.nan), np.isfinite(stiffness) & (stiffness > 0.0)
-    found = _let_go_steps(what, stiffness[there], damping[there], STARTS[0], survey.NEVER_SMALL)
-    swing[there] = 0.5 * _reach(found.parts[:, -(survey.PARTS // 3) :])
+    found = _let_go_steps(what, stiffness[there], damping[there], STARTS[0], cell_batch.NEVER_SMALL)
+    swing[there] = 0.5 * _reach(found.parts[:, -(cell_batch.PARTS // 3) :])
     return swing
 
 
 def _let_go_steps(
     what: Rendered, stiffness: np.ndarray, damping: np.ndarray, start: float, small: float
-) -> survey.Found:
+) -> cell_batch.CellResults:
     """Simulate every cell, released at ``start`` sensor steps, until it rests or is steady and small."""
     still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
-    limits = survey.Limits(FAR, still, survey.NEVER_FAINT, small)
+    limits = cell_batch.Limits(FAR, still, cell_batch.NEVER_FAINT, small)
     return _let_go(what, stiffness, damping, start * what.step, -0.5 * what.device.quantum, limits)
 
 
@@ -166,8 +166,8 @@ def _let_go(
     damping: np.ndarray,
     start: float,
     centre: float,
-    limits: survey.Limits,
-) -> survey.Found:
+    limits: cell_batch.Limits,
+) -> cell_batch.CellResults:
     """Simulate every cell, released at ``start`` m from the spring's centre in m."""
     held = what.grip.stiffness if what.grip else 0.0
     turning = np.sqrt((stiffness + held) / what.mass)
@@ -178,44 +178,44 @@ def _let_go(
             f"Measuring at {what.loop.rate:,g} Hz takes {most:,} samples; {MOST_SAMPLES:,} at most."
         )
     numbers = np.column_stack([stiffness, damping, np.full(stiffness.size, centre)])
-    parts = np.ceil(samples / survey.PARTS).astype(np.int64)
-    cells = survey.Cells(numbers, np.full(stiffness.size, start), parts, turning)
-    return survey.survey(what.scene(), what.grip, cells, limits)
+    parts = np.ceil(samples / cell_batch.PARTS).astype(np.int64)
+    cells = cell_batch.Cells(numbers, np.full(stiffness.size, start), parts, turning)
+    return cell_batch.run_cells(what.scene(), what.grip, cells, limits)
 
 
-def _by_envelope(found: survey.Found) -> np.ndarray:
+def _by_envelope(found: cell_batch.CellResults) -> np.ndarray:
     """Classify by the power of the last third relative to the third before."""
-    third = survey.PARTS // 3
-    power = found.parts[:, :, survey.POWER]
+    third = cell_batch.PARTS // 3
+    power = found.parts[:, :, cell_batch.POWER]
     before, after = power[:, third : 2 * third].sum(axis=1), power[:, 2 * third :].sum(axis=1)
-    settles = (found.ends != survey.LEFT_RANGE) & ((after < before) | (before == 0.0))
-    settles |= found.ends == survey.DIED_OUT
+    settles = (found.ends != cell_batch.LEFT_RANGE) & ((after < before) | (before == 0.0))
+    settles |= found.ends == cell_batch.DIED_OUT
     return np.where(settles, DECAYS, GROWS).astype(np.int8)
 
 
-def by_reach(found: survey.Found, few: float | np.ndarray, held: bool, linear: bool) -> np.ndarray:
+def by_reach(found: cell_batch.CellResults, few: float | np.ndarray, held: bool, linear: bool) -> np.ndarray:
     """Classify by the reach of the last third relative to the third before; few: a buzz's largest reach in m.
 
     held: a controller limits the motion, so only continued growth GROWS. linear: the estimate is linear, so a
     motion that has decreased to a steady one does not grow.
     """
-    third = survey.PARTS // 3
+    third = cell_batch.PARTS // 3
     first = _reach(found.parts[:, :third])
     before, after = _reach(found.parts[:, third : 2 * third]), _reach(found.parts[:, 2 * third :])
-    whole = found.ends == survey.COMPLETED
-    rests = (found.ends == survey.SETTLED) | (whole & (after < _DYING * before))
+    whole = found.ends == cell_batch.COMPLETED
+    rests = (found.ends == cell_batch.SETTLED) | (whole & (after < _DYING * before))
     grows = whole & ~rests & (after > few)
     if linear:
         grows &= (after >= _DYING * first) | (after > _STEADY * before)
     if held:
         grows &= after > _GROWING * before
-    grows |= found.ends == survey.LEFT_RANGE
+    grows |= found.ends == cell_batch.LEFT_RANGE
     return np.where(grows, GROWS, np.where(rests, DECAYS, BUZZES)).astype(np.int8)
 
 
 def _reach(parts: np.ndarray) -> np.ndarray:
     """Return the peak-to-peak motion in m over several parts (n, k, 3)."""
-    return parts[:, :, survey.HIGH].max(axis=1) - parts[:, :, survey.LOW].min(axis=1)
+    return parts[:, :, cell_batch.HIGH].max(axis=1) - parts[:, :, cell_batch.LOW].min(axis=1)
 
 
 _EXPECTED = 0.05  # progress shows 50 % when this fraction of a map's cells is rendered

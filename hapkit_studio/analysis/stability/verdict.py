@@ -38,7 +38,7 @@ _INSIDE = (0.08, 0.5, 0.92)  # fractions of a range at which a nudge is simulate
 
 
 @dataclass(frozen=True)
-class Asked:
+class VerdictInput:
     """A scene to be judged: values of an environment on the setting's handle and loop, in its hand.
 
     max_force: the motor's limit in N.
@@ -105,7 +105,7 @@ def differs(environment: Environment, values: Mapping[str, float], named: tuple[
     return ""
 
 
-def verdict(asked: Asked) -> Verdict:
+def verdict(asked: VerdictInput) -> Verdict:
     """Return the simulated behaviour in the setting's hand and released, and the exact margins."""
     grips = dict.fromkeys((asked.setting.hand, RELEASED))
     does = {hand: behaviour(asked.scene, grip_named(hand)) for hand in grips}
@@ -117,7 +117,7 @@ def verdict(asked: Asked) -> Verdict:
     return Verdict(does, margins, unknown, asked.centre.pushes, asked.joint)
 
 
-def unstable_ranges(asked: Asked) -> dict[str, list[tuple[float, float]]]:
+def unstable_ranges(asked: VerdictInput) -> dict[str, list[tuple[float, float]]]:
     """Return the ranges of each parameter, in SI, in which a nudge does not settle, other values fixed.
 
     Released, or held if the scene only pushes the handle out. Computed by the friction boundary and confirmed
@@ -130,7 +130,7 @@ def unstable_ranges(asked: Asked) -> dict[str, list[tuple[float, float]]]:
         return {}
 
 
-def _ranges(asked: Asked) -> dict[str, list[tuple[float, float]]]:
+def _ranges(asked: VerdictInput) -> dict[str, list[tuple[float, float]]]:
     named = asked.environment.impedance
     if named is None or asked.unknown():
         return {}
@@ -158,7 +158,9 @@ def _ranges(asked: Asked) -> dict[str, list[tuple[float, float]]]:
     }
 
 
-def _unstable_throughout(asked: Asked, setting: LoopSettings, key: str, ends: tuple[float, float]) -> bool:
+def _unstable_throughout(
+    asked: VerdictInput, setting: LoopSettings, key: str, ends: tuple[float, float]
+) -> bool:
     """Return True if a nudge does not settle in the middle and near the ends of a range."""
     return not any(
         _nudge_settles(asked, setting, key, float(np.interp(s, (0.0, 1.0), ends))) for s in _INSIDE
@@ -166,14 +168,14 @@ def _unstable_throughout(asked: Asked, setting: LoopSettings, key: str, ends: tu
 
 
 def _simulated_ranges(
-    asked: Asked, setting: LoopSettings, key: str, x: np.ndarray
+    asked: VerdictInput, setting: LoopSettings, key: str, x: np.ndarray
 ) -> list[tuple[float, float]]:
     """Return the ranges in which a nudge does not settle, simulated at values x (n,) of a parameter."""
     settled = np.array([_nudge_settles(asked, setting, key, value) for value in x.tolist()])
     return _above_zero(x, 1.0 - 2.0 * settled)
 
 
-def _nudge_settles(asked: Asked, setting: LoopSettings, key: str, value: float) -> bool:
+def _nudge_settles(asked: VerdictInput, setting: LoopSettings, key: str, value: float) -> bool:
     """Return True if a nudge settles at another value of one parameter."""
     scene = replace(asked, values={**asked.values, key: value}, setting=setting).scene
     return settles(scene, grip_named(setting.hand), NUDGE)
@@ -190,4 +192,4 @@ def _above_zero(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
 def of_spring(setting: LoopSettings, stiffness: float, damping: float) -> Verdict:
     """Return the verdict on a spring of N/m and N·s/m, with a Hapkit's motor."""
     values = {"stiffness": stiffness, "damping": damping, "center": 0.0}
-    return verdict(Asked(environments.named("spring"), values, setting))
+    return verdict(VerdictInput(environments.named("spring"), values, setting))

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, QTimer
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.editor.code_page import CodePage
-from hapkit_studio.gui.state.background import LatestAnswer
+from hapkit_studio.gui.state.background import LatestResult
 from hapkit_studio.gui.state.own_environments import OwnEnvironments
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.laws.machine import ARENA
@@ -21,7 +21,7 @@ _NOT_YET = "Not counted yet: save and run the law first."
 
 
 @dataclass(frozen=True)
-class Question:
+class CycleRequest:
     """A law with its values, the board's limits, and the text of its lines."""
 
     offer: "BoardPlanner"
@@ -33,12 +33,12 @@ class Question:
 class Count:
     """Cycles by line from 1, and one line on cycles per call and the possible rate."""
 
-    question: Question
+    question: CycleRequest
     by_line: Mapping[int, float]
     words: str
 
 
-def count(question: Question) -> Count:
+def count(question: CycleRequest) -> Count:
     """Count a law's cycles, also if the board would reject it."""
     from hapkit_studio.haptics import board_plan  # here: slow to import
     from hapkit_studio.laws import board
@@ -67,7 +67,7 @@ class Cycles(QObject):
     def __init__(self, studio: Studio, own: OwnEnvironments, page: CodePage, parent: QObject | None = None):
         super().__init__(parent)
         self._studio, self._own, self._page = studio, own, page
-        self._worker = LatestAnswer(count, self)
+        self._worker = LatestResult(count, self)
         self._worker.answered.connect(self._show)
         self._soon = QTimer(self, interval=SOON_MS, singleShot=True)
         self._soon.timeout.connect(self.look)
@@ -89,7 +89,7 @@ class Cycles(QObject):
         else:
             self._worker.ask(question)
 
-    def _question(self) -> Question | None:
+    def _question(self) -> CycleRequest | None:
         from hapkit_studio.haptics import board_plan
 
         path, studio = self._page.path, self._studio
@@ -102,7 +102,7 @@ class Cycles(QObject):
         request = board_plan.PlanRequest(
             environment, values, studio.loop.estimator, rate=studio.loop.board_rate
         )
-        return Question(offer, request, environment.source.text)
+        return CycleRequest(offer, request, environment.source.text)
 
     def _show(self, found: Count) -> None:
         if not self._page.counting:

@@ -15,7 +15,7 @@ from hapkit_studio.analysis.accuracy.plan import Sheet
 from hapkit_studio.analysis.accuracy.scene import (
     Option,
     Place,
-    Question,
+    SceneRequest,
     SceneResult,
     delay_words,
     hertz,
@@ -33,7 +33,7 @@ from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
-from hapkit_studio.gui.state.background import LatestAnswer, Progress
+from hapkit_studio.gui.state.background import LatestResult, Progress
 from hapkit_studio.gui.state.undo import put
 from hapkit_studio.gui.widgets.parts import down, hint
 from hapkit_studio.gui.widgets.segmented import Segmented
@@ -153,7 +153,7 @@ class ScenePart(Part):
         self.found: SceneResult | None = None
         self.better: Option | None = None  # the recommended option where the scene is rendered
         self._chosen: Option | None = None
-        self._worker = LatestAnswer(lambda asked: this_scene.in_force(*asked), self)
+        self._worker = LatestResult(lambda asked: this_scene.in_force(*asked), self)
         self._worker.answered.connect(self.show_in_force)
         self._rest = QTimer(self, interval=REST_MS, singleShot=True)
         self._rest.timeout.connect(self.press)
@@ -180,7 +180,7 @@ class ScenePart(Part):
         super().set_shown(on)
         self.look()
 
-    def question(self) -> Question:
+    def question(self) -> SceneRequest:
         """Return the scene and loop as they are set, on the device in use."""
         studio, engine = self._studio, self._studio.engine
         loop, device = studio.loop, SimulatedHapkit()  # with all that the scene in sight may go without
@@ -191,7 +191,7 @@ class ScenePart(Part):
             delay = steady_delay(engine, COMPUTER) if kit.measures_delay else loop.delay
             here = Place(COMPUTER, engine.loop.rate, delay)
         places = here, Place(BOARD, loop.board_rate or this_scene.ON_BOARD.rate)
-        return Question(studio.environment, dict(studio.values), loop.estimator, places, device)
+        return SceneRequest(studio.environment, dict(studio.values), loop.estimator, places, device)
 
     def run(self) -> None:
         """Compute every option of the scene as it is set: first the errors, then their parts."""

@@ -15,7 +15,7 @@ from hapkit_studio.gui.state.studio import Studio
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.scene_verdict import Verdict
-    from hapkit_studio.analysis.stability.verdict import Asked
+    from hapkit_studio.analysis.stability.verdict import VerdictInput
     from hapkit_studio.dynamics.loop_settings import LoopSettings
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
@@ -129,15 +129,15 @@ class LoopFacts(QObject):
 
 
 @dataclass(frozen=True)
-class Question:
+class CardRequest:
     """A scene to be judged, and the width of its map in N·s/m."""
 
-    asked: "Asked"
+    asked: "VerdictInput"
     width: float
 
 
 @dataclass(frozen=True)
-class Answer:
+class CardResult:
     """The verdict, and the boundaries of the map as (damping, limit) points, for the verdict's worst hand.
 
     edge: the linear limit; friction: the limit up to which dry friction stops a knock of 1 mm;
@@ -145,7 +145,7 @@ class Answer:
     they would be those of a different scene.
     """
 
-    question: Question
+    question: CardRequest
     verdict: "Verdict"
     edge: Points = ()
     friction: Points = ()
@@ -163,7 +163,7 @@ def boundaries(setting: "LoopSettings", width: float) -> tuple[Points, Points]:
     return edge, friction
 
 
-def answer(question: Question) -> Answer:
+def answer(question: CardRequest) -> CardResult:
     """Judge a scene, once what that takes is compiled."""
     from hapkit_studio.analysis.stability.verdict import unstable_ranges, verdict
 
@@ -173,8 +173,8 @@ def answer(question: Question) -> Answer:
     asked = question.asked
     found = verdict(asked)
     if not found.margins:
-        return Answer(question, found)
+        return CardResult(question, found)
     attached = not (found.joint or (found.pushes and found.worst == RELEASED))
     setting = replace(asked.setting, hand=found.worst)
     edges = boundaries(setting, question.width) if attached else ((), ())
-    return Answer(question, found, *edges, unstable_ranges(asked))
+    return CardResult(question, found, *edges, unstable_ranges(asked))

@@ -10,7 +10,7 @@ from hapkit_studio.dynamics.loop_settings import BOARD, BOARD_RATE, COMPUTER, RE
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.rows import ChoiceRow
-from hapkit_studio.gui.state.background import LatestAnswer
+from hapkit_studio.gui.state.background import LatestResult
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
@@ -18,7 +18,7 @@ from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.board_alternative import Alternative, Answer, RefusedRequest
+    from hapkit_studio.analysis.board_alternative import Alternative, AlternativeResult, RefusedRequest
     from hapkit_studio.devices.delays import MeasuredDelay
     from hapkit_studio.haptics.board_plan import PlanRequest
     from hapkit_studio.haptics.engine import Engine
@@ -150,7 +150,7 @@ class Facts(QWidget):
             mark(part, "on", on)
 
 
-def _find(question: "RefusedRequest") -> "Answer":
+def _find(question: "RefusedRequest") -> "AlternativeResult":
     from hapkit_studio.analysis import board_alternative  # late: keeps start-up fast
 
     return board_alternative.find(question)
@@ -164,7 +164,7 @@ class RenderingSwitch(QWidget):
     def __init__(self, studio: Studio):
         super().__init__()
         self._studio = studio
-        self._worker, self._finder = LatestAnswer(solve, self), LatestAnswer(_find, self)
+        self._worker, self._finder = LatestResult(solve, self), LatestResult(_find, self)
         self._worker.answered.connect(self._take)
         self._finder.answered.connect(self._take_cheaper)
         self._renderers: list[RendererFacts] | None = None
@@ -298,7 +298,7 @@ class RenderingSwitch(QWidget):
 
             self._finder.ask(RefusedRequest(offer, plan_request(self._studio)))
 
-    def _take_cheaper(self, answer: "Answer") -> None:
+    def _take_cheaper(self, answer: "AlternativeResult") -> None:
         self._cheaper = answer.found
         self.show_state()
 

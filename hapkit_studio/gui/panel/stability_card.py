@@ -8,8 +8,8 @@ from PySide6.QtGui import QBrush, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.analysis.stability.margin import RELEASED, height, nice_width
-from hapkit_studio.gui.panel.limits import JUDGING, Answer, LoopFacts, Question, answer
-from hapkit_studio.gui.state.background import LatestAnswer
+from hapkit_studio.gui.panel.limits import JUDGING, CardRequest, CardResult, LoopFacts, answer
+from hapkit_studio.gui.state.background import LatestResult
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.canvas import Canvas
@@ -17,7 +17,7 @@ from hapkit_studio.gui.widgets.parts import AnswerLines, down, hint, label
 from hapkit_studio.gui.widgets.theme import number, theme
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.stability.verdict import Asked
+    from hapkit_studio.analysis.stability.verdict import VerdictInput
     from hapkit_studio.devices.base import Device
     from hapkit_studio.haptics.health import Health
 
@@ -57,7 +57,7 @@ class StabilityMap(Canvas):
     paper, below = "side", 36
 
     def __init__(self) -> None:
-        self._answer: Answer | None = None
+        self._answer: CardResult | None = None
         self._opacity = 1.0
         super().__init__(bottom=True, left_width=_LEFT)
         self.bottom.setLabel("damping, N·s/m")
@@ -75,7 +75,7 @@ class StabilityMap(Canvas):
             axis.label.setFont(theme.font("tick"))
             axis.label.setDefaultTextColor(theme.color("ink3"))
 
-    def show_answer(self, answer: Answer) -> None:
+    def show_answer(self, answer: CardResult) -> None:
         """Show another answer: with room above dot and limit, the whole boundary if it is low."""
         self._answer, self._opacity = answer, 1.0
         margin = answer.verdict.margins[answer.verdict.worst]
@@ -128,14 +128,14 @@ class StabilityMap(Canvas):
             painter.drawEllipse(dot, theme.px(_RING), theme.px(_RING))
 
 
-def details(answer: Answer) -> str:
+def details(answer: CardResult) -> str:
     """Return the text below a verdict: the reason or the nearest limit, and the delay that it depends on."""
     verdict, setting = answer.verdict, answer.question.asked.setting
     delay = f"Delay: {number(setting.delay * 1e3, 2)} ms."
     return " ".join(part for part in (verdict.reason, delay, verdict.unknown) if part)
 
 
-def caption(answer: Answer) -> str:
+def caption(answer: CardResult) -> str:
     """Return which handle the map is valid for."""
     whose = "after you let go" if answer.verdict.worst == RELEASED else "for a handle in your hand"
     return f"Valid {whose}. Hatched: it buzzes."
@@ -149,9 +149,9 @@ class StabilityCard(QWidget):
     def __init__(self, studio: Studio):
         super().__init__()
         self._studio = studio
-        self._worker = LatestAnswer(answer, self)
+        self._worker = LatestResult(answer, self)
         self.facts = LoopFacts(studio, self)
-        self._judged: Answer | None = None
+        self._judged: CardResult | None = None
         self._room, self._mapped = True, False
         self.verdict, self.words, self.drives, self.map = AnswerLines(), hint(), hint(), StabilityMap()
         self.caption = hint()
@@ -186,23 +186,23 @@ class StabilityCard(QWidget):
         if self._judged is None:
             self._ask_soon()  # why there is no verdict may have changed: a fault came or was cleared
 
-    def asked(self) -> "Asked | None":
+    def verdict_input(self) -> "VerdictInput | None":
         """Return the scene that the window shows, to be judged; None while the loop is not known."""
-        from hapkit_studio.analysis.stability.verdict import Asked  # late: keeps start-up fast
+        from hapkit_studio.analysis.stability.verdict import VerdictInput  # late: keeps start-up fast
 
         studio = self._studio
         setting = self.facts.setting(studio.grip)
         if setting is None or studio.engine is None:
             return None
-        return Asked(studio.environment, dict(studio.values), setting, studio.engine.max_force)
+        return VerdictInput(studio.environment, dict(studio.values), setting, studio.engine.max_force)
 
-    def question(self) -> Question | None:
+    def question(self) -> CardRequest | None:
         """Return what to ask about the scene in force; None while its loop or its values are not known."""
-        asked = self.asked()
+        asked = self.verdict_input()
         if asked is None or self._studio.hidden:
             return None
         damping = asked.impedance[1] if asked.impedance else 0.0
-        return Question(asked, nice_width(damping, least=_LEAST_WIDTH))
+        return CardRequest(asked, nice_width(damping, least=_LEAST_WIDTH))
 
     def ask(self) -> None:
         """Ask the worker; say so at once where there is nothing to ask."""
@@ -227,7 +227,7 @@ class StabilityCard(QWidget):
         self.judged.emit(headline, "", "ink2")
         self._studio.note_ranges({})
 
-    def show_answer(self, answer: Answer) -> None:
+    def show_answer(self, answer: CardResult) -> None:
         """Show a verdict."""
         self._judged, self._mapped, verdict = answer, bool(answer.edge), answer.verdict
         self.show_map(self._room)
@@ -250,7 +250,7 @@ class StabilityCard(QWidget):
         self._soon.stop()
         self._worker.wait()
 
-    def _why_late(self, answer: Answer) -> str:
+    def _why_late(self, answer: CardResult) -> str:
         """Return why the measured delay is long, less what was added on purpose."""
         engine = self._studio.engine
         if engine is None:

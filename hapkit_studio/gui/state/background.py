@@ -124,7 +124,7 @@ class Job(QObject):
             self.finished.emit(result)
 
 
-class LatestAnswer(QObject):
+class LatestResult(QObject):
     """Answers the newest question in a thread and emits ``answered``; asking again replaces the question.
 
     ``late``: what was asked first since the last answer waits for too long, and what is shown holds no more.
@@ -185,5 +185,5 @@ def end_all(owner: QObject) -> None:
     """End the background work of an owner and its children, so that no thread outlives them."""
     for job in owner.findChildren(Job):
         job.end()
-    for answer in owner.findChildren(LatestAnswer):
+    for answer in owner.findChildren(LatestResult):
         answer.end()

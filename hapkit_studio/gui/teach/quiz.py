@@ -24,7 +24,7 @@ from hapkit_studio.parameters import Parameter
 from hapkit_studio.quantity import Quantity
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.stability.verdict import Asked
+    from hapkit_studio.analysis.stability.verdict import VerdictInput
 
 LEAST, MOST = 0.5, 4.0
 """Times its default: what a value is drawn from can be felt, and measured below the force limit."""
@@ -53,7 +53,7 @@ def draw(parameter: Parameter, source: random.Random) -> list[float]:
     return [quantity.si(quantity.moved(quantity.low, step)) for step in drawn]
 
 
-def first_calm(asked: "Asked", key: str, drawn: list[float], progress: Progress) -> float | None:
+def first_calm(asked: "VerdictInput", key: str, drawn: list[float], progress: Progress) -> float | None:
     """Return the first of some values of a parameter that is judged calm, None where none is."""
     from hapkit_studio.analysis.stability.verdict import verdict  # late: keeps start-up fast
 
@@ -76,7 +76,7 @@ def comparison(quantity: Quantity, said: float, true: float) -> tuple[float, str
 class QuizSide(SidePanel):
     """Asks for the hidden value, in the panel's place."""
 
-    def __init__(self, studio: Studio, asked: "Asked", parameter: Parameter, source: random.Random):
+    def __init__(self, studio: Studio, asked: "VerdictInput", parameter: Parameter, source: random.Random):
         super().__init__("Quiz", _ABOUT)
         self._studio, self._asked, self._parameter, self._source = studio, asked, parameter, source
         self._true: float | None = None
@@ -162,13 +162,13 @@ class Quiz(QObject):
         """Return what can be asked for now, None where nothing can: locked, measured, replayed, no delay."""
         studio, card = self._studio, self._card
         wanted = asked_for(studio.environment, studio.values)
-        if wanted is None or studio.temporary or card.asked() is None:
+        if wanted is None or studio.temporary or card.verdict_input() is None:
             return None
         return None if studio.why_fixed("value", studio.environment.key, wanted.key) else wanted
 
     def begin(self, source: random.Random | None = None) -> None:
         """Ask about the environment in force; values are drawn from source."""
-        wanted, asked = self.parameter, self._card.asked()
+        wanted, asked = self.parameter, self._card.verdict_input()
         if wanted is not None and asked is not None:
             self.side = QuizSide(self._studio, asked, wanted, source or random.Random())
             self._views.cover(self.side)

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 from hapkit_studio import environments
 from hapkit_studio.analysis import perception
 from hapkit_studio.analysis.accuracy import scene, trials
-from hapkit_studio.analysis.accuracy.scene import KNOWN, Ideal, Option, Place, Question, SceneResult
+from hapkit_studio.analysis.accuracy.scene import KNOWN, Ideal, Option, Place, SceneRequest, SceneResult
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
@@ -42,13 +42,13 @@ def test_rows_lie_on_whole_milliseconds_whatever_the_rate(rate):
 
 @cache
 def computed(key):
-    return scene.split(scene.compute(Question(LIBRARY[key], LIBRARY[key].values())))
+    return scene.split(scene.compute(SceneRequest(LIBRARY[key], LIBRARY[key].values())))
 
 
 def test_parts_add_up_and_a_lead_of_half_a_step_makes_up_for_delay():
     puck, parts = LIBRARY["puck"], []
     for integrator in ("semi_implicit", "exact"):
-        question = Question(puck, puck.values({"integrator": integrator}), "kalman")
+        question = SceneRequest(puck, puck.values({"integrator": integrator}), "kalman")
         option = Option(
             "computer", question.options, "kalman", "", 1000.0, 1e-3, 0.0, 0.0, 0.0, hand="released"
         )
@@ -65,7 +65,7 @@ def test_parts_add_up_and_a_lead_of_half_a_step_makes_up_for_delay():
 )
 def test_a_methods_own_error_falls_by_its_order_when_the_rate_doubles(integrator, order):
     mass = LIBRARY["mass_spring_damper"]
-    question = Question(mass, mass.values({"integrator": integrator}), "kalman")
+    question = SceneRequest(mass, mass.values({"integrator": integrator}), "kalman")
     option = scene.loop_of(question, (scene.ON_BOARD, question.options, "kalman"), BoardPlanner(ARENA))
     (cycles, error), (twice, smaller) = Ideal(question).own(option)
     assert error / smaller == pytest.approx(2.0**order, rel=0.15)
@@ -87,7 +87,7 @@ def test_a_scene_without_methods_is_one_row_a_place_with_the_velocity_estimate_t
 @pytest.mark.parametrize("key", ["damping", "wall"])
 def test_a_live_answer_is_that_of_all_options(key):
     before, values = computed(key), LIBRARY[key].values({"damping": 3.0})
-    asked = Question(LIBRARY[key], values)
+    asked = SceneRequest(LIBRARY[key], values)
     every, live = scene.compute(asked), scene.in_force(asked, before)
     for one, place in zip(live, PLACES, strict=True):
         same = every.in_force(place)
@@ -104,7 +104,7 @@ def made_up(*options, stiffness=500.0, place="board"):
         replace(blank, options=(("model", n),), method=f"M{n}", error=error, limit=limit, cycles=cycles)
         for n, (error, limit, cycles) in enumerate(options)
     )
-    question = Question(friction, values, places=(Place(place, 1000.0),))
+    question = SceneRequest(friction, values, places=(Place(place, 1000.0),))
     return SceneResult(question, found, {}, 64e3, Ideal(question))
 
 
@@ -153,7 +153,7 @@ def test_the_answer_and_its_reason_in_words():
 def test_a_limit_of_zero_is_never_stable():
     """Explicit Euler gains energy in a spring at any stiffness: 1 + (h w)² a step."""
     puck = LIBRARY["puck"]
-    question = Question(puck, puck.values({"integrator": "explicit_euler"}), "kalman")
+    question = SceneRequest(puck, puck.values({"integrator": "explicit_euler"}), "kalman")
     limit = scene.limit_of(question, question.options, 1000.0, 1e-3, "kalman")
     assert (limit, scene.limit_words(limit)) == (0.0, "never stable")
     assert scene.limit_words(1.0) == "stable up to 1 N/m"
@@ -295,6 +295,6 @@ def test_the_recommended_row_is_the_default_and_has_the_least_error_of_all_admis
 
 @pytest.mark.parametrize("key", scenes("spring"))
 def test_ten_answers_are_identical(key):
-    question = Question(LIBRARY[key], LIBRARY[key].values())
+    question = SceneRequest(LIBRARY[key], LIBRARY[key].values())
     answers = {repr(scene.compute(question).options) for _ in range(10)}
     assert len(answers) == 1

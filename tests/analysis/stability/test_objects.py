@@ -7,7 +7,7 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.stability.objects import contact_limit
-from hapkit_studio.analysis.stability.verdict import Asked, verdict
+from hapkit_studio.analysis.stability.verdict import VerdictInput, verdict
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
@@ -71,11 +71,11 @@ SCENES = [
 def test_the_verdict_uses_the_objects_limit_not_a_walls(key, integrator, mass, rate, delay):
     setting = LoopSettings(rate, delay, hand="light", mass=0.05, viscous=0.6, coulomb=0.0, quantum=0.0)
     values = environments.named(key).values({"mass": mass, "integrator": integrator})
-    limit = verdict(Asked(environments.named(key), values, setting)).margins["light"].limit
+    limit = verdict(VerdictInput(environments.named(key), values, setting)).margins["light"].limit
     wall = stiffness_limit(0.05, 0.6, rate=rate, delay=delay, hand="light")
     assert abs(limit / wall - 1.0) > 0.03
     for share in (0.99, 1.01):
-        asked = Asked(environments.named(key), values | {"contact_stiffness": share * limit}, setting)
+        asked = VerdictInput(environments.named(key), values | {"contact_stiffness": share * limit}, setting)
         said = verdict(asked)
         assert said.margins["light"].stable == (growth(setting, key, asked.values) < 0.0) == (share < 1.0)
         assert said.margins["light"].limit == limit

@@ -8,7 +8,13 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio import environments
 from hapkit_studio.analysis.stability.objects import contact_limit
-from hapkit_studio.analysis.stability.verdict import Asked, differs, of_spring, unstable_ranges, verdict
+from hapkit_studio.analysis.stability.verdict import (
+    VerdictInput,
+    differs,
+    of_spring,
+    unstable_ranges,
+    verdict,
+)
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from tests.analysis.stability.independent import Handle
@@ -18,7 +24,7 @@ LATE = LoopSettings(delay=1e-3, hand="medium")
 
 def asked(key, setting=LATE, **values):
     environment = environments.named(key)
-    return Asked(environment, environment.values(values), setting)
+    return VerdictInput(environment, environment.values(values), setting)
 
 
 def test_a_stiff_wall_is_calm_let_go_and_buzzes_in_a_grip():
@@ -104,7 +110,7 @@ def test_a_law_with_a_false_impedance_is_judged_without_limit(tmp_path):
     """A student's wall ten times as stiff as the impedance copied from the template."""
     spring = environments.named("spring")
     own = replace(spring, key="own", impedance=lambda values: (30.0, 0.0))
-    scene = Asked(own, own.values({"stiffness": 300.0}), LATE)
+    scene = VerdictInput(own, own.values({"stiffness": 300.0}), LATE)
     said = verdict(scene)
     assert said.unknown == "No limit: the law's steepest point has 300 N/m, but its impedance states 30 N/m."
     assert said.margins == {}
@@ -126,6 +132,6 @@ def test_no_run_is_unstable_in_silence(stiffness, calm):
 def test_a_handle_let_go_presses_no_object(share, words):
     scene, loop = environments.named("puck"), LoopSettings()
     stiffness = share * contact_limit(loop, "puck", scene.values())
-    found = verdict(Asked(scene, scene.values({"contact_stiffness": stiffness}), loop))
+    found = verdict(VerdictInput(scene, scene.values({"contact_stiffness": stiffness}), loop))
     assert found.does["released"].calm
     assert words in found.lines[-1]

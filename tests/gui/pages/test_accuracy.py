@@ -10,7 +10,7 @@ from hapkit_studio.analysis.accuracy import scene as this_scene
 from hapkit_studio.analysis.accuracy.contact import CONDITIONS
 from hapkit_studio.analysis.accuracy.needs import Effect, Needs
 from hapkit_studio.analysis.accuracy.plan import Point, Scene, Sheet
-from hapkit_studio.analysis.accuracy.scene import Question
+from hapkit_studio.analysis.accuracy.scene import SceneRequest
 from hapkit_studio.charts.accuracy import draw_scene
 from hapkit_studio.charts.style import colors
 from hapkit_studio.devices.simulated import TERMS
@@ -107,7 +107,7 @@ def test_another_method_is_known_at_once_and_use_it_is_undone(page, shared_windo
 
 def test_the_lower_chart_stands_where_there_is_room_and_no_words_overlap():
     friction = discover()["friction"]
-    question = Question(friction, friction.values(), places=(this_scene.ON_BOARD,))
+    question = SceneRequest(friction, friction.values(), places=(this_scene.ON_BOARD,))
     found = this_scene.split(this_scene.compute(question))
     for height, charts in ((420.0, 3), (760.0, 5)):
         figure = Figure(figsize=(13.0, height / 72.0), dpi=72, layout="constrained")

@@ -9,7 +9,7 @@ from hapkit_studio.analysis.stability.behaviour import Behaviour, Centre, Lastin
 from hapkit_studio.analysis.stability.kb_plane import plane
 from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.dynamics.loop_settings import LoopSettings
-from hapkit_studio.gui.pages.stability.map_data import Lines, LinesQuestion
+from hapkit_studio.gui.pages.stability.map_data import Lines, LinesRequest
 from hapkit_studio.gui.pages.stability.page import reading
 from hapkit_studio.gui.pages.stability.trial import (
     LEAST,
@@ -78,7 +78,7 @@ def test_where_springs_are_stable_again_the_verdict_and_the_map_s_reading_say_so
         f"After you let go, it is stable: stable again from {low:,.0f} to {high:,.0f} N/m."
         in inside.lines[0][0]
     )
-    here = reading(Lines(LinesQuestion(slow, 0.0, 0.0), found), 2.25, 0.5 * (low + high))
+    here = reading(Lines(LinesRequest(slow, 0.0, 0.0), found), 2.25, 0.5 * (low + high))
     assert "Stable from" in here[1]
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.stability.kb_plane import hands
-from hapkit_studio.analysis.stability.verdict import Asked
+from hapkit_studio.analysis.stability.verdict import VerdictInput
 from hapkit_studio.dynamics.loop_settings import LoopSettings
-from hapkit_studio.gui.panel.limits import Question, answer
+from hapkit_studio.gui.panel.limits import CardRequest, answer
 from hapkit_studio.gui.panel.stability_card import StabilityMap
 from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.live.plot_support import colored
@@ -26,7 +26,7 @@ def window(kept_window):
 
 def asked(stiffness, damping=0.0, setting=None, environment=SPRING):
     values = environment.values({"stiffness": stiffness, "damping": damping})
-    return Question(Asked(environment, values, setting or LoopSettings()), 8.0)
+    return CardRequest(VerdictInput(environment, values, setting or LoopSettings()), 8.0)
 
 
 def said(window):
@@ -103,8 +103,8 @@ def test_the_map_is_that_of_the_hand_that_the_verdict_depends_on(window, environ
 def test_no_stiffness_no_limit_in_newtons_per_metre(window):
     card, damping = window.stability, environments.named("damping")
     for strength, want in ((4.0, False), (50.0, True)):
-        scene = Asked(damping, damping.values({"damping": strength}), LoopSettings(delay=1e-3))
-        card.show_answer(answer(Question(scene, 8.0)))
+        scene = VerdictInput(damping, damping.values({"damping": strength}), LoopSettings(delay=1e-3))
+        card.show_answer(answer(CardRequest(scene, 8.0)))
         assert "N/m" not in card.words.text()
         assert ("the damping is too high" in card.words.text()) == want
 

@@ -11,10 +11,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QLabel, QLineEdit, QPushButton, QTabBar, QToolButton, QWidget
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.verdict import Asked
+from hapkit_studio.analysis.stability.verdict import VerdictInput
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.gui import pages
-from hapkit_studio.gui.panel.limits import Question, answer
+from hapkit_studio.gui.panel.limits import CardRequest, answer
 from hapkit_studio.gui.panel.rows import ParameterRow
 from hapkit_studio.gui.shell.banners import Notice
 from hapkit_studio.gui.shell.gallery import GalleryRow
@@ -484,7 +484,7 @@ def test_parts_stand_side_by_side_as_soon_as_the_window_has_another_size(window,
 
 def asked(key, setting, stiffness):
     environment = environments.named(key)
-    return Question(Asked(environment, environment.values({"stiffness": stiffness}), setting), 8.0)
+    return CardRequest(VerdictInput(environment, environment.values({"stiffness": stiffness}), setting), 8.0)
 
 
 @pytest.mark.slow

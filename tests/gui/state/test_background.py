@@ -6,14 +6,14 @@ import time
 import pytest
 from PySide6.QtCore import QObject
 
-from hapkit_studio.gui.state.background import Job, LatestAnswer, end_all
+from hapkit_studio.gui.state.background import Job, LatestResult, end_all
 
 
 @pytest.fixture
 def held(qtbot):
     """Return a worker that answers with its question once it may, and what it emitted."""
     may = threading.Event()
-    worker = LatestAnswer(lambda question: (may.wait(), question)[1])
+    worker = LatestResult(lambda question: (may.wait(), question)[1])
     seen = []
     worker.answered.connect(seen.append)
     worker.late.connect(lambda: seen.append("late"))
@@ -65,7 +65,7 @@ def test_no_thread_outlives_its_owner_and_what_must_finish_is_not_cancelled(qtbo
     before, written = set(threading.enumerate()), []
     owner, begun = QObject(), [threading.Event() for _ in range(2)]
     measuring, writing = Job(QObject(owner), needs=""), Job(owner, needs="", must_finish=True)
-    answers = LatestAnswer(lambda question: question, QObject(owner))
+    answers = LatestResult(lambda question: question, QObject(owner))
 
     def measure(progress):
         begun[0].set()

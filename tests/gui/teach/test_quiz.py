@@ -6,7 +6,7 @@ import re
 import pytest
 from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QLabel, QLineEdit, QWidget
 
-from hapkit_studio.analysis.stability.verdict import Asked
+from hapkit_studio.analysis.stability.verdict import VerdictInput
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
@@ -65,7 +65,7 @@ def test_values_are_drawn_on_steps_from_half_to_four_times_the_default():
 def test_the_first_calm_value_is_taken_and_none_where_none_is():
     """With 20 ms a spring is passive below b / (T/2 + delay) = 0.5 / 0.0205 = 24 N/m."""
     spring, progress = LIBRARY["spring"], lambda _done, _of: None
-    asked = Asked(spring, spring.values(), LoopSettings(delay=0.02, hand="medium"))
+    asked = VerdictInput(spring, spring.values(), LoopSettings(delay=0.02, hand="medium"))
     for drawn, found in (([1900.0, 1000.0, 20.0, 10.0], 20.0), ([1900.0, 1000.0], None)):
         assert first_calm(asked, "stiffness", drawn, progress) == found
 

@@ -11,7 +11,7 @@ from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
 from hapkit_studio.analysis.stability.margin import Margin, nice_top
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
-from hapkit_studio.analysis.stability.verdict import Asked, verdict
+from hapkit_studio.analysis.stability.verdict import VerdictInput, verdict
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import on_screen
@@ -22,7 +22,7 @@ _EDGE = 0.95
 
 
 @dataclass(frozen=True)
-class LinesQuestion:
+class LinesRequest:
     """A setting and the rendered impedance in it; axes: width in N·s/m and top in N/m, kept if they fit.
 
     asked: the scene to be judged.
@@ -33,7 +33,7 @@ class LinesQuestion:
     damping: float
     axes: tuple[float, float] | None = None
     every_hand: bool = False
-    asked: Asked | None = None
+    asked: VerdictInput | None = None
 
     def margin(self, hand: str) -> Margin:
         """Return how far the impedance is from the limit in a hand, as the scene's verdict has it."""
@@ -49,13 +49,13 @@ class Lines:
     dampings: where no stiffness is rendered, each hand's limit in N·s/m.
     """
 
-    question: LinesQuestion
+    question: LinesRequest
     plane: Plane
     hands: dict[str, np.ndarray] = field(default_factory=dict)
     dampings: dict[str, float] = field(default_factory=dict)
 
 
-def solve(ask: LinesQuestion) -> Lines:
+def solve(ask: LinesRequest) -> Lines:
     """Compute the lines; a dot that only moves costs its margin alone."""
     axes = ask.axes
     if axes is None or ask.damping > _EDGE * axes[0] or ask.stiffness > _EDGE * axes[1]:
@@ -69,7 +69,7 @@ def solve(ask: LinesQuestion) -> Lines:
     return Lines(ask, plane, every, {} if ask.stiffness else damping_limits(ask.setting))
 
 
-def _axes(ask: LinesQuestion) -> tuple[float, float]:
+def _axes(ask: LinesRequest) -> tuple[float, float]:
     """Return round axes; with every hand shown, high enough for the firmest one's boundary."""
     found = kb_plane.plane(ask.setting, ask.stiffness, ask.damping, columns=2)
     highest = max((float(limits.max()) for limits in _every(ask.setting, found.width).values()), default=0.0)

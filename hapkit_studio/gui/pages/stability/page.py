@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.analysis.stability.kb_plane import as_json, conditions
 from hapkit_studio.analysis.stability.margin import RELEASED, Margin, short
-from hapkit_studio.analysis.stability.verdict import Asked
+from hapkit_studio.analysis.stability.verdict import VerdictInput
 from hapkit_studio.charts.stability import Dot, Map, draw, stability_figure
 from hapkit_studio.charts.style import Colors
 from hapkit_studio.errors import ParameterError
@@ -19,7 +19,7 @@ from hapkit_studio.gui.pages.base import SidePanel
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.stability.map_data import (
     Lines,
-    LinesQuestion,
+    LinesRequest,
     Measured,
     Results,
     measuring,
@@ -29,7 +29,7 @@ from hapkit_studio.gui.pages.stability.trial import MapParameters, Trial, TrialC
 from hapkit_studio.gui.pages.stability.verdict import Verdict, VerdictColumn, verdict
 from hapkit_studio.gui.panel.limits import JUDGING, LoopFacts
 from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
-from hapkit_studio.gui.state.background import LatestAnswer
+from hapkit_studio.gui.state.background import LatestResult
 from hapkit_studio.gui.state.lock import LOOP
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.parts import across, hint, label, rule
@@ -82,7 +82,7 @@ class StabilityPage(MeasuringPage):
         super().__init__(studio, live)
         self.facts = LoopFacts(studio, self)
         self.trial = Trial(studio, live, self)
-        self._worker = LatestAnswer(solve, self)
+        self._worker = LatestResult(solve, self)
         self.lines: Lines | None = None
         self.results = Results()
         self._wanted = False
@@ -157,19 +157,19 @@ class StabilityPage(MeasuringPage):
         stiffness, quantum = plane.margin.stiffness, plane.setting.quantum
         return TrialConditions(does, asked.centre, stiffness, asked.max_force, quantum)
 
-    def question(self) -> LinesQuestion | None:
+    def question(self) -> LinesRequest | None:
         """Return what to compute for what is in force; None without a device or its delay."""
         hand, studio = HANDS[self.hands.index], self._studio
         setting = self.facts.setting("released" if hand == "all" else hand)
         if setting is None or studio.engine is None:
             return None
         held = replace(setting, hand=studio.grip if setting.grip is None else hand)
-        asked = Asked(studio.environment, dict(studio.values), held, studio.engine.max_force)
+        asked = VerdictInput(studio.environment, dict(studio.values), held, studio.engine.max_force)
         stiffness, damping = asked.impedance or (0.0, 0.0)
         last, every = self.lines, hand == "all"
         same = last is not None and (last.question.setting, last.question.every_hand) == (setting, every)
         keep = (last.plane.width, last.plane.top) if last and same else None
-        return LinesQuestion(setting, stiffness, damping, keep, every, asked)
+        return LinesRequest(setting, stiffness, damping, keep, every, asked)
 
     def ask(self) -> None:
         """Ask for the lines, if the page is shown."""

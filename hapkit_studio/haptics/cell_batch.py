@@ -49,7 +49,7 @@ class Limits(NamedTuple):
 NEVER_STILL, NEVER_FAINT, NEVER_SMALL = 1 << 62, 0.0, 0.0
 
 
-class Found(NamedTuple):
+class CellResults(NamedTuple):
     """What the runs left; every array has one entry a cell."""
 
     parts: np.ndarray  # (n, PARTS, 3): LOW, HIGH, POWER; zeros where the run had ended
@@ -161,7 +161,7 @@ def run(
     cells: Cells,
     limits: Limits,
     row: np.ndarray,
-    found: Found,
+    found: CellResults,
 ) -> None:
     """Render every cell and fill found, the rest not at all where a law is too slow or a person ends it.
 
@@ -176,7 +176,7 @@ def run(
             return
 
 
-def survey(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limits) -> Found:
+def run_cells(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limits) -> CellResults:
     """Return what the runs of a scene with the cells' numbers left; a hand rests at 0 m, None: no hand.
 
     Raise LawError where the law is too slow.
@@ -185,7 +185,7 @@ def survey(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limit
     made = flat.copy()
     hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
     count = len(cells.starts)
-    found = Found(np.zeros((count, PARTS, 3)), *np.zeros((2, count), dtype=np.int64))
+    found = CellResults(np.zeros((count, PARTS, 3)), *np.zeros((2, count), dtype=np.int64))
     run(r, body, flat, made, hand, cells, limits, np.zeros(rows.ROW_WIDTH), found)
     patience.check(r, scene.environment.title)
     return found

@@ -10,9 +10,9 @@ from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
 from hapkit_studio.dynamics.loop_settings import LoopSettings
-from hapkit_studio.haptics import headless, rows, survey
+from hapkit_studio.haptics import cell_batch, headless, rows
 
-EVERY = survey.Limits(math.inf, survey.NEVER_STILL, survey.NEVER_FAINT, survey.NEVER_SMALL)
+EVERY = cell_batch.Limits(math.inf, cell_batch.NEVER_STILL, cell_batch.NEVER_FAINT, cell_batch.NEVER_SMALL)
 PART = 40
 # stiffness, damping, centre: one that diverges, one that rests, one in between
 NUMBERS = np.array([[30_000.0, 0.0, 0.0], [900.0, 4.0, -1e-5], [5000.0, 1.0, 2e-4], [900.0, 4.0, -1e-5]])
@@ -30,45 +30,45 @@ def scene_of(device: SimulatedHapkit, loop: LoopSettings, numbers=(0.0, 0.0, 0.0
     return headless.Scene(environments.named("spring"), values, device, loop)
 
 
-def cells(weights: float = 0.0, part: int = PART) -> survey.Cells:
+def cells(weights: float = 0.0, part: int = PART) -> cell_batch.Cells:
     many = len(STARTS)
-    return survey.Cells(NUMBERS, STARTS, np.full(many, part), np.full(many, weights))
+    return cell_batch.Cells(NUMBERS, STARTS, np.full(many, part), np.full(many, weights))
 
 
 def by_batch(device: SimulatedHapkit, loop: LoopSettings, grip: Grip | None, i: int, part=PART) -> np.ndarray:
     """Return the rows of one cell, rendered by the batch in arrays of its own."""
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
     scene = scene_of(replace(device, initial_position=float(STARTS[i])), loop, NUMBERS[i])
-    return headless.render(scene, hand, survey.PARTS * part)[0]
+    return headless.render(scene, hand, cell_batch.PARTS * part)[0]
 
 
 @pytest.mark.parametrize(("device", "loop", "grip"), SCENES)
 def test_every_run_is_the_batch_s_bit_for_bit(device, loop, grip):
-    found = survey.survey(scene_of(device, loop), grip, cells(123.0), EVERY)
-    assert (found.ends == survey.COMPLETED).all()
+    found = cell_batch.run_cells(scene_of(device, loop), grip, cells(123.0), EVERY)
+    assert (found.ends == cell_batch.COMPLETED).all()
     for i in range(len(STARTS)):
         out = by_batch(device, loop, grip, i)
-        x, v = (out[:, c].reshape(survey.PARTS, PART) for c in (rows.TRUE_POSITION, rows.TRUE_VELOCITY))
-        assert (found.parts[i, :, survey.LOW] == x.min(axis=1)).all()
-        assert (found.parts[i, :, survey.HIGH] == x.max(axis=1)).all()
+        x, v = (out[:, c].reshape(cell_batch.PARTS, PART) for c in (rows.TRUE_POSITION, rows.TRUE_VELOCITY))
+        assert (found.parts[i, :, cell_batch.LOW] == x.min(axis=1)).all()
+        assert (found.parts[i, :, cell_batch.HIGH] == x.max(axis=1)).all()
         pull = np.diff(v.ravel(), prepend=0.0).reshape(v.shape) * loop.rate
         power = (pull**2 + (123.0 * v) ** 2).sum(axis=1)
-        assert found.parts[i, :, survey.POWER] == pytest.approx(power, rel=1e-12)
+        assert found.parts[i, :, cell_batch.POWER] == pytest.approx(power, rel=1e-12)
 
 
 def render_nothing(r, body, flat, made) -> None:
     """Bring arrays and a plant back to the start of a cell without samples."""
-    none = survey.Cells(np.zeros((1, 3)), np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(1))
-    found = survey.Found(np.zeros((1, survey.PARTS, 3)), *np.zeros((2, 1), dtype=np.int64))
-    survey.run(r, body, flat, made, np.zeros(3), none, EVERY, np.zeros(rows.ROW_WIDTH), found)
+    none = cell_batch.Cells(np.zeros((1, 3)), np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(1))
+    found = cell_batch.CellResults(np.zeros((1, cell_batch.PARTS, 3)), *np.zeros((2, 1), dtype=np.int64))
+    cell_batch.run(r, body, flat, made, np.zeros(3), none, EVERY, np.zeros(rows.ROW_WIDTH), found)
 
 
 @pytest.mark.slow
 def test_a_rig_brought_back_is_a_new_one():
     """Every array of loop and plant, after a hand and an over-speed fault, is as the scene made it."""
     scene = replace(scene_of(*SCENES[2][:2]), max_speed=1e-9)
-    r, body, flat = survey.packed(*scene.prepare())
-    new, still, new_flat = survey.packed(*scene.prepare())
+    r, body, flat = cell_batch.packed(*scene.prepare())
+    new, still, new_flat = cell_batch.packed(*scene.prepare())
     made = flat.copy()
     headless.run_batch(r, body, np.array([0.1, 1.0, 9.0]), np.ones(301), np.ones(300), headless.new_rows(300))
     assert r.control.fault[0] != 0
@@ -80,8 +80,8 @@ def test_a_rig_brought_back_is_a_new_one():
 def test_what_goes_too_far_ends_there():
     limits = EVERY._replace(far=0.05)
     device, loop, grip = SCENES[0]
-    found = survey.survey(scene_of(device, loop), grip, cells(), limits)
-    assert found.ends[0] == survey.LEFT_RANGE
+    found = cell_batch.run_cells(scene_of(device, loop), grip, cells(), limits)
+    assert found.ends[0] == cell_batch.LEFT_RANGE
     beyond = np.flatnonzero(np.abs(by_batch(device, loop, grip, 0)[:, rows.TRUE_POSITION]) > 0.05)
     assert found.samples[0] == beyond[0] + 1
     assert (found.parts[0, found.samples[0] // PART + 1 :] == 0.0).all()
@@ -90,8 +90,8 @@ def test_what_goes_too_far_ends_there():
 def test_what_friction_holds_ends_once_it_has_not_moved_for_long_enough():
     limits = EVERY._replace(still=50)
     device, loop, grip = SCENES[0]
-    found = survey.survey(scene_of(device, loop), grip, cells(part=200), limits)
-    assert found.ends[1] == survey.SETTLED
+    found = cell_batch.run_cells(scene_of(device, loop), grip, cells(part=200), limits)
+    assert found.ends[1] == cell_batch.SETTLED
     speed = by_batch(device, loop, grip, 1, 200)[:, rows.TRUE_VELOCITY]
     stopped = np.flatnonzero(speed != 0.0)[-1] + 1
     assert found.samples[1] == stopped + 51
@@ -102,11 +102,13 @@ def test_what_has_died_out_and_what_stays_steady_end_early():
     device = SimulatedHapkit(0.05, 0.0, 0.0, 0.0, math.inf)
     hold = Grip(0.0, 0.0, 0.05 * (2.0 * math.pi * 50.0) ** 2)  # 50 Hz: 20 samples a turn, 2 turns a part
     scene = scene_of(device, LoopSettings())
-    one = survey.Cells(np.zeros((1, 3)), np.array([1e-4]), np.array([PART]), np.zeros(1))
-    found = survey.survey(scene, hold, one, EVERY._replace(small=2.1e-4))
-    assert (found.ends[0], found.samples[0]) == (survey.STEADY, 3 * PART)
-    assert survey.survey(scene, hold, one, EVERY._replace(small=1.9e-4)).ends[0] == survey.COMPLETED
+    one = cell_batch.Cells(np.zeros((1, 3)), np.array([1e-4]), np.array([PART]), np.zeros(1))
+    found = cell_batch.run_cells(scene, hold, one, EVERY._replace(small=2.1e-4))
+    assert (found.ends[0], found.samples[0]) == (cell_batch.STEADY, 3 * PART)
+    assert (
+        cell_batch.run_cells(scene, hold, one, EVERY._replace(small=1.9e-4)).ends[0] == cell_batch.COMPLETED
+    )
     damped = replace(hold, damping=2.0)  # 20 1/s, so e^-0.8 a part
-    found = survey.survey(scene, damped, one, EVERY._replace(faint=1e-6))
-    assert found.ends[0] == survey.DIED_OUT
+    found = cell_batch.run_cells(scene, damped, one, EVERY._replace(faint=1e-6))
+    assert found.ends[0] == cell_batch.DIED_OUT
     assert found.samples[0] == pytest.approx(math.log(100.0) / 20.0 * 1000.0 + PART, abs=PART)
