@@ -24,6 +24,9 @@ from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.state import presets
 from hapkit_studio.haptics import rows
+from hapkit_studio.lessons import library
+from hapkit_studio.lessons.hand_in import save_played
+from hapkit_studio.lessons.play import play_lesson
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import (
     ABOUT,
@@ -264,14 +267,14 @@ _MOST_CHANGES = 3
 _WHOLE_SHARE, _SPARSE_SHARE = 0.08, 0.02
 TEXTS = {
     "settings": mutated_ini, "preset": mutated_toml, "demo": mutated_toml, "calibration": mutated_toml,
-    "csv": mutated_csv,
+    "lesson": mutated_toml, "csv": mutated_csv,
 }  # fmt: skip
 SUFFIXES = {
     "settings": ".conf", "session": ".hapkit", "preset": ".toml", "demo": ".toml", "calibration": ".toml",
-    "csv": ".csv", "survey": ".survey",
+    "csv": ".csv", "survey": ".survey", "lesson": ".md", "handed in": ".hapkit",
 }  # fmt: skip
-COUNTS = {kind: 140 if kind == "settings" else 310 for kind in SUFFIXES}
-"""2,000 in total; each settings file takes another window."""
+COUNTS = {kind: {"settings": 140, "handed in": 60}.get(kind, 310) for kind in SUFFIXES}
+"""Each settings file takes another window, and each handed-in file has its figures drawn."""
 FEW = range(1, 4)
 """Seeds of the files in quick tests."""
 NAMES = ("mutant", "a file of someone else's", "\x1b[31mred\x07", "Zoë−\u202e", "-p", "100 %s")
@@ -347,6 +350,12 @@ def _session(folder: Path) -> Path:
     return path
 
 
+def _handed_in(folder: Path) -> Path:
+    path, lesson = folder / "handed.hapkit", library().lessons["first_touch"]
+    save_played(path, lesson, play_lesson(lesson), "Ada")
+    return path
+
+
 def _csv(folder: Path) -> Path:
     path = folder / "good.csv"
     hs.simulate("wall", {"stiffness": 300.0}, hand="press", seconds=0.15).save(str(path))
@@ -394,6 +403,8 @@ ORIGINALS: dict[str, Callable[[Path], Path]] = {
     "calibration": lambda _folder: calibration_file.write(profiles.default().board, {}),
     "csv": _csv,
     "survey": _survey,
+    "lesson": lambda _folder: resources.path("templates", "lesson.md"),
+    "handed in": _handed_in,
 }
 """Write a valid file of each kind into a folder, or into the user's own; return its path."""
 

@@ -34,6 +34,14 @@ COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("identify", "{file}", "--from", "0.01", "--released"),
     ),
     "survey": (("survey", "{file}", "--read"),),
+    "lesson": (
+        ("lessons", "check", "{file}"),
+        ("lessons", "list", "--folder", "{folder}"),
+    ),
+    "handed in": (
+        ("lessons", "grade", "{folder}", "--output", "{out}"),
+        ("lessons", "report", "{file}", "--output", "{out}.html"),
+    ),
 }
 """Commands for each kind; {out} is a new path, which may be written."""
 _OTHER_COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {

@@ -18,7 +18,7 @@ from hapkit_studio.lessons.parse import SUFFIX
 from hapkit_studio.lessons.play import play_lesson, results
 from hapkit_studio.lessons.report import report
 
-FAILED = 1
+FAILED = 2
 """Exit code where a check of a played lesson does not pass, or a graded file is edited or damaged."""
 TEMPLATE = "lesson.md"
 

@@ -38,7 +38,7 @@ def test_play_says_which_check_does_not_pass(tmp_path, capsys):
     main(["lessons", "new", str(path)])
     path.write_text(path.read_text().replace("[1, 18], [2.5, 18]", "[1, 5.5], [2.5, 5.5]"))
     capsys.readouterr()
-    assert main(["lessons", "play", str(path)]) == 1
+    assert main(["lessons", "play", str(path)]) == 2
     said = capsys.readouterr().out
     assert re.search(r"You pressed 0\.\d+ mm deep; press at least 3 mm\.", said)
     assert "Not passed: 1.1." in said

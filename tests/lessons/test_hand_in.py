@@ -245,5 +245,5 @@ def test_play_report_and_grade_on_the_command_line(tmp_path, capsys):
     assert "1 file, 6 of 6 tasks correct." in capsys.readouterr().out
     assert (tmp_path / "grades.csv").read_text().startswith("student,file,lesson")
     edit_event(path, lambda said: {**said, "value": 1.0}, "1.1")
-    assert main(["lessons", "grade", str(tmp_path)]) == 1
+    assert main(["lessons", "grade", str(tmp_path)]) == 2
     assert "Edited: ada.hapkit." in capsys.readouterr().out
