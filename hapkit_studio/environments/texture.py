@@ -117,7 +117,8 @@ ENVIRONMENT = Environment(
     force=force,
     shortcut="7",
     formula="<i>F</i> = −<i>b v</i>, <i>A</i> sin(2π<i>x</i>/<i>λ</i>) or −d<i>h</i>/d<i>x</i>",
-    explanation="At a speed v you cross v/λ ridges per second. A finger feels this vibration as roughness. "
+    explanation="Ridges make the handle vibrate, and a finger feels this as roughness. At a speed v you "
+    "cross v/λ ridges per second. "
     "The loop needs ten samples for each ridge, and the sensor ten counts. A high and narrow "
     "ridge is as steep as a stiff spring, so above some amplitude it buzzes by itself.",
     impedance=impedance,

@@ -59,8 +59,8 @@ ENVIRONMENT = Environment(
     force=force,
     shortcut="2",
     formula="<i>F</i> = −<i>k d</i> − <i>b v</i> in the wall",
-    explanation="Outside the wall there is no force. Inside, a spring pushes you out, and a damper acts on "
-    "the way in. The loop sees the handle only once per period T, so the handle enters by up to "
+    explanation="Inside the wall a spring pushes you out, and a damper acts on the way in. Outside there is "
+    "no force. The loop sees the handle only once per period T, so the handle enters by up to "
     "v·T before the wall reacts. It is then pushed out with more energy than it brought: that is "
     "why a stiff wall buzzes.",
     impedance=impedance,

@@ -64,12 +64,16 @@ class SceneView(QWidget):
         self._dragging = self._preparing = self._paused = False
         self._fraction: float | None = None
         self._words, self._frames = ReadOut(), QElapsedTimer()
-        self.setMinimumSize(320, 150)
+        self._set_least_size()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Scene")
         self.set_hand_enabled(True)
         theme.changed.connect(self._forget)
+        theme.changed.connect(self._set_least_size)
+
+    def _set_least_size(self) -> None:
+        self.setMinimumSize(theme.px(320), theme.px(150))
 
     def sizeHint(self) -> QSize:
         """Return the size at which every part is large."""

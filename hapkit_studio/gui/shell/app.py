@@ -25,6 +25,7 @@ from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import MODES, theme
 
 FIRST_SIZE = QSize(1440, 900)
+FRAME = QSize(0, 40)  # what a window manager adds around the window; unknown before it is shown
 LOOK_MS = 50
 REST_MS = 1000  # from opening the device to the preparation of what the first sample does not need
 _REJECTED = "Some stored settings cannot be used. Their default values are used instead."
@@ -73,7 +74,7 @@ def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
         if isinstance(frameless, QRect) and window.screen().availableGeometry().contains(frameless):
             window.setGeometry(frameless)
         return
-    window.resize(QSize(*size) if size else FIRST_SIZE.boundedTo(window.screen().availableSize()))
+    window.resize(QSize(*size) if size else FIRST_SIZE.boundedTo(window.screen().availableSize() - FRAME))
 
 
 def build(options: argparse.Namespace) -> MainWindow:

@@ -62,7 +62,7 @@ from hapkit_studio.gui.wizard.flash_dialog import FlashDialog
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Recording
 
-_SMALLEST = (800, 560)
+_SMALLEST = (560, 350)
 COLLECT_MS = 250
 _MOUSE = (
     QEvent.Type.MouseButtonPress,

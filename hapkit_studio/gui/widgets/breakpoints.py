@@ -3,8 +3,9 @@
 All sizes are device-independent pixels at the usual scale; in a large window everything grows by one factor.
 """
 
-# a window larger than this, both ways, has all of it larger by the same factor, in steps
-LARGE, _STEPS, _LARGEST = (1600, 900), 10, 2.5
+# a window larger than LARGE, both ways, has all of it larger by the same factor, in steps; one smaller than
+# SMALL, as on a small screen with a scale of 150 or 200 %, has all of it smaller
+LARGE, SMALL, _STEPS, _LARGEST, _SMALLEST = (1600, 900), (800, 560), 10, 2.5, 0.6
 
 # a projector's picture: twice as large on a screen of this size, the scene with so much of the height
 PROJECTED, _TWICE, _PROJECTED_LARGEST, _PROJECTED_SCENE = (1920, 1080), 2.0, 4.0, 0.367
@@ -45,9 +46,11 @@ BANNERS_BESIDE_PANEL = 1100
 
 
 def scale(width: int, height: int) -> float:
-    """Return how many times larger than usual everything is in a window of so many px."""
+    """Return the factor by which everything is larger than usual, or smaller, in a window of so many px."""
     room = min(width / LARGE[0], height / LARGE[1])
-    return min(max(int(_STEPS * room) / _STEPS, 1.0), _LARGEST)
+    short = min(width / SMALL[0], height / SMALL[1])
+    small = min(max(int(_STEPS * short + 1e-6) / _STEPS, _SMALLEST), 1.0)
+    return min(max(int(_STEPS * room) / _STEPS, small), _LARGEST)
 
 
 def projected_scale(width: int, height: int) -> float:

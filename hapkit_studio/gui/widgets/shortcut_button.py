@@ -24,7 +24,7 @@ class ShortcutButton(QPushButton):
         parts = (self.picture, self.word, self.cap)
         for part in parts:
             part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self._row = across(*parts, into=self, margins=(14, 0, 12, 0))
+        self._row = across(*parts, into=self)
         for part in parts:
             self._row.setAlignment(part, Qt.AlignmentFlag.AlignVCenter)
         self._icon, self._color, self._cap_color = icon, "ink", "ink3"
@@ -44,6 +44,8 @@ class ShortcutButton(QPushButton):
 
     def show_look(self) -> None:
         """Apply the present theme to the parts."""
+        self._row.setContentsMargins(theme.px(14), 0, theme.px(12), 0)
+        self._row.setSpacing(theme.px(8))
         self.picture.setPixmap(icons.pixmap(self._icon, theme.px(18), self._color, self.devicePixelRatioF()))
         mark(self.word, "ink", self._color)
         mark(self.cap, "ink", self._cap_color)

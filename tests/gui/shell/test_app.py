@@ -3,9 +3,10 @@
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QImage
 
 from hapkit_studio.gui.shell import app
@@ -131,3 +132,18 @@ def test_a_window_without_a_frame_comes_back_as_large_as_it_was(qapp, start_wind
     first.close()
     again = start_window()
     assert again.geometry() == room
+
+
+@pytest.mark.parametrize("screen", [(1280, 800), (1920, 1080), (960, 540)])
+def test_at_its_first_start_a_window_with_a_title_bar_of_40_pixels_fits_the_screen(screen):
+    sizes = []
+    window = SimpleNamespace(
+        settings=SimpleNamespace(geometry=lambda *_: False),
+        restoreGeometry=None,
+        screen=lambda: SimpleNamespace(availableSize=lambda: QSize(*screen)),
+        resize=sizes.append,
+    )
+    app._place(window, None)
+    (size,) = sizes
+    assert size.width() <= screen[0]
+    assert size.height() + 40 <= screen[1]
