@@ -20,7 +20,6 @@ from hapkit_studio.lessons.samples import Samples, runs
 Region = tuple[float, float] | None
 
 PRESS, WINDOW, TOUCH, PASS = "press", "window", "touch", "pass"
-_MARGIN = 0.030  # s before and after a contact that belong to a touch
 _FIT_SECONDS = 0.015  # s over which the speed before and after a contact is fitted
 _TREMBLE = 2.0  # sensor steps: a handle that moves less is at rest
 _REST_SECONDS = 0.5

@@ -96,6 +96,17 @@ def test_each_check_is_evaluated_on_the_samples_of_its_own_step(tmp_path, lesson
     assert first.stop < 4.1 < second.start < 9.0
 
 
+def test_an_interval_that_has_passed_before_is_evaluated_in_place_of_the_newest(handed, lesson):
+    """The window keeps the interval with which a check passed first."""
+    hand_in(handed, lesson, "Ada L", {}, {"1.1": (0.1, 3.0)})
+    found = read(handed).answers["1.1"].result
+    assert found.correct
+    assert found.start == pytest.approx(0.1, abs=0.0011)
+    assert found.stop == pytest.approx(3.0, abs=0.0011)
+    assert states(handed, lesson)["1.1"] == "correct"
+    assert states(handed, lesson)["2.3"] == "missing"  # handed in again without answers
+
+
 def test_an_edited_value_is_found(handed, lesson):
     edit_event(handed, lambda said: {**said, "value": 81.5}, "1.1")
     (row,) = [row for row in grade_file(handed, {KEY: lesson}) if row.task.startswith("1.1 ")]
