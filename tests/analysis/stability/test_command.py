@@ -106,7 +106,7 @@ def test_the_figure_contains_regions_verdict_and_conditions(drawn):
         "passive: stable in any hand",
         "× 1.4",
     }
-    wanted |= {"Simple rule, too high here", "620 N/m, 2.0 N·s/m"}
+    wanted |= {"Simple rule (too optimistic here)", "620 N/m, 2.0 N·s/m"}
     assert wanted <= set(words)
     assert "1.4 × below the limit; let go." in words
     below = " ".join(words).replace("\u00a0", " ").replace("\n", " ")
