@@ -90,7 +90,8 @@ class Calibration:
 
     def measure_scale(self) -> Scale:
         """Fit the marks without changing settings; raise ParameterError."""
-        self.scale = scale.fit(self.marks, self.board)
+        inverted = self.sensor.result.key == "inverted" if self.sensor and self.sensor.result.good else None
+        self.scale = scale.fit(self.marks, self.board, inverted)
         return self.scale
 
     def use_scale(self) -> CheckResult:

@@ -29,6 +29,11 @@ def passed(words: str) -> CheckResult:
     return CheckResult(PASS, words)
 
 
+def failed(key: str, words: str, remedy: str) -> CheckResult:
+    """Return a fault that must be repaired first."""
+    return CheckResult(FAIL, words, remedy, key)
+
+
 def warn(key: str, words: str, remedy: str) -> CheckResult:
     """Return a warning."""
     return CheckResult(WARN, words, remedy, key)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from hapkit_studio.analysis.calibrate.result import CheckResult, passed, warn
+from hapkit_studio.analysis.calibrate.result import CheckResult, failed, passed, warn
 from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.devices.profiles import quantum_of
 from hapkit_studio.errors import ParameterError
@@ -64,8 +64,11 @@ class Scale:
     result: CheckResult
 
 
-def fit(marks: list[Mark], board: Board) -> Scale:
-    """Fit count = zero + place / quantum; raise ParameterError with too few marks or too small a range."""
+def fit(marks: list[Mark], board: Board, inverted: bool | None = None) -> Scale:
+    """Fit count = zero + place / quantum; raise ParameterError with too few marks or too small a range.
+
+    inverted: whether the sensor check found that counts grow to the left; None: that is not known.
+    """
     places, counts = np.array([m.place for m in marks]), np.array([m.count for m in marks])
     if len(marks) < 2 or np.ptp(places) < APART:
         raise ParameterError(
@@ -75,6 +78,11 @@ def fit(marks: list[Mark], board: Board) -> Scale:
     around = places - middle
     slope = float(around @ counts) / float(around @ around)
     zero = float(counts.mean() - slope * middle)
+    if abs(slope) < 1.0 and np.ptp(counts) * quantum_of(board) > APART / 2:
+        raise ParameterError(
+            "The marks contradict each other: the handle was on the wrong side at one of them. Take all "
+            "marks again."
+        )
     if abs(slope) < 1.0:
         raise ParameterError("The counts do not change from mark to mark. Go back and look at the sensor.")
     residuals = (counts - zero - slope * places) / slope
@@ -86,22 +94,31 @@ def fit(marks: list[Mark], board: Board) -> Scale:
     twice = quantum * max(abs(a.count - b.count) for a in marks for b in marks if a.place == b.place)
     ratio = quantum / quantum_of(board)
     found = Scale(quantum, quantum * spread, zero, sense, residuals, ratio, twice, passed(""))
-    return replace(found, result=_judge(found, board))
+    # distance of each mark from the line through the others; marks that alone fix the line have none
+    free = 1.0 - 1.0 / len(marks) - around**2 / float(around @ around)
+    apart = float(np.abs(residuals / np.where(free > 1e-6, free, np.inf)).max())
+    return replace(found, result=_judge(found, board, apart, inverted))
 
 
-def _judge(found: Scale, board: Board) -> CheckResult:
+def _judge(found: Scale, board: Board, apart: float, inverted: bool | None) -> CheckResult:
     if found.closure > SLIPPED:
-        return warn(
+        return failed(
             "slipped",
             f"The same mark, taken again, is {1e3 * found.closure:.1f} mm off "
             f"(limit {1e3 * SLIPPED:.1f} mm).",
             "The cable slipped, or the handle was not at the mark. Tighten it, then take all marks again.",
         )
-    if float(np.abs(found.residuals).max()) > 3.0 * SLIPPED:
-        return warn(
+    if apart > 3.0 * SLIPPED:
+        return failed(
             "uneven",
-            f"A mark lies {1e3 * float(np.abs(found.residuals).max()):.1f} mm off the line of the others.",
-            "Take that mark again; if it stays so, the cable slips.",
+            f"A mark lies {1e3 * apart:.1f} mm off the line of the others.",
+            "The handle was not at that mark, or the cable slipped. Take all marks again.",
+        )
+    if inverted is False and found.sense != board.sense:
+        return failed(
+            "swapped",
+            "Left and right are swapped: the step Sensor found the opposite direction.",
+            "Take all marks again, with −20 mm to the left and 20 mm to the right.",
         )
     return _judge_ratio(found, board)
 

@@ -77,6 +77,8 @@ class HandleView(SceneView):
         self.marks: Mapping[float, bool] = {}
         self._with_force, self._known = with_force, False
         self.let_go = QPushButton("Let go", self)
+        self.let_go.hide()
+        self._button_left = False
         self.let_go.clicked.connect(self.release)
         self.setMinimumSize(280, 150)
         self.setMaximumHeight(236)
@@ -113,9 +115,14 @@ class HandleView(SceneView):
         self._place_button()
 
     def _place_button(self) -> None:
-        """Put the button on the side where the hand is not, below the knob and its force."""
-        size = self.let_go.sizeHint()
-        left = _BESIDE if (self._held or 0.0) > 0.0 else self.width() - size.width() - _BESIDE
+        """Put the button below the knob and its force, on its side unless it would cover the hand there."""
+        size, stage = self.let_go.sizeHint(), self._layout()
+        ends = self.width() - size.width() - _BESIDE, _BESIDE
+        hand = stage.x(1e3 * (self._held or 0.0))
+        reach = size.width() / 2 + base.RING * stage.u + 2
+        if abs(ends[self._button_left] + size.width() / 2 - hand) <= reach:
+            self._button_left = not self._button_left
+        left = ends[self._button_left]
         self.let_go.setGeometry(left, round(self._layout().top), size.width(), size.height())
         self.let_go.setVisible(self._held is not None)
 

@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QLabel
 
-from hapkit_studio.analysis.calibrate.result import PASS, CheckResult
+from hapkit_studio.analysis.calibrate.result import FAIL, PASS, CheckResult
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.widgets.parts import across, down, label
@@ -41,7 +41,7 @@ class ScaleStep(StepPage):
         self.restart = self.button("Start again", self.forget_marks)
         self.apply = self.job_button(
             "Use this scale", "Sending…", lambda work: work.use_scale(), self._scale_in_force,
-            ready=lambda: len(self._marks) >= 2,
+            ready=self._scale_usable,
         )  # fmt: skip
         self.add_row(QLabel("Handle at"), self.place, self.take, self.restart, self.apply)
         self.residuals = self.add_text()
@@ -111,6 +111,11 @@ class ScaleStep(StepPage):
     def _scale_in_force(self, result: CheckResult) -> None:
         self._show_radii()
         self.finish(result)
+
+    def _scale_usable(self) -> bool:
+        """Return True if all marks are taken and do not contradict each other or the step Sensor."""
+        found = self.calibration.scale if self.calibration is not None else None
+        return len(self._marks) >= len(PLACES) and found is not None and found.result.level != FAIL
 
     def _offer_mark(self) -> None:
         """Show the next mark."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.calibrate import scale
+from hapkit_studio.analysis.calibrate.result import FAIL
 from hapkit_studio.devices.profiles import default, quantum_of
 from hapkit_studio.errors import ParameterError
 from tests.analysis.calibrate.student import hold_at_marks, session
@@ -37,6 +38,22 @@ def test_intervals_hold_the_truth(rng):
         found = scale.fit(marks_of(places, errors=errors), BOARD)
         held += abs(found.quantum - Q) <= found.quantum_half
     assert held >= 0.92 * 400
+
+
+def test_marks_that_contradict_each_other_or_the_sensor_step_are_a_fault():
+    """The handle held at +20 mm when −20 mm was asked, and both sides swapped."""
+    same_side = [
+        scale.Mark(place, mark.count)
+        for place, mark in zip((0.0, -0.02, 0.02, 0.0), marks_of((0.0, 0.02, 0.02, 0.0)), strict=True)
+    ]
+    with pytest.raises(ParameterError, match="wrong side"):
+        scale.fit(same_side, BOARD)
+    off = scale.fit(marks_of((0.0, -0.02, 0.02, 0.0), errors=np.array([0.0, 0.01, 0.0, 0.0])), BOARD)
+    assert (off.result.level, off.result.key) == (FAIL, "uneven")
+    swapped = marks_of((0.0, -0.02, 0.02, 0.0), sense=-BOARD.sense)
+    assert scale.fit(swapped, BOARD, inverted=False).result.level == FAIL
+    assert scale.fit(swapped, BOARD, inverted=True).result.good, "the sensor really counts the other way"
+    assert scale.fit(marks_of((0.0, -0.02, 0.02, 0.0), sense=BOARD.sense), BOARD, inverted=False).result.good
 
 
 def test_marks_too_few_or_too_close_are_refused():

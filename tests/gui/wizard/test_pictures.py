@@ -29,6 +29,12 @@ def test_the_hand_is_let_go_by_a_button_that_never_covers_it(qtbot):
             assert (
                 abs(button.center().x() - stage.x(1e3 * moved[-1])) > button.width() / 2 + base.RING * stage.u
             )
+    places = set()
+    for x in (380, 400, 420, 440):  # about the middle, where it is clear of the hand on either side
+        qtbot.mousePress(view, Qt.MouseButton.LeftButton, pos=QPoint(x, 60))
+        qtbot.mouseRelease(view, Qt.MouseButton.LeftButton)
+        places.add(view.let_go.x())
+    assert len(places) == 1, "it does not move under the pointer"
     qtbot.mouseClick(view.let_go, Qt.MouseButton.LeftButton)
     assert moved[-1] is None
     assert view.let_go.isHidden()
