@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Mapping
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from pkgutil import iter_modules
 from typing import TypeVar
 
@@ -25,6 +26,13 @@ def declared(package: str, name: str, kind: type[T], *, group: str = "") -> list
     if group:
         found += [_loaded(point) for point in entry_points(group=group)]
     return [one for one in found if isinstance(one, kind)]
+
+
+def assigning(folder: Path, name: str) -> list[str]:
+    """Return the modules in a folder whose text assigns a name, sorted, without importing them."""
+    files = (*folder.glob("*.py"), *folder.glob("*/__init__.py"))
+    found = [file for file in files if f"\n{name} = " in file.read_text(encoding="utf-8")]
+    return sorted(file.parent.name if file.stem == "__init__" else file.stem for file in found)
 
 
 def _loaded(point: EntryPoint) -> object:

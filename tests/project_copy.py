@@ -22,10 +22,15 @@ def copy_with(folder: Path, path: str, text: str) -> Path:
     return folder
 
 
-def run_tests(folder: Path, *words: str) -> str:
-    """Run pytest in a copy of the project; return its output, or fail with the end of it."""
+def run_program(folder: Path, *words: str) -> str:
+    """Run Python with these words in a copy of the project; return its output, or fail with the end of it."""
     around = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
-    program = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", *words]
+    program = [sys.executable, *words]
     done = subprocess.run(program, cwd=folder, env=around, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
     return done.stdout
+
+
+def run_tests(folder: Path, *words: str) -> str:
+    """Run pytest in a copy of the project; return its output, or fail with the end of it."""
+    return run_program(folder, "-m", "pytest", "-v", "-p", "no:cacheprovider", *words)

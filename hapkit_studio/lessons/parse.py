@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from hapkit_studio import environments
+from hapkit_studio.discovery import assigning
 from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Grip, grip_named
 from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
 from hapkit_studio.environments.base import Environment
@@ -50,7 +52,6 @@ SUFFIX = ".md"
 MOST_STEPS, MOST_TASKS = 40, 100
 HIDDEN = ("values", "theory", "verdict", "map", "energy")
 """What a lesson may hide in the window."""
-VIEWS = ("live", "stability", "accuracy", "break_it", "bode", "zwidth", "identify", "sessions")
 DEVICES = ("any", "simulated")
 OVER = ("time", "position", "velocity")
 _FENCE = "+++"
@@ -59,6 +60,12 @@ _MOST_NESTED = 20  # of Markdown's blocks inside one another
 _REACH = 0.06  # m: farther than any handle goes
 _LONGEST_PLAY = 60.0  # s
 _WORD = re.compile(r"[a-z][a-z0-9_]*")
+
+
+@cache
+def views() -> tuple[str, ...]:
+    """Return the keys of the window's views, by the names of their modules: lessons are read without Qt."""
+    return "live", *assigning(Path(__file__).parents[1] / "gui" / "pages", "VIEW")
 
 
 def markdown() -> MarkdownIt:
@@ -240,7 +247,7 @@ class _Reader:
             loop=loop,
             grip=table.choice("grip", GRIPS, before.grip) or "released",
             device=table.choice("device", DEVICES, before.device) or DEVICES[0],
-            view=table.choice("view", VIEWS, before.view) or VIEWS[0],
+            view=table.choice("view", views(), before.view) or views()[0],
             hide=table.words("hide", HIDDEN, before.hide),
             lock=table.words("lock", self._lockable([found.key]), before.lock),
         )
