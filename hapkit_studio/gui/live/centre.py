@@ -75,7 +75,7 @@ class Toolbar(QWidget):
         self._hand = True
         self.set_narrow(False)
         left, right = (self.span, self.views, self.cursors, self.hold), (self.release, self.fit)
-        across(*left, None, *right, into=self, margins=(10, 5, 10, 5))
+        across(*left, None, *right, into=self, margins=(8, 5, 8, 5), gap=2)
 
     def set_narrow(self, narrow: bool) -> None:
         """Switch between the plots, or show both."""

@@ -508,3 +508,10 @@ def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_envi
             resize(qapp, window, size)
             card.show_answer(mapped)
             assert place(card.map, window).bottom() < place(window.panel, window).bottom(), key
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1440, 900)])
+def test_the_buttons_above_the_plots_have_their_words(window, qapp, size):
+    resize(qapp, window, size)
+    bar = window.centre.toolbar
+    assert all(button.text() for button in (bar.cursors, bar.hold, bar.release, bar.fit))
