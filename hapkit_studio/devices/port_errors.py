@@ -76,7 +76,7 @@ def gone(port: str) -> PortGoneError:
     title = f"Hapkit on {port_name(port)} is gone. Force is zero."
     return PortGoneError(
         f"{title} Plug it in, then try again.",
-        brief=f"{title} Looking again every second.",  # the window does
+        brief=f"{title} Trying to reconnect every second.",  # the window does
     )
 
 

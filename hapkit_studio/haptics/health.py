@@ -184,7 +184,7 @@ def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | No
             f"{trip} from a sample to its force; the board obeys none after {_ms(second)} ms.",
             "Let the board render, or use a faster USB port, then clear.",
         ),
-        arrays.DEVICE_GONE: (gone, "Nothing is lost. Looking again every second."),
+        arrays.DEVICE_GONE: (gone, "Nothing is lost. Trying to reconnect every second."),
     }.get(code)
     if found is None:
         return None

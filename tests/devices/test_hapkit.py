@@ -147,7 +147,7 @@ def test_busy_missing_and_invalid_ports(fake_board, tmp_path):
     first.close()
     words = "ttyNONE7 is not there. Plug the board in, or see `hapkit-studio devices`."
     error = refused(errors.PortGoneError, words, "/dev/ttyNONE7")
-    assert "Looking again every second" in error.brief  # the window does, a command does not
+    assert "Trying to reconnect every second" in error.brief  # the window does, a command does not
     file = tmp_path / "notes.txt"
     file.touch()
     refused(errors.NotAHapkitError, "{} is not a serial port. Choose another port.", file)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFrame, QProgressBar, QPushButton, QSizePolicy, QWidget
 
+from hapkit_studio.dynamics.loop_settings import USUAL_LOOP
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.live.export import write
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel
@@ -142,7 +143,8 @@ def loop_facts(studio: "Studio", model: bool = True) -> Facts:
     model: it also depends on how much of the device is modelled live.
     """
     device = studio.entry.key if studio.entry else ""
-    loop = studio.loop if model else replace(studio.loop, model="")
+    loop = replace(studio.loop, hand=USUAL_LOOP.hand)
+    loop = loop if model else replace(loop, model=USUAL_LOOP.model)
     return {"device": device, "loop": loop, "hand": studio.grip}
 
 

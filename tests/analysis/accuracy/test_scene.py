@@ -81,7 +81,9 @@ def test_a_scene_without_methods_is_one_row_a_place_with_the_velocity_estimate_t
     now = scene.in_force(iir, damping)
     assert [o.error for o in now] == pytest.approx([1.98, 1.33], abs=0.05)  # Kalman: 1.08, 0.83
     assert "velocity estimate, " in damping.reason("computer")
-    assert damping.reason("computer").endswith("Another one is set under Loop, for all scenes.")
+    assert damping.reason("computer").endswith(
+        "Choose a different filter under Loop; it applies to all scenes."
+    )
 
 
 @pytest.mark.parametrize("key", ["damping", "wall"])
@@ -140,7 +142,8 @@ def test_the_answer_and_its_reason_in_words():
         ),
         (near,): (
             "On the board, use M0 at 2,000 Hz: feels like the ideal scene, stable up to 900 N/m.",
-            "Largest part: velocity estimate, 1.3 JND. Another one is set under Loop, for all scenes. "
+            "Largest part: velocity estimate, 1.3 JND. Choose a different filter under Loop; it applies to "
+            "all scenes. "
             "M0 has an error that cancels 0.50 JND of the total.",
         ),
         (unnamed,): ("On the board at 2,000 Hz: 1.0 JND from the ideal scene, stable up to 900 N/m.", ""),

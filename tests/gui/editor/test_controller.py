@@ -125,7 +125,7 @@ def test_a_law_that_drifts_is_in_force_with_advice_at_its_line(opened, qtbot):
     assert list(code.remarks) == [LAW_LINE]
     assert "count calls, `s.t += 1`" in code.remarks[LAW_LINE]
     assert message.tone == "warn"
-    assert message.words.text().startswith(f"In force. Line {LAW_LINE}: `s.t` drifts")
+    assert message.words.text().startswith(f"Running. Line {LAW_LINE}: `s.t` drifts")
     window.actions_by_key.run("environment.export")
     (sheet,) = window.findChildren(ExportDialog)
     assert f"Line {LAW_LINE}: `s.t` drifts" in sheet.verdict.words.text()

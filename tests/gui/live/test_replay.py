@@ -217,7 +217,7 @@ def test_what_was_set_then_is_in_force_and_afterwards_what_was_set_before(replay
     studio, window = kept_idle_window.studio, kept_idle_window
     assert (studio.environment.key, studio.values["stiffness"], studio.values["side"]) == ("wall", 700.0, 1.0)
     assert (studio.loop.delay, studio.loop.method, studio.loop.controller) == (0.004, "iir", True)
-    assert (studio.loop.options, studio.grip) == ((("cutoff", 20.0),), "firm")
+    assert (studio.loop.options, studio.grip) == ({"cutoff": 20.0}, "firm")
     assert window.panel.parameters.rows["stiffness"].box.text() == "700"
     assert window.display.max_force == 2.0
     replay.seek(0.499)
@@ -279,7 +279,7 @@ def test_keys_step_and_a_press_on_the_line_seeks(replay, kept_idle_window):
 def test_a_law_that_is_not_there_is_told_and_the_plots_go_on(kept_idle_window, qtbot, home):
     window = kept_idle_window
     replay = opened(window, qtbot, write(home / "b.hapkit", GONE, SPRING))
-    assert window.replay_bar.words.text().startswith("my_lost_law is not among the environments")
+    assert window.replay_bar.words.text().startswith("my_lost_law is not installed")
     assert window.studio.environment.key == "wall"
     assert window.centre.time.shown.now is not None
     replay.seek(0.6)
@@ -421,7 +421,7 @@ def test_what_is_locked_is_not_set_and_the_plots_go_on(kept_idle_window, qtbot, 
     assert studio.values["stiffness"] == 700.0
     replay.seek(2.5)
     assert studio.environment.key == "wall"
-    assert window.replay_bar.words.text().startswith("Some of it is locked")
+    assert window.replay_bar.words.text().startswith("Some of these settings are locked")
     assert window.centre.time.shown.now["position"] == pytest.approx(2.5 * SPEED, abs=QUANTUM)
     replay.close()
     studio.permissions.set_lock(Lock())

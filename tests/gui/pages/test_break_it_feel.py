@@ -42,7 +42,7 @@ def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_eve
     studio.set_values({"stiffness": 77.0, "damping": 1.5})
     studio.choose("wall")
     studio.set_value("stiffness", 321.0)
-    studio.set_loop(rate=2000.0, delay=0.0005, estimator="butterworth", options=(("cutoff", 40.0),))
+    studio.set_loop(rate=2000.0, delay=0.0005, estimator=("butterworth", {"cutoff": 40.0}))
     studio.set_loop(hand="light")
     before = state(studio)
     assert not felt.verdict.back.isVisible()

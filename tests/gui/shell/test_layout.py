@@ -36,7 +36,7 @@ SIZES = [
     (640, 360),  # 1280 × 800 at 200 %
 ]
 WORST = "Hapkit on ttyUSB0 is disconnected."
-LINE = "Force is zero. Nothing is lost. Looking again every second."
+LINE = "Force is zero. Nothing is lost. Trying to reconnect every second."
 
 
 @pytest.fixture

@@ -187,7 +187,7 @@ def test_its_side_is_seen_where_the_panel_is_a_drawer(kept_window, size):
 def test_the_engine_is_told_values_alone_and_another_device_ends_the_quiz(kept_window, qtbot, monkeypatch):
     """Only the hidden value is another one; E-stop, loop, hand and set-up are told nothing."""
     window, studio, told = kept_window, kept_window.studio, []
-    for name in ("stop", "release_stop", "clear_fault", "set_loop", "set_grip", "set_model", "set_where"):
+    for name in ("stop", "release_stop", "clear_fault", "set_loop", "change_loop", "set_where"):
         monkeypatch.setattr(Engine, name, lambda *_given, name=name: told.append(name))
     render = Engine.set_environment
     monkeypatch.setattr(Engine, "set_environment", lambda *given: told.append(given[1:]) or render(*given))
