@@ -2,6 +2,7 @@
 
 import doctest
 import re
+from pathlib import Path
 
 import pytest
 
@@ -36,3 +37,17 @@ def test_the_reference_describes_every_public_name_with_an_example():
     assert set(sections) == set(hapkit_studio.__all__) - exceptions - others
     assert not [name for name, body in sections.items() if ">>>" not in body]
     assert not [name for name in exceptions if name not in text]
+
+
+def test_how_it_works_names_files_that_exist_and_follows_each_path_through_at_most_five():
+    text = resources.path("docs", "how-it-works.md").read_text(encoding="utf-8")
+    root = Path(__file__).parents[1]
+    firmware = {path.name for path in (root / "firmware" / "hapkit").iterdir()}
+    named = set(re.findall(r"`([\w./-]+\.(?:py|cpp|h|S))`", text))
+    assert len(named) > 50
+    places = (root, root / "hapkit_studio")
+    assert [
+        n for n in sorted(named) if n not in firmware and not any((p / n).is_file() for p in places)
+    ] == []
+    paths = [line for line in text.splitlines() if re.match(r"\| an? [^|]+ \| `", line)]
+    assert [line.count(".py`") for line in paths] == [5] * 5
