@@ -12,7 +12,7 @@ from hapkit_studio.errors import FileError
 from hapkit_studio.files import read_text
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import Sign, across, down, label, rule
+from hapkit_studio.gui.widgets.parts import Sign, hbox, label, rule, vbox
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.workshop.source import MOST_BYTES
 
@@ -64,7 +64,7 @@ class MessageLine(QWidget):
         self.busy.setFixedWidth(72)
         self.busy.setAccessibleName("Working")
         self.buttons: list[QPushButton] = []
-        self._row = across(self.sign, self.busy, (self.words, 1), into=self, margins=(12, 4, 8, 4))
+        self._row = hbox(self.sign, self.busy, (self.words, 1), into=self, margins=(12, 4, 8, 4))
         self.say("")
 
     def say(self, words: str, tone: str = "", buttons: Sequence[Button] = (), busy: bool = False) -> None:
@@ -128,8 +128,8 @@ class CodePage(QWidget):
         icons.bind(self.language, "help", "ink2", 18)
         icons.bind(self.close_law, "close", "ink2", 18)
         parts = self.marker, self.count, self.save, self.language, self.close_law
-        head = across((self.name, 1), *parts, margins=(12, 5, 8, 5), gap=10)
-        down(head, rule(), self.cycles, (self.code, 1), rule(), self.message, into=self)
+        head = hbox((self.name, 1), *parts, margins=(12, 5, 8, 5), gap=10)
+        vbox(head, rule(), self.cycles, (self.code, 1), rule(), self.message, into=self)
         self._draft = QTimer(self, interval=DRAFT_MS, singleShot=True)
         self._draft.timeout.connect(self.keep_draft)
         self.save.clicked.connect(self.save_pressed)

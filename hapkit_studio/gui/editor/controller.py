@@ -17,7 +17,7 @@ from hapkit_studio.gui.editor.editor import Editor
 from hapkit_studio.gui.state.own_environments import OwnEnvironments
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.dialogs import TextDialog, text_dialog
-from hapkit_studio.gui.widgets.parts import across, choose_file, label
+from hapkit_studio.gui.widgets.parts import choose_file, hbox, label
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop import folder
 from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source, typed
@@ -291,7 +291,7 @@ class DeleteDialog(TextDialog):
         self.keep.clicked.connect(self.close)
         self.delete.clicked.connect(self._delete)
         self.column.addWidget(self.words)
-        self.column.addLayout(across(None, self.keep, self.delete))
+        self.column.addLayout(hbox(None, self.keep, self.delete))
         self.keep.setFocus()
 
     def _delete(self) -> None:

@@ -70,14 +70,14 @@ class Cycles(QObject):
         self._worker = LatestResult(count, self)
         self._worker.answered.connect(self._show)
         self._soon = QTimer(self, interval=SOON_MS, singleShot=True)
-        self._soon.timeout.connect(self.look)
-        page.count.toggled.connect(lambda _on: self.look())
-        page.opened.connect(self.look)
+        self._soon.timeout.connect(self.refresh)
+        page.count.toggled.connect(lambda _on: self.refresh())
+        page.opened.connect(self.refresh)
         for changed in (studio.values_changed, studio.loop_changed, studio.engine_changed, own.changed):
             changed.connect(self._soon.start)
         own.judged.connect(lambda _path, _verdict: self._soon.start())
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Recount the open law if its cycles are shown; for an invalid law the old figures stay."""
         self._worker.forget()  # the same question may refer to a reopened text
         if not self._page.counting:

@@ -11,7 +11,7 @@ from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.editor.code_page import CodePage, MessageLine
 from hapkit_studio.gui.state.own_environments import declared_words
 from hapkit_studio.gui.widgets.gallery_row import GalleryRow, icon_name
-from hapkit_studio.gui.widgets.parts import Sign, across, down, label, rule
+from hapkit_studio.gui.widgets.parts import Sign, hbox, label, rule, vbox
 from hapkit_studio.workshop import folder
 from hapkit_studio.workshop.folder import Template
 from hapkit_studio.workshop.source import Source
@@ -81,10 +81,10 @@ class Chooser(QWidget):
             choices.addWidget(row, index // 2, index % 2)
         called = QLabel("Title")
         called.setBuddy(self.title)
-        line = across(called, (self.title, 1), self.leave, self.make)
+        line = hbox(called, (self.title, 1), self.leave, self.make)
         heading = label("New environment", "title")
-        inside = down(heading, choices, line, None, margins=(16, 16, 16, 16), gap=12)
-        down((inside, 1), rule(), self.message, into=self)
+        inside = vbox(heading, choices, line, None, margins=(16, 16, 16, 16), gap=12)
+        vbox((inside, 1), rule(), self.message, into=self)
 
 
 class SourcePage(QWidget):
@@ -105,10 +105,10 @@ class SourcePage(QWidget):
         self.leave.clicked.connect(self.left)
         head = QWidget()
         head.setObjectName("foreign")
-        words = down(self.title, self.ask, gap=2)
+        words = vbox(self.title, self.ask, gap=2)
         row = (Sign(24, "lock", "warn"), (words, 1), self.leave, self.run)
-        across(*row, into=head, margins=(12, 8, 12, 8), gap=12)
-        down(head, rule(), (self.code, 1), into=self)
+        hbox(*row, into=head, margins=(12, 8, 12, 8), gap=12)
+        vbox(head, rule(), (self.code, 1), into=self)
 
     def show_source(self, source: Source) -> None:
         """Show an untrusted file."""

@@ -4,7 +4,7 @@ from PySide6.QtGui import QTextBlockFormat, QTextCursor, QTextFormat, QTextTable
 from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
 
 from hapkit_studio.gui.widgets.dialogs import TextDialog
-from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.laws import reference
 
@@ -30,7 +30,7 @@ class LanguageDialog(TextDialog):
         self.leave.setAutoDefault(False)  # Enter belongs to the search field
         self.column.addWidget(self.field)
         self.column.addWidget(self.page)
-        self.column.addLayout(across(None, self.leave))
+        self.column.addLayout(hbox(None, self.leave))
         self._dress()
         self.field.setText(word)
 

@@ -13,7 +13,7 @@ from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.state.stored import StoredSettings
 from hapkit_studio.gui.widgets import breakpoints, icons
 from hapkit_studio.gui.widgets.breakpoints import GAP
-from hapkit_studio.gui.widgets.parts import across, down
+from hapkit_studio.gui.widgets.parts import hbox, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -26,7 +26,7 @@ def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
     frame = QFrame(parent)
     frame.setProperty("card", True)
     if widgets:
-        down(*widgets[:-1], (widgets[-1], 1), into=frame, margins=(edge,) * 4)
+        vbox(*widgets[:-1], (widgets[-1], 1), into=frame, margins=(edge,) * 4)
     return frame
 
 
@@ -75,7 +75,7 @@ class Toolbar(QWidget):
         self._hand = True
         self.set_narrow(False)
         left, right = (self.span, self.views, self.cursors, self.hold), (self.release, self.fit)
-        across(*left, None, *right, into=self, margins=(8, 5, 8, 5), gap=2)
+        hbox(*left, None, *right, into=self, margins=(8, 5, 8, 5), gap=2)
 
     def set_narrow(self, narrow: bool) -> None:
         """Switch between the plots, or show both."""
@@ -142,7 +142,7 @@ class Centre(QWidget):
         self._phase_width = settings.pixels("phase_width", 0.0)
         fill(self.columns, GAP, 0, self.time_card, self.phase_card, self.values_card)
         fill(self.rows, GAP, 1, self.scene_card, self.columns)
-        down(self.rows, into=self, margins=(GAP,) * 4)
+        vbox(self.rows, into=self, margins=(GAP,) * 4)
         self.scene.set_hint(not settings.flag("dragged", False))
         self.scene.taken.connect(lambda: settings.setValue("dragged", True))
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
@@ -202,7 +202,7 @@ class Centre(QWidget):
 
     def hold(self, values: QWidget) -> None:
         """Take in what a projector shows beside the plots; hidden until then."""
-        down(values, into=self.values_card)
+        vbox(values, into=self.values_card)
 
     def project(self, on: bool) -> None:
         """Show what can be read from afar, or everything."""
@@ -232,7 +232,7 @@ class Centre(QWidget):
 
     def refresh(self) -> None:
         """Look for the trigger's event; draw the newest data into the plots that are seen."""
-        self.trigger.look()
+        self.trigger.refresh()
         for plots in (self.time, self.phase):
             if plots.isVisible():
                 plots.refresh()

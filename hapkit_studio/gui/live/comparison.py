@@ -66,7 +66,7 @@ class RenderingComparison(QObject):
         self._timer = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._go_on)
         live.health.connect(switch.note_health)
-        live.frame.connect(lambda _row, _clamped: self._look())
+        live.frame.connect(lambda _row, _clamped: self._refresh())
         live.paused_changed.connect(self._resume)
         switch.compare.connect(self.toggle)
         studio.stop_changed.connect(lambda: self.cancel(_STOPPED))
@@ -144,7 +144,7 @@ class RenderingComparison(QObject):
             self._studio.set_loop(where=self._home)
         self._switch.show_message(why)
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         """Notice that computer and board have changed over."""
         engine = self._studio.engine
         if engine is None or engine.rendering == self._rendered_by:

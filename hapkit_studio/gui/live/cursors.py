@@ -13,7 +13,7 @@ from hapkit_studio.columns import Column
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.time_view import TimeView
-from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.widgets.parts import hbox, label, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.table import Table
 from hapkit_studio.gui.widgets.theme import number
@@ -209,9 +209,9 @@ class CursorCard(QWidget):
         self.slope = label(role="strong", wrap=False)
         self.slope.setToolTip(_SLOPE_HELP)
         self.period = label(role="hint", wrap=False)
-        head = across(label("Slope A to B", wrap=False), None, self.slope)
-        down(
-            head, across(self.period, None, self.switch), 4, self.table, None,
+        head = hbox(label("Slope A to B", wrap=False), None, self.slope)
+        vbox(
+            head, hbox(self.period, None, self.switch), 4, self.table, None,
             into=self, margins=(14, 4, 16, 8), gap=2,
         )  # fmt: skip
         self._each = QTimer(self, interval=_EACH_MS)

@@ -25,7 +25,7 @@ class Dividers(QObject):
         studio.hidden_changed.connect(self._note_hidden)
         studio.environment_changed.connect(self._rebase)
         for changed in (studio.values_changed, studio.loop_changed):
-            changed.connect(self._look)
+            changed.connect(self._refresh)
 
     def _in_force(self) -> Settings:
         key, found = self._studio.environment.key, settings_of(self._studio)
@@ -47,7 +47,7 @@ class Dividers(QObject):
         words = "Hidden values" if self._studio.hidden else "Values as set"
         self._hidden_at = self._live.note(words, self._hidden_at if again else None)
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         last, self._last = self._last, self._in_force()
         after = {where: new for where, new in self._last.items() if last.get(where, new) != new}
         if not after or self._live.replaying:

@@ -35,7 +35,7 @@ class EnergyWatch(QObject):
         self._told = math.inf  # of the excess in J: so much has been said of
         self._before = self._until = self._shown = 0.0
         live.frame.connect(self.on_row)
-        live.health.connect(lambda _health: self.look())
+        live.health.connect(lambda _health: self.refresh())
         for signal in (studio.engine_changed, studio.environment_changed, studio.stop_changed):
             signal.connect(self._forget)
         for signal in (studio.loop_changed, studio.hidden_changed):
@@ -55,7 +55,7 @@ class EnergyWatch(QObject):
         self._told, self._until = excess, time.monotonic() + HOLD_S
         self._say(excess - self._before)
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Say nothing any more a while after the last."""
         if self._until and time.monotonic() > self._until:
             self._until = self._shown = 0.0

@@ -14,7 +14,7 @@ from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.plot_header import Sample
 from hapkit_studio.gui.live.plots.declared import OBJECT
 from hapkit_studio.gui.widgets import icons, strokes
-from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.theme import theme
 
 
@@ -145,7 +145,7 @@ class HeldList(QWidget):
         super().__init__(parent)
         self._held = held
         self.rows: dict[int, Row] = {}
-        self._line = across(None, into=self, margins=(12, 2, 10, 2), gap=4)
+        self._line = hbox(None, into=self, margins=(12, 2, 10, 2), gap=4)
         held.changed.connect(lambda _shown: self._follow())
         self.hide()
 
@@ -175,4 +175,4 @@ class Row(QWidget):
         icons.bind(self.away, "close", "ink2", 14)
         self.box.toggled.connect(lambda on: held.switch(place, on))
         self.away.clicked.connect(lambda: held.remove(place))
-        across(Sample(trace.look.sample), self.box, self.away, into=self, gap=4)
+        hbox(Sample(trace.look.sample), self.box, self.away, into=self, gap=4)

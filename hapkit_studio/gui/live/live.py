@@ -43,7 +43,7 @@ class Live(QObject):
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._frames.timeout.connect(self.tick)
         self._health = QTimer(self, interval=HEALTH_MS)
-        self._health.timeout.connect(self.look)
+        self._health.timeout.connect(self.refresh)
         studio.engine_changed.connect(self._follow)
         studio.environment_changed.connect(self._divide)
         for changed in (studio.settings_changed, studio.hidden_changed, studio.engine_changed):
@@ -81,7 +81,7 @@ class Live(QObject):
             clamped = bool(np.any(new[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED))
             self.frame.emit(self.last, clamped)
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Ask the loop how it is doing."""
         engine = self._studio.engine
         if engine is not None:

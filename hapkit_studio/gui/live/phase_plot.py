@@ -16,7 +16,7 @@ from hapkit_studio.gui.live.plot_header import Sample
 from hapkit_studio.gui.live.plots.declared import PhasePlot, phase_plots, time_plots
 from hapkit_studio.gui.live.time_plots import TimePlots
 from hapkit_studio.gui.widgets.canvas import RIGHT
-from hapkit_studio.gui.widgets.parts import across, down, hint, label
+from hapkit_studio.gui.widgets.parts import hbox, hint, label, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -67,17 +67,17 @@ class ForcePosition(QWidget):
         self.felt.toggled.connect(self._show_felt)
         self.cycle = label(role="fact", wrap=False)
         self._felt_row = QWidget()
-        across(self.felt, None, self.cycle, into=self._felt_row, margins=(14, 0, RIGHT, 2), gap=7)
+        hbox(self.felt, None, self.cycle, into=self._felt_row, margins=(14, 0, RIGHT, 2), gap=7)
         self._delay: float | None = None
         self._stack = QStackedWidget()
         self._stack.addWidget(self.canvas)
         for pane in self.beside:
             self._stack.addWidget(pane)
-        head = across(title, 6, *self.theory, None, self.switch, margins=(14, 6, RIGHT, 5), gap=7)
+        head = hbox(title, 6, *self.theory, None, self.switch, margins=(14, 6, RIGHT, 5), gap=7)
         self.cursors = CursorCard(cursors)
         self.cursors.fitted.connect(self.canvas.show_line)
         self.cursors.unfolded.connect(lambda: self._stack.setHidden(self.cursors.covers))
-        down(head, self._felt_row, self.note, (self._stack, 1), self.cursors, into=self, margins=(2, 0, 2, 8))
+        vbox(head, self._felt_row, self.note, (self._stack, 1), self.cursors, into=self, margins=(2, 0, 2, 8))
         self._later = QTimer(self, singleShot=True, interval=_DEBOUNCE_MS)
         self._later.timeout.connect(self._compute)
 

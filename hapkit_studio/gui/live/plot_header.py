@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QPushButton, QSizePolicy, QWidget
 from hapkit_studio.gui.live.plots.declared import TimePlot
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.canvas import RIGHT
-from hapkit_studio.gui.widgets.parts import across, label
+from hapkit_studio.gui.widgets.parts import hbox, label
 from hapkit_studio.gui.widgets.strokes import pen
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -120,7 +120,7 @@ class Header(QWidget):
         name = () if plot.beside else (title, 3)  # beside, the switch names it
         parts = (*name, *lines, *self.object, *self.surface)
         ends = ((self.remark, 1), self.back, self.unlock, self.value)
-        across(*parts, *ends, into=self, margins=(0, 0, RIGHT, 0), gap=7)
+        hbox(*parts, *ends, into=self, margins=(0, 0, RIGHT, 0), gap=7)
         for part in (self.object, self.surface):
             self.show_part(part, "")
         self.show_view("", False)

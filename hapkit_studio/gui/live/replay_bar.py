@@ -8,7 +8,7 @@ from hapkit_studio.formatting import clock
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.live.replay import SPEEDS, Replay
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import across, down, hint, label
+from hapkit_studio.gui.widgets.parts import hbox, hint, label, vbox
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.sessions.event_values import one_line
 
@@ -118,12 +118,12 @@ class ReplayBar(QWidget):
         )
         card = QFrame()
         card.setProperty("card", True)
-        row = across(
+        row = hbox(
             self.name, 4, self.back, self.play, self.on, self.speed, (self.line, 1), self.time, self.leave,
             gap=6,
         )  # fmt: skip
-        down(row, self.words, into=card, margins=(14, 5, 8, 5), gap=2)
-        down(card, into=self, margins=(12, 0, 12, 12))
+        vbox(row, self.words, into=card, margins=(14, 5, 8, 5), gap=2)
+        vbox(card, into=self, margins=(12, 0, 12, 12))
         self.back.clicked.connect(lambda: replay.step(-1))
         self.on.clicked.connect(lambda: replay.step(1))
         self.play.clicked.connect(live.toggle_paused)

@@ -20,7 +20,7 @@ from hapkit_studio.gui.live.plots.declared import OBJECT, TimePlot, landmarks, p
 from hapkit_studio.gui.live.time_view import SPANS, TimeView
 from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.canvas import Canvas, fitted, widened, with_nearest
-from hapkit_studio.gui.widgets.parts import down
+from hapkit_studio.gui.widgets.parts import vbox
 from hapkit_studio.gui.widgets.theme import number, theme
 
 FEWEST = 2
@@ -340,7 +340,7 @@ class TimePlots(QWidget):
         self._values: Mapping[str, float] = {}
         self._watch = QElapsedTimer()
         self._watch.start()
-        self._column = down(into=self, margins=(14, 2, 0, 6))
+        self._column = vbox(into=self, margins=(14, 2, 0, 6))
         self.headers = [Header(plot) for plot in self.plots]
         last = len(self.plots) - 1
         self.canvases = [

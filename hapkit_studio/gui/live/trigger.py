@@ -111,7 +111,7 @@ class Trigger(QObject):
         """Arm, or wait no longer."""
         self.disarm() if self.armed else self.arm()
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Look for the event in what came; call once per frame."""
         live, view = self._view.live, self._view
         if self._from is None:

@@ -35,7 +35,7 @@ from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.state.background import LatestResult, Progress
 from hapkit_studio.gui.state.undo import put
-from hapkit_studio.gui.widgets.parts import down, hint
+from hapkit_studio.gui.widgets.parts import hint, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.table import Table
 
@@ -159,12 +159,12 @@ class ScenePart(Part):
         self._rest.timeout.connect(self.press)
         self.reason, body = hint(), QWidget()
         self.reason.setContentsMargins(42, 2, 16, 0)
-        down(self.reason, (self.chart, 1), into=body)
+        vbox(self.reason, (self.chart, 1), into=body)
         self.build(body)
         self.table.chosen.connect(self._choose)
         self.totals.connect(self.show_totals)
         for changed in (studio.settings_changed, studio.engine_changed, studio.hidden_changed):
-            changed.connect(self.look)
+            changed.connect(self.refresh)
 
     def side_parts(self) -> tuple[QWidget, ...]:
         self.use_button = QPushButton(USE_RECOMMENDED, autoDefault=True)
@@ -178,7 +178,7 @@ class ScenePart(Part):
 
     def set_shown(self, on: bool) -> None:
         super().set_shown(on)
-        self.look()
+        self.refresh()
 
     def question(self) -> SceneRequest:
         """Return the scene and loop as they are set, on the device in use."""
@@ -204,7 +204,7 @@ class ScenePart(Part):
 
         self.job.start(work)
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Follow what is set: another method is known; after anything else all is computed again."""
         if not self._seen or self._studio.hidden or self.found is None:
             return

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QWidget
 
 from hapkit_studio.gui.state.background import end_all
-from hapkit_studio.gui.widgets.parts import ScrollColumn, down, hint, label, rule
+from hapkit_studio.gui.widgets.parts import ScrollColumn, hint, label, rule, vbox
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
@@ -31,7 +31,7 @@ class Page(QWidget):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self.column = down(into=self)
+        self.column = vbox(into=self)
 
     def set_shown(self, on: bool) -> None:
         """React to being shown or hidden: work that only a visible page needs stops when hidden."""

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, Qt, QTimer, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
-from hapkit_studio.gui.widgets.parts import down
+from hapkit_studio.gui.widgets.parts import vbox
 from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Drawing(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(*least)
         self.setAccessibleName(name)
-        down(self.canvas, into=self)
+        vbox(self.canvas, into=self)
         self._paint: Paint | None = None
         self.pale = self._old = False
         self.moving: list[Artist] = []

@@ -18,7 +18,7 @@ from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.pages.open_recording import RecordingOpener
 from hapkit_studio.gui.state.background import Job, Progress
-from hapkit_studio.gui.widgets.parts import down, label
+from hapkit_studio.gui.widgets.parts import label, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.haptics import rows
 
@@ -144,7 +144,7 @@ class IdentifyPage(MeasuringPage):
         self.released = QCheckBox("No hand on the handle")
         self.how, body = label(_HOW), QWidget()
         self.how.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        down(self.how, (self.chart, 1), into=body, margins=(0, 12, 0, 0), gap=12)
+        vbox(self.how, (self.chart, 1), into=body, margins=(0, 12, 0, 0), gap=12)
         self.build(body)
         self._example: Identified | None = None
         self._exemplify = Job(self)
@@ -158,9 +158,9 @@ class IdentifyPage(MeasuringPage):
         self.shake.timeout.connect(self._shake)
         studio.stop_changed.connect(self.let_go)
         for changed in (studio.settings_changed, studio.engine_changed, studio.link_changed):
-            changed.connect(self._look)
+            changed.connect(self._refresh)
         self.show_part()
-        self._look()
+        self._refresh()
 
     def side_parts(self) -> tuple[QWidget, ...]:
         return (self.released,)
@@ -175,7 +175,7 @@ class IdentifyPage(MeasuringPage):
         take = newest_piece(self._studio, self._live, PIECES[self.pieces.index][0])
         self._file = None
         self._source = "Device", self._studio.engine.device.title if self._studio.engine else ""
-        self._look()
+        self._refresh()
         self._fresh.begin()
         self._start(take)
 
@@ -183,7 +183,7 @@ class IdentifyPage(MeasuringPage):
         """Identify a recording from a file: all of it, or its longest piece without a change."""
         self.let_go()
         self._file, self._source = (recording, path), ("File", path.name)
-        self._look()
+        self._refresh()
         self._fresh.begin_elsewhere()
         self._start(lambda: recording)
 
@@ -285,7 +285,7 @@ class IdentifyPage(MeasuringPage):
             self.shake.stop()
             self._studio.move_hand(None)
             self.bar.say("Let go")
-            self._look()
+            self._refresh()
 
     def _press_shake(self) -> None:
         if self.shake.isActive():
@@ -295,7 +295,7 @@ class IdentifyPage(MeasuringPage):
         self._began, self._seconds = time.perf_counter(), min(seconds, PIECES[-2][0])
         self.shake.start()
         self.bar.say("Shaking…")
-        self._look()
+        self._refresh()
 
     def _shake(self) -> None:
         t = time.perf_counter() - self._began
@@ -305,7 +305,7 @@ class IdentifyPage(MeasuringPage):
             self.let_go()
             self.press()
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         """Enable only what the device allows; say whether the result still holds."""
         ours = self._studio.hand_is_ours and self._studio.grip != "released"
         self.shaking.setEnabled(ours or self.shake.isActive())

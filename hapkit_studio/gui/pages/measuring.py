@@ -17,14 +17,14 @@ from hapkit_studio.gui.state.background import Job
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import (
     AnswerLine,
-    across,
     choose_file,
-    down,
+    hbox,
     hint,
     keep_size_when_hidden,
     label,
     primary,
     rule,
+    vbox,
 )
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.table import Table
@@ -59,17 +59,15 @@ class RunBar(QWidget):
         self.progress.setFixedHeight(4)
         self.progress.setAccessibleName("Progress")
         keep_size_when_hidden(self.progress)
-        self._left, self._below = across(gap=10), across()
-        self._row = across(
-            self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=10
-        )
-        down(self._row, self._below, self.progress, rule(), into=self)
-        job.running_changed.connect(self._look)
+        self._left, self._below = hbox(gap=10), hbox()
+        self._row = hbox(self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=10)
+        vbox(self._row, self._below, self.progress, rule(), into=self)
+        job.running_changed.connect(self._refresh)
         job.preparing.connect(lambda: self.say("Preparing, once only: up to a minute"))
         job.progressed.connect(self._follow)
         job.failed.connect(lambda text: self.say(text, danger=True))
         job.finished.connect(self._finish)
-        self._look()
+        self._refresh()
 
     def add(self, widget: QWidget) -> None:
         """Add a widget at the right of the others, in the width of its text."""
@@ -101,7 +99,7 @@ class RunBar(QWidget):
     def set_measured(self, measured: bool) -> None:
         """Label the button by whether this was measured before."""
         self._measured = measured
-        self._look()
+        self._refresh()
 
     def _press(self) -> None:
         if self._job.running:
@@ -122,7 +120,7 @@ class RunBar(QWidget):
         self.progress.setValue(done)
         self.say(f"{100 * done // max(of, 1)} %")
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         running = self._job.running
         self.run.setText("Cancel" if running else self._words[self._measured])
         mark(self.run, "primary", not running)
@@ -224,7 +222,7 @@ class MeasuringPage(Page):
         card = QFrame()
         card.setProperty("card", True)
         answer = (self.answer,) if self.begin else ()
-        down(self.bar, *answer, (body or self.chart, 1), into=card, margins=(1, 1, 1, 1))
+        vbox(self.bar, *answer, (body or self.chart, 1), into=card, margins=(1, 1, 1, 1))
         self.column.addWidget(card)
         if not self.heading:
             return

@@ -98,7 +98,7 @@ class ColumnsDialog(FormDialog):
                 units.setCurrentText(guessed[quantity].unit)
             units.setAccessibleName(f"Unit of the {quantity}")
             units.setFixedWidth(theme.px(_UNIT_WIDTH))
-            names.currentIndexChanged.connect(self._look)
+            names.currentIndexChanged.connect(self._refresh)
         order = (*NEEDED, "velocity")
         self.add_fields((key.capitalize(), self.names[key], self.units[key]) for key in order)
         self.add_verdict(1)
@@ -106,7 +106,7 @@ class ColumnsDialog(FormDialog):
         self.take.clicked.connect(self._hand_over)
         self.leave.setText("Cancel")
         self.add_buttons(self.take)
-        self._look()
+        self._refresh()
 
     @property
     def columns(self) -> TableColumns:
@@ -114,7 +114,7 @@ class ColumnsDialog(FormDialog):
         chosen = {key: names.currentData() for key, names in self.names.items()}
         return {key: TableColumn(name, self.units[key].currentText()) for key, name in chosen.items() if name}
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         """Say what is still to be chosen."""
         chosen = self.columns
         missing = [quantity for quantity in NEEDED if quantity not in chosen]

@@ -20,7 +20,7 @@ from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.state.background import Job, Progress
 from hapkit_studio.gui.widgets.dialogs import WordsDialog
-from hapkit_studio.gui.widgets.parts import across, choose_file, down, hint, primary, rule
+from hapkit_studio.gui.widgets.parts import choose_file, hbox, hint, primary, rule, vbox
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.table import Table
 from hapkit_studio.gui.widgets.theme import theme
@@ -352,12 +352,12 @@ class SessionsPage(Page):
         self.search.setMaximumWidth(_SEARCH)
         card = QFrame()
         card.setProperty("card", True)
-        bar = across((self.search, 1), None, other, reveal, into, margins=(12, 7, 12, 7), gap=10)
+        bar = hbox((self.search, 1), None, other, reveal, into, margins=(12, 7, 12, 7), gap=10)
         for words in (self.status, self.empty):
             words.setContentsMargins(16, 8, 16, 8)
         self.status.hide()
-        listed = across(self.table, margins=(10, 0, 10, 0))
-        down(
+        listed = hbox(self.table, margins=(10, 0, 10, 0))
+        vbox(
             bar,
             rule(),
             self.status,
@@ -372,9 +372,9 @@ class SessionsPage(Page):
         self.side.add(self.facts)
         self.happened = Pairs(self.side.section("What happened"))
         self.side.add(self.happened)
-        self.side.column.insertLayout(2, across(self.replay, self.export, None))
-        self.side.column.insertLayout(3, across(self.note, self.rename, None))
-        self.side.column.insertLayout(4, across(self.copy, self.delete, None))
+        self.side.column.insertLayout(2, hbox(self.replay, self.export, None))
+        self.side.column.insertLayout(3, hbox(self.note, self.rename, None))
+        self.side.column.insertLayout(4, hbox(self.copy, self.delete, None))
 
     def _reveal(self) -> None:
         """Open the folder of the chosen session, without one that of all."""

@@ -61,8 +61,8 @@ class ZWidthPage(MeasuringPage):
         }
         self.walls, self._waits = Walls(), False
         self._mode, self._scene, self._asked = SIMULATION, "", False
-        self._look = QTimer(self, interval=_LOOK_MS)
-        self._look.timeout.connect(self.show_trial)
+        self._refresh = QTimer(self, interval=_LOOK_MS)
+        self._refresh.timeout.connect(self.show_trial)
         self.where = Segmented("Where", ("Simulation", "This device"))
         self.where.show_index(SIMULATION)
         self.bar.add(self.where)
@@ -225,9 +225,9 @@ class ZWidthPage(MeasuringPage):
 
     def _running_changed(self, running: bool) -> None:
         if running:
-            self._look.start()
+            self._refresh.start()
             return
-        self._look.stop()
+        self._refresh.stop()
         self.force.setEnabled(True)
         scene, self._scene = self._scene, ""
         if scene and scene != self._studio.environment.key:

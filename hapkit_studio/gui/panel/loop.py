@@ -17,7 +17,7 @@ from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.gui.state.lock import LOOP
 from hapkit_studio.gui.state.stored import StoredSettings
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, label
+from hapkit_studio.gui.widgets.parts import Sign, hbox, hint, label, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.text import rich
 
@@ -44,7 +44,7 @@ class ModelLine(QWidget):
         super().__init__()
         self.words, self.switch = hint(), Segmented("Model", _MODEL_OPTIONS)
         self.switch.chosen.connect(lambda index: self.chosen.emit(MODELS[index]))
-        down(self.words, self.switch, into=self, gap=4)
+        vbox(self.words, self.switch, into=self, gap=4)
 
     def show_model(self, environment: Environment, values: Values, model: str, modelled: bool) -> None:
         """Show what is in force; hidden for hardware, which is not modelled."""
@@ -102,12 +102,12 @@ class LoopPanel(QWidget):
         self.controller.setFixedHeight(_LEAST_TARGET)
         self.controller_words = hint(CONTROLLER_NOTE)
         self._body, self._rare = QWidget(), QWidget()
-        down(*(row for rows in self.options.values() for row in rows), self.model, into=self._rare)
+        vbox(*(row for rows in self.options.values() for row in rows), self.model, into=self._rare)
         usual = (self.rate, self.delay, self.estimator, self.grip, self.controller, self.controller_words)
-        down(*usual, across(None, self.more, gap=0), self._rare, into=self._body)
+        vbox(*usual, hbox(None, self.more, gap=0), self._rare, into=self._body)
         self.padlock = Sign(16, "lock")
-        head = across(label("Loop", "section"), 6, self.padlock, None, self.fold, gap=0)
-        down(head, self.where, self._body, into=self)
+        head = hbox(label("Loop", "section"), 6, self.padlock, None, self.fold, gap=0)
+        vbox(head, self.where, self._body, into=self)
         self._connect()
         self.set_folded(settings.flag("loop_folded", True))
         self.set_more(settings.flag("loop_more", False))

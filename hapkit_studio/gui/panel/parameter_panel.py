@@ -17,7 +17,7 @@ from hapkit_studio.gui.state.stored import StoredSettings
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.gallery_row import icon_name
-from hapkit_studio.gui.widgets.parts import SIDE, ScrollColumn, Sign, across, down, label, refill, rule
+from hapkit_studio.gui.widgets.parts import SIDE, ScrollColumn, Sign, hbox, label, refill, rule, vbox
 from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -67,8 +67,8 @@ class PanelTitle(QWidget):
         self.help.setAccessibleName("Explain this environment")
         self.help.toggled.connect(self.show_explanation)
         icons.bind(self.help, "help", "ink2", 18)
-        head = across(self.picture, (self.title, 1), self.help, gap=6)
-        down(head, self.formula, self.explanation, into=self, gap=4)
+        head = hbox(self.picture, (self.title, 1), self.help, gap=6)
+        vbox(head, self.formula, self.explanation, into=self, gap=4)
         studio.environment_changed.connect(self.show_state)
         theme.changed.connect(self.show_state)
         self.show_state()
@@ -101,7 +101,7 @@ class ParameterRows(QWidget):
         super().__init__()
         self._studio, self._anchor = studio, anchor
         self.rows: dict[str, Row] = {}
-        self._column = down(into=self)
+        self._column = vbox(into=self)
         studio.environment_changed.connect(self.rebuild)
         for signal in (studio.values_changed, studio.lock_changed):
             signal.connect(self.show_values)
@@ -164,7 +164,7 @@ class ParameterPanel(QWidget):
         self.setObjectName("panelBody")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.upper, self._foot = ScrollColumn(top=10, gap=6), QWidget(self)
-        down((self.upper, 1), self._foot, into=self)
+        vbox((self.upper, 1), self._foot, into=self)
         self.title = PanelTitle(studio)
         self.parameters = ParameterRows(studio, self.title.help)
         self.preset, self.two = PresetRow(studio, presets), TwoSettingsRow(two)
@@ -173,7 +173,7 @@ class ParameterPanel(QWidget):
         self._rule = rule()
         self.upper.add(self.title, self._rule, self.two, self.parameters, self.preset, rule(), self.loop)
         foot = rule(), self.warnings, self.stability
-        down(*foot, into=self._foot, margins=(SIDE, 0, SIDE, 10), gap=6)
+        vbox(*foot, into=self._foot, margins=(SIDE, 0, SIDE, 10), gap=6)
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.warnings.changed.connect(self._lay_out_now)
         self.loop.opened.connect(self.upper.reveal)

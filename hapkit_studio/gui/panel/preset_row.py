@@ -26,7 +26,7 @@ from hapkit_studio.gui.state.undo import (
     settings_of_scene,
 )
 from hapkit_studio.gui.widgets.dialogs import FormDialog, text_dialog
-from hapkit_studio.gui.widgets.parts import across, choose_file, label
+from hapkit_studio.gui.widgets.parts import choose_file, hbox, label
 from hapkit_studio.gui.widgets.text import plain_tip
 
 _MOST_LINES = 12
@@ -219,7 +219,7 @@ class PresetRow(QWidget):
         self.button.setProperty("menu", True)
         self.name = label("Preset")
         self.name.setBuddy(self.button)
-        across((self.name, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)
+        hbox((self.name, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)
         for signal in (studio.settings_changed, presets_.changed):
             signal.connect(self.show_state)
         self.show_state()

@@ -12,7 +12,7 @@ from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.rows import ChoiceRow
 from hapkit_studio.gui.state.background import LatestResult
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.widgets.parts import across, down, hint, label
+from hapkit_studio.gui.widgets.parts import hbox, hint, label, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
@@ -178,9 +178,9 @@ class RenderingSwitch(QWidget):
             widget.setToolTip(TIP)
         self.facts, self.rate, self.note = Facts(), ChoiceRow(BOARD_RATE), hint()
         self.button, self.instead = QPushButton("Compare both"), QPushButton()
-        head = across((name, 1), self.switch, gap=6)
+        head = hbox((name, 1), self.switch, gap=6)
         parts = (head, self.facts, self.rate, self.button, self.note, self.instead)
-        down(*parts, into=self, margins=(0, 4, 0, 4), gap=4)
+        vbox(*parts, into=self, margins=(0, 4, 0, 4), gap=4)
         self.switch.chosen.connect(self._choose)
         self.rate.changed.connect(self._choose_rate)
         self.button.clicked.connect(self.compare)

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QToolButton, QWidget
 
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.numbers import NumberBox, ValueSlider
-from hapkit_studio.gui.widgets.parts import Sign, across, keep_size_when_hidden, label
+from hapkit_studio.gui.widgets.parts import Sign, hbox, keep_size_when_hidden, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
@@ -45,7 +45,7 @@ class ChoiceRow(QWidget):
             self.picker.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             self.picker.activated.connect(self._take)
         self.padlock = Sign(16, "lock")
-        across((self.label, 1), self.padlock, self.picker, into=self, margins=(0, 3, 0, 3), gap=6)
+        hbox((self.label, 1), self.padlock, self.picker, into=self, margins=(0, 3, 0, 3), gap=6)
         self.set_locked("")
         self.show_value(choice.default)
 

@@ -13,7 +13,7 @@ from hapkit_studio.gui.state.background import LatestResult
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.canvas import Canvas
-from hapkit_studio.gui.widgets.parts import AnswerLines, down, hint, label
+from hapkit_studio.gui.widgets.parts import AnswerLines, hint, label, vbox
 from hapkit_studio.gui.widgets.theme import number, theme
 
 if TYPE_CHECKING:
@@ -157,7 +157,7 @@ class StabilityCard(QWidget):
         self.caption = hint()
         self.map.setToolTip(_REGIONS)
         parts = self.verdict, self.words, self.drives, self.map, self.caption
-        down(label("Stability", "section"), *parts, into=self, gap=4)
+        vbox(label("Stability", "section"), *parts, into=self, gap=4)
         self._soon = QTimer(self, singleShot=True, interval=ASK_MS)
         self._soon.timeout.connect(self.ask)
         self._worker.answered.connect(self.show_answer)

@@ -8,7 +8,7 @@ from hapkit_studio.gui.panel.differences import DifferenceTable
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.state.undo import Difference, Settings, UndoHistory, differences, settings_of_scene
 from hapkit_studio.gui.widgets.dialogs import FormDialog
-from hapkit_studio.gui.widgets.parts import across, label
+from hapkit_studio.gui.widgets.parts import hbox, label
 
 NAMES = "A", "B"
 
@@ -92,7 +92,7 @@ class TwoSettingsRow(QWidget):
         super().__init__()
         self._two = two
         self.words, self.button = label(), QPushButton()
-        across((self.words, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)
+        hbox((self.words, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)
         self.button.clicked.connect(two.step)
         self.button.setToolTip("Press X to keep or switch settings")
         two.changed.connect(self.show_state)

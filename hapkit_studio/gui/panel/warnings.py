@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QWidget
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, refill
+from hapkit_studio.gui.widgets.parts import Sign, hbox, hint, refill, vbox
 from hapkit_studio.gui.widgets.text import tip
 from hapkit_studio.workshop.own import switched_off
 
@@ -25,7 +25,7 @@ class WarningLine(QWidget):
         self.setToolTip(tip((text,), ""))
         self.words.setProperty("ink", "warn")
         sign.setAlignment(Qt.AlignmentFlag.AlignTop)
-        across(sign, (self.words, 1), into=self, margins=(8, 4, 8, 4))
+        hbox(sign, (self.words, 1), into=self, margins=(8, 4, 8, 4))
         self.setAccessibleName(f"Warning: {text}")
 
 
@@ -39,11 +39,11 @@ class WarningLines(QWidget):
         self._studio, self._facts = studio, facts
         self._speed = 0.0
         self.texts: list[str] = []
-        self._column = down(into=self, margins=(0, 2, 0, 2), gap=4)
+        self._column = vbox(into=self, margins=(0, 2, 0, 2), gap=4)
         self.hide()
         for signal in (studio.environment_changed, studio.values_changed, facts.changed):
-            signal.connect(self.look)
-        self.look()
+            signal.connect(self.refresh)
+        self.refresh()
 
     @property
     def conditions(self) -> Conditions | None:
@@ -56,9 +56,9 @@ class WarningLines(QWidget):
     def watch(self, speed: float) -> None:
         """Take the handle's highest speed of late in m/s; call it at a few hertz."""
         self._speed = speed
-        self.look()
+        self.refresh()
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Ask the environment, and show what it says if that is something else than before."""
         environment, conditions = self._studio.environment, self.conditions
         if conditions is None:

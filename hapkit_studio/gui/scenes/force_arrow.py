@@ -85,7 +85,7 @@ class ReadOut:
         """Take every number anew at the next look."""
         self._clock.invalidate()
 
-    def look(self, motion: Motion) -> bool:
+    def refresh(self, motion: Motion) -> bool:
         """Set the motion's numbers, all from the row that is drawn; say whether they are new."""
         due = not self._clock.isValid() or self._clock.elapsed() >= EACH_MS or self._contradicts(motion)
         if due:

@@ -125,7 +125,7 @@ class SceneView(QWidget):
         motion.hand = None if target is None or not np.isfinite(target) else 1e3 * target
         motion.clamped, motion.stopped, motion.state = clamped, stopped, self._scene.state(state)
         motion.trail.append(motion.position)
-        if self._words.look(motion):
+        if self._words.refresh(motion):
             said = f"{number(motion.position, 2, sign=True)} mm, force {motion.force_text}"
             self.setAccessibleDescription(f"Handle at {said}. {_HELP}")
         self.update()
@@ -147,7 +147,7 @@ class SceneView(QWidget):
         """Say that the picture stands, with the numbers of its row, or goes on."""
         self._paused = paused
         self._words.invalidate()
-        self._words.look(self._motion)
+        self._words.refresh(self._motion)
         self.update()
 
     def set_grip(self, grip: str) -> None:

@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from hapkit_studio.gui.widgets import breakpoints
-from hapkit_studio.gui.widgets.parts import Sign, across, down, label
+from hapkit_studio.gui.widgets.parts import Sign, hbox, label, vbox
 from hapkit_studio.gui.widgets.theme import theme
 
 Button = tuple[str, Callable[[], object]]
@@ -44,9 +44,9 @@ class Banner(QWidget):
         self.title, self.text = label(wrap=False), label()
         self.title.setFont(theme.font("banner"))
         self.buttons = [self._button(at, words) for at, (words, _) in enumerate(notice.buttons)]
-        words = down(None, self.title, self.text, None, gap=1)
+        words = vbox(None, self.title, self.text, None, gap=1)
         sign = Sign(24, notice.icon, notice.tone)
-        across(sign, (words, 1), *self.buttons, into=self, margins=(14, 0, 12, 0), gap=12)
+        hbox(sign, (words, 1), *self.buttons, into=self, margins=(14, 0, 12, 0), gap=12)
         self.say(notice)
 
     def say(self, notice: Notice) -> None:
@@ -74,7 +74,7 @@ class BannerStack(QWidget):
         super().__init__(parent)
         self._notices: dict[str, Notice] = {}
         self.banners: list[Banner] = []
-        self._column = down(into=self)
+        self._column = vbox(into=self)
         theme.changed.connect(self._rebuild)
         self.hide()
 

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 
 from hapkit_studio.gui.shell.action_set import ActionSet, matches, native
 from hapkit_studio.gui.widgets import breakpoints
-from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.widgets.parts import hbox, label, vbox
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -53,7 +53,7 @@ class FindButton(QPushButton):
         self.setAccessibleName("Find a command")
         words, cap = label("Find a command", "hint", wrap=False), label(native("Ctrl+K"), "key", wrap=False)
         mark(cap, "ink", "ink3")
-        self._row = row = across(words, cap, into=self, margins=(8, 0, 14, 0))
+        self._row = row = hbox(words, cap, into=self, margins=(8, 0, 14, 0))
         row.setAlignment(cap, Qt.AlignmentFlag.AlignVCenter)
         self.clicked.connect(opens)
 
@@ -118,7 +118,7 @@ class CommandPalette(QDialog):
         for column, wide in _COLUMNS.items():
             table.setColumnWidth(column, theme.px(wide))
         table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        down(self.field, (table, 1), into=self, margins=(12, 12, 12, 8), gap=8)
+        vbox(self.field, (table, 1), into=self, margins=(12, 12, 12, 8), gap=8)
         self.setFixedSize(theme.px(_WIDE), theme.px(_HIGH))
 
     def _seek(self, words: str) -> None:

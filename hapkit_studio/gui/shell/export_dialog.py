@@ -35,12 +35,12 @@ class ExportDialog(FormDialog):
         self.save = QPushButton("Save…")
         self._arrange()
         self.save.clicked.connect(self.ask)
-        studio.settings_changed.connect(self.look)
+        studio.settings_changed.connect(self.refresh)
         for box in (self.kits, self.rates):
             box.currentIndexChanged.connect(self.show_limit)
-        self.look()
+        self.refresh()
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """Show what would be written now."""
         studio = self._studio
         self.what.setText(f"{studio.environment.title}, as tuned in the panel")

@@ -31,7 +31,7 @@ from hapkit_studio.gui.widgets.gallery_row import (
     GalleryRow,
     icon_name,
 )
-from hapkit_studio.gui.widgets.parts import down, label
+from hapkit_studio.gui.widgets.parts import label, vbox
 from hapkit_studio.gui.widgets.text import plain_tip
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -246,8 +246,8 @@ class Gallery(QScrollArea):
     def _arrange(self) -> None:
         body = QWidget(self.viewport())
         body.setObjectName("galleryBody")
-        self._own_column = down()
-        down(self.heading, *self.rows.values(), self.own_heading, self._own_column, None, into=body)
+        self._own_column = vbox()
+        vbox(self.heading, *self.rows.values(), self.own_heading, self._own_column, None, into=body)
         for key, row in self.rows.items():
             self._group.addButton(row)
             row.clicked.connect(lambda _on=False, key=key: self._own.choose_built_in(key))

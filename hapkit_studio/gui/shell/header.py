@@ -11,7 +11,7 @@ from hapkit_studio.devices.serial_ports import is_path
 from hapkit_studio.gui.panel.stop_button import StopButton
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import breakpoints, icons
-from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.shortcut_button import ShortcutButton
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.tabs import Tabs
@@ -60,7 +60,7 @@ class DeviceList(QPushButton):
         self.setProperty("tall", True)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.dot, self.word, self._arrow = StateDot(), QLabel(), QLabel()
-        self._row = across(self.dot, (self.word, 1), self._arrow, into=self, margins=(10, 0, 10, 0))
+        self._row = hbox(self.dot, (self.word, 1), self._arrow, into=self, margins=(10, 0, 10, 0))
         for part in (self.dot, self.word, self._arrow):
             part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.menu_of_devices = QMenu(self)
@@ -141,7 +141,7 @@ class Header(QWidget):
         self.panel.hide()
         self.stop = StopButton(studio)
         parts = (self.devices, (self.tabs, 1), self.panel, self.pause, self.record, 4, self.stop)
-        self._row = across(*parts, into=self, margins=(12, 0, 12, 0), gap=12)
+        self._row = hbox(*parts, into=self, margins=(12, 0, 12, 0), gap=12)
         self._row.setAlignment(self.tabs, Qt.AlignmentFlag.AlignBottom)
         self._projected: tuple[QWidget, ...] = ()
         self._on_projector = False

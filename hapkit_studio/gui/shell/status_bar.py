@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QWidget
 
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import Sign, across, down, label
+from hapkit_studio.gui.widgets.parts import Sign, hbox, label, vbox
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.haptics.health import WINDOW_SECONDS
@@ -34,7 +34,7 @@ class Field(QWidget):
         self.link.setProperty("link", True)
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.link.hide()
-        parts = across(self.sign, self.words, self.link, into=self, gap=6)
+        parts = hbox(self.sign, self.words, self.link, into=self, gap=6)
         if edged:
             edge = QFrame()
             edge.setFixedSize(1, 16)
@@ -101,7 +101,7 @@ class StatusBar(QWidget):
         ]
         self.figures = QFrame(parent or self)
         self.figures.setProperty("card", True)
-        down(*(across(line, None) for line in lines), into=self.figures, margins=(14, 10, 14, 10), gap=6)
+        vbox(*(hbox(line, None) for line in lines), into=self.figures, margins=(14, 10, 14, 10), gap=6)
         self.figures.hide()
         self.loop.link.setToolTip("Rate, lateness, missed ticks, computing time, priority")
         self.loop.link.setLayoutDirection(Qt.LayoutDirection.RightToLeft)
@@ -115,7 +115,7 @@ class StatusBar(QWidget):
         self.jumps.setToolTip(_JUMPS)
         self._clamped_until = 0.0
         fields = self.loop, self.clamp, self.margin, self.energy
-        across(*fields, None, self.kept, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
+        hbox(*fields, None, self.kept, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
         self.show_energy("")
         self.show_nothing("Preparing the loop. This happens only once.")
 

@@ -12,7 +12,7 @@ from hapkit_studio.gui.shell.action_set import Action, matches, native
 from hapkit_studio.gui.state.recording import Recording
 from hapkit_studio.gui.widgets.dialogs import TextDialog, WordsDialog, text_dialog
 from hapkit_studio.gui.widgets.glossary import WORDS
-from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.widgets.parts import hbox, label, vbox
 from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class KeysDialog(TextDialog):
         for words, more in lines:
             if explained:
                 part = QWidget()
-                down(label(words, "strong"), label(more, "axis"), into=part, margins=(0, 2, 0, 4))
+                vbox(label(words, "strong"), label(more, "axis"), into=part, margins=(0, 2, 0, 4))
                 form.addRow(part)
             else:
                 form.addRow(words, label(more, "axis", wrap=False))
@@ -88,7 +88,7 @@ class KeysDialog(TextDialog):
         scroll.setMinimumSize(theme.px(_SHEET_WIDE), theme.px(_SHEET_HIGH))
         self.column.addWidget(self.field)
         self.column.addWidget(scroll)
-        self.column.addLayout(across(None, self.leave))
+        self.column.addLayout(hbox(None, self.leave))
 
 
 def priority_dialog(found: "Priority", parent: QWidget) -> TextDialog:

@@ -6,7 +6,7 @@ from hapkit_studio.gui.live.centre import Centre, fill
 from hapkit_studio.gui.shell.header import Header
 from hapkit_studio.gui.state.stored import StoredSettings
 from hapkit_studio.gui.widgets import breakpoints
-from hapkit_studio.gui.widgets.parts import down
+from hapkit_studio.gui.widgets.parts import vbox
 from hapkit_studio.gui.widgets.theme import theme
 
 
@@ -45,8 +45,8 @@ class WindowLayout(QWidget):
         self.side.addWidget(panel)
         fill(self.inner, 1, 1, gallery, centre)
         fill(self.borders, 1, 0, self._left, self.side)
-        self._beside = down((self.inner, 1), replay_bar, into=self._left)
-        self._column = down(header, (self.borders, 1), caption, status, into=self)
+        self._beside = vbox((self.inner, 1), replay_bar, into=self._left)
+        self._column = vbox(header, (self.borders, 1), caption, status, into=self)
         self._place_banners(False)
         self.inner.splitterMoved.connect(self._gallery_dragged)
         self.borders.splitterMoved.connect(self._panel_dragged)

@@ -94,7 +94,7 @@ class Readiness(QObject):
         self._programs: Sequence[Popen] | None = None
         self.requested: str | None = None
         self._watch = QTimer(self, interval=LOOK_MS)
-        self._watch.timeout.connect(self.look)
+        self._watch.timeout.connect(self.refresh)
 
     @property
     def waiting(self) -> tuple[str, ...]:
@@ -119,7 +119,7 @@ class Readiness(QObject):
     def follow(self, programs: Sequence[Popen]) -> None:
         """Wait for these programs, which compile what is expected, and no longer."""
         self._programs = programs
-        self.look()
+        self.refresh()
 
     def request(self, key: str) -> bool:
         """Return whether an environment is ready; if not, it is requested, in place of an older request."""
@@ -145,7 +145,7 @@ class Readiness(QObject):
         """Stop waiting."""
         self._watch.stop()
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """See what has been compiled; announce the requested one if it has."""
         done = self._programs is not None and all(p.poll() is not None for p in self._programs)
         ready = [key for key, e in self._waiting.items() if e.force.is_compiled()]

@@ -40,7 +40,7 @@ class Recording(QObject):
         self._turn = self._job("Recording failed.")
         self._save = self._job("Nothing was saved.")
         self._looks = QTimer(self, interval=LOOK_MS)
-        self._looks.timeout.connect(self._look)
+        self._looks.timeout.connect(self._refresh)
         device.engine_changed.connect(self._follow)
 
     @property
@@ -116,7 +116,7 @@ class Recording(QObject):
         self.newest = written
         self.changed.emit()
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         """Say it once where a recording has ended by itself."""
         progress = self._recorder.progress if self._recorder is not None else None
         if progress is not None and progress.error and progress != self._ended:

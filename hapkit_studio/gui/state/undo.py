@@ -160,7 +160,7 @@ class UndoHistory(QObject):
         self.stack.indexChanged.connect(self.changed)
         self._name, self._applying, self.refusal = "", False, ""
         self.forget()
-        studio.settings_changed.connect(self._look)
+        studio.settings_changed.connect(self._refresh)
 
     def undo(self) -> None:
         """Put the settings back as they were before the last step, or say why they cannot be."""
@@ -203,7 +203,7 @@ class UndoHistory(QObject):
     def _take(self) -> None:
         self._last, self._environments = settings_of(self.studio), dict(self.studio.environments)
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         """Make a step of what a person has changed; a newer version of a law brings values of its own."""
         if self._applying:
             return

@@ -12,7 +12,7 @@ from hapkit_studio.gui.pages.views import Views
 from hapkit_studio.gui.panel.two_settings import TwoSettings, TwoSettingsDialog
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.dialogs import text_dialog
-from hapkit_studio.gui.widgets.parts import across, down, hint, label, primary
+from hapkit_studio.gui.widgets.parts import hbox, hint, label, primary, vbox
 from hapkit_studio.parameters import Parameter
 
 _ABOUT = (
@@ -56,7 +56,7 @@ class BlindPage(Page):
         for place, button in enumerate(self.choices):
             button.clicked.connect(lambda _on=False, place=place: self.answer(place))
         self.end_button.clicked.connect(self.finish)
-        studio.hidden_changed.connect(self._look)
+        studio.hidden_changed.connect(self._refresh)
 
     def begin(self) -> None:
         """Mix A and B, and render the first."""
@@ -79,9 +79,9 @@ class BlindPage(Page):
         """Render what the window shows, and tell the score."""
         self._studio.hide_values(None)
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         if not self._studio.hidden:
-            self._studio.hidden_changed.disconnect(self._look)
+            self._studio.hidden_changed.disconnect(self._refresh)
             self.ended.emit(score(self.right, self.answers))
 
     def _render(self) -> None:
@@ -102,9 +102,9 @@ class BlindPage(Page):
         card = QFrame()
         card.setProperty("card", True)
         self.sign.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        head = across(None, label(self._question, "title", wrap=False), *self.choices, None)
-        foot = across(None, self.switch, hint("X"), None)
-        down(None, self.sign, foot, head, across(None, self.count, None), None, into=card, gap=16)
+        head = hbox(None, label(self._question, "title", wrap=False), *self.choices, None)
+        foot = hbox(None, self.switch, hint("X"), None)
+        vbox(None, self.sign, foot, head, hbox(None, self.count, None), None, into=card, gap=16)
         self.column.addWidget(card)
         self.side = SidePanel("Blind comparison", _ABOUT)
         self.side.add(primary(self.end_button))

@@ -11,7 +11,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, not_in_force, put, settings_of
 from hapkit_studio.gui.teach.demos import Demo, Step
-from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, label
+from hapkit_studio.gui.widgets.parts import Sign, hbox, hint, label, vbox
 from hapkit_studio.gui.widgets.theme import theme
 
 FRAME_MS = 16
@@ -40,7 +40,7 @@ class DemoPlayer(QObject):
         self._ours: Settings = {}
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._frames.timeout.connect(self.tick)
-        studio.settings_changed.connect(self._look)
+        studio.settings_changed.connect(self._refresh)
         for signal in (studio.lock_changed, studio.hidden_changed):
             signal.connect(self.end)
         studio.stop_changed.connect(self._end_if_stopped)
@@ -133,7 +133,7 @@ class DemoPlayer(QObject):
             return
         self.changed.emit()
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         """End where a person has changed a setting."""
         if self.demo is not None and not self._studio.temporary and settings_of(self._studio) != self._ours:
             self.end()
@@ -163,9 +163,9 @@ class CaptionBar(QWidget):
         self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.leave.setToolTip("End the demo. Your settings come back, as they do when you take the handle")
         self.leave.clicked.connect(player.end)
-        said = down(None, self.words, self.note, None)
-        beside = down(None, self.title, self.leave, None, gap=4)
-        across(Sign(24, "play", "accent"), (said, 1), beside, into=self, margins=(14, 0, 12, 0), gap=12)
+        said = vbox(None, self.words, self.note, None)
+        beside = vbox(None, self.title, self.leave, None, gap=4)
+        hbox(Sign(24, "play", "accent"), (said, 1), beside, into=self, margins=(14, 0, 12, 0), gap=12)
         player.changed.connect(self.show_state)
         theme.changed.connect(self._fit)
         self._fit()

@@ -12,7 +12,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.gallery_row import icon_name
 from hapkit_studio.gui.widgets.numbers import ValueSlider
-from hapkit_studio.gui.widgets.parts import AnswerLine, Sign, across, down, label, refill, rule
+from hapkit_studio.gui.widgets.parts import AnswerLine, Sign, hbox, label, refill, rule, vbox
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.gui.widgets.theme import theme
@@ -41,16 +41,14 @@ class LargeValue(QWidget):
         name.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.figure = label(role="figure", wrap=False)
         unit = label(self.quantity.unit if self.quantity else "", "readout", wrap=False)
-        value = across(self.figure, unit, None, gap=6)
+        value = hbox(self.figure, unit, None, gap=6)
         value.setAlignment(unit, Qt.AlignmentFlag.AlignBottom)
         self.padlock = Sign(16, "lock")
         self.slider = ValueSlider(self.quantity) if self.quantity else None
         if self.slider is not None and self.quantity is not None:
             self.slider.setAccessibleName(parameter.label)
             self.slider.picked.connect(lambda shown, to_si=self.quantity.si: self._set(to_si(shown)))
-        down(
-            across(name, self.padlock, None, gap=6), value, *([self.slider] if self.slider else []), into=self
-        )
+        vbox(hbox(name, self.padlock, None, gap=6), value, *([self.slider] if self.slider else []), into=self)
         self.show_value()
 
     def show_value(self) -> None:
@@ -90,8 +88,8 @@ class ValueCard(QWidget):
         self._studio, self._settings = studio, settings
         self.values: list[LargeValue] = []
         self.verdict = AnswerLine()
-        self._column = down(gap=6)
-        down(self._column, None, rule(), self.verdict, into=self, margins=(14, 8, 14, 8), gap=6)
+        self._column = vbox(gap=6)
+        vbox(self._column, None, rule(), self.verdict, into=self, margins=(14, 8, 14, 8), gap=6)
         studio.environment_changed.connect(self.rebuild)
         for changed in (studio.values_changed, studio.lock_changed):
             changed.connect(self._show_values)
@@ -162,7 +160,7 @@ class Title(QWidget):
         self.setObjectName("projectorTitle")
         self.picture, self.title, self.formula = Sign(28), label(role="title", wrap=False), QLabel()
         self.formula.setTextFormat(Qt.TextFormat.RichText)
-        across(self.picture, self.title, 8, self.formula, None, into=self)
+        hbox(self.picture, self.title, 8, self.formula, None, into=self)
         studio.environment_changed.connect(self.show_state)
         theme.changed.connect(self.show_state)
         self.show_state()

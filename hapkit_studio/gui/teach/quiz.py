@@ -19,7 +19,7 @@ from hapkit_studio.gui.state.background import Job, Progress
 from hapkit_studio.gui.state.permissions import QUIZ
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.numbers import NumberBox
-from hapkit_studio.gui.widgets.parts import AnswerLine, across, hint, label, primary
+from hapkit_studio.gui.widgets.parts import AnswerLine, hbox, hint, label, primary
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.quantity import Quantity
 
@@ -142,7 +142,7 @@ class QuizSide(SidePanel):
         name.setBuddy(self.box)
         self.box.setAccessibleName(f"{name.text()} in {self.quantity.unit}")
         self.box.setFixedWidth(BOX_WIDE)
-        across((name, 1), self.box, label(self.quantity.unit, wrap=False), into=row)
+        hbox((name, 1), self.box, label(self.quantity.unit, wrap=False), into=row)
         self.section(self._studio.environment.title)
         self.add(row, primary(self.show_true), self.answer, self.count, self.more, self.leave)
 
@@ -154,7 +154,7 @@ class Quiz(QObject):
         super().__init__(window)
         self._studio, self._card, self._views = studio, card, views
         self.side: QuizSide | None = None
-        studio.hidden_changed.connect(self._look)
+        studio.hidden_changed.connect(self._refresh)
         studio.engine_changed.connect(self.end)  # calm holds for one device
 
     @property
@@ -179,7 +179,7 @@ class Quiz(QObject):
         if self.side is not None:
             self._studio.hide_values(None)
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         if self.side is not None and not self._studio.hidden:
             side, self.side = self.side, None
             self._views.cover(None)

@@ -8,7 +8,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDialog, QFormLayout, QLineEdit, QPushButton, QWidget
 
 from hapkit_studio.gui.widgets import breakpoints
-from hapkit_studio.gui.widgets.parts import AnswerLine, across, down, label, primary
+from hapkit_studio.gui.widgets.parts import AnswerLine, hbox, label, primary, vbox
 from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class TextDialog(QDialog):
             if old is not self and old.isVisible() and old.windowTitle() == title:
                 self.move(old.pos())
                 old.close()
-        self.column = down(label(title, "title", wrap=False), into=self, margins=(20, 16, 20, 16), gap=12)
+        self.column = vbox(label(title, "title", wrap=False), into=self, margins=(20, 16, 20, 16), gap=12)
         self.leave = QPushButton("Close")
         self.leave.clicked.connect(self.close)
 
@@ -45,7 +45,7 @@ def text_dialog(title: str, paragraphs: list[str], parent: QWidget | None = None
         words.setMinimumWidth(460)
         words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         dialog.column.addWidget(words)
-    dialog.column.addLayout(across(None, dialog.leave))
+    dialog.column.addLayout(hbox(None, dialog.leave))
     return dialog
 
 
@@ -72,7 +72,7 @@ class WordsDialog(TextDialog):
         self.add.setDefault(True)
         self.add.clicked.connect(self._add)
         self.column.addWidget(self.text)
-        self.column.addLayout(across(None, self.add, self.leave))
+        self.column.addLayout(hbox(None, self.add, self.leave))
 
     def _add(self) -> None:
         self._take(self.text.text().strip())
@@ -109,7 +109,7 @@ class FormDialog(TextDialog):
             name = label(words, "axis", wrap=False)
             name.setBuddy(widget)
             widget.setAccessibleName(words)
-            form.addRow(name, across((widget, 1), *([behind] if behind else [])))
+            form.addRow(name, hbox((widget, 1), *([behind] if behind else [])))
         self.column.addLayout(form)
 
     def add_verdict(self, lines: int) -> None:
@@ -119,4 +119,4 @@ class FormDialog(TextDialog):
 
     def add_buttons(self, main: QPushButton, left: Sequence[QPushButton] = ()) -> None:
         """Add the row of buttons, the one that does it and the closing one at the right."""
-        self.column.addLayout(across(*left, None, primary(main), self.leave))
+        self.column.addLayout(hbox(*left, None, primary(main), self.leave))

@@ -28,7 +28,7 @@ Margins = tuple[int, int, int, int]
 _Box = TypeVar("_Box", bound=QBoxLayout)
 
 
-def across(
+def hbox(
     *parts: Part, into: QWidget | None = None, margins: Margins = (0, 0, 0, 0), gap: int = 8
 ) -> QHBoxLayout:
     """Return a row of parts: a number is a space in px, None a stretch, (part, n) a part with stretch n.
@@ -38,7 +38,7 @@ def across(
     return _filled(QHBoxLayout(into) if into else QHBoxLayout(), parts, margins, gap)
 
 
-def down(
+def vbox(
     *parts: Part, into: QWidget | None = None, margins: Margins = (0, 0, 0, 0), gap: int = 0
 ) -> QVBoxLayout:
     """Return a column of parts, as in ``across``."""
@@ -142,7 +142,7 @@ class AnswerLine(QWidget):
     def __init__(self, text: str = "", margins: Margins = (0, 0, 0, 0)):
         super().__init__()
         self.sign, self.words = Sign(), label(role="headline")
-        across(self.sign, (self.words, 1), into=self, margins=margins)
+        hbox(self.sign, (self.words, 1), into=self, margins=margins)
         self.say(text)
 
     def say(self, text: str, sign: str = "circle", token: str = "ink2") -> None:
@@ -157,7 +157,7 @@ class AnswerLines(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.lines: list[AnswerLine] = []
-        self._column = down(into=self, gap=4)
+        self._column = vbox(into=self, gap=4)
 
     @property
     def text(self) -> str:
@@ -207,7 +207,7 @@ class ScrollColumn(QScrollArea):
         bar = self.verticalScrollBar()
         bar.ensurePolished()  # its width comes from the style sheet
         beside = max(SIDE - bar.sizeHint().width(), 0)
-        self.column = down(None, into=self.body, margins=(SIDE, top, beside, top), gap=gap)
+        self.column = vbox(None, into=self.body, margins=(SIDE, top, beside, top), gap=gap)
         self._cover = QWidget(self)
         self._cover.setObjectName("panelBody")
         self._cover.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)

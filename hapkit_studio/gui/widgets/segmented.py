@@ -3,7 +3,7 @@
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QButtonGroup, QPushButton, QWidget
 
-from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.parts import hbox
 
 
 class Segmented(QWidget):
@@ -14,7 +14,7 @@ class Segmented(QWidget):
     def __init__(self, name: str, options: tuple[str, ...]):
         super().__init__()
         self._group = QButtonGroup(self)
-        row = across(into=self, gap=0)
+        row = hbox(into=self, gap=0)
         places = ("first", *["middle"] * (len(options) - 2), "last")[: len(options)]
         for index, (option, place) in enumerate(zip(options, places, strict=True)):
             button = QPushButton(option)

@@ -4,7 +4,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -24,7 +24,7 @@ class ShortcutButton(QPushButton):
         parts = (self.picture, self.word, self.cap)
         for part in parts:
             part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self._row = across(*parts, into=self)
+        self._row = hbox(*parts, into=self)
         for part in parts:
             self._row.setAlignment(part, Qt.AlignmentFlag.AlignVCenter)
         self._icon, self._color, self._cap_color = icon, "ink", "ink3"

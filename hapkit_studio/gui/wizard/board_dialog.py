@@ -13,7 +13,7 @@ from hapkit_studio.analysis.calibrate.result import FAIL, PASS, SKIP, WARN, Chec
 from hapkit_studio.devices.board_runner import motor_force
 from hapkit_studio.devices.profiles import readings
 from hapkit_studio.gui.panel.stop_button import StopButton
-from hapkit_studio.gui.widgets.parts import Sign, across, down, keep_size_when_hidden, label
+from hapkit_studio.gui.widgets.parts import Sign, hbox, keep_size_when_hidden, label, vbox
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 
@@ -59,7 +59,7 @@ class BoardDialog(QDialog):
         self.stop, self.release = StopButton(studio), QPushButton("Release E-stop")
         self.close_button = QPushButton("Close")
         self.close_button.clicked.connect(self.close_or_cancel)
-        self.column = down(self._header(), into=self)
+        self.column = vbox(self._header(), into=self)
         self._frames = QTimer(self, interval=FRAME_MS)
         self._frames.timeout.connect(self._show_frame)
         studio.stop_changed.connect(self._stop_changed)
@@ -165,7 +165,7 @@ class BoardDialog(QDialog):
         for button in (self.release, self.stop):
             button.setAutoDefault(False)
         title = label(self.title, "title")
-        across((title, 1), self.release, self.stop, into=header, margins=(24, 0, 12, 0), gap=12)
+        hbox((title, 1), self.release, self.stop, into=header, margins=(24, 0, 12, 0), gap=12)
         return header
 
 
@@ -181,8 +181,8 @@ class ResultBox(QFrame):
         self.bar.setAccessibleName("Progress")
         keep_size_when_hidden(self.bar)
         self.bar.hide()
-        text = down(None, self.words, self.remedy, None, gap=4)
-        down((across(self.sign, (text, 1), gap=12), 1), self.bar, into=self, margins=(14, 7, 14, 4), gap=2)
+        text = vbox(None, self.words, self.remedy, None, gap=4)
+        vbox((hbox(self.sign, (text, 1), gap=12), 1), self.bar, into=self, margins=(14, 7, 14, 4), gap=2)
         self.setMinimumHeight(66)  # two lines, so that most results move nothing
 
     def show_text(self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL) -> None:

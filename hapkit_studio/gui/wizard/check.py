@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QLayout, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.checks import CHECKS, Report, run_all
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
-from hapkit_studio.gui.widgets.parts import Sign, across, down, label, primary
+from hapkit_studio.gui.widgets.parts import Sign, hbox, label, primary, vbox
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent, ResultBox
 
@@ -103,5 +103,5 @@ class CheckDialog(BoardDialog):
         for button in (self.test, self.close_button):
             button.setProperty("tall", True)
             button.setAutoDefault(False)
-        buttons = across(self.test, None, self.close_button)
-        return down(grid, None, self.box, buttons, margins=(24, 18, 24, 18), gap=12)
+        buttons = hbox(self.test, None, self.close_button)
+        return vbox(grid, None, self.box, buttons, margins=(24, 18, 24, 18), gap=12)

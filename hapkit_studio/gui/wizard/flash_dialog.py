@@ -41,11 +41,11 @@ class FlashDialog(FormDialog):
         self.again, self.write = QPushButton("Look again"), QPushButton("Flash")
         self._arrange()
         self._join()
-        self.look()
+        self.refresh()
 
     # what a person does
 
-    def look(self) -> None:
+    def refresh(self) -> None:
         """List the ports there are, the one in use first chosen, and find avrdude."""
         self.ports.clear()
         self.write.setText("Flash")
@@ -166,7 +166,7 @@ class FlashDialog(FormDialog):
 
     def _join(self) -> None:
         self.write.clicked.connect(self.begin)
-        self.again.clicked.connect(self.look)
+        self.again.clicked.connect(self.refresh)
         self.choose.clicked.connect(lambda: choose_file(self, "Where is avrdude?", "", self.use))
         self.job.progressed.connect(self._follow)
         self.job.running_changed.connect(self._look_at_job)

@@ -4,7 +4,7 @@ from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.paddle import SweepResult
 from hapkit_studio.analysis.calibrate.result import passed, warn
 from hapkit_studio.analysis.identify import words
-from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.widgets.parts import hbox, label, vbox
 from hapkit_studio.gui.wizard.board_dialog import Recent
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.pictures import PositionPlot
@@ -34,8 +34,8 @@ class FrictionStep(StepPage):
         self.sweep = self.button("Sweep", self.start, primary=True, motor=True)
         self.add_row(self.sweep)
         self.found = {key: label("–", "found") for key in _ESTIMATES}
-        cells = [down(label(name, "axis"), self.found[key]) for key, name in _ESTIMATES.items()]
-        self.column.addLayout(across(*cells, None, gap=24))
+        cells = [vbox(label(name, "axis"), self.found[key]) for key, name in _ESTIMATES.items()]
+        self.column.addLayout(hbox(*cells, None, gap=24))
 
     def enter(self) -> None:
         super().enter()

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QFrame, QLabel, QPushButton, QScro
 from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION, Calibration
 from hapkit_studio.analysis.calibrate.result import CheckResult
 from hapkit_studio.formatting import MINUS
-from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.widgets.parts import hbox, label, vbox
 from hapkit_studio.gui.widgets.parts import primary as as_primary
 from hapkit_studio.gui.wizard.board_dialog import Recent, ResultBox
 from hapkit_studio.gui.wizard.board_thread import BoardThread
@@ -42,8 +42,8 @@ class StepPage(QWizardPage):
         self._buttons: list[tuple[QPushButton, Callable[[], bool]]] = []
         self.box, self.hint = ResultBox(), label()
         self.hint.setProperty("ink", "ink2")
-        self.column = down(label(self.heading, "title"), margins=(_SIDE, 18, _SIDE, _SPACE), gap=_SPACE)
-        self.foot = down(self.box, self.hint, margins=(_SIDE, 0, _SIDE, _SPACE), gap=6)
+        self.column = vbox(label(self.heading, "title"), margins=(_SIDE, 18, _SIDE, _SPACE), gap=_SPACE)
+        self.foot = vbox(self.box, self.hint, margins=(_SIDE, 0, _SIDE, _SPACE), gap=6)
         content, area = QWidget(), QScrollArea()
         content.setLayout(self.column)
         area.setFrameShape(QFrame.Shape.NoFrame)
@@ -53,7 +53,7 @@ class StepPage(QWizardPage):
         area.setWidget(content)
         content.setAutoFillBackground(False)
         area.viewport().setAutoFillBackground(False)
-        down((area, 1), self.foot, into=self)
+        vbox((area, 1), self.foot, into=self)
         if self.words:
             self.add_text(self.words)
         self.box.show_text(self.begin)
@@ -96,7 +96,7 @@ class StepPage(QWizardPage):
 
     def add_row(self, *parts: QWidget) -> None:
         """Add parts side by side, left-aligned."""
-        self.column.addLayout(across(*parts, None, gap=10))
+        self.column.addLayout(hbox(*parts, None, gap=10))
 
     def add_handle(self, picture: QWidget | None = None) -> None:
         """Add a picture of the handle, with a draggable hand if the board has one, beside another picture."""
@@ -107,7 +107,7 @@ class StepPage(QWizardPage):
         if picture is None:
             self.column.addWidget(view)
         else:
-            self.column.addLayout(across((picture, 1), (view, 1), gap=10), 1)
+            self.column.addLayout(hbox((picture, 1), (view, 1), gap=10), 1)
 
     def button(
         self,

@@ -11,7 +11,7 @@ from hapkit_studio.analysis.calibrate.result import passed
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.devices.calibration_file import MEASURED, setting_label, setting_text
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.widgets.parts import across, label
+from hapkit_studio.gui.widgets.parts import hbox, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.step_page import StepPage
@@ -61,7 +61,7 @@ class SaveStep(StepPage):
         )
         self.keep = self.button("Keep", self.keep_everything)
         buttons = self.save, self.undo, self.undo_all, self.keep
-        self.foot.insertLayout(0, across(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
+        self.foot.insertLayout(0, hbox(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
         self.file = self.add_text()
         self.file.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.file.hide()

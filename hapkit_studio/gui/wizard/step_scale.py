@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QLabel
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, CheckResult
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
 from hapkit_studio.formatting import number
-from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.widgets.parts import hbox, label, vbox
 from hapkit_studio.gui.wizard.board_dialog import SIGNS
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.step_page import StepPage, ThousandthsBox
@@ -49,9 +49,9 @@ class ScaleStep(StepPage):
         for box in self.radii.values():
             box.valueChanged.connect(lambda _value: self.offer_buttons())
         self.set_radii = self.button("Use these radii", self.use_radii, ready=self._radii_differ)
-        cells = [down(QLabel(words), self.radii[key], gap=6) for key, words in _RADII]
+        cells = [vbox(QLabel(words), self.radii[key], gap=6) for key, words in _RADII]
         self.column.addWidget(label("Radii of your kit, not diameters:", "hint"))
-        self.column.addLayout(across(*cells, down(None, self.set_radii), None))
+        self.column.addLayout(hbox(*cells, vbox(None, self.set_radii), None))
         self.column.addStretch(1)
         self._offer_mark()
 

@@ -14,7 +14,7 @@ from hapkit_studio.analysis.calibrate.motor import (
 from hapkit_studio.analysis.calibrate.result import PASS, passed
 from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.formatting import number
-from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.wizard.board_dialog import SIGNS
 from hapkit_studio.gui.wizard.board_thread import BoardThread
@@ -84,9 +84,9 @@ class StrengthStep(StepPage):
             ready=lambda: len(self.calibration.pulled) > 1,
         )  # fmt: skip
         weights, scale, springs = QWidget(), QWidget(), QWidget()
-        across(QLabel("Mass at the handle"), self.mass, self.carry, self.use, None, into=weights)
-        across(self.push, self.enough, QLabel("The scale reads"), self.reading, self.take, None, into=scale)
-        across(
+        hbox(QLabel("Mass at the handle"), self.mass, self.carry, self.use, None, into=weights)
+        hbox(self.push, self.enough, QLabel("The scale reads"), self.reading, self.take, None, into=scale)
+        hbox(
             QLabel("Stiffness of the spring"), self.stiffness, self.pull, self.use_pulled, None, into=springs
         )
         for row in (weights, scale, springs):

@@ -49,7 +49,7 @@ def watched_only_on_the_computer(window):
     phase.choose(len(phase.plots))
     assert phase.note.isHidden()
     conn.state.handover = link.ON_BOARD
-    window.comparison._look()
+    window.comparison._refresh()
     assert "part of the computer's loop" in phase.note.text()
     assert phase.note.isVisibleTo(window)
     phase.choose(0)

@@ -167,7 +167,7 @@ def test_it_stands_still_and_goes_a_while_after_the_last_although_the_excess_sta
     for share, there in ((0.99, True), (0.02, False)):
         alarm.now += share * energy.HOLD_S
         alarm.strike(8e-3)
-        alarm.watch.look()
+        alarm.watch.refresh()
         assert (alarm.said is not None) == there
     alarm.strike(8.8e-3)
     assert alarm.said == (GAVE, "warn"), "what the next bounce gives, not both"

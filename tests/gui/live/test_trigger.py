@@ -44,7 +44,7 @@ def come(view, trigger, stop, start=0.0, frame=16):
     rows = telemetry(round((stop - start) * RATE), round(start * RATE))
     for first in range(0, len(rows), frame):
         view.live.append(rows[first : first + frame])
-        trigger.look()
+        trigger.refresh()
         if not view.follows and view.zero not in stood:
             stood.append(view.zero)
     return stood
@@ -124,7 +124,7 @@ def test_what_came_before_it_was_armed_or_while_paused_or_in_another_scene_is_no
     assert view.follows
     view.live.append(telemetry(2000, 2500))  # touches at 4.30 s
     view.live.begin_anew()
-    trigger.look()
+    trigger.refresh()
     assert view.follows
     assert come(view, trigger, 8.0, start=4.5) == [first_sample(TOUCHES + 3.0 * PERIOD)]
 

@@ -97,7 +97,7 @@ def test_what_was_known_stays_in_sight_until_the_board_has_answered(board_window
     before = column(board_window, 1)
     monkeypatch.setattr(BackgroundPlanner, "plan", lambda self, planner, request: planner.known(request))
     studio.choose("hard_surface")
-    board_window.live.look()
+    board_window.live.refresh()
     assert column(board_window, 1)[1] == before[1]
     assert switch.switch.button(1).isEnabled()
     assert not switch.note.text()
@@ -127,7 +127,7 @@ def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
     for which, delay in ((0, 1.0e-3), (1, 0.2e-3)):
         delays.values[which, :500] = delay
         delays.counts[which] = 500
-    board_window.live.look()
+    board_window.live.refresh()
     assert column(board_window, 0)[0] == "1.00 ± 0.00"
     assert column(board_window, 1)[0] == "0.20 ± 0.00"
     qtbot.waitUntil(lambda: column(board_window, 1)[2] != rendering.UNKNOWN, timeout=PATIENCE_MS)
@@ -148,7 +148,7 @@ def test_table_and_card_say_one_delay(board_window, qtbot, where):
     conn.state.handover = link.ON_BOARD if where == "board" else link.ON_COMPUTER
     for delay in (0.140e-3, 0.1449e-3, 0.1495e-3, 0.157e-3, 0.934e-3, 0.949e-3, 0.966e-3):
         conn.delays.values[index, :500], conn.delays.counts[index] = delay, 500
-        board_window.live.look()
+        board_window.live.refresh()
         said = column(board_window, index)[0].split()[0]
         assert 1e-3 * float(said) == pytest.approx(delay, abs=8e-6 if delay < 0.5e-3 else 16e-6)
         qtbot.waitUntil(lambda said=said: f"Delay: {said} ms" in card.words.text(), timeout=PATIENCE_MS)

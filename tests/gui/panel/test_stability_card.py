@@ -179,5 +179,5 @@ def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, mon
     fault = SimpleNamespace(text="Fault: no sensor frame for 20 ms.", detail="", code=1)
     qtbot.waitUntil(lambda: card.verdict.text == "Measuring the delay", timeout=PATIENCE_MS)
     monkeypatch.setattr(type(engine), "fault", property(lambda _self: fault))
-    board_window.live.look()
+    board_window.live.refresh()
     qtbot.waitUntil(lambda: card.verdict.text == "Not measured while the motor is off", timeout=PATIENCE_MS)

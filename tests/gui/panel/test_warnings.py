@@ -82,7 +82,7 @@ def test_what_is_rendered_with_is_the_device_and_loop_in_force(kept_window, qtbo
     studio.set_loop(delay=1e-3, estimator="iir")
 
     def late() -> bool:
-        kept_window.live.look()  # the loop takes the new delay at its next tick
+        kept_window.live.refresh()  # the loop takes the new delay at its next tick
         return lines.conditions.delay == 1e-3
 
     qtbot.waitUntil(late, timeout=PATIENCE_MS)

@@ -297,7 +297,7 @@ def test_refused_values_priority_and_a_banner_fit_as_well(window, qapp, size):
     for row in window.panel.parameters.rows.values():
         if isinstance(row, ParameterRow):
             row.show_error(row.quantity.limits())
-    window.live.look()
+    window.live.refresh()
     assert not window.studio.engine.health().priority.realtime
     settle(qapp, window, size)
     assert size[0] >= breakpoints.BANNERS_BESIDE_PANEL or window.banners.banners[0].width() == size[0]

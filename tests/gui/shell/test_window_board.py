@@ -55,7 +55,7 @@ def test_the_delay_is_measured_and_the_rate_is_the_boards(board_window, qtbot):
     window = board_window
 
     def measured():
-        window.live.look()
+        window.live.refresh()
         return 0.0 < (window.studio.engine.health().delay or 0.0) < 0.05
 
     qtbot.waitUntil(measured)

@@ -80,7 +80,7 @@ def rows_since(window, qtbot, least, before=0):
 
 def until_link(window, qtbot, state):
     def reached():
-        window.live.look()
+        window.live.refresh()
         if window.studio.link.state == "failed":
             window.studio.device.reconnect()  # it took more than the 4 s of a handshake
         return window.studio.link.state == state

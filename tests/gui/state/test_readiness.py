@@ -50,7 +50,7 @@ class Compiler:
     def die(self) -> None:
         self.program.kill()
         self.program.wait()
-        self.window.studio.readiness.look()
+        self.window.studio.readiness.refresh()
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def test_rows_say_which_environments_are_not_ready(window, compiler):
     assert {key for key in window.gallery.rows if words(window, key) != "Preparing…"} == set(READY)
     before = window.gallery.rows["puck"].grab().toImage()
     compiler.finish("puck")
-    window.studio.readiness.look()
+    window.studio.readiness.refresh()
     assert words(window, "puck") == "Shove it, catch it"
     assert window.gallery.rows["puck"].grab().toImage() != before
     assert words(window, "cat") == "Preparing…"
@@ -94,7 +94,7 @@ def test_a_click_is_remembered_and_nothing_is_compiled_here(window, compiler, fo
     assert not window.gallery.rows["puck"].isChecked()
     assert words(window, "puck") == environment_library.WORDS["next"]
     compiler.finish("cat")
-    window.studio.readiness.look()
+    window.studio.readiness.refresh()
     assert forced == []
     compiler.finish("puck")
     qtbot.waitUntil(lambda: forced == ["puck"])
@@ -109,7 +109,7 @@ def test_another_choice_takes_the_wish_back(window, compiler, forced):
         window.actions_by_key.run(f"environment.{other}")
         assert words(window, "puck") == "Preparing…"
     compiler.finish("puck", "cat")
-    window.studio.readiness.look()
+    window.studio.readiness.refresh()
     assert window.studio.environment.key == "cat"
     assert "puck" not in forced
 

@@ -188,8 +188,8 @@ def test_a_recording_that_ends_by_itself_says_when_and_why_once(window, monkeypa
     path.write_bytes(b"1234")
     why = "The disk is full. Everything up to there is saved."
     monkeypatch.setattr(recording._recorder, "progress", Progress(path, 252_000, 4, 252.9, why))
-    recording._look()
-    recording._look()
+    recording._refresh()
+    recording._refresh()
     assert said == [("Recording stopped at 4:12.", why)]
     assert window.header.record.word.text() == "Record"
     assert window.status.kept.words.text() == "full, 0 kB"

@@ -29,17 +29,17 @@ def measure(window, delay, which=0):
     """Let one way of rendering have had a delay in s for a while."""
     delays = window.studio.engine.driver.conn.delays
     delays.values[which, :500], delays.counts[which] = delay, 500
-    window.live.look()
+    window.live.refresh()
 
 
 def test_a_link_too_slow_for_the_computer_offers_the_board_and_other_faults_do_not(board_window):
     studio, engine = board_window.studio, board_window.studio.engine
     latch(engine.arrays, arrays.OVER_SPEED, 3.4, 0.0)
-    board_window.live.look()
+    board_window.live.refresh()
     assert list(ways_on(board_window, "fault")) == ["Clear fault"]
     store_release(engine.arrays.control.fault, 0, arrays.NO_FAULT)
     latch(engine.arrays, arrays.SLOW_LINK, 0.032, 0.025)
-    board_window.live.look()
+    board_window.live.refresh()
     notice = board_window.banners.get("fault")
     assert "32 ms from a sample to its force" in notice.title
     assert [words for words, _ in notice.buttons] == [WAY_OUT, "Clear fault"]
@@ -51,7 +51,7 @@ def test_a_law_that_is_too_slow_is_named_with_its_duration_and_the_period(board_
     r = board_window.studio.engine.arrays
     r.tick.slow_law = board_window.studio.environment.force.compiled().address
     latch(r, arrays.SLOW_LAW, 0.0168, 1e-3)
-    board_window.live.look()
+    board_window.live.refresh()
     notice = board_window.banners.get("fault")
     assert notice.title == "Fault: the law of Wall takes 16.8 ms, a period is 1 ms."
     assert notice.text == "Force is zero. Simplify the law or lower the rate. Then clear."
@@ -61,7 +61,7 @@ def test_a_law_that_is_too_slow_is_named_with_its_duration_and_the_period(board_
 def test_a_clock_that_jumps_is_said_while_the_force_is_zero(board_window):
     engine = board_window.studio.engine
     mark_stale(engine.arrays, 10.0, arrays.CLOCK_JUMP)
-    board_window.live.look()
+    board_window.live.refresh()
     notice = board_window.banners.get("stale")
     assert notice.title == "Fault: the board's clock jumped."
     assert notice.text == "The force is zero. It comes back by itself when the sensor answers again."
@@ -83,7 +83,7 @@ def test_the_board_is_not_offered_where_it_cannot(board_window, qtbot):
     studio.set_values({"integrator": "exact", "stiffness": 2000.0, "contact_stiffness": 5000.0})
     answered(board_window, qtbot)
     latch(studio.engine.arrays, arrays.SLOW_LINK, 0.032, 0.025)
-    board_window.live.look()
+    board_window.live.refresh()
     assert list(ways_on(board_window, "fault")) == ["Clear fault"]
 
 
@@ -92,7 +92,7 @@ def test_a_delay_that_nobody_can_measure_is_said_while_forces_go_out(board_windo
     monkeypatch.setattr(notices, "NO_DELAY_MS", -1)
 
     def told():
-        window.live.look()
+        window.live.refresh()
         return window.banners.get("delay")
 
     assert told() is None  # no sample has come, so no force has gone
@@ -115,7 +115,7 @@ def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_ar
 ):
     window, seq = board_window, [0]
     monkeypatch.setattr(notices, "NO_DATA_MS", 50)
-    qtbot.waitUntil(lambda: window.live.look() or window.banners.get("silence") is not None)
+    qtbot.waitUntil(lambda: window.live.refresh() or window.banners.get("silence") is not None)
     notice = window.banners.get("silence")
     assert notice.title.endswith("is connected, but sends no samples.")
     assert [text for text, _ in notice.buttons] == ["Try again", "Use simulated Hapkit"]
@@ -129,7 +129,7 @@ def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_ar
             return False
         window.studio.engine.device.latency = Latency(0.016, True, "/dev/ttyUSB0")
         window.live.tick()
-        window.live.look()
+        window.live.refresh()
         return "3.5" in window.stability.words.text()
 
     qtbot.waitUntil(late)

@@ -28,13 +28,13 @@ def test_a_fault_shows_its_reason_and_is_cleared_by_hand(kept_window, qtbot):
     window = kept_window
     window.studio.engine.arrays.control.fault[0] = arrays.OVER_SPEED
     window.studio.engine.arrays.tick.fault_value = 3.4
-    window.live.look()
+    window.live.refresh()
     (banner,) = window.banners.banners
     assert banner.title.text().startswith("Fault: over-speed, 3.4 m/s (limit ")
     assert banner.text.text() == "Force is zero. Hold the handle, then clear."
     QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: window.studio.fault is None)
-    window.live.look()
+    window.live.refresh()
     assert window.banners.banners == []
 
 

@@ -13,7 +13,7 @@ from hapkit_studio.gui.pages.break_it.record import Record
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.panel.rows import ParameterRow
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import Sign, across, down, label
+from hapkit_studio.gui.widgets.parts import Sign, hbox, label, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark
 
@@ -27,9 +27,9 @@ class KnobBar(QWidget):
         super().__init__()
         self._record = record
         self.row = ParameterRow(record.failure.knob)
-        self._place = down(self.row)
+        self._place = vbox(self.row)
         self.inside, self.outside = QPushButton(autoDefault=True), QPushButton(autoDefault=True)
-        across((self._place, 1), self.inside, self.outside, into=self)
+        hbox((self._place, 1), self.inside, self.outside, into=self)
         self.inside.clicked.connect(lambda: self.turned.emit(1.0 - self._record.failure.margin))
         self.outside.clicked.connect(lambda: self.turned.emit(1.0 + self._record.failure.margin))
         self.show_record(record)
@@ -76,7 +76,7 @@ class VerdictRow(QWidget):
         self.back = QPushButton("Take back", autoDefault=True)
         icons.bind(self.feel, "hand", "ink", 18)
         icons.bind(self.back, "reset", "ink", 18)
-        across(self.sign, (down(self.words, self.more), 1), self.back, self.feel, into=self)
+        hbox(self.sign, (vbox(self.words, self.more), 1), self.back, self.feel, into=self)
 
     def show_record(
         self, record: Record, harmless: bool, felt: bool, taken: bool, gone: bool = False
@@ -144,8 +144,8 @@ class Detail(QScrollArea):
         sheet = QWidget()
         sheet.setMinimumSize(560, 350)
         sheet.setObjectName("sheet")
-        verdict = across((self.verdict, 1), self.which)
-        down(self.knob, verdict, (chart, 1), into=sheet, margins=(14, 8, 12, 10), gap=8)
+        verdict = hbox((self.verdict, 1), self.which)
+        vbox(self.knob, verdict, (chart, 1), into=sheet, margins=(14, 8, 12, 10), gap=8)
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setWidget(sheet)

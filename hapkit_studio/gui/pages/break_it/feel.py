@@ -34,7 +34,7 @@ class Feel(QObject):
         self._waiting = self._busy = False
         self._put: tuple[dict[str, float], LoopSettings] | None = None
         studio.environment_changed.connect(self._arrive)
-        studio.settings_changed.connect(self._look)
+        studio.settings_changed.connect(self._refresh)
 
     @property
     def on(self) -> bool:
@@ -96,7 +96,7 @@ class Feel(QObject):
         self._studio.set_loop(**live.loop, hand=live.grip)
         self._put = self._studio.values_of(live.environment), self._studio.loop
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         """Notice a person's changes: an environment chosen since then is not restored."""
         if not self._before or self._busy or self._waiting or self.live is None:
             return

@@ -12,7 +12,7 @@ from hapkit_studio.formatting import on_screen
 from hapkit_studio.gui.pages.base import SidePanel
 from hapkit_studio.gui.pages.break_it.record import Record
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
-from hapkit_studio.gui.widgets.parts import down, hint, label
+from hapkit_studio.gui.widgets.parts import hint, label, vbox
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import Choice
 
@@ -111,7 +111,7 @@ class FailureSide(SidePanel):
         self.section("Conditions")
         self.rows: dict[str, ParameterRow | ChoiceRow] = {}
         holder = QWidget()
-        self._rows = down(into=holder)
+        self._rows = vbox(into=holder)
         self.add(hint(_WHOSE), holder)
 
     def show_record(self, record: Record) -> None:

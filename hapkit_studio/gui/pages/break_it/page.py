@@ -18,7 +18,7 @@ from hapkit_studio.gui.pages.break_it.feel import Feel
 from hapkit_studio.gui.pages.break_it.lists import NARROW, WIDE, FailureList, FailureSide
 from hapkit_studio.gui.pages.break_it.record import FailureRunner, Part, Record
 from hapkit_studio.gui.pages.measuring import MeasuringPage
-from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class BreakItPage(MeasuringPage):
         self._settle.timeout.connect(self.run)
         self.bar.add(self.all)
         body = QWidget()
-        across(self.list, (self.detail, 1), into=body, gap=0)
+        hbox(self.list, (self.detail, 1), into=body, gap=0)
         self.build(body)
         self._join()
         self.list.choose(self.record.failure.key)

@@ -32,7 +32,7 @@ from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.state.background import LatestResult
 from hapkit_studio.gui.state.lock import LOOP
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.widgets.parts import across, hint, label, rule
+from hapkit_studio.gui.widgets.parts import hbox, hint, label, rule
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -99,7 +99,7 @@ class StabilityPage(MeasuringPage):
         self.bar.add(self.real)
         self.verdict_column, self.side = VerdictColumn(), StabilitySide(studio)
         body = QWidget()
-        across((self.chart, 1), self.verdict_column, into=body, gap=0)
+        hbox((self.chart, 1), self.verdict_column, into=body, gap=0)
         self.build(body)
         self._join(live)
         self._forget_lines()

@@ -9,7 +9,7 @@ from hapkit_studio.analysis.stability.kb_plane import Plane, class_words
 from hapkit_studio.analysis.stability.margin import hand_words, stable_again
 from hapkit_studio.gui.pages.base import Pairs, SidePanel
 from hapkit_studio.gui.pages.stability.map_data import Lines, Measured
-from hapkit_studio.gui.widgets.parts import AnswerLines, Sign, across, hint, label
+from hapkit_studio.gui.widgets.parts import AnswerLines, Sign, hbox, hint, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
 
@@ -94,7 +94,7 @@ class VerdictColumn(SidePanel):
         self.answers = AnswerLines()
         mark(self.heading, "role", "verdict")
         mark(self.out, "ink", "ink2")
-        self.column.insertLayout(0, across(self.sign, (self.heading, 1), gap=10))
+        self.column.insertLayout(0, hbox(self.sign, (self.heading, 1), gap=10))
         self.add(self.answers, self.out)
         self.limits_heading, self.limits = (above := self.section("Limits"))[1], Pairs(above)
         self.add(self.limits, self.why, self.lines)
