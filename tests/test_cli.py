@@ -99,6 +99,7 @@ def test_export_writes_a_folder_that_the_ide_opens(tmp_path, monkeypatch, capsys
     assert (tmp_path / "spring" / "spring.ino").is_file()
 
 
+@pytest.mark.slow
 def test_export_names_the_line_of_a_clock_that_drifts(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     text = resources.path("templates", "spring.py").read_text("utf-8")
@@ -236,6 +237,7 @@ WRONG = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("words", "says"), WRONG, ids=[words for words, _ in WRONG])
 def test_invalid_input_gives_a_one_line_error(capsys, tmp_path, monkeypatch, words, says):
     monkeypatch.chdir(tmp_path)

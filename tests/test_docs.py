@@ -17,6 +17,7 @@ def examples(page):
     return re.sub(r"^```(python)?$", "", text, flags=re.MULTILINE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_examples_of_a_page_give_the_printed_results(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -153,6 +153,7 @@ def complaints(code: int, out: str, error: str, as_json: bool) -> Iterator[str]:
             yield f"no JSON: {out!r:.200}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", COMMANDS)
 def test_a_good_file_is_accepted(originals, tmp_path, kind):
     """Also compiles, which the time limits are not meant for."""

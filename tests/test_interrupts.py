@@ -41,6 +41,7 @@ def program(folder, *words, module="", first=""):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "words"),
     [

@@ -116,6 +116,7 @@ def bounce(stiffness, rate, delay, phase):
     return (run.true_velocity[-1] / speed) ** 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stiffness", "rate", "late", "table"),
     [

@@ -34,6 +34,7 @@ def lines(path):
     return path.read_text(encoding="utf-8").splitlines()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", NOT_IN_ANY_FILE)
 def test_no_machine_specific_text(what):
     pattern = re.compile(NOT_IN_ANY_FILE[what])

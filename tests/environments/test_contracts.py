@@ -78,6 +78,7 @@ def test_theory_has_branches_over_its_axis(key, rng):
             assert not np.isinf(force).any()
 
 
+@pytest.mark.slow
 @every
 def test_impedance_bounds_the_slopes_of_the_law(key, rng):
     """The force changes no faster with position or speed than stated, except at jumps, at any corner."""
@@ -195,6 +196,7 @@ END = 0.05
 STILL_AT_THE_END = ("press", "hold", "pluck", "released")
 
 
+@pytest.mark.slow
 @every
 def test_a_new_run_starts_from_the_first_state(key):
     """A violent run in between does not change the next one."""
@@ -234,6 +236,7 @@ def test_defaults_come_to_rest_in_every_grip(key, delay):
         assert_settles(hs.simulate(key, hand=hand, device=start, delay=delay, seconds=3.0), LIBRARY[key])
 
 
+@pytest.mark.slow
 @every
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
 def test_defaults_stay_quiet_under_every_named_hand(key, delay):
@@ -246,6 +249,7 @@ def test_defaults_stay_quiet_under_every_named_hand(key, delay):
             assert_settles(run, LIBRARY[key])
 
 
+@pytest.mark.slow
 @every
 @pytest.mark.parametrize("count", [4, pytest.param(12, marks=pytest.mark.slow)])
 def test_no_setting_a_person_can_choose_breaks_a_run(key, count, rng):

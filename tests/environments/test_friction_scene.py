@@ -32,6 +32,7 @@ def chatter(ratio, late, mass=0.02):
     return max(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ratio", "late", "low", "high"),
     [(0.2, 0, 0.1, 0.4), (0.9, 0, 0.8, 1.2), (2.0, 0, 2.9, 4.7), (0.5, 1, 0.5, 1.3), (1.0, 1, 3.0, 20.0)],
@@ -97,6 +98,7 @@ def dragged(path, static, kinetic, stiffness, shock):
     return np.array(out)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hand", SCRIPTS)
 @pytest.mark.parametrize(
     ("model", "static", "kinetic", "stiffness", "most"),

@@ -36,6 +36,7 @@ def choices(key):
 HELD = [(key, given) for key in environments() for given in choices(key)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "given"), wide(HELD, lambda key, given: not given))
 def test_each_law_at_its_rate_leaves_a_fifth_of_the_processor(tmp_path, key, given):
     environment = environments()[key]

@@ -62,6 +62,7 @@ def test_names_differ_and_the_quick_ones_are_there():
     assert set(QUICK) <= {case.name for case in TESTED}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", wide(TESTED, lambda case: case.name in QUICK), ids=lambda case: case.name)
 def test_faults_stay_within_their_bounds(case, measured):
     found = measured(case.name)

@@ -49,6 +49,7 @@ def image(path):
     return b"".join(r[4 : 4 + r[0]] for r in records if r[3] == 0)
 
 
+@pytest.mark.slow
 @needs_gcc
 def test_parts_without_a_chip():
     done = make(f"BUILD={BUILD / 'tests'}", folder=FIRMWARE / "tests")

@@ -153,6 +153,7 @@ def error(kit, samples, rows):
     return np.abs(counts - counts[0] - (rows.position - rows.position[0]) / kit.quantum)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sensor", "counts", "sense"),
     [

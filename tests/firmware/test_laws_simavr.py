@@ -209,6 +209,7 @@ def test_a_law_renders_its_tables_and_its_clock(text, twin, tmp_path):
     assert np.abs(hold_to_python(environment, environment.values(), twin, tmp_path)).max() > 0.45
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", wide(range(2000, 2075), lambda seed: seed in SAMPLE))
 def test_the_firmware_renders_a_random_law(seed, twin, tmp_path):
     law, values = random_laws.law(tmp_path, seed), random_laws.settings(seed)

@@ -120,6 +120,7 @@ def changed(rng, rows: np.ndarray, count: int) -> np.ndarray:
     return bits.view(np.float32)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("operation", MEASURED, ids=lambda o: o.name)
 def test_no_operands_take_longer_than_the_table_says(chip, rng, operation):
     law, rows = law_of(operation), operands(rng, 2000)

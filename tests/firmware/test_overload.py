@@ -116,6 +116,7 @@ TO_AND_FRO = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sensor", list(Sensor))
 def test_stack_use_is_within_the_builds_assumption(tmp_path, sensor):
     kit, memory = kits.board(sensor=sensor), tmp_path / "eeprom"

@@ -152,6 +152,7 @@ def compare(environment, values, archive, folder, rate=None, spec="kalman"):
     assert np.all(error <= duty_step(truth.duty[1:]) + ARITHMETIC)
 
 
+@pytest.mark.slow
 @needs_ide
 @pytest.mark.parametrize(("key", "given", "how"), wide(FEW + MORE, lambda *case: case in FEW))
 def test_a_sketch_renders_the_law_as_tuned_at_rate_and_velocity_chosen(key, given, how, archive, tmp_path):

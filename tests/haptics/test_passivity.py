@@ -96,6 +96,7 @@ def least_squares_of_speed(counts, quantum):
     return 2.0 * found.cost
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_no_motion_through_the_counts_is_damped_less_than_is_proven(seed):
     """Within a count at the top speed, which the last straight part may go too far; and not much less."""

@@ -52,6 +52,7 @@ def held(place, seconds):
     return np.full(round(1e3 * seconds), place)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [-0.05, -0.02, 0.004, 0.05])
 @pytest.mark.parametrize("grip", ["light", "medium", "firm"])
 def test_a_hand_that_takes_the_handle_far_away_arrives_at_10_cm_a_second(place, grip):

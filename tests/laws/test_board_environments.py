@@ -92,6 +92,7 @@ def drawn(environment, chosen, rng, count):
     raise ValueError(chosen)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "chosen"),
     wide(

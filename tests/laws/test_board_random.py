@@ -75,6 +75,7 @@ def hold(seen: Seen, count: int) -> None:
     assert 0.02 * seen.rows < seen.faults < 0.3 * seen.rows
 
 
+@pytest.mark.slow
 def test_random_laws(machine, tmp_path):
     hold(run(machine, tmp_path, range(1120, 1140), Plain), 20)
 

@@ -154,6 +154,7 @@ def laws(tmp_path_factory):
     return [environment(folder, law_text(body, STATE, HELPERS)).force for body in BODIES]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "which", wide(range(len(BODIES)), lambda i: i % 2 == 0), ids=lambda i: BODIES[i].split()[0] + str(i)
 )
@@ -251,6 +252,7 @@ def let_others_run(*_):
     time.sleep(1e-5)
 
 
+@pytest.mark.slow
 def test_parsing_is_limited_to_one_thread():
     """CPython 3.11 fails if garbage collection lets another thread parse at the same time."""
     gc.callbacks.append(let_others_run)

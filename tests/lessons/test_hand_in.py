@@ -154,6 +154,7 @@ FIELDS = ("key", "state", "text", "value", "half", "start", "stop", "stamp", "gi
 NASTY = (None, True, -1, 1e300, "", "x" * 30_000, "\x1b[31m\u202e", [], [1], ["a"] * 5000, {}, {"a": [{}]})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("field", FIELDS)
 def test_an_answer_of_any_type_is_a_row_or_one_reason(handed, lesson, field):
     whole = handed.read_bytes()
@@ -247,6 +248,7 @@ def test_the_report_is_one_page_that_loads_nothing(tmp_path, lesson, played):
     assert "Stiffness 80.00 ± 0.01 N/m, set 80 N/m: correct." in page
 
 
+@pytest.mark.slow
 def test_play_report_and_grade_on_the_command_line(tmp_path, capsys):
     path = tmp_path / "ada.hapkit"
     assert main(["lessons", "play", KEY, "--output", str(path), "--student", "Ada"]) == 0

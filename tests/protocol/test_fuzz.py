@@ -37,6 +37,7 @@ pieces = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=100)
 @given(parts=st.lists(pieces, max_size=12))
 def test_decoders_agree_on_hypothesis_inputs(folder, parts):

@@ -136,6 +136,7 @@ WRONG_VALUES = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "row", "name", "value", "reason"), WRONG_VALUES)
 def test_one_wrong_value_is_named_with_its_limit_and_everything_else_is_read(
     path, whole, capsys, kind, row, name, value, reason
@@ -441,6 +442,7 @@ def replayed(path) -> None:
     gc.collect()
 
 
+@pytest.mark.slow
 def test_sessions_with_one_changed_value_are_read_or_refused_and_their_neighbours_listed(path, whole, capsys):
     """100 files, each of a seed of its own."""
     files = {}

@@ -431,6 +431,7 @@ def lost_by_kill(path, seconds):
     return float(lines[-1]) - Session(path).stops[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="no SIGKILL")
 def test_a_recording_that_is_killed_loses_half_a_second_at_most(tmp_path):
     assert lost_by_kill(tmp_path / "a.hapkit", 1.3) < 0.5

@@ -56,6 +56,7 @@ def test_jumps_of_the_boards_clock_are_marked_in_the_session(engine, recorder, t
     assert found == [{"text": CLOCK_JUMPED}]
 
 
+@pytest.mark.slow
 def test_a_recording_holds_every_sample_of_the_ring_and_every_change(engine, recorder, tmp_path):
     reader, pieces = engine.reader(), []
     recorder.record(tmp_path / "a.hapkit")
@@ -82,6 +83,7 @@ def test_a_recording_holds_every_sample_of_the_ring_and_every_change(engine, rec
     assert session.latest(STOP) == {"stopped": True}
 
 
+@pytest.mark.slow
 def test_what_already_happened_can_be_saved_with_what_was_set_then(engine, recorder, tmp_path):
     engine.set_environment("spring", {"stiffness": 123.0})
     pieces = []
@@ -97,6 +99,7 @@ def test_what_already_happened_can_be_saved_with_what_was_set_then(engine, recor
     assert run.settings["parameters"]["stiffness"] == 123.0
 
 
+@pytest.mark.slow
 def test_a_thread_that_was_held_up_makes_no_larger_chunks(engine, recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     reader, go_on = engine.reader(), threading.Event()
@@ -150,6 +153,7 @@ def test_a_file_that_is_deleted_just_before_the_end_is_not_called_saved(recorder
     assert recorder.progress.error == "a.hapkit was deleted or moved while it was written."
 
 
+@pytest.mark.slow
 def test_another_device_goes_on_in_the_same_recording(engine, recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     wait_until(lambda: recorder.progress.samples > 100)

@@ -85,6 +85,7 @@ TAKES_TOO_MUCH = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", wide(TAKES_TOO_MUCH, lambda how: how in ("a loop", "crashes", "memory")))
 def test_excessive_functions_are_disabled_with_a_one_line_message(tmp_path, how):
     own = made(tmp_path, with_check(TAKES_TOO_MUCH[how]))

@@ -75,6 +75,7 @@ def test_an_untrusted_file_is_not_executed(tmp_path, capsys):
     assert not (tmp_path / "mark").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [
@@ -109,6 +110,7 @@ def test_once_trusted_it_runs_until_it_changes(tmp_path, capsys):
     assert not (tmp_path / "mark").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("answer", "code"), [pytest.param("y", 0, marks=pytest.mark.slow), ("", 2)])
 def test_at_a_terminal_its_source_is_shown_and_a_person_asked(tmp_path, answer, code):
     hidden = leaving_a_mark(tmp_path).replace("A law of mine", "A law \x1b[8mof\u202e mine")

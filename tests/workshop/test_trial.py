@@ -60,6 +60,7 @@ def test_a_child_holding_the_pipe_is_not_waited_for(tmp_path):
     wait_until(lambda: not alive(int(child.read_text(encoding="ascii"))))
 
 
+@pytest.mark.slow
 def test_an_abandoned_trial_ends_by_itself():
     endless = text(beside="while True:\n    pass\n").encode()
     program = "from hapkit_studio.workshop import trial\ntrial.TIMEOUT = 0.2\ntrial.main('mine.py')"

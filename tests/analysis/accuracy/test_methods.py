@@ -44,6 +44,7 @@ def one_step(method, h, k, b):
     return whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["free", "damped"])
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_a_swinging_mass_is_as_far_off_as_powers_of_the_methods_step(scene, method):
@@ -57,6 +58,7 @@ def test_a_swinging_mass_is_as_far_off_as_powers_of_the_methods_step(scene, meth
         assert integrators.error(scene, NUMBER[method], h) == pytest.approx(apart, rel=0.01, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_tap_on_a_wall_is_as_far_off_as_in_plain_python():
     wall, device = LIBRARY["wall"], SimulatedHapkit(quantum=0.0)
     scene = script("tap"), device, wall, wall.values({"stiffness": 800.0})
@@ -68,6 +70,7 @@ def test_a_tap_on_a_wall_is_as_far_off_as_in_plain_python():
             assert servo.contact_error(rate, delay) == pytest.approx(apart, rel=0.08)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "model", [pytest.param(m, marks=[pytest.mark.slow] * (m != "tether")) for m in RENDERED]
 )

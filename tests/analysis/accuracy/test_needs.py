@@ -104,6 +104,7 @@ def test_the_terms_of_a_law_cost_what_is_counted(key):
         assert term.limit[1] >= term.limit[0]
 
 
+@pytest.mark.slow
 def test_cells_and_texts_agree(capsys, monkeypatch):
     monkeypatch.setattr(needs.trials, "variants", lambda trial: ())  # scripts alone
     assert main(("fidelity", "free", "--json")) == 0  # the former name

@@ -296,6 +296,7 @@ def test_the_recommended_row_is_the_default_and_has_the_least_error_of_all_admis
         assert best is found.default(place)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", scenes("spring"))
 def test_ten_answers_are_identical(key):
     question = SceneRequest(LIBRARY[key], LIBRARY[key].values())

@@ -49,6 +49,7 @@ def filtered(spec, position):
     return lfilter([1.0 - pole], [1.0, -pole], raw)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", PLAN.scenes, ids=lambda scene: scene.key)
 def test_errors_with_the_products_own_sensor(scene):
     assert SimulatedHapkit().quantum == QUANTUM

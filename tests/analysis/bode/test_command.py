@@ -7,6 +7,7 @@ import pytest
 from hapkit_studio.cli import main
 
 
+@pytest.mark.slow
 def test_output_states_each_walls_end_and_figure_is_written(capsys, tmp_path):
     picture = tmp_path / "wall.png"
     words = ["bode", "wall", "-p", "stiffness=300", "--rate", "1000,4000", "--quantum", "0"]

@@ -38,6 +38,7 @@ def drawn_setting(seed):
     return draw.uniform(20.0, 1500.0), draw.uniform(0.2, 6.0), MODES[seed % 3], rate, delay
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [*range(3), *(pytest.param(n, marks=pytest.mark.slow) for n in range(3, 42))]
 )

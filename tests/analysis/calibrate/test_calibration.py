@@ -39,6 +39,7 @@ def force_errors(kit, forces=(0.4, 0.8, 1.5, -1.0)):
     return np.array(errors)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", wide(KITS, lambda name: name == "magnet turned"))
 def test_each_fault_is_corrected(name):
     kit = PaddleKit(**KITS[name])

@@ -42,6 +42,7 @@ def test_a_good_kit_passes_every_check_in_half_a_minute(check):
     assert report.as_json()["pass"] is True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kit", "key", "found"),
     [

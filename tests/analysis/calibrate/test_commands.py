@@ -95,6 +95,7 @@ class Person(StringIO):
         return ""
 
 
+@pytest.mark.slow
 def test_two_springs_that_a_person_hooks_on_measure_the_motor_constant(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv(calibration_file.VARIABLE, str(tmp_path))
     kit = PaddleKit(torque=0.9 * 0.0183)

@@ -55,6 +55,7 @@ def test_uncertain_scales_make_estimates_undetermined():
     assert "take the weights again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice
 
 
+@pytest.mark.slow
 def test_a_dead_band_is_fitted_and_a_false_one_is_removed():
     assert swept(PaddleKit(dead=40)).board.dead_band == pytest.approx(40, abs=3)
     assert swept(PaddleKit(replace(default().board, dead_band=40))).board.dead_band <= 3

@@ -46,6 +46,7 @@ def rendered(kit, work, stiffness=150.0):
     return said, felt
 
 
+@pytest.mark.slow
 def test_a_motor_at_90_percent_is_corrected_and_springs_are_rendered_as_set():
     kit = PaddleKit(**WEAK)
     work = student.session(kit)
@@ -149,6 +150,7 @@ def track(time, count, duty):
     return Track(time, count, count, duty, none, none, none, 0.0 * time, BOARD)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [0.03, 0.0])
 def test_intervals_hold_the_truth_in_95_percent_of_many_kits(known):
     random, n = np.random.default_rng(7), 150

@@ -25,6 +25,7 @@ def test_the_library_is_found_in_order():
         named("spring")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", KEYS)
 def test_it_works_inside_fails_outside_and_agrees_with_theory(key):
     """Within 6 % of the theory's range."""
@@ -86,6 +87,7 @@ def test_without_a_key_it_is_a_table_of_all(capsys):
     assert out.count("inside  holds") == out.count("outside fails") == len(failures())
 
 
+@pytest.mark.slow
 def test_one_failure_in_words_with_its_options_another_try_and_a_picture(capsys, tmp_path):
     path = tmp_path / "broken.png"
     words = ("break-it", "course", "-p", "method=explicit_euler", "--at", "0.001", "--plot", str(path))

@@ -55,6 +55,7 @@ def test_a_bump_of_w_needs_v_below_w_over_4_t():
     assert least_peak(throws(1.25, case)) == pytest.approx(math.sqrt(0.5), abs=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("usual", "long", "viscous"), [(1, 5, 0.5), (3, 2, 0.5), (60, 8, 0.5), (200, 20, 1)])
 def test_a_pattern_decays_inside_its_exact_limit_and_grows_outside(usual, long, viscous):
     case = JITTER.case({"usual": usual, "long": long, "viscous": viscous})

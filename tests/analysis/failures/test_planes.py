@@ -90,6 +90,7 @@ def test_every_integrator_has_its_region_and_the_scenes_their_points():
     assert (x, y) == pytest.approx((0.02, 1.0 / 80.0))  # 2 kg on 800 N/m with 1 N·s/m at 1 kHz
 
 
+@pytest.mark.slow
 def test_the_command_draws_a_plane_and_says_who_has_none(capsys, tmp_path):
     path = tmp_path / "plane.png"
     assert main(("break-it", "integrators", "--plane", "--plot", str(path))) == 0

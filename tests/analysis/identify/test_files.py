@@ -65,6 +65,7 @@ SAVED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [*SAVED, "session"])
 def test_resaved_studio_files_give_the_same_result(own, run, way, tmp_path, capsys):
     path = own / "session.hapkit"

@@ -104,6 +104,7 @@ def holds(said, amplitude, step):
     return least - spare <= amplitude <= most + spare
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", wide(range(50), lambda seed: seed < 12))
 def test_reported_push_and_oscillation_are_those_of_the_simulation(seed):
     device, loop, stiffness, damping = loop_of(seed)
@@ -273,6 +274,7 @@ def scene_of(seed):
     return handle, scene, grip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", wide(range(200), lambda seed: seed < 30))
 def test_the_verdict_is_right_in_any_loop_and_hand(seed):
     handle, scene, grip = scene_of(seed)

@@ -97,6 +97,7 @@ def drawn(tmp_path, monkeypatch):
     return words
 
 
+@pytest.mark.slow
 def test_the_figure_contains_regions_verdict_and_conditions(drawn):
     setting = LoopSettings(viscous=0.18, delay=1e-3, estimator="iir")
     words = drawn(plane(setting, 620.0, 2.0))
@@ -121,6 +122,7 @@ def test_the_figure_contains_regions_verdict_and_conditions(drawn):
     assert "Measured boundary" not in words
 
 
+@pytest.mark.slow
 def test_the_figure_shows_the_measurement(drawn):
     found = plane(LoopSettings(quantum=61.4e-6, coulomb=0.02), 500.0, 0.5)
     some = np.linspace(0.0, found.width, 3)
@@ -136,6 +138,7 @@ def test_the_figure_shows_the_measurement(drawn):
     assert "stable, let go" not in words
 
 
+@pytest.mark.slow
 def test_measurements_beyond_the_map_do_not_change_its_layout(tmp_path):
     found = plane(LoopSettings(controller=True), 300.0, 0.0)
     places = []
@@ -148,6 +151,7 @@ def test_measurements_beyond_the_map_do_not_change_its_layout(tmp_path):
     assert places[0] == pytest.approx(places[1], abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stiffness", "damping"), [(620.0, 2.0), (800.0, 1.5), (1100.0, 1.5), (250.0, 0.05), (1400.0, 11.8)]
 )
@@ -189,6 +193,7 @@ def test_a_removed_option_gives_a_one_line_error(capsys, removed):
     assert found == (2, "", f"hapkit-studio: unrecognized arguments: {removed} puck\n")
 
 
+@pytest.mark.slow
 def test_the_worst_of_all_hands(capsys, tmp_path):
     words = ("--viscous", "0.4", "--delay", "0.001", "--to", "2", "-B", "0", "--hands")
     code, out, err = run(capsys, *words, "--plot", str(tmp_path / "hands.png"))

@@ -90,6 +90,7 @@ def every_cell(setting, damping, stiffness):
     return rendered.judge(what, k, b).reshape(len(stiffness), len(damping))
 
 
+@pytest.mark.slow
 def test_a_strip_between_the_lattices_rows_is_found_by_the_exact_limits():
     """With a filter of 5 Hz, strong damping needs a stabilising stiffness of 320 to 1,580 N/m."""
     setting = LoopSettings(mass=0.05, viscous=1.0, coulomb=0.0, estimator=("butterworth", {"cutoff": 5.0}))

@@ -173,6 +173,7 @@ BUTTERWORTH = {"mass": 0.03133, "viscous": 0.82441, "damping": 3.2, "rate": 1430
 BUTTERWORTH |= {"estimator": ("butterworth", {"cutoff": 10.81613}), "hand": Grip(0.0, 0.0, 0.0)}
 
 
+@pytest.mark.slow
 def test_a_slow_filter_leaves_two_intervals_and_the_limit_is_the_end_of_the_first():
     first, second = intervals_checked_by_roots(BUTTERWORTH)
     assert first[0] == 0.0

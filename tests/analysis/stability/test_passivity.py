@@ -112,6 +112,7 @@ def test_no_motion_gains_energy_inside_and_one_does_outside(damping, late, estim
     assert np.linalg.eigvalsh(outside)[0] < 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damping", "late", "estimator"), [(0.2, 0.0, "difference"), (0.3, 0.4, "difference"), (0.5, 0.6, "iir")]
 )

@@ -27,6 +27,7 @@ def asked(key, setting=LATE, **values):
     return VerdictInput(environment, environment.values(values), setting)
 
 
+@pytest.mark.slow
 def test_a_stiff_wall_is_calm_let_go_and_buzzes_in_a_grip():
     """The wall of 5,000 N/m with 1 ms is beyond its limit; released, the handle only leaves it."""
     said = verdict(asked("wall", stiffness=5000.0, damping=0.0))

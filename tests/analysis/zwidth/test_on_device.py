@@ -130,6 +130,7 @@ def quit_loop(engine):
     store_release(engine.arrays.control.quit, 0, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("act", "error", "says", "environment"),
     [
@@ -222,6 +223,7 @@ def test_the_force_limit_holds_and_is_reported(running, briefly):
     assert found.sentence.endswith("at least 1,500 N/m come to rest, with the motor at its limit of 0.5 N.")
 
 
+@pytest.mark.slow
 def test_a_person_is_asked_and_checked(running, briefly):
     engine, said = running(grip="medium"), []
 

@@ -51,6 +51,7 @@ def force_at(window, qtbot, place: float) -> float:
     return float(np.mean(last[:, rows.FORCE]) / np.mean(last[:, rows.POSITION]))
 
 
+@pytest.mark.slow
 def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbot):
     window.actions_by_key.run("environment.new")
     chooser = window.editor.editor.chooser
@@ -116,6 +117,7 @@ DRIFTING = spring(force="-p.stiffness * s.t").replace("@law\n", '@law(state={"t"
 DRIFTING = DRIFTING.replace("    return", "    s.t += dt\n    return")
 
 
+@pytest.mark.slow
 def test_a_law_that_drifts_is_in_force_with_advice_at_its_line(opened, qtbot):
     window = opened(DRIFTING)
     verdict = wait_for_verdict(window, qtbot, window.editor.save)

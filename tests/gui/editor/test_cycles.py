@@ -66,6 +66,7 @@ def test_a_law_with_an_error_keeps_the_old_cycles(counting, qtbot):
     assert LAW_LINE in page.code.counts
 
 
+@pytest.mark.slow
 def test_a_law_too_slow_for_the_board_is_counted(counting, qtbot):
     page = counting.editor.page
     loop = "def sum_of(x):\n    y = 0.0\n    for i in range(200):\n        y = y + x * y\n    return y\n"

@@ -196,6 +196,7 @@ def test_no_alarm_while_the_controller_copes(alarm):
     assert alarm.status.energy.link.isHidden()
 
 
+@pytest.mark.slow
 def test_a_scene_that_drives_says_so_instead(kept_window):
     words = kept_window.stability.drives
     kept_window.studio.choose("cat")
@@ -208,6 +209,7 @@ def test_a_scene_that_drives_says_so_instead(kept_window):
 # --- the switch, live
 
 
+@pytest.mark.slow
 def test_a_buzzing_spring_alarms_and_the_controller_calms_it_also_on_the_next_device(kept_window, qtbot):
     window, studio = kept_window, kept_window.studio
     studio.choose("spring")

@@ -185,6 +185,7 @@ def test_a_change_while_the_loop_runs_is_exported_with_its_time_and_drawn_below_
     assert re.fullmatch(r"At \d\.\d\d s: stiffness 250 → 600 N/m", change)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "begins"), [("a.png", b"\x89PNG"), ("a.pdf", b"%PDF"), ("a.svg", b"<?xml"), ("a.mat", b"MATLAB")]
 )

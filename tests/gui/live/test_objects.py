@@ -24,6 +24,7 @@ def test_the_history_keeps_its_place_nan_where_nothing_moves():
         assert sorted(column) == [part.min(), part.max()]
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_the_laws_state_and_nothing_of_the_environment_before(kept_window, qtbot):
     window = kept_window
     live, studio = window.live, window.studio

@@ -183,6 +183,7 @@ def test_the_object_is_where_the_state_has_it_or_the_handle_pushes_it(tmp_path):
         assert found == pytest.approx(expected[number], rel=1e-6, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_the_object_is_drawn_in_a_minute_at_the_highest_rate(tmp_path):
     """It swings by 10 mm once a second: each of 240 columns, a quarter of a second, has its own extremes."""
     seconds, rate, mass = 60.0, RATE.high, discover()["mass_spring_damper"]

@@ -82,6 +82,7 @@ def pass_time(replay, seconds):
     replay.tick()
 
 
+@pytest.mark.slow
 def test_it_plays_at_its_speed_stands_at_the_end_and_begins_anew(replay, kept_idle_window):
     live = kept_idle_window.live
     for speed, passed, stands in ((1.0, 0.25, 0.25), (2.0, 0.4, 1.05), (0.1, 1.0, 1.15), (8.0, 0.2, 2.75)):
@@ -170,6 +171,7 @@ def shown_everywhere(window, replay):
     window.centre.view.set_span(span)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seeds", [range(4), pytest.param(range(4, 150), marks=pytest.mark.slow)])
 def test_sessions_with_one_changed_value_are_replayed_or_refused(kept_idle_window, qtbot, home, seeds):
     """What a slot raises fails the test."""
@@ -337,6 +339,7 @@ def test_a_motor_gives_no_force_from_the_replay_on_until_render(make_window, qtb
     assert np.any(log.motor_force[log.time > until])
 
 
+@pytest.mark.slow
 def test_render_pressed_during_a_replay_ends_it(board_window, qtbot, home):
     studio, replay = board_window.studio, board_window.replay
     rate = studio.loop.rate

@@ -138,6 +138,7 @@ def test_it_says_where_there_is_nothing_to_be_touched_and_no_more_once_it_does_n
     assert view.words == ""
 
 
+@pytest.mark.slow
 def test_a_held_trace_lies_where_it_did_from_the_event_on(window, qtbot):
     """Two contacts 2.09 s apart lie on top of each other."""
     view, trigger = window.centre.view, window.centre.trigger

@@ -49,6 +49,7 @@ def show(page, index):
     return page.part
 
 
+@pytest.mark.slow
 def test_methods_answer_in_one_sentence_on_the_computer_and_on_the_board(page, qapp, shared_window):
     part = show(page, 0)
     part.show_result(Accuracy(sheets=(sheet(),)))
@@ -79,6 +80,7 @@ def test_errors_come_first_and_then_their_parts(page, shared_window, qtbot):
     assert part.use_button.isHidden()  # the damping has no methods
 
 
+@pytest.mark.slow
 def test_another_method_is_known_at_once_and_use_it_is_undone(page, shared_window, qtbot):
     part, studio = show(page, 1), shared_window.studio
     studio.adopt(studio.environments["friction"])
@@ -105,6 +107,7 @@ def test_another_method_is_known_at_once_and_use_it_is_undone(page, shared_windo
     assert not part.use_button.isEnabled()
 
 
+@pytest.mark.slow
 def test_the_lower_chart_stands_where_there_is_room_and_no_words_overlap():
     friction = discover()["friction"]
     question = SceneRequest(friction, friction.values(), places=(this_scene.ON_BOARD,))

@@ -20,6 +20,7 @@ def page(kept_window):
     return shown
 
 
+@pytest.mark.slow
 def test_it_measures_the_scene_in_force_and_says_once_that_is_another(page, kept_window, qtbot, tmp_path):
     with qtbot.waitSignal(page.job.finished, timeout=20_000):
         page.bar.run.click()

@@ -54,6 +54,7 @@ def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit_and_exported(p
     assert (tmp_path / "failure.png").read_bytes()[:4] == b"\x89PNG"
 
 
+@pytest.mark.slow
 def test_buttons_slider_box_and_chart_turn_the_knob_and_other_conditions_move_the_limit(page, qtbot):
     QTest.keyClick(page.knob.outside, Qt.Key.Key_Return)
     settled(page, qtbot)
@@ -157,6 +158,7 @@ def test_cancel_ends_the_work_and_keeps_what_had_come(page, gate, qtbot):
     qtbot.waitUntil(lambda: page.record.complete)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_tried_is_said_in_one_line(page, qtbot):
     page.list.choose("refuses")
     assert page.knob.row.box.text() == ""
@@ -202,6 +204,7 @@ def test_in_the_window_nothing_is_cut_off_and_space_presses_no_button(gate, idle
         assert [bar.maximum() for bar in bars] == [0, 0]
 
 
+@pytest.mark.slow
 def test_the_map_is_drawn_in_place_of_the_curve_and_exported(page, qtbot, tmp_path):
     detail = page.detail
     assert not detail.which.isVisibleTo(page)

@@ -34,6 +34,7 @@ def felt(gate, window, qtbot):
     page.feel.take_back()
 
 
+@pytest.mark.slow
 def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_everything(
     felt, window, qtbot, monkeypatch
 ):

@@ -40,6 +40,7 @@ def seen(drawing, x, y):
     return drawing.canvas.grab().toImage().pixelColor(place).name().upper()
 
 
+@pytest.mark.slow
 def test_matplotlib_waits_for_a_view():
     code = "import sys, hapkit_studio.gui.shell.window, hapkit_studio.gui.pages as t; t.discover()"
     code += "; print('matplotlib' in sys.modules)"
@@ -47,6 +48,7 @@ def test_matplotlib_waits_for_a_view():
     assert done.stdout.strip() == "False"
 
 
+@pytest.mark.slow
 def test_it_is_drawn_in_the_colours_of_the_theme(drawing):
     for mode in ("light", "dark", "contrast"):
         theme.set_mode(mode)
@@ -55,12 +57,14 @@ def test_it_is_drawn_in_the_colours_of_the_theme(drawing):
         assert drawing.canvas.grab().toImage().pixelColor(1, 1) == theme.color("surface")
 
 
+@pytest.mark.slow
 def test_out_of_date_it_is_paler(drawing):
     drawing.fade()
     drawn(drawing)
     assert seen(drawing, 5.0, 50.0) not in (table("light")["danger"], table("light")["plot"])
 
 
+@pytest.mark.slow
 def test_nobody_looks_nothing_is_drawn(drawing, qapp, capfd):
     drawing.hide()
     before = drawing.count
@@ -74,6 +78,7 @@ def test_nobody_looks_nothing_is_drawn(drawing, qapp, capfd):
     assert drawing.count == before + 1
 
 
+@pytest.mark.slow
 def test_what_moves_is_drawn_alone(drawing):
     before = drawing.count
     drawing.moving[0].set_data([2.0], [20.0])

@@ -12,6 +12,7 @@ VIEWS = pages.discover()
 PLACES = range(2, 9)  # Ctrl+1 shows Live, Ctrl+9 the law
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", VIEWS)
 def test_it_is_shown_by_its_tab_its_menu_entry_and_its_key_if_one_is_left(kept_idle_window, key):
     window, view, place = kept_idle_window, VIEWS[key], 2 + list(VIEWS).index(key)

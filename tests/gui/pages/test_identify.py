@@ -39,6 +39,7 @@ def found():
     return identify(from_run(run))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("value", "half", "asked", "sign", "said"),
     [
@@ -56,6 +57,7 @@ def test_a_tick_is_shown_only_where_the_interval_contains_what_was_set(
     assert page.answer.words.text().endswith(said)
 
 
+@pytest.mark.slow
 def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
     assert page.answer.words.text() == "Move the handle or press Shake, then identify what was rendered."
     assert "press Identify" in page.how.text()
@@ -100,6 +102,7 @@ def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
         assert page.bar.export.isEnabled() == shown
 
 
+@pytest.mark.slow
 def test_before_anything_was_identified_an_example_invites(page, found, qtbot):
     qtbot.waitUntil(page.chart.isVisible)
     assert page.how.isVisible()
@@ -117,6 +120,7 @@ def test_before_anything_was_identified_an_example_invites(page, found, qtbot):
     assert not page.how.isVisible()
 
 
+@pytest.mark.slow
 def test_words_fit_and_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
     studio = idle_window.studio
     idle_window.resize(1280, 720)
@@ -215,6 +219,7 @@ def test_the_hand_is_named_as_it_was(setup, released, hand):
     assert hand in dict(conditions(setup, released))["Hand"]
 
 
+@pytest.mark.slow
 def test_the_hand_shakes_about_the_surface_until_a_stop_or_another_view_lets_go(window, qtbot):
     window.views.show("identify")
     page = window.views.page("identify")

@@ -50,6 +50,7 @@ def columns_sheet(window, qtbot):
     return found()[-1]
 
 
+@pytest.mark.slow
 def test_a_table_of_another_program_is_held_in_the_plots_once_its_columns_are_named(window, qtbot, lab):
     window.views.show("identify")
     window.actions_by_key.run("view.hold_file")
@@ -134,6 +135,7 @@ def test_the_dialog_opens_only_once_each_column_is_chosen_and_none_twice(window,
     assert not window.centre.held.traces
 
 
+@pytest.mark.slow
 def test_a_file_is_identified_whatever_is_set_in_the_window(window, qtbot, lab, tmp_path):
     window.views.show("identify")
     page = window.views.page("identify")
@@ -174,6 +176,7 @@ def test_a_file_is_identified_whatever_is_set_in_the_window(window, qtbot, lab, 
     assert page.released.isHidden()
 
 
+@pytest.mark.slow
 def test_why_a_file_cannot_be_identified_is_said_beside_the_button(window, qtbot, tmp_path):
     window.views.show("identify")
     page = window.views.page("identify")

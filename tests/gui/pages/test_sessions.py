@@ -156,6 +156,7 @@ def test_sessions_from_elsewhere_are_found_again_while_they_are_there(page, tmp_
     assert sessions.recent(page._settings) == [*kept[11:5:-1], *kept[4:1:-1]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["button", "double click", "enter"])
 def test_a_replay_begins_in_the_live_view(page, shared_window, qtbot, way):
     choose(page, "friction in the lab")
@@ -252,6 +253,7 @@ def kill(name):
     return made
 
 
+@pytest.mark.slow
 def test_a_recording_that_was_not_ended_says_so_and_is_saved_as_one_complete_file(
     page, shared_window, qtbot, tmp_path, monkeypatch
 ):
@@ -289,6 +291,7 @@ def test_a_recording_that_was_not_ended_says_so_and_is_saved_as_one_complete_fil
     assert gone == ["killed.hapkit", "killed.hapkit-wal", "killed.hapkit-shm"]
 
 
+@pytest.mark.slow
 def test_files_that_are_damaged_hide_no_other(page, qtbot):
     whole = (folder() / "Wall to its limit.hapkit").read_bytes()
     for seed in range(40):
@@ -308,6 +311,7 @@ def test_files_that_are_damaged_hide_no_other(page, qtbot):
         assert page.chosen is page.table.content.rows[row]
 
 
+@pytest.mark.slow
 def test_long_words_from_a_file_leave_room_for_the_others(page, shared_window, qtbot, qapp):
     path = folder() / f"{'W' * 120}.hapkit"
     write(path, motion(1.0))
@@ -326,6 +330,7 @@ def test_long_words_from_a_file_leave_room_for_the_others(page, shared_window, q
     resize(qapp, shared_window, (1440, 900))
 
 
+@pytest.mark.slow
 def test_more_lines_than_anyone_reads_are_counted(page):
     path = folder() / "many.hapkit"
     write(path, motion(1.0))
@@ -338,6 +343,7 @@ def test_more_lines_than_anyone_reads_are_counted(page):
     assert page.happened.pairs[-1] == ("", "and 103 more: sessions show lists them")
 
 
+@pytest.mark.slow
 def test_open_is_an_action_from_any_view_that_lists_the_file(page, shared_window, qtbot, tmp_path):
     write(tmp_path / "from a friend.hapkit", motion(1.0))
     shared_window.views.show("live")
@@ -391,6 +397,7 @@ def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
     assert str(folder()) in page.empty.text()
 
 
+@pytest.mark.slow
 def test_a_note_is_kept_in_the_file_found_by_the_search_and_shown(page, shared_window, qtbot, capsys):
     path = folder() / "friction in the lab.hapkit"
     date = path.stat().st_mtime_ns

@@ -86,6 +86,7 @@ def axes_of(page):
     return axes.get_xlim()[1], axes.get_ylim()[1]
 
 
+@pytest.mark.slow
 def test_it_judges_the_loop_in_force_and_the_dot_follows_the_sliders(page, window, qtbot):
     setting, column = LoopSettings(estimator="iir"), page.verdict_column
     limits = hands(setting, 2.0)
@@ -140,6 +141,7 @@ def test_the_pointer_reads_the_limit_and_dragging_takes_the_sliders_along_up_to_
     QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=start)
 
 
+@pytest.mark.slow
 def test_its_sliders_are_hatched_as_the_panels_are(page, window, qtbot):
     studio = window.studio
     studio.set_loop(estimator="difference", rate=300.0)
@@ -168,6 +170,7 @@ def damper_grows(setting, damping):
     return np.abs(np.linalg.eigvals(step)).max() > 1.0 + 1e-6
 
 
+@pytest.mark.slow
 def test_without_stiffness_the_limits_are_those_of_the_damping(wall_page, window, qtbot):
     column = wall_page.verdict_column
     window.studio.set_loop(estimator="difference")
@@ -218,6 +221,7 @@ def test_which_parameters_a_click_sets(key, stiffness, damping):
     assert set(pair.values(9e9, -3.0).values()) <= {5000.0, 0.0}, "beyond a slider it goes to its end"
 
 
+@pytest.mark.slow
 def test_a_puck_has_the_limits_of_handle_and_object_and_says_that_the_map_has_not(wall_page, window, qtbot):
     window.studio.choose("puck")
     plane = follow(wall_page, qtbot)

@@ -116,6 +116,7 @@ def test_a_class_is_that_of_its_cell_and_none_is_told_beyond_the_axes():
     assert kind_at(measured, 2.0, 2001.0) is None
 
 
+@pytest.mark.slow
 def test_it_is_said_below_the_button_and_forgotten_when_something_changes(window, qtbot):
     window.studio.choose("spring")
     window.studio.set_values({"stiffness": 1800.0, "damping": 0.0})

@@ -101,6 +101,7 @@ def test_the_simulation_begins_by_itself_once_and_a_device_waits_for_a_person(pa
     assert not page.job.running
 
 
+@pytest.mark.slow
 def test_points_appear_as_they_come(page):
     page.show_result(made_up())
     page._begin("Hitting walls…")
@@ -119,6 +120,7 @@ def test_points_appear_as_they_come(page):
     page.job.running_changed.emit(False)
 
 
+@pytest.mark.slow
 def test_what_was_found_is_told_in_words_table_and_numbers(page, tmp_path):
     page.show_result(made_up(capped=True))
     said = "At b = 2 N·s/m, let go, all walls tried up to at least 1,340 N/m come to rest."
@@ -164,6 +166,7 @@ def test_a_result_of_another_loop_is_out_of_date(page, window):
         assert not page.chart.pale
 
 
+@pytest.mark.slow
 def test_where_nothing_was_measured_nothing_is_shown_and_what_was_is_not_cut_off(page, window, qapp):
     page.show_result(made_up())
     resize(qapp, window, (1280, 720))
@@ -178,6 +181,7 @@ def test_where_nothing_was_measured_nothing_is_shown_and_what_was_is_not_cut_off
     assert page.bar.export.isEnabled()
 
 
+@pytest.mark.slow
 def test_the_scene_shows_the_wall_that_is_tried(begun, window):
     assert window.studio.environment.key == "wall"
     begun.show_trial()
@@ -200,6 +204,7 @@ def test_the_stop_stays_in_force_and_ends_it(begun, window, qtbot):
     assert not np.array(seen)[:, rows.APPLIED_FORCE].any()
 
 
+@pytest.mark.slow
 def test_another_loop_view_or_scene_ends_it(begun, window, qtbot):
     window.studio.set_loop(delay=2e-3)
     assert begun.bar.status.text() == "Ended: the loop changed."
@@ -216,6 +221,7 @@ def test_another_loop_view_or_scene_ends_it(begun, window, qtbot):
     assert_over(begun, window, "damping")  # what was chosen meanwhile is kept
 
 
+@pytest.mark.slow
 def test_a_person_is_told_what_to_do(page, window):
     page.job._wanted = object()
     page.said.emit("Press gently into the wall and hold.")
@@ -229,6 +235,7 @@ def test_a_person_is_told_what_to_do(page, window):
     assert page.force.error.isHidden()
 
 
+@pytest.mark.slow
 def test_without_a_device_it_says_so(shared_window):
     shared_window.views.show("zwidth")
     page = shared_window.views.page("zwidth")

@@ -42,6 +42,7 @@ def pick(row, words):
     row.picker.activated.emit(index)
 
 
+@pytest.mark.slow
 def test_every_parameter_of_every_environment_has_a_row_named_with_value_and_unit(shared_window):
     for key, environment in shared_window.studio.environments.items():
         shared_window.studio.choose(key)
@@ -203,6 +204,7 @@ def test_the_loop_unfolds_and_sets_rate_delay_estimator_and_grip(window):
     assert loop.fold.text() == "500 Hz · 2.5 ms · IIR"
 
 
+@pytest.mark.slow
 def test_what_of_the_loop_is_folded_is_remembered_and_enter_folds(make_window, qtbot):
     first = make_window()
     assert (first.loop.folded, first.loop.more.text()) == (True, "More")

@@ -140,6 +140,7 @@ def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
         assert len(seen) == rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", ["computer", "board"])
 def test_table_and_card_say_one_delay(board_window, qtbot, where):
     studio, card = board_window.studio, board_window.stability
@@ -160,6 +161,7 @@ def test_table_and_card_say_one_delay(board_window, qtbot, where):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", RENDERERS)
 def test_a_small_window_has_room_for_every_loop(board_window, qtbot, where):
     window, studio = board_window, board_window.studio

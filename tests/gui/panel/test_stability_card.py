@@ -42,6 +42,7 @@ def test_the_boundary_passes_through_the_limit_at_the_questions_damping():
     assert dict(found.friction)[4.0] > dict(found.edge)[4.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1.0, 1.5])
 def test_the_ring_of_a_dot_at_no_damping_covers_no_number(window, scale):
     canvas = StabilityMap()
@@ -56,6 +57,7 @@ def test_the_ring_of_a_dot_at_no_damping_covers_no_number(window, scale):
     assert numbers[numbers < frame.left()].max() + 1 < ring.min()
 
 
+@pytest.mark.slow
 def test_the_card_and_the_status_bar_say_what_the_handle_does_without_a_banner(window, qtbot):
     studio = window.studio
     studio.choose("spring")
@@ -87,6 +89,7 @@ def test_each_hand_has_its_own_sign(window):
     assert "In your hand" not in card.verdict.text, "nobody holds it"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("environment", "hand"), [(SPRING, "released"), (WALL, "medium")])
 def test_the_map_is_that_of_the_hand_that_the_verdict_depends_on(window, environment, hand):
     """A handle that is let go leaves a wall, so the wall's map is that of a handle pressed into it."""
@@ -125,6 +128,7 @@ def test_what_has_no_limit_is_judged_by_simulation(window, qtbot):
     assert said(window)[0] == "In your hand, it is stable.\nAfter you let go, it is stable."
 
 
+@pytest.mark.slow
 def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window, monkeypatch):
     """61 µm and 5 N·s/m: 3628 N/m by eigenvalues, and 5 µm 9553 N/m; the card takes the device's quantum."""
     for quantum, want in ((61e-6, 3628.0), (5e-6, 9553.0)):

@@ -48,6 +48,7 @@ def moving(seconds_ago, speed):
     return history
 
 
+@pytest.mark.slow
 def test_it_follows_values_and_loop_and_says_nothing_without_a_reason(lines, studio):
     assert (lines.texts, lines.isHidden()) == ([], True)
     studio.set_value("stiffness", 301.0)
@@ -100,6 +101,7 @@ def test_a_line_says_what_stands_before_the_first_stop_and_its_tooltip_all(qtbot
     assert WarningLine("Too stiff at 1000 Hz").words.text() == "Too stiff at 1000 Hz"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "mapped"), [((1024, 640), False), ((1280, 900), True)])
 def test_warnings_and_verdict_stay_in_sight_the_map_where_there_is_room(
     lines, studio, kept_window, qapp, qtbot, size, mapped

@@ -92,6 +92,7 @@ def in_order(boxes, width, height):
     return inside and not any(a.intersects(b) for a, b in itertools.combinations(boxes, 2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "count"), [(SIZES[0], 1), pytest.param(SIZES[-1], 3, marks=pytest.mark.slow)]
 )

@@ -51,6 +51,7 @@ def test_every_action_stands_in_a_menu(shown):
     assert {id(action) for action in shown.actions_by_key.qt.values()} <= listed
 
 
+@pytest.mark.slow
 def test_digits_choose_environments_and_space_pauses(shown):
     for key, environment in shown.studio.environments.items():
         press(shown, environment.shortcut)
@@ -132,6 +133,7 @@ def test_the_time_window_is_set_from_menu_and_list_alike(shown):
         assert shown.actions_by_key.qt[f"view.span.{seconds:g}"].isChecked()
 
 
+@pytest.mark.slow
 def test_every_action_runs_without_a_device(shown):
     """All but the tabs, whose pages take seconds: their own tests open them."""
     for action in TABLE:

@@ -111,6 +111,7 @@ def test_the_window_goes_on_step_by_step_while_programs_compile_and_its_end_is_t
     assert done == [0]
 
 
+@pytest.mark.slow
 def test_every_theme_paints_the_whole_window(shared_window, qapp):
     shared_window.resize(1280, 720)
     for mode in ("light", "dark", "contrast"):
@@ -122,6 +123,7 @@ def test_every_theme_paints_the_whole_window(shared_window, qapp):
         assert image.pixelColor(3, 35).name() == theme.color("side").name()
 
 
+@pytest.mark.slow
 def test_a_window_without_a_frame_comes_back_as_large_as_it_was(qapp, start_window):
     """As large as the screen: Qt alone would leave room for a frame."""
     room = qapp.primaryScreen().availableGeometry()

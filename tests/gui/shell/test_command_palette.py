@@ -96,6 +96,7 @@ def test_the_palette_leaves_the_stop_in_sight_in_the_smallest_window(shown):
     assert not palette.geometry().intersects(stop.rect().translated(top))
 
 
+@pytest.mark.slow
 def test_the_menu_bar_offers_it_at_its_right_end(shown):
     bar = shown.menuBar()
     button = bar.cornerWidget()

@@ -27,6 +27,7 @@ def shown(entry, make_window, qtbot):
     return window
 
 
+@pytest.mark.slow
 @every_device
 def test_the_window_renders_records_judges_and_shows_all_pages(entry, shown, qtbot):
     studio, device = shown.studio, entry.make()

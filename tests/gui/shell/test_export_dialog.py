@@ -23,6 +23,7 @@ def sheet(window):
     return window.findChildren(ExportDialog)[-1]
 
 
+@pytest.mark.slow
 def test_it_writes_what_the_panel_shows_at_the_moment_of_saving(window, sheet, tmp_path):
     window.studio.choose("wall")
     window.studio.set_values({"stiffness": 430.0})
@@ -34,6 +35,7 @@ def test_it_writes_what_the_panel_shows_at_the_moment_of_saving(window, sheet, t
     assert f"Saved mine/mine.ino in {tmp_path}." in sheet.verdict.words.text()
 
 
+@pytest.mark.slow
 def test_heavy_arithmetic_gets_the_rate_that_it_has_time_for(window, sheet):
     assert "kRate = 1000" in sheet.text()
     window.studio.choose("mass_spring_damper")

@@ -159,6 +159,7 @@ def try_file(originals, kept_idle_window, home, qtbot):  # noqa: F811
 KINDS = ("settings", *READERS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_some_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, kind):
     if kind == "csv":

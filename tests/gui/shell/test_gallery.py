@@ -46,6 +46,7 @@ def rows(home, shared_window):
     return {path.stem: row for path, row in shared_window.gallery.own_rows.items()}
 
 
+@pytest.mark.slow
 def test_a_row_under_the_mouse_can_be_read(qtbot, monkeypatch):
     row = GalleryRow("wall", "Wall", "Push", "2")
     qtbot.addWidget(row)
@@ -60,6 +61,7 @@ def test_a_row_under_the_mouse_can_be_read(qtbot, monkeypatch):
             assert (lights[1] + 0.05) / (lights[0] + 0.05) >= 4.5, token
 
 
+@pytest.mark.slow
 def test_the_whole_library_and_the_way_to_a_new_one_are_seen(home, monkeypatch, tmp_path, make_window, qapp):
     monkeypatch.setenv("HAPKIT_STUDIO_FOLDER", str(tmp_path))
     window = make_window()

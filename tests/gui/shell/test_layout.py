@@ -119,6 +119,7 @@ def resize(qapp, window, size):
         qapp.processEvents()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quick", wide([True, False], lambda quick: quick))
 def test_nothing_is_cut_off_or_overlaps(window, qapp, quick):
     for number, key in enumerate(window.studio.environments):
@@ -171,6 +172,7 @@ def test_every_view_is_offered_beside_a_law_whose_tab_stays(window, qapp):
 VIEWS = ("Live", "Stability", "Speed and accuracy", "Break it", "Bode", "Z-width", "Identify", "Sessions")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1280, 720), (1439, 720), (1440, 900)])
 def test_eight_views_and_an_open_law_are_seen_whole_in_their_order(window, qapp, size):
     tabs = window.header.tabs
@@ -469,6 +471,7 @@ def test_tab_goes_from_header_over_gallery_and_scene_to_the_panel(window):
     assert places == sorted(places)
 
 
+@pytest.mark.slow
 def test_parts_stand_side_by_side_as_soon_as_the_window_has_another_size(window, qapp):
     settle(qapp, window, (1280, 720))
     for width, height in ((1440, 900), (1280, 720), (1920, 1080)):
@@ -510,6 +513,7 @@ def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_envi
             assert place(card.map, window).bottom() < place(window.panel, window).bottom(), key
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1280, 720), (1440, 900)])
 def test_the_buttons_above_the_plots_have_their_words(window, qapp, size):
     resize(qapp, window, size)

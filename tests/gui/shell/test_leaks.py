@@ -57,6 +57,7 @@ def repeated(window, act, times):
     return census(window)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("counts", [(2, 6), pytest.param((FEW, MANY), marks=pytest.mark.slow)])
 def test_changing_environment_and_view_leaves_nothing_behind(kept_idle_window, counts):
     window = kept_idle_window

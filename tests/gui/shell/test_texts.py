@@ -17,6 +17,7 @@ def test_a_widget_gives_its_text_tooltip_and_accessible_name_and_those_of_its_ch
     assert wanted | {("dialog, accessible name", "A name")} <= found
 
 
+@pytest.mark.slow
 def test_a_message_in_the_source_is_listed_with_its_file_and_its_values_in_braces():
     found = {words: place for place, words in texts.messages()}
     assert found["Release the handle here"].startswith("gui/")

@@ -33,6 +33,7 @@ def start(make_window):
     return begin
 
 
+@pytest.mark.slow
 def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
     first = start()
     assert first.studio.environment.key == "wall"
@@ -63,6 +64,7 @@ def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
     assert third.studio.values_of("wall") == again.studio.values_of("wall") != LIBRARY["wall"].values()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["everything", "frictionless"])
 def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot, model):
     """Scene, values, loop and grip together are what a verdict is about."""
@@ -87,6 +89,7 @@ def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot, m
     assert asked[1].asked.values["stiffness"] == 1800.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("environment", "values", "view", "found"),
     [
@@ -115,6 +118,7 @@ def test_what_is_unknown_or_out_of_range_is_left_out(kept_idle_window, environme
     assert window.studio.values == LIBRARY["wall"].values(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", ["chain", "fidelity", "accuracy"])
 def test_settings_of_a_view_that_was_merged_open_the_one_it_is_part_of(kept_idle_window, view):
     kept_idle_window.settings.setValue("view", view)
@@ -140,6 +144,7 @@ def test_a_loop_that_cannot_be_is_left_out_one_by_one(kept_idle_window, loop, fo
     assert (window.studio.loop, window.studio.grip) == (replace(USUAL_LOOP, **found, hand=grip), grip)
 
 
+@pytest.mark.slow
 def test_who_has_dragged_once_is_not_told_again(start, qtbot):
     for told in (True, False):
         window = start()
@@ -155,6 +160,7 @@ def test_values_that_do_not_agree_are_the_defaults():
     assert usable(LIBRARY["button"], {"travel": 0.003, "snap_start": 0.0035}) == LIBRARY["button"].values()
 
 
+@pytest.mark.slow
 def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_leaves_no_trace(start_window):
     for options, before, left in (
         ([], 250.0, STIFFNESS),
@@ -169,6 +175,7 @@ def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_lea
         window.close()
 
 
+@pytest.mark.slow
 def test_the_simulated_device_does_not_wait_and_its_stop_is_no_render(start, qtbot):
     start().close()
     window = start()

@@ -76,6 +76,7 @@ def test_each_failure_says_its_line_and_the_next_step_and_leaves_no_force(window
     assert QGuiApplication.clipboard().text() == COMMAND
 
 
+@pytest.mark.slow
 def test_the_window_goes_on_while_a_port_takes_its_time(idle_window, qtbot):
     gate, beats, studio = threading.Event(), [], idle_window.studio
 
@@ -97,6 +98,7 @@ def test_the_window_goes_on_while_a_port_takes_its_time(idle_window, qtbot):
     assert studio.engine.stopped
 
 
+@pytest.mark.slow
 def test_of_two_wishes_the_newest_wins(make_window, qtbot):
     gate, begun, engines = threading.Event(), threading.Event(), []
 
@@ -143,6 +145,7 @@ def test_a_port_that_was_never_there_or_comes_back_without_rights_is_tried_on(
     assert not link._again.isActive()
 
 
+@pytest.mark.slow
 def test_a_starting_board_is_said_and_never_started_anew(idle_window, fake_board, qtbot, until):
     """A look again in the middle of the handshake would open the port and reset the board once more."""
     link, word, gate = idle_window.studio.device, idle_window.header.devices.word, threading.Event()

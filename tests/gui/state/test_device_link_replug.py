@@ -111,6 +111,7 @@ def until_pushed(window, kit, qtbot, target):
     qtbot.waitUntil(pushed)
 
 
+@pytest.mark.slow
 def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbot):
     window, studio = running, running.studio
     first = studio.engine.device.port
@@ -146,6 +147,7 @@ def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbo
     assert longest == pytest.approx(np.nanmax(np.diff(shown.x[np.isfinite(shown.x)])), abs=0.05)
 
 
+@pytest.mark.slow
 @EITHER
 def test_the_motor_is_off_while_the_cable_is_out_and_a_board_that_begins_anew_is_found_again(
     running, kit, qtbot, where

@@ -151,6 +151,7 @@ def test_stopping_and_the_device_are_never_locked(window):
     assert window.header.devices.isEnabled()
 
 
+@pytest.mark.slow
 def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, make_window):
     window.studio.permissions.set_lock(Lock())
     window.show_lock()
@@ -194,6 +195,7 @@ def test_the_dialog_is_whole_on_a_low_screen(window):
     dialog.close()
 
 
+@pytest.mark.slow
 def test_an_option_of_the_command_line_obeys_it(start_window, window, closed):
     window.settings.setValue(ENTRY, closed.text())
     window.state.save()

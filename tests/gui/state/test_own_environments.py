@@ -37,6 +37,7 @@ def window(home, kept_idle_window):
     return kept_idle_window
 
 
+@pytest.mark.slow
 def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, make_window, qtbot):
     marker = home / "it ran"
     path = put(home, "ada.py", leaving(marker, spring("ada", "Ada's spring")), trusted=False)
@@ -123,6 +124,7 @@ def test_what_is_loaded_is_the_very_text_that_was_tried(home, window, qtbot):
     assert window.gallery.own_rows[path].picture == "lock"
 
 
+@pytest.mark.slow
 def test_a_function_without_end_is_switched_off_and_named_below_the_parameters(home, window, qtbot):
     check = "def check(p):\n    while 123 < p['stiffness'] < 124:\n        pass\n    return ''\n\n\n"
     text = spring("mine").replace("ENVIRONMENT = ", f"{check}ENVIRONMENT = ")
@@ -272,6 +274,7 @@ def test_values_stay_where_they_still_mean_something(tmp_path):
 # files that come, go and fail beside the window
 
 
+@pytest.mark.slow
 def test_a_file_copied_in_or_taken_away_is_noticed_at_once(home, make_window, qtbot):
     window = make_window()
     assert window.own.files == []
@@ -284,6 +287,7 @@ def test_a_file_copied_in_or_taken_away_is_noticed_at_once(home, make_window, qt
     qtbot.waitUntil(lambda: window.own.files == [])
 
 
+@pytest.mark.slow
 def test_a_file_that_failed_is_known_to_after_the_next_start(home, make_window):
     path = put(home, "mine.py", spring("mine", force="-p.stifness * x"))
     fine = put(home, "fine.py", spring("fine"))
@@ -314,6 +318,7 @@ def test_a_built_in_environment_closes_a_strangers_source(home, window):
         assert law_tab(window) is None
 
 
+@pytest.mark.slow
 def test_a_law_that_is_saved_is_not_compiled_in_the_window(home, kept_window, qtbot):
     window = kept_window
     path = put(home, "mine.py", spring("mine"))

@@ -76,6 +76,7 @@ def words(window, key):
     return window.gallery.rows[key].accessibleName().partition(": ")[2]
 
 
+@pytest.mark.slow
 def test_rows_say_which_environments_are_not_ready(window, compiler):
     assert {key for key in window.gallery.rows if words(window, key) != "Preparing…"} == set(READY)
     before = window.gallery.rows["puck"].grab().toImage()
@@ -125,6 +126,7 @@ def test_an_own_environment_takes_the_wish_back(home, window, compiler, forced, 
     assert window.studio.readiness.requested is None
 
 
+@pytest.mark.slow
 def test_nothing_is_looked_at_once_everything_is_ready(window, compiler, qtbot):
     compiler.finish(*window.gallery.rows)
     qtbot.waitUntil(lambda: window.studio.readiness.waiting == ())

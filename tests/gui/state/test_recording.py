@@ -45,6 +45,7 @@ def end(window, qtbot):
     qtbot.waitUntil(lambda: window.studio.recording.newest is not None)
 
 
+@pytest.mark.slow
 def test_what_is_recorded_is_what_the_ring_had_and_what_was_set(window, qtbot):
     reader = window.studio.engine.reader()
     path = begin(window, qtbot)
@@ -241,6 +242,7 @@ def test_a_marker_stands_where_it_was_asked_for(window, qtbot):
     assert found.markers[0][0] == pytest.approx(asked - start, abs=2e-6)
 
 
+@pytest.mark.slow
 def test_closing_the_window_leaves_a_whole_file(make_window, qtbot, home):
     window = make_window()
     window.studio.device.open(SIMULATED)

@@ -67,6 +67,7 @@ def test_a_clock_that_jumps_is_said_while_the_force_is_zero(board_window):
     assert notice.text == "The force is zero. It comes back by itself when the sensor answers again."
 
 
+@pytest.mark.slow
 def test_a_long_delay_is_said_by_the_card_with_what_helps(board_window, qtbot):
     words = board_window.stability.words
     board_window.studio.set_value("stiffness", 1500.0)
@@ -110,6 +111,7 @@ def test_a_delay_that_nobody_can_measure_is_said_while_forces_go_out(board_windo
     assert window.banners.get("delay") is None
 
 
+@pytest.mark.slow
 def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_are_explained(
     board_window, scripted, qtbot, monkeypatch
 ):
@@ -167,6 +169,7 @@ def test_only_a_long_delay_has_a_reason(what, delay, words):
     assert bool(said) == bool(words)
 
 
+@pytest.mark.slow
 def test_frames_are_filled_at_once_after_every_connection_and_in_the_next_window(
     board_window, scripted, make_window, qtbot
 ):

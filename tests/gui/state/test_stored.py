@@ -68,6 +68,7 @@ def test_values_of_every_kind_are_read(settings):
     assert not stored.rejected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("line", wide(WRONG, lambda line: line in list(WRONG)[::3]))
 def test_the_window_starts_with_the_default_of_a_wrong_setting_and_names_it(start_window, line):
     """What a hand wrote, what a newer version wrote, and what would overflow a parser."""
@@ -81,6 +82,7 @@ def test_the_window_starts_with_the_default_of_a_wrong_setting_and_names_it(star
     assert not window.studio.permissions.lock.places
 
 
+@pytest.mark.slow
 def test_many_wrong_settings_are_one_notice_which_is_not_repeated_at_the_next_start(start_window):
     write("theme=purple\ngeometry=5\ngrid=perhaps\nvalues=5")
     first = start_window()

@@ -24,6 +24,7 @@ def test_the_bar_grows_while_the_loop_is_prepared_and_is_gone_afterwards(idle_wi
     assert not idle_window.display._bar.isActive()
 
 
+@pytest.mark.slow
 def test_a_fault_shows_its_reason_and_is_cleared_by_hand(kept_window, qtbot):
     window = kept_window
     window.studio.engine.arrays.control.fault[0] = arrays.OVER_SPEED

@@ -45,6 +45,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CHANGES)
 def test_every_setting_is_undone_and_redone_by_key_in_window_and_engine(window, name):
     studio, stack = window.studio, window.history.stack
@@ -64,6 +65,7 @@ def test_every_setting_is_undone_and_redone_by_key_in_window_and_engine(window, 
     assert stack.count() == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "words"),
     [

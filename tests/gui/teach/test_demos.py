@@ -64,6 +64,7 @@ def moved(out, seconds):
     return np.ptp(out[-round(1000 * seconds) :, rows.TRUE_POSITION])
 
 
+@pytest.mark.slow
 def test_a_wall_buzzes_beyond_its_limit_and_rests_below(told):
     played = told("buzzing_wall")
     steps = {step.at: step.settings for step in played.demo.steps}
@@ -81,6 +82,7 @@ def test_a_wall_buzzes_beyond_its_limit_and_rests_below(told):
     assert {steps[9.0]["value", "wall", "stiffness"], steps[22.0]["value", "wall", "stiffness"]} == {3000.0}
 
 
+@pytest.mark.slow
 def test_friction_holds_what_a_spring_brings_back(told):
     played = told("friction_that_sticks")
     pulled, free = played.of(0.0)[-1, rows.TRUE_POSITION], played.of(5.0)[-1, rows.TRUE_POSITION]
@@ -118,6 +120,7 @@ def test_explicit_euler_gains_what_theory_says_and_exact_nothing(told):
         assert not played.of(at)[:, rows.APPLIED_FORCE].any(), "the handle stays out of its way"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", demos.shipped())
 def test_every_caption_is_said_in_its_turn(told, name):
     played = told(name)
@@ -139,6 +142,7 @@ def shown(kept_window):
     kept_window.demos.end()
 
 
+@pytest.mark.slow
 def test_a_demo_plays_by_its_clock_and_leaves_what_was_set(shown, tmp_path):
     studio, player = shown.studio, shown.demos
     studio.set_values({"stiffness": 1234.0})
@@ -217,6 +221,7 @@ def test_a_demo_waits_until_its_environments_are_ready(shown, tmp_path, monkeypa
     assert shown.studio.values["stiffness"] == 900.0  # at its beginning, whenever that is
 
 
+@pytest.mark.slow
 def test_a_motor_waits_for_render_and_no_hand_moves(board_window, tmp_path):
     window, studio = board_window, board_window.studio
     window.demos.clock = Clock()
@@ -252,6 +257,7 @@ def test_none_plays_while_an_instructor_has_locked_a_setting(shown, tmp_path):
     studio.permissions.set_lock(replace(studio.permissions.lock, places=frozenset()))
 
 
+@pytest.mark.slow
 def test_the_menu_and_the_command_line_know_the_shipped_ones(shown, start_window, capsys):
     entries = [key for key in shown.actions_by_key.qt if key.startswith("teach.demo.")]
     assert [key.rpartition(".")[2] for key in entries] == list(demos.shipped())
@@ -271,6 +277,7 @@ def test_the_menu_and_the_command_line_know_the_shipped_ones(shown, start_window
 # damaged files
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("good", "bad", "words"),
     [

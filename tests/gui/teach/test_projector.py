@@ -65,6 +65,7 @@ def parts(window):
     return {name: place(window, part) for name, part in shown.items() if part.isVisible()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "key"),
     wide(product(SIZES, ("cat", "mass_spring_damper")), lambda size, key: (size, key) == (SIZES[1], "cat")),
@@ -95,6 +96,7 @@ def test_what_is_read_from_afar_is_large_and_whole(window, projected, size, key)
         assert wide, part.text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "on_projector"), wide(product(SIZES, (True, False)), lambda size, _on: size == SIZES[1])
 )
@@ -120,6 +122,7 @@ def test_nothing_covers_anything_with_a_banner_and_a_caption(window, projected, 
     window.banners.set("fault", None)
 
 
+@pytest.mark.slow
 def test_leaving_brings_back_what_was_set(window, qtbot):
     window.set_theme("dark")
     window.views.show("stability")
@@ -143,6 +146,7 @@ def test_leaving_brings_back_what_was_set(window, qtbot):
     window.set_theme("light")
 
 
+@pytest.mark.slow
 def test_keys_act_as_ever(window, projected):
     projected(window, SIZES[0])
     press(window, Qt.Key.Key_1)
@@ -166,6 +170,7 @@ def test_keys_act_as_ever(window, projected):
     assert window.studio.values["stiffness"] == stiffness + steps[0]
 
 
+@pytest.mark.slow
 def test_each_environment_keeps_the_two_values_chosen_for_it(window):
     card, settings = window.projector.card, window.settings
     settings.remove("projected")

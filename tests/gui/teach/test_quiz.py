@@ -84,6 +84,7 @@ def test_an_estimate_is_compared_in_one_sentence(said, true, error, words):
     assert sentence == words
 
 
+@pytest.mark.slow
 def test_the_hidden_value_is_rendered_and_stands_nowhere(asked):
     """The truth is the engine's: no number in the window is that one, and none can be changed."""
     window, studio = asked, asked.studio
@@ -107,6 +108,7 @@ def test_the_hidden_value_is_rendered_and_stands_nowhere(asked):
         assert not actions[key].isEnabled()
 
 
+@pytest.mark.slow
 def test_pushing_into_the_wall_the_cursors_read_the_hidden_stiffness(asked, qtbot):
     """Hooke's law: without damping the slope of force over position is the stiffness, to 1 %.
 
@@ -173,6 +175,7 @@ def test_what_would_show_or_change_it_is_refused_in_one_line(asked):
     assert side.isVisible()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1440, 900), (1100, 700)])
 def test_its_side_is_seen_where_the_panel_is_a_drawer(kept_window, size):
     window = kept_window
@@ -184,6 +187,7 @@ def test_its_side_is_seen_where_the_panel_is_a_drawer(kept_window, size):
     assert not window.panel_open
 
 
+@pytest.mark.slow
 def test_the_engine_is_told_values_alone_and_another_device_ends_the_quiz(kept_window, qtbot, monkeypatch):
     """Only the hidden value is another one; E-stop, loop, hand and set-up are told nothing."""
     window, studio, told = kept_window, kept_window.studio, []

@@ -112,6 +112,7 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
         board.end()
 
 
+@pytest.mark.slow
 @boot.needs_avrdude
 def test_a_flash_that_failed_says_why_and_can_be_repeated(window, qtbot, tmp_path, monkeypatch):
     board = boot.Board(tmp_path, boot.of_another_chip(tmp_path))

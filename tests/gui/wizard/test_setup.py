@@ -220,6 +220,7 @@ class LateKit(PaddleKit):
         self.mute = max(self.mute - 1, 0)
 
 
+@pytest.mark.slow
 def test_the_drawing_is_of_the_method_chosen_and_what_failed_is_carried_again(played):
     play = played(kit=LateKit(pace=PACE))
     play.direct()
