@@ -44,8 +44,9 @@ class ShortcutButton(QPushButton):
 
     def show_look(self) -> None:
         """Apply the present theme to the parts."""
-        self._row.setContentsMargins(theme.px(14), 0, theme.px(12), 0)
-        self._row.setSpacing(theme.px(8))
+        scale = min(theme.scale, 1.0)  # in a projector's header the words need the room
+        self._row.setContentsMargins(round(14 * scale), 0, round(12 * scale), 0)
+        self._row.setSpacing(round(8 * scale))
         self.picture.setPixmap(icons.pixmap(self._icon, theme.px(18), self._color, self.devicePixelRatioF()))
         mark(self.word, "ink", self._color)
         mark(self.cap, "ink", self._cap_color)
