@@ -70,6 +70,7 @@ def test_run_reports_as_text_and_json(capsys):
     assert found["faults"] == found["written"] == []
 
 
+@pytest.mark.slow
 def test_run_agrees_with_the_file_it_writes(capsys, tmp_path):
     csv, picture = tmp_path / "a run.csv", tmp_path / "run.png"
     found = as_json(capsys, "run", "spring", "--hand", "press", "--csv", str(csv), "--plot", str(picture))

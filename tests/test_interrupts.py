@@ -184,6 +184,7 @@ def fifo(tmp_path):
         yield path, pool.submit(path.read_bytes)
 
 
+@pytest.mark.slow
 @posix
 @pytest.mark.parametrize(
     ("words", "begins"),

@@ -15,6 +15,7 @@ RATIO = Parameter("ratio", "Ratio", "", 1.8, 1.0, 3.0)
 SIDE = Choice("side", "Side", ("right", "left"), "left")
 
 
+@pytest.mark.slow
 @given(st.floats(0.0, 5000.0))
 def test_takes_every_number_within_its_limits(value):
     assert STIFFNESS.check(value) == value

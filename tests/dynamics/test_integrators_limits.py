@@ -29,6 +29,7 @@ def amplitudes(method, ratio, step, count=200_000):
         return np.hypot(x[:100], v[:100]).max(), np.hypot(x[-100:], v[-100:]).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("method", TABLE)
 def test_decays_just_inside_its_limit_and_grows_just_outside(method, ratio):

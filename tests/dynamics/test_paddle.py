@@ -137,6 +137,7 @@ def test_a_brief_stop_within_a_step_is_detected():
     assert got == pytest.approx(slide(*args), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_friction_agrees_with_an_event_driven_solver(rng):
     stops = 0
     for _ in range(120):

@@ -44,6 +44,7 @@ def test_is_described(key):
         assert p.check(p.default) == p.default
 
 
+@pytest.mark.slow
 @every
 def test_force_is_finite_at_every_corner(key):
     e = LIBRARY[key]
@@ -167,6 +168,7 @@ def test_unused_parameters_change_no_force(key, rng):
             assert not feels_another(e, values, changed, rng), (name, values, changed)
 
 
+@pytest.mark.slow
 @every
 def test_used_parameters_change_the_force_or_the_drawing(key, rng):
     """Under every option of every choice, each parameter not listed as unused has an effect."""

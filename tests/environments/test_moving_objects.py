@@ -95,6 +95,7 @@ def test_contact_damping_acts_on_the_way_in_only():
     assert MASS.impedance(values) == PUCK.impedance(PUCK.values(contact)) == (100.0, 7.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "method", "without", "damped"),
     [

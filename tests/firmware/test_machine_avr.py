@@ -81,6 +81,7 @@ def assert_same(found, wanted, rows):
     assert same.all(), (rows[~same][:3], found[~same][:3], wanted[~same][:3])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("operation", CALCULATING, ids=lambda o: o.name)
 def test_the_same_bits_as_on_this_computer(chip, computer, rng, operation):
     rows, law = operands(rng, 2000), law_of(operation)

@@ -192,6 +192,7 @@ def expected(board, at=HELD, power=0.5):
     return -255.0 * (torque / board.motor_constant) ** power
 
 
+@pytest.mark.slow
 @needs_ide
 @pytest.mark.parametrize(
     ("key", "options"),
@@ -319,6 +320,7 @@ def choices(environment):
 LINES = {"exact": 500}  # longer than others, because of event location
 
 
+@pytest.mark.slow
 @needs_ide
 @pytest.mark.parametrize("key", wide(environments.discover(), lambda key: key in ("wall", "detents")))
 def test_every_choice_is_a_short_sketch_without_a_warning(key, archive, tmp_path):
@@ -374,6 +376,7 @@ def test_the_firmware_fits_the_chip(elf):
     assert ARENA < size[".data"] + size[".bss"] + size[".noinit"] <= RAM - stack_counted() - FREE
 
 
+@pytest.mark.slow
 @needs_ide
 def test_the_firmware_sends_hello_and_every_sample(elf):
     with opened(firmware=elf) as board:

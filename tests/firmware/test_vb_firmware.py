@@ -56,6 +56,7 @@ def test_counts_follow_the_sensors_saw_tooth(tmp_path):
     assert 960 < log.converter.max() <= 972
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("image", [firmware(), shipped()], ids=["built", "shipped"])
 def test_motor_force_equals_the_laws_within_a_count_and_a_step(tmp_path, image):
     stiffness, forces, start = 120.0, {}, []

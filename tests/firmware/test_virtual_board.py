@@ -203,6 +203,7 @@ def board_time(board):
     return json.loads(board.reply("status"))["time"]
 
 
+@pytest.mark.slow
 def test_paced_time_is_not_ahead_of_the_clock_stands_still_frozen_and_never_makes_up_for_a_stall(start):
     board, _ = start("asleep")
     wait_until(lambda: board_time(board) > 0.0)

@@ -287,6 +287,7 @@ def same(a, b):
     return np.array_equal(a[:, columns], b[:, columns], equal_nan=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("needs", "rate", "delay", "estimator"),
     [

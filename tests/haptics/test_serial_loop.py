@@ -263,6 +263,7 @@ def test_both_loops_give_the_same():
     np.testing.assert_array_equal(one[:, same], other[:, same])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "pulled"),
     [(drivers.SerialDriver, True), (drivers.PortableDriver, True), (drivers.SerialDriver, False)],

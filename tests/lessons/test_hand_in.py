@@ -194,6 +194,7 @@ def test_a_lesson_is_handed_in_only_from_a_complete_session(tmp_path, lesson):
         hand_in(tmp_path / "missing.hapkit", lesson, "Ada", {})
 
 
+@pytest.mark.slow
 def test_thirty_students_of_whom_three_edited_are_graded(tmp_path, lesson, played):
     """The three are found, and nobody else."""
     first = tmp_path / "student00.hapkit"
@@ -232,6 +233,7 @@ class Tags(html.parser.HTMLParser):
         self.links += [v for k, v in attrs if k in ("src", "href", "xlink:href", "data", "action") and v]
 
 
+@pytest.mark.slow
 def test_the_report_is_one_page_that_loads_nothing(tmp_path, lesson, played):
     path = tmp_path / "x.hapkit"
     save_played(path, lesson, played, '<img src="http://a.example/x.png">')

@@ -181,6 +181,7 @@ def test_law(law):
     assert told(law_frames.encode_law, *vars(law).values()) == encode(law)
 
 
+@pytest.mark.slow
 @given(st.binary(min_size=1, max_size=300), st.integers(0, 255), st.data())
 def test_pieces(program, generation, data):
     words = law_frames.packed(program, 38)  # the last piece may extend beyond the words

@@ -26,6 +26,7 @@ def test_firmware_and_machine_survive_fuzzing():
     fuzz.machine(INPUTS, 1, folder)
 
 
+@pytest.mark.slow
 def test_decoders_agree_and_damage_passes_at_the_crcs_rate(folder):
     lines = fuzz.agreement(FRAMES, 1, folder)
     assert lines.damaged > FRAMES // 2

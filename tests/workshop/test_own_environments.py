@@ -32,6 +32,7 @@ def run(capsys, *words):
     return code, *capsys.readouterr()
 
 
+@pytest.mark.slow
 def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
     write(tmp_path, folder.templates()[0].text, "my_env.py")
     csv = tmp_path / "run.csv"

@@ -28,6 +28,7 @@ def alive(number):
         return False
 
 
+@pytest.mark.slow
 @on_posix
 def test_an_endless_file_is_killed_with_its_children(tmp_path):
     child = tmp_path / "child"
@@ -92,6 +93,7 @@ def test_a_file_that_takes_all_memory(tmp_path):
     assert problem == Problem(line_of(whole, "A = bytes"), "this takes more memory than there is")
 
 
+@pytest.mark.slow
 def test_a_trial_leaves_no_files_and_ignores_neighbouring_files(tmp_path, monkeypatch):
     """A file next to it with the name of a Python module is not imported."""
     folder = tmp_path / "mine"

@@ -60,6 +60,7 @@ def test_parts_add_up_and_a_lead_of_half_a_step_makes_up_for_delay():
     assert parts[1][0] == 0.0  # the exact method has no error of its own
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("integrator", "order"), [("semi_implicit", 1), ("implicit_euler", 1), ("trapezoid", 2)]
 )

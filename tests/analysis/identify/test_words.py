@@ -123,6 +123,7 @@ def test_every_output_states_that_no_force_was_measured(csv, capsys, tmp_path, m
         assert "A known weight or two known springs at the handle, or a kitchen scale, measure it" in said
 
 
+@pytest.mark.slow
 def test_one_object_and_a_picture(csv, capsys, tmp_path):
     picture = tmp_path / "found.png"
     assert main(["identify", csv, "--json", "--from", "0.5", "--to", "2.5", "--plot", str(picture)]) == 0

@@ -151,6 +151,7 @@ def test_the_result_contains_the_linear_limit():
     assert numbers["points"][0]["linear_limit"] is None
 
 
+@pytest.mark.slow
 def test_points_arrive_in_order_and_any_executor_finds_the_same():
     seen, done = [], []
     setting = device()
@@ -212,6 +213,7 @@ def test_result_is_the_bands_lower_end():
     assert max(tried) == pytest.approx(point.last_held * 1.01**10)
 
 
+@pytest.mark.slow
 def test_all_walls_hold_up_to_the_result_and_some_fail_above():
     (point,) = simulation.compute(LoopSettings(), (20.0,)).points
     below = point.stiffness / 1.01 ** np.arange(band_trials(0.01))

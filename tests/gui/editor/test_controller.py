@@ -99,6 +99,7 @@ def test_a_new_environment_gets_an_unused_name(home, make_window):
     assert chooser.title.text() == "My two walls"
 
 
+@pytest.mark.slow
 def test_an_error_is_at_its_line_and_the_old_law_keeps_running(opened, qtbot):
     window = opened(spring(force="-p.stifness * x"))
     before = window.studio.environment

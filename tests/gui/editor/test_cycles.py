@@ -53,6 +53,7 @@ def test_cycles_are_shown_until_their_line_changes(counting, qtbot):
     assert not page.cycles.isVisible()
 
 
+@pytest.mark.slow
 def test_a_law_with_an_error_keeps_the_old_cycles(counting, qtbot):
     page, words = counting.editor.page, counting.editor.page.cycles.text()
     broken = spring(force="-p.stifness * x")

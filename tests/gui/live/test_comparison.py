@@ -1,6 +1,7 @@
 """Both ways on top of each other: what a comparison says, and what ends it."""
 
 import numpy as np
+import pytest
 
 from hapkit_studio.gui.live import comparison
 from hapkit_studio.gui.live.comparison import Part, difference_words
@@ -19,6 +20,7 @@ def test_the_difference_is_that_of_the_same_moments():
     assert "held: on the computer, in colour: on the board" in words
 
 
+@pytest.mark.slow
 def test_what_ends_a_comparison_is_said_and_who_rendered_renders_on(held_board_window, qtbot, monkeypatch):
     window = held_board_window
     switch, note, running = window.loop.where, window.loop.where.note, window.comparison

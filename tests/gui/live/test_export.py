@@ -217,6 +217,7 @@ def test_what_cannot_be_written_is_one_line_and_leaves_the_file_as_it_was(fed, w
     assert [path.read_text() for path in kept.parent.iterdir()] == ["mine"]
 
 
+@pytest.mark.slow
 def test_a_copied_picture_is_that_of_the_file(fed, write, tmp_path, qtbot):
     window, _ = fed
     write(tmp_path / "a.png", window.export.visible)

@@ -120,6 +120,7 @@ def test_while_it_is_dragged_the_plots_are_drawn_from_blocks_and_then_from_sampl
     assert replay.time == pytest.approx(2.8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stop", [1e308, None, -1.0, 9e8, math.inf])
 def test_a_session_that_claims_an_absurd_end_is_not_replayed_and_the_reason_is_said(
     kept_idle_window, qtbot, home, stop

@@ -74,6 +74,7 @@ def test_a_crossing_is_no_level_that_is_held_and_a_gap_in_the_numbers_is_none():
     assert not len(crossings(np.empty(0), 2.0, rising=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frame", [1, 16, 333, 4000])
 @pytest.mark.parametrize(
     ("values", "expected"),

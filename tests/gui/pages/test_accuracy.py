@@ -65,6 +65,7 @@ def test_methods_answer_in_one_sentence_on_the_computer_and_on_the_board(page, q
     part.where.button(0).click()
 
 
+@pytest.mark.slow
 def test_errors_come_first_and_then_their_parts(page, shared_window, qtbot):
     part, studio = show(page, 1), shared_window.studio
     studio.adopt(studio.environments["damping"])
@@ -124,6 +125,7 @@ def test_the_lower_chart_stands_where_there_is_room_and_no_words_overlap():
         assert not [box for n, box in enumerate(boxes) if box.count_overlaps(boxes[:n])]
 
 
+@pytest.mark.slow
 def test_a_row_is_chosen_and_used_and_what_is_recommended_is_the_default(page, shared_window):
     part, studio = show(page, 1), shared_window.studio
     studio.adopt(studio.environments["friction"])

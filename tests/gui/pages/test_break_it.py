@@ -96,6 +96,7 @@ def test_buttons_slider_box_and_chart_turn_the_knob_and_other_conditions_move_th
     assert page.knob.isEnabled()
 
 
+@pytest.mark.slow
 def test_a_knob_in_seconds_is_shown_in_milliseconds_and_run_all_tries_the_rest(page, gate, qtbot):
     page.list.setFocus()
     QTest.keyClick(page.list, Qt.Key.Key_End)
@@ -139,6 +140,7 @@ def test_tiny_traces_have_ticks_that_can_be_read():
         assert scaled(np.array([-0.5 * most, most])) == (pytest.approx(factor), power)
 
 
+@pytest.mark.slow
 def test_cancel_ends_the_work_and_keeps_what_had_come(page, gate, qtbot):
     page.list.choose("slow")
     qtbot.waitUntil(gate.begun.is_set)

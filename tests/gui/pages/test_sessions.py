@@ -174,6 +174,7 @@ def test_a_replay_begins_in_the_live_view(page, shared_window, qtbot, way):
     shared_window.history.forget()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [pytest.param((1920, 1080), marks=pytest.mark.slow), (800, 560)])
 def test_nothing_is_cut_off(page, shared_window, qapp, size):
     QTest.keyClicks(page.search, "wall")  # also of the field's clear button, which fades away late

@@ -110,6 +110,7 @@ def test_it_judges_the_loop_in_force_and_the_dot_follows_the_sliders(page, windo
     assert column.answers.text.endswith("it moves away and cannot buzz."), "it leaves the wall"
 
 
+@pytest.mark.slow
 def test_a_click_brings_both_sliders_there_and_undo_brings_both_back(page, window, qtbot):
     studio, (width, top) = window.studio, axes_of(page)
     click(page.chart, 0.5 * width, 0.25 * top)
@@ -123,6 +124,7 @@ def test_a_click_brings_both_sliders_there_and_undo_brings_both_back(page, windo
     assert (studio.values["stiffness"], studio.values["damping"]) == (620.0, 2.0)
 
 
+@pytest.mark.slow
 def test_the_pointer_reads_the_limit_and_dragging_takes_the_sliders_along_up_to_the_frame(page, window):
     plane = page.lines.plane
     limit = float(plane.exact[60])

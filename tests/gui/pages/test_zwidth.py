@@ -147,6 +147,7 @@ def test_what_was_found_is_told_in_words_table_and_numbers(page, tmp_path):
     assert found["conditions"]["push"] == 1.0
 
 
+@pytest.mark.slow
 def test_a_result_of_another_loop_is_out_of_date(page, window):
     page._fresh[SIMULATION].begin()
     page.show_result(made_up(clamped=False))

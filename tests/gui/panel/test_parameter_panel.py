@@ -59,6 +59,7 @@ def test_every_parameter_of_every_environment_has_a_row_named_with_value_and_uni
                 assert row.parameter.label in row.picker.accessibleName()
 
 
+@pytest.mark.slow
 def test_a_number_typed_is_in_force_after_enter_or_leaving_and_not_before(window):
     row, values = rows(window)["stiffness"], lambda: window.studio.engine.values
     write(row, "400")
@@ -116,6 +117,7 @@ def test_after_enter_keys_are_the_scenes_again_unless_the_number_was_refused(win
     assert QApplication.focusWidget() is window.centre.scene
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", ["slider", "box"])
 def test_keys_go_by_steps_of_ten_and_are_in_force_at_once(window, part):
     row, key = rows(window)["stiffness"], Qt.Key

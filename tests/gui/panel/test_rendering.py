@@ -106,6 +106,7 @@ def test_what_was_known_stays_in_sight_until_the_board_has_answered(board_window
     assert column(board_window, 1)[1] == "3,300"
 
 
+@pytest.mark.slow
 def test_what_the_board_does_not_do_is_said(board_window, qtbot):
     studio, note = board_window.studio, board_window.loop.where.note
     studio.set_loop(estimator="butterworth", delay=0.002, controller=True, where="board")
@@ -121,6 +122,7 @@ def test_what_the_board_does_not_do_is_said(board_window, qtbot):
     assert "computer's loop" not in beside.text()
 
 
+@pytest.mark.slow
 def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
     studio = board_window.studio
     delays = studio.engine.driver.conn.delays

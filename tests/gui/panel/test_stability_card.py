@@ -178,6 +178,7 @@ def test_the_dot_stands_at_its_values_ringed_beyond_the_limit(window, stiffness,
     assert bool(len(colored(picture.copy(int(place.x()) - 12, int(place.y()) - 12, 24, 24), "warn"))) == ring
 
 
+@pytest.mark.slow
 def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, monkeypatch):
     card, engine = board_window.stability, board_window.studio.engine
     fault = SimpleNamespace(text="Fault: no sensor frame for 20 ms.", detail="", code=1)

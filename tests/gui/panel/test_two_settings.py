@@ -45,6 +45,7 @@ def compared(window):
     window.studio.hide_values(None)
 
 
+@pytest.mark.slow
 def test_one_key_keeps_a_then_b_then_switches_values_and_loop(window):
     studio, row, action = window.studio, window.panel.two, window.actions_by_key.qt["teach.switch"]
     assert row.isHidden()
@@ -128,6 +129,7 @@ def test_blind_the_answers_are_counted_and_nothing_shows_which_it_is(compared):
     assert said_in(sheet_of(window)) == ["Blind comparison", "7 of 8 right; guessing gives 4."]
 
 
+@pytest.mark.slow
 def test_blind_a_device_renders_what_is_hidden_also_after_a_reconnect(make_window, qtbot):
     window = make_window()
     studio = window.studio

@@ -61,6 +61,7 @@ def test_it_follows_values_and_loop_and_says_nothing_without_a_reason(lines, stu
     assert lines.isHidden()
 
 
+@pytest.mark.slow
 def test_it_remembers_the_speed_for_a_while(lines):
     lines.watch(highest_speed(moving(0.9 * LATELY_SECONDS, 0.51)))
     assert lines.texts == ["Too fast: 0.51 m/s"]

@@ -114,6 +114,7 @@ def test_single_letter_keys_can_be_switched_off(shown):
     assert shown.studio.environment.key == "spring"
 
 
+@pytest.mark.slow
 def test_there_is_one_sheet_of_keys_at_a_time_and_it_names_every_key(shown):
     sheet = KeysDialog(TABLE, shown)
     words = " ".join(label.text() for label in sheet.findChildren(QLabel))

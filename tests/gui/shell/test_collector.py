@@ -23,6 +23,7 @@ def enabled():
     gc.enable()
 
 
+@pytest.mark.slow
 def test_what_allocates_in_the_background_frees_no_widget(qtbot):
     owner, freed = QWidget(), []
     qtbot.addWidget(owner)

@@ -57,6 +57,7 @@ def test_the_window_renders_records_judges_and_shows_all_pages(entry, shown, qtb
     assert studio.fault is None
 
 
+@pytest.mark.slow
 @every_device
 def test_a_switch_to_it_keeps_every_choice_that_it_can_render(entry, make_window, qtbot):
     window = make_window((SIMULATED, *(one for one in MODELLED if one.key != SIMULATED.key)))

@@ -123,6 +123,7 @@ def test_of_two_wishes_the_newest_wins(make_window, qtbot):
     assert engines[1].health().running
 
 
+@pytest.mark.slow
 def test_a_port_that_was_never_there_or_comes_back_without_rights_is_tried_on(
     idle_window, qtbot, monkeypatch, until
 ):
@@ -182,6 +183,7 @@ def test_a_starting_board_is_said_and_never_started_anew(idle_window, fake_board
     gate.set()
 
 
+@pytest.mark.slow
 def test_letting_go_frees_the_port_and_reconnect_takes_it_back(window, qtbot):
     engine = window.studio.engine
     window.studio.device.let_go()

@@ -51,6 +51,7 @@ def test_every_environment_s_values_come_back_from_a_file(home, key):
         assert read.get(("value", key, p.key), value) == value
 
 
+@pytest.mark.slow
 def test_a_preset_is_saved_chosen_restored_and_one_step_of_undo(window, home):
     studio, row = window.studio, window.panel.preset
     assert row.button.text() == "Default values"

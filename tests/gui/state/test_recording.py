@@ -196,6 +196,7 @@ def test_a_recording_that_ends_by_itself_says_when_and_why_once(window, monkeypa
     assert window.status.kept.words.text() == "full, 0 kB"
 
 
+@pytest.mark.slow
 def test_a_recording_whose_file_is_deleted_says_so_and_what_can_still_be_saved(window, qtbot):
     path = begin(window, qtbot)
     path.unlink()

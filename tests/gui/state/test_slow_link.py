@@ -88,6 +88,7 @@ def test_the_board_is_not_offered_where_it_cannot(board_window, qtbot):
     assert list(ways_on(board_window, "fault")) == ["Clear fault"]
 
 
+@pytest.mark.slow
 def test_a_delay_that_nobody_can_measure_is_said_while_forces_go_out(board_window, monkeypatch):
     window, studio = board_window, board_window.studio
     monkeypatch.setattr(notices, "NO_DELAY_MS", -1)

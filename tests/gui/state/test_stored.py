@@ -91,6 +91,7 @@ def test_many_wrong_settings_are_one_notice_which_is_not_repeated_at_the_next_st
     assert start_window().banners.get("settings") is None
 
 
+@pytest.mark.slow
 def test_a_setting_of_a_newer_version_stays_in_the_file(start_window):
     path = write("theme=purple")
     window = start_window()

@@ -14,6 +14,7 @@ from tests.gui.live.plot_support import colored
 from tests.gui.window_support import SIMULATED
 
 
+@pytest.mark.slow
 def test_the_bar_grows_while_the_loop_is_prepared_and_is_gone_afterwards(idle_window, qtbot):
     scene = idle_window.centre.scene
     first = scene._fraction
@@ -39,6 +40,7 @@ def test_a_fault_shows_its_reason_and_is_cleared_by_hand(kept_window, qtbot):
     assert window.banners.banners == []
 
 
+@pytest.mark.slow
 def test_at_most_two_banners_the_worse_first_and_new_words_change_one_in_its_place(kept_idle_window):
     """A measured number changes twice a second: banner and button must not be built anew each time."""
     banners, done = kept_idle_window.banners, []
@@ -82,6 +84,7 @@ def test_values_that_do_not_go_together_are_refused_with_and_without_an_engine(k
     assert kept_window.studio.engine.values == studio.values
 
 
+@pytest.mark.slow
 def test_a_gap_is_hatched_and_named_in_the_picture(window, qtbot):
     """Also the part of it that is seen while its beginning has left the picture on the left."""
     history, plots = window.live.history, window.centre.time

@@ -251,6 +251,7 @@ def test_errors_are_counted_and_everything_comes_back(asked, qtbot):
     assert [part for part in window.centre.phase.theory if part.isVisible()]
 
 
+@pytest.mark.slow
 def test_nothing_estimated_is_no_try(asked):
     side = asked.quiz.side
     for typed, words in ((0.0, "Enter your estimate first."), (6000.0, STIFFNESS.limits())):

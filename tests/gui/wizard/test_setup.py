@@ -99,6 +99,7 @@ def test_words_are_whole_controls_named_and_a_skipped_step_says_what_is_assumed(
     assert dialog.index == rows.currentRow() == 2
 
 
+@pytest.mark.slow
 def test_no_supply_offers_the_search_and_the_hand_of_a_board_that_has_one_is_dragged(played, qtbot):
     play = played(supply=0.0)
     dialog, kit = play.dialog, play.kit
@@ -188,6 +189,7 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     assert "assumed" not in step.hint.text()
 
 
+@pytest.mark.slow
 def test_an_encoder_counts_both_ways(played, monkeypatch):
     monkeypatch.setattr(step_sensor, "RECORD_SECONDS", 5.5)
     play = played(kit=EncoderKit(pace=PACE))
