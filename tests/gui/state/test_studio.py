@@ -6,10 +6,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from hapkit_studio import errors
+from hapkit_studio.dynamics.loop_settings import DELAY, RATE
 from hapkit_studio.gui.live.time_plots import gaps
 from hapkit_studio.gui.shell.banners import Notice
 from hapkit_studio.haptics import arrays
+from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.rows import HOST_TIME
+from hapkit_studio.parameters import Parameter
 from tests.gui.live.plot_support import colored
 from tests.gui.window_support import SIMULATED
 
@@ -115,3 +118,25 @@ def test_a_gap_is_hatched_and_named_in_the_picture(window, qtbot):
 )
 def test_gaps_lie_between_the_last_and_the_first_sample(x, before, found):
     assert gaps(np.array(x), **({} if before is None else {"before": before})) == found
+
+
+def test_a_slider_sends_the_changed_value_which_is_checked_once(kept_window, monkeypatch):
+    window, studio, checked, sent = kept_window, kept_window.studio, [], []
+    studio.choose("wall")
+    mine = {id(p) for p in (*studio.environment.parameters, RATE, DELAY)}
+    check, put = Parameter.check, Engine.put_values
+
+    def noted(parameter, value):
+        checked.extend([parameter.key] if id(parameter) in mine else [])
+        return check(parameter, value)
+
+    monkeypatch.setattr(Parameter, "check", noted)
+    monkeypatch.setattr(Engine, "put_values", lambda e, values: sent.append(dict(values)) or put(e, values))
+    before = dict(studio.values)
+    window.panel.parameters.rows["stiffness"].changed.emit("stiffness", 432.0)
+    assert checked == ["stiffness"]
+    assert sent == [{**before, "stiffness": 432.0}]
+    checked.clear()
+    studio.set_loop(delay=0.002)
+    assert checked == ["delay"]
+    assert studio.engine.loop.delay == 0.002
