@@ -50,6 +50,8 @@ PARTS = {"sampling": "rate", "delay": "delay", "filter": "velocity", "quantizati
 PARTS["saturation"] = "limit"
 # A throw, and a moment of letting go, after which rounding decides where the handle comes to rest.
 DECIDED_BY_ROUNDING = {("texture", "quantization"), ("friction", "sampling")}
+# A cat stops purring above a stroking speed, and rounding decides when rubbing crosses it.
+CROSSED_BY_ROUNDING = {("cat", "sampling")}
 
 
 def plain_felt(key, term, trial, rate=1000.0, delay=1e-3):
@@ -74,6 +76,8 @@ def test_every_cell_is_that_of_a_loop_in_plain_python_and_files_say_what_is_need
             assert effect.felt == pytest.approx(wanted, rel=0.12), effect.term
         else:
             assert wanted <= 1.0
+        if (key, effect.term) in CROSSED_BY_ROUNDING:
+            continue
         if effect.term in ("sampling", "delay") and effect.since > 0.0:
             down, places = effect.term == "sampling", needs.DELAYS
             places = needs.RATES[::-1] if down else places
