@@ -30,7 +30,7 @@ def test_it_starts_prepares_once_and_saves_a_picture(tmp_path):
     picture = tmp_path / "window.png"
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}
     program = (
-        "import sys; from hapkit_studio.gui import app; code = app.run(sys.argv[1:]); "
+        "import sys; from hapkit_studio.gui.shell import app; code = app.run(sys.argv[1:]); "
         "print(*sys.modules); sys.exit(code)"
     )
     options = ["--theme", "dark", "--size", "1280x720", "--screenshot", str(picture), "--seconds", "1"]
