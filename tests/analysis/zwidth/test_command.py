@@ -67,7 +67,8 @@ def test_a_device_gets_the_options_and_is_closed(capsys, measured):
     assert measured["levels"] == (0.0, 1.0)
     assert measured["limits"] == TrialLimits(max_force=1.5, push=0.5, hit=0.05)
     assert measured["engine"].device == SimulatedHapkit(mass=0.06)
-    assert measured["loop"] == LoopSettings(500.0, 2e-3, ("iir", {"cutoff": 20.0}))
+    loop = measured["loop"]
+    assert (loop.rate, loop.delay, loop.estimator) == (500.0, 2e-3, ("iir", {"cutoff": 20.0}))
     assert measured["grip"] == "firm"
     assert not measured["engine"].health().running
 
