@@ -45,7 +45,7 @@ _RATES, _DELAYS, _DAMPINGS = (250.0, 10_000.0), (0.0, 5e-3), (0.0, 20.0)
 
 
 class SurveyError(StudioError):
-    """A file is no survey, or one with other axes; the text says which."""
+    """The file is not a survey, or its axes differ from the requested ones."""
 
 
 @dataclass(frozen=True)

@@ -149,7 +149,7 @@ _OFFSETS = sorted(
 
 
 def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> None:
-    """Place a label where it covers no line and no box; beside its point if there is no free place."""
+    """Place a label where it covers no line or box, or beside its point if there is no such place."""
     from matplotlib.transforms import Bbox
 
     axes, points = words.axes, words.figure.dpi / 72.0

@@ -382,7 +382,7 @@ def entries() -> list[DeviceEntry]:
 
 
 def unlisted(key: str) -> HapkitBoard | None:
-    """Return a board for an unlisted path, e.g. a pseudo-terminal; None if the key is no path."""
+    """Return a board at an unlisted path, such as a pseudo-terminal, or None if key is not a path."""
     return HapkitBoard(key) if serial_ports.is_path(key) else None
 
 

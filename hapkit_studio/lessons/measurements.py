@@ -26,7 +26,7 @@ _REST_SECONDS = 0.5
 _PURRS = (15.0, 40.0)  # Hz, in which a purr is looked for; a cat's own pitch is 20 to 30 Hz
 _CLEAR = 6.0  # a spectral peak is this many times the median of its band
 _RINGS = (5.0, 400.0)  # Hz
-_SWINGS = 6  # extremes of a swing, below which no growth is reported
+_SWINGS = 6  # extremes of a free oscillation that its measurement needs
 _EXACT = 1e-4  # of the value: a narrower interval is not worth showing
 _STEADY = 0.02  # m/s: speeds of an object that moves freely differ by less from sample to sample
 

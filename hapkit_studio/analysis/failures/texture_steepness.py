@@ -10,7 +10,7 @@ from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.haptics import rows
 
-# initial displacement as a fraction of a wavelength; beyond REACH the valley is no longer a linear spring
+# Displacements in wavelengths: the initial one, and the one up to which the valley is a linear spring.
 START, REACH = 1e-5, 1e-3
 # amplitude relative to the start that is lost in rounding
 DEAD = 1e-6

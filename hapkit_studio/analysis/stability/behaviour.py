@@ -28,7 +28,7 @@ _BEYOND = (1.05, 1.1, 1.2, 1.3, 1.5)  # further displacements, as multiples of t
 NUDGE = 1e-3
 """m, displacement by an unintended nudge of the hand."""
 _HALVINGS = 7
-# m: beyond _FAR the handle was thrown out; without a restoring force it may drift up to _ENDLESS
+# m: farther than this the handle has run away; _ENDLESS applies to scenes without a restoring force
 _FAR, _ENDLESS = 0.060, 1e3
 _TURNS = 2.2
 _FEWEST_SAMPLES = 8

@@ -167,7 +167,7 @@ def friction_boundary(setting: LoopSettings, damping: np.ndarray, push: float = 
 
 
 def passivity_line(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
-    """Return the largest passive stiffness (n,) in N/m, safe with any hand; 0 if none is passive.
+    """Return the largest stiffness (n,) in N/m that is passive, hence stable with any hand, or 0.
 
     Raise ParameterError for a nonlinear estimator.
     """

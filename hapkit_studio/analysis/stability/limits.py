@@ -65,7 +65,7 @@ def stiffness_limit(
     hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
 ) -> float:
-    """Return the exact limit of virtual stiffness in N/m below which all are stable; 0 if none is.
+    """Return the exact stiffness in N/m below which every virtual spring is stable, or 0.
 
     mass kg, viscous and virtual damping N·s/m, rate Hz, delay s; hand: a Hand, a Grip, a name, or None for a
     released handle; quantum in m: the sensor's, for the design of the velocity estimator. Raise

@@ -18,7 +18,7 @@ from hapkit_studio.errors import ParameterError
 
 OBJECTS = "mass_spring_damper", "puck"
 _SOFTEST, _STIFFEST, _SCAN, _HALVINGS = 1.0, 1e7, 141, 20
-# an unattached object has a root at 1, which is no growth
+# Roots above this grow. An object without a spring has a root at exactly 1, which must not count.
 _STILL = 1.0 + 1e-9
 
 

@@ -36,7 +36,7 @@ def sketch_words(found: Verdict, rate: float) -> str:
 
 
 HAND = "medium"
-"""Grip assumed if none is specified."""
+"""The default grip."""
 UNKNOWN = "The delay of the link cannot be measured, so the stiffness limit is unknown."
 
 

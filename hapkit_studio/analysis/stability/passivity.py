@@ -53,7 +53,7 @@ def passive_stiffness(
     estimator: Spec = "difference",
     quantum: float = USUAL_QUANTUM,
 ) -> np.ndarray:
-    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 if none is.
+    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,), or 0.
 
     viscous: the handle's own damping in N·s/m, rate Hz, delay s; quantum in m: the sensor's, for the design
     of the estimator. Raise ParameterError for a nonlinear estimator.

@@ -66,7 +66,7 @@ _DYING, _STEADY, _GROWING = 0.9, 1.01, 1.1
 
 @dataclass(frozen=True)
 class Rendered:
-    """What renders the spring: device, loop with or without passivity controller, hand.
+    """Device, loop settings, hand and passivity controller with which a spring is rendered.
 
     quantum in m: for the design of the velocity estimator if the device's own sensor is ideal.
     """

@@ -80,7 +80,7 @@ class VerdictInput:
         return headless.Scene(self.environment, self.values, device, self.setting)
 
     def unknown(self) -> str:
-        """Return why there is no limit, "" if there is one."""
+        """Return the reason why no stiffness limit can be given, or "" if it can."""
         if self.impedance is None:
             return "This environment has no stiffness or damping to compare with a limit."
         if not self.setting.linear:
