@@ -18,7 +18,7 @@ from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.gallery_row import icon_name
 from hapkit_studio.gui.widgets.parts import SIDE, ScrollColumn, Sign, hbox, label, refill, rule, vbox
-from hapkit_studio.gui.widgets.text import rich
+from hapkit_studio.gui.widgets.text import rich, show_formula
 from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = 14  # px: below that a title rather takes two lines
@@ -78,10 +78,7 @@ class PanelTitle(QWidget):
         environment = self._studio.environment
         self.picture.show_sign(icon_name(environment.scene), "ink")
         self.title.show_words(environment.title)
-        upright = theme.font("formula")
-        upright.setItalic(False)  # the formula itself says what is a symbol, so its words stay upright
-        self.formula.setFont(upright)
-        self.formula.setText(rich(environment.formula))
+        show_formula(self.formula, environment.formula)
         self.show_explanation()
 
     def show_explanation(self) -> None:

@@ -14,7 +14,7 @@ from hapkit_studio.gui.widgets.gallery_row import icon_name
 from hapkit_studio.gui.widgets.numbers import ValueSlider
 from hapkit_studio.gui.widgets.parts import AnswerLine, Sign, hbox, label, refill, rule, vbox
 from hapkit_studio.gui.widgets.style import mark
-from hapkit_studio.gui.widgets.text import rich
+from hapkit_studio.gui.widgets.text import show_formula
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice
 from hapkit_studio.quantity import Quantity
@@ -170,10 +170,7 @@ class Title(QWidget):
         environment = self._studio.environment
         self.picture.show_sign(icon_name(environment.scene), "ink")
         self.title.setText(environment.title)
-        upright = theme.font("formula")
-        upright.setItalic(False)
-        self.formula.setFont(upright)
-        self.formula.setText(rich(environment.formula))
+        show_formula(self.formula, environment.formula)
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

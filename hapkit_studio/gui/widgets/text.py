@@ -23,6 +23,14 @@ def rich(words: str) -> str:
     return _ALLOWED.sub(lambda found: f"<{found[1]}>" if found[1] else f"&{found[2]}", escaped)
 
 
+def show_formula(label: QLabel, formula: str) -> None:
+    """Show a formula, whose own <i> says what is a symbol, so that its words stay upright."""
+    upright = theme.font("formula")
+    upright.setItalic(False)
+    label.setFont(upright)
+    label.setText(rich(formula))
+
+
 def plain(label: QLabel) -> QLabel:
     """Make a label show plain text; return it."""
     label.setTextFormat(Qt.TextFormat.PlainText)
