@@ -24,7 +24,7 @@ from hapkit_studio.charts.style import save
 from hapkit_studio.cli import main
 from hapkit_studio.errors import FileError, StudioError
 from hapkit_studio.gui.live.recorded import Recorded
-from hapkit_studio.gui.pages.sessions import look
+from hapkit_studio.gui.pages.sessions import read_overviews
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions import database, session, settings
 from hapkit_studio.sessions.chunk import MOST_SAMPLES, pack
@@ -96,7 +96,7 @@ def listed(folder, capsys) -> dict[str, str]:
     assert err == ""
     assert all(c.isprintable() or c == "\n" for c in out)
     lines = {f"{line.split()[0]}.hapkit": line.partition(" ")[2].strip() for line in out.splitlines()[1:]}
-    shown = look(sorted(folder.glob("*.hapkit")), {}, lambda _done, _of: None)
+    shown = read_overviews(sorted(folder.glob("*.hapkit")), {}, lambda _done, _of: None)
     assert {row.path.name for row in shown.values()} == set(lines)
     assert all(row.error in lines[row.path.name] for row in shown.values())
     return lines
@@ -241,7 +241,7 @@ def test_a_name_with_control_characters_is_one_line_of_the_list(path, capsys):
     out = capsys.readouterr().out
     assert out.count("\n") == 1 + 2
     assert "\x1b" not in out
-    (shown,) = look([*path.parent.glob("a*")], {}, lambda *_: None).values()
+    (shown,) = read_overviews([*path.parent.glob("a*")], {}, lambda *_: None).values()
     assert shown.name.isprintable()
 
 

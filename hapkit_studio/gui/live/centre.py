@@ -1,4 +1,4 @@
-"""The middle of the Live view: scene on top, time plots and force–position below."""
+"""The middle of the Live view: scene on top, time plots and force–position plot below."""
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QResizeEvent
@@ -17,12 +17,12 @@ from hapkit_studio.gui.widgets.parts import hbox, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme
 
-_EDGE = 1  # the card's line
+_EDGE = 1  # px: border of the card
 _VIEWS = ("Time", "Force–position")
 
 
 def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
-    """Return a card with widgets one below the other; the last one takes the room."""
+    """Return a card with widgets stacked vertically; the last one gets the extra height."""
     frame = QFrame(parent)
     frame.setProperty("card", True)
     if widgets:
@@ -31,7 +31,7 @@ def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
 
 
 def fill(splitter: QSplitter, gap: int, stretched: int, *parts: QWidget) -> None:
-    """Fill a splitter with parts so many px apart; one of them takes the room, none collapses."""
+    """Fill a splitter with parts ``gap`` px apart; only the part with index ``stretched`` grows."""
     splitter.setHandleWidth(gap)
     splitter.setChildrenCollapsible(False)
     for part in parts:
@@ -40,7 +40,7 @@ def fill(splitter: QSplitter, gap: int, stretched: int, *parts: QWidget) -> None
 
 
 def _flat(icon: str, tip: str) -> QPushButton:
-    """Return a button of the toolbar; its words come and go."""
+    """Return a flat toolbar button whose label can be hidden."""
     button = QPushButton()
     button.setProperty("flat", True)
     button.setToolTip(tip)
@@ -49,10 +49,7 @@ def _flat(icon: str, tip: str) -> QPushButton:
 
 
 class Toolbar(QWidget):
-    """Time window and axes of the time plots, and the simulated hand's way to let go.
-
-    Where room is short it also switches between the plots; then words and buttons give way.
-    """
+    """Toolbar of the time plots: time window, cursors, held traces, fit and release of the simulated hand."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -78,7 +75,7 @@ class Toolbar(QWidget):
         hbox(*left, None, *right, into=self, margins=(8, 5, 8, 5), gap=2)
 
     def set_narrow(self, narrow: bool) -> None:
-        """Switch between the plots, or show both."""
+        """Show the switch between the plots (``narrow``), or hide it because both plots fit."""
         self.views.setVisible(narrow)
         self._fit_buttons()
 
@@ -87,11 +84,11 @@ class Toolbar(QWidget):
         self._fit_buttons()
 
     def minimumSizeHint(self) -> QSize:
-        """Return its height alone: words and buttons give way."""
+        """Return the height only: button labels and buttons are hidden when they do not fit."""
         return QSize(0, super().minimumSizeHint().height())
 
     def _fit_buttons(self) -> None:
-        """Show all words; where they do not fit icons, and where those do not the buttons needed most."""
+        """Show all labels if they fit, else only icons, else only the most important buttons."""
         extra, used = (self.hold, self.release), self.layout()
         for words, more in ((True, True), (False, True), (False, False)):
             for button, name in self._names.items():
@@ -103,23 +100,23 @@ class Toolbar(QWidget):
                 return
 
     def show_span(self, seconds: float) -> None:
-        """Show how many s the plots show, one of the list or not."""
+        """Show the time window in s, which need not be one of SPANS."""
         self.span.setPlaceholderText(f"{seconds:.2g} s")
         self.span.setCurrentIndex(SPANS.index(seconds) if seconds in SPANS else -1)
 
     def show_release(self, on: bool) -> None:
-        """Offer to let the simulated hand go, or do not."""
+        """Show or hide the button that releases the simulated hand."""
         self._hand = on
         self._fit_buttons()
 
 
 class Centre(QWidget):
-    """Scene above, plots below: the borders between them can be dragged, and are remembered."""
+    """Scene above, plots below. The splitter positions are saved."""
 
     def __init__(self, settings: StoredSettings, parent: QWidget | None = None):
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setObjectName("centre")  # first: the parts are styled by it as they are made
+        self.setObjectName("centre")  # first: the children are styled by this name when they are created
         self.view = TimeView(self)
         self.trigger = Trigger(self.view, self)
         self.scene, self.time = SceneView(), TimePlots(self.view)
@@ -159,11 +156,11 @@ class Centre(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        if not theme.refreshing:  # a part that moves takes its border with it; the window lays out afterwards
+        if not theme.refreshing:  # a theme change resizes single parts; the window lays out once afterwards
             self.lay_out()
 
     def lay_out(self) -> None:
-        """Share out the room; another scene may want another height."""
+        """Distribute the height and width; also called when another scene wants a different height."""
         px, page = theme.px, self._page is not None
         width = round(self.width() / theme.scale)
         narrow = width < breakpoints.PLOTS_BESIDE
@@ -188,7 +185,7 @@ class Centre(QWidget):
             self._share_columns(width)
 
     def _share_columns(self, width: int) -> None:
-        """Share out the width among what stands below the scene; a page has that of the time plots."""
+        """Distribute the width among the cards below the scene; a page takes the width of the time plots."""
         phase, values = self._phase_width or breakpoints.phase_width(width), 0.0
         if self._projected:
             phase, values = breakpoints.PROJECTED_PHASE * width, breakpoints.PROJECTED_VALUES * width
@@ -200,28 +197,28 @@ class Centre(QWidget):
         columns = map(self.columns.widget, range(self.columns.count()))
         self.columns.setSizes([widths.get(part, rest) for part in columns])
 
-    def hold(self, values: QWidget) -> None:
-        """Take in what a projector shows beside the plots; hidden until then."""
+    def add_values_card(self, values: QWidget) -> None:
+        """Add the widget that a projector shows beside the plots; hidden by default."""
         vbox(values, into=self.values_card)
 
     def project(self, on: bool) -> None:
-        """Show what can be read from afar, or everything."""
+        """Show only what can be read from a distance (projector), or everything."""
         self._projected = on
         for part in (self.toolbar, self._line):
             part.setHidden(on)
-        self.time.set_fewest(on)
+        self.time.set_folded(on)
         self.lay_out()
 
     def add_page(self, page: QWidget) -> None:
-        """Give a page its place beside the plots', out of sight for now."""
+        """Insert a hidden page where the time plots are."""
         page.hide()
         self.columns.insertWidget(0, page)
         self.columns.setStretchFactor(0, 1)
 
     def show_page(self, page: QWidget | None, scene: bool = True, law: bool = False) -> None:
-        """Show a page that was added in the plots' place, None for the plots.
+        """Show an added page instead of the plots; None shows the plots.
 
-        scene: the scene stays in sight; law: so does the force–position plot where there is room.
+        scene: the scene stays visible; law: the force–position plot stays visible if it fits.
         """
         if self._page is not None and self._page is not page:
             self._page.hide()
@@ -231,7 +228,7 @@ class Centre(QWidget):
         self.lay_out()
 
     def refresh(self) -> None:
-        """Look for the trigger's event; draw the newest data into the plots that are seen."""
+        """Check the trigger, then draw the newest data into the visible plots."""
         self.trigger.refresh()
         for plots in (self.time, self.phase):
             if plots.isVisible():
@@ -249,7 +246,7 @@ class Centre(QWidget):
         self._settings.setValue("phase_width", self._phase_width)
 
     def _move_phase(self) -> None:
-        """Put the force–position plot behind the switch, or back beside the time plots."""
+        """Move the force–position plot behind the switch, or back beside the time plots."""
         self.toolbar.set_narrow(self._narrow)
         self.phase_card.setProperty("card", not self._narrow)
         if self._narrow:

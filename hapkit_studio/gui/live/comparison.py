@@ -1,4 +1,4 @@
-"""Both ways of rendering compared: the same movement on computer and board, one trace over the other."""
+"""Comparison of computer and board: both render the same movement, and their traces are overlaid."""
 
 import time
 from typing import TYPE_CHECKING, NamedTuple
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 COMPARED_SECONDS = 4.0
 SETTLE_SECONDS = 0.6
-"""From the handing over to the first movement: the force has faded in, the handle rests."""
+"""From the handover to the first movement: the force has faded in and the handle rests."""
 PATIENCE = 5.0
-"""s in which who is to render must have begun."""
+"""s within which the new renderer must have started."""
 _ORDER = "press", "tap", "stroke", "sweep", "pet"
 _FAULT = "A fault ended the comparison. Clear it, then compare again."
 _STOPPED = "Nothing to compare while the force is off. Release the E-stop or clear the fault first."
@@ -34,7 +34,7 @@ UNWATCHED = (
 
 
 class Part(NamedTuple):
-    """Who rendered, from when to when in s of the rows' clock."""
+    """Who rendered, with start and stop in s of the rows' clock."""
 
     where: str
     start: float
@@ -42,14 +42,14 @@ class Part(NamedTuple):
 
 
 def movement(hands: tuple[str, ...]) -> Hand:
-    """Return the movement by which an environment is compared: one of its own, a press by default."""
+    """Return the hand movement used to compare an environment; a press if it declares no suitable one."""
     return hand_named(next((name for name in hands if name in _ORDER), "press"))
 
 
 class RenderingComparison(QObject):
-    """Follows who renders; holds what the other rendered last, and compares on demand.
+    """Tracks who renders, holds the previous renderer's last trace, and compares both on demand.
 
-    A comparison makes the same movement with both; who rendered before renders again in the end.
+    Both renderers get the same movement; afterwards the original renderer renders again.
     """
 
     def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: RenderingSwitch):
@@ -77,11 +77,11 @@ class RenderingComparison(QObject):
 
     @property
     def running(self) -> bool:
-        """Say whether a comparison goes on."""
+        """Return whether a comparison is running."""
         return bool(self._left)
 
     def toggle(self) -> None:
-        """Begin, or cancel what goes on; say why where neither is possible."""
+        """Start a comparison or cancel the running one; show the reason if neither is possible."""
         if self.running:
             self.cancel("")
             return
@@ -99,7 +99,7 @@ class RenderingComparison(QObject):
         self._begin()
 
     def cancel(self, why: str) -> None:
-        """Let the hand go, give back who rendered, and say why; nothing where nothing goes on."""
+        """Release the hand, restore the original renderer and show ``why``; no-op if none is running."""
         if self.running:
             self._left = []
             self._end(why)
@@ -145,7 +145,7 @@ class RenderingComparison(QObject):
         self._switch.show_message(why)
 
     def _refresh(self) -> None:
-        """Notice that computer and board have changed over."""
+        """Detect a change between computer and board."""
         engine = self._studio.engine
         if engine is None or engine.rendering == self._rendered_by:
             return
@@ -157,13 +157,13 @@ class RenderingComparison(QObject):
         self._began = now
 
     def _hold(self, part: Part, shift: float | None = None) -> None:
-        """Hold what one rendered in place of what was held before; at the right edge, or so many s later."""
+        """Replace the held trace by this part: at the right edge, or shifted by ``shift`` s."""
         self._drop()
         stretch = part.start, part.stop
         self._held = self._centre.held.hold(self._live.history, stretch, f"on the {part.where}", shift)
 
     def _show_compared(self, one: Part, other: Part) -> None:
-        """Hold the plots with both parts on top of each other, and say by how much the forces differ."""
+        """Overlay the plots of both parts and show by how much the forces differ."""
         self._live.tick()
         self._centre.view.follow()
         self._hold(one, other.start - one.start)
@@ -183,7 +183,7 @@ class RenderingComparison(QObject):
 
 
 def difference_words(history: History, one: Part, other: Part) -> str:
-    """Say by how much the applied forces of two parts with the same movement differ."""
+    """Describe by how much the applied forces of two parts with the same movement differ."""
     first, second = (history.between(part.start, part.stop).known() for part in (one, other))
     if min(len(first.x), len(second.x)) < 2:
         return ""

@@ -1,4 +1,4 @@
-"""Cursors A and B in the live plots: two samples, and what lies between them."""
+"""Cursors A and B in the live plots: the two samples and the statistics between them."""
 
 import math
 from dataclasses import dataclass
@@ -20,11 +20,11 @@ from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.haptics.signals import BY_NAME
 
 NAMES = "A", "B"
-_EACH_MS = 200  # how often what lies between is worked out anew while a cursor is dragged
-_FIRST = 2 / 3, 1 / 3  # of the time window: where they stand at first
-_FADE = 0.05  # s: after a change numbers ramp and forces fade for 30 ms
-_FOLLOWED = 0.05  # N: a motor's steps are finer, a faded force is farther off
-_BENT = 0.05  # of the force's RMS: what leaves more than this is no line
+_EACH_MS = 200  # update interval of the statistics while a cursor is dragged
+_FIRST = 2 / 3, 1 / 3  # fractions of the time window: initial positions
+_FADE = 0.05  # s: numbers ramp and forces fade for 30 ms after a change
+_FOLLOWED = 0.05  # N: tolerance for "the motor gave the asked force": above a motor step, below a faded force
+_BENT = 0.05  # of the force's RMS: with a larger residual the samples are not a straight line
 
 
 @dataclass(frozen=True)
@@ -54,11 +54,11 @@ QUANTITIES = (
 
 
 Row = tuple[str, ...]
-"""A line of the table: its head, and what stands behind it."""
+"""A row of the table: its heading and its cells."""
 
 
 class Cursors(QObject):
-    """Where A and B stand: times of samples in s of the history, or None; both or none."""
+    """Positions of A and B: times of samples in s of the history; None while the cursors are off."""
 
     changed = Signal()
 
@@ -75,11 +75,11 @@ class Cursors(QObject):
 
     @property
     def on(self) -> bool:
-        """Say whether they are shown."""
+        """Return whether the cursors are shown."""
         return self.times is not None
 
     def show(self, on: bool) -> None:
-        """Show both in the stretch in sight, or none any more."""
+        """Show both cursors in the visible part of the history, or hide them."""
         stop, span = self.view.stretch[1], self.view.span
         if not on or math.isnan(stop):
             self.times = None
@@ -88,7 +88,7 @@ class Cursors(QObject):
         self.changed.emit()
 
     def move(self, index: int, time: float) -> None:
-        """Put one, 0 for A, on the sample at a time in s or before it."""
+        """Move cursor ``index`` (0: A, 1: B) to the last sample up to a time in s."""
         if self.times is not None:
             times = list(self.times)
             times[index] = self._snapped(time)
@@ -100,18 +100,18 @@ class Cursors(QObject):
         return self._history.start if math.isnan(before) else before
 
     def forget_lost(self) -> None:
-        """Take both away once the history no longer holds them."""
+        """Hide the cursors once the history has dropped their samples."""
         if self.times is not None and min(self.times) < self._history.start:
             self.show(False)
 
     @property
     def settings_differ(self) -> bool:
-        """Say whether settings changed from one to the other, or faded still."""
+        """Return whether settings changed, or a change was still fading, between the cursors."""
         first, last = sorted(self.times or (math.nan, math.nan))
         return any(first - _FADE < time <= last for time in self._history.changes)
 
     def between(self) -> dict[str, np.ndarray]:
-        """Return time and channels (n,) of the samples from one to the other, both included; n > 1."""
+        """Return time and channels (n,) of all samples from A to B inclusive, n > 1; else {}."""
         first, last = sorted(self.times or (math.nan, math.nan))
         window = self._history.between(first, math.nextafter(last, math.inf)).known()
         return {"time": window.x, **window.y} if len(window.x) > 1 else {}
@@ -122,7 +122,7 @@ class Cursors(QObject):
 
 
 def points(cursors: Cursors) -> list[Row]:
-    """Return a row for time, zero as in the plots, and each quantity: at A, at B, and B − A."""
+    """Return a row for the time, relative to the plots' zero, and one for each quantity: A, B, B − A."""
     at_a, at_b = cursors.at()
     if cursors.times is None or at_a is None or at_b is None:
         return []
@@ -150,10 +150,10 @@ def ranges(samples: dict[str, np.ndarray]) -> list[Row]:
 
 
 def slope(cursors: Cursors, samples: dict[str, np.ndarray]) -> tuple[Line | None, str]:
-    """Return the line of force over position, and its slope in words; or None, and why there is none.
+    """Return the fitted line of force over position and its slope as text; or None and the reason.
 
-    It goes through the samples in which the law asked for a force and the motor gave it: a wall's line has
-    nothing of the free space before it.
+    Only samples in which the law asked for a force and the motor gave it count, so that the free space in
+    front of a wall does not bias its slope.
     """
     if not samples:
         return None, "–"
@@ -173,7 +173,7 @@ def slope(cursors: Cursors, samples: dict[str, np.ndarray]) -> tuple[Line | None
     return found, f"{number(found.slope, digits)} ± {number(found.half, digits)} N/m"
 
 
-_FOLDED, _BOTH = 0, 1  # of the switch
+_FOLDED, _BOTH = 0, 1  # indices of the switch
 _HEADS = (), ("A", "B", "B − A"), ("least", "greatest", "mean", "RMS", "Hz")
 _SLOPE_HELP = (
     "Slope of force over position between A and B, with its 95 % interval. Only samples with a "
@@ -188,10 +188,10 @@ def _columns(heads: tuple[str, ...]) -> tuple[Column, ...]:
 
 
 class CursorCard(QWidget):
-    """Shows what the cursors read: the slope and, in a table, both samples or what lies between comes to.
+    """Shows the slope and a table with both samples, or with the statistics between the cursors.
 
-    Emits ``fitted`` with the line of force over position, None where there is none, and ``unfolded`` when
-    its table comes or goes.
+    Emits ``fitted`` with the line of force over position (None: no line), and ``unfolded`` when the table
+    appears or disappears.
     """
 
     fitted = Signal(object)
@@ -202,7 +202,7 @@ class CursorCard(QWidget):
         self._cursors, self._read = cursors, False
         self._samples: dict[str, np.ndarray] = {}
         self._low = False
-        self._chosen = [_BOTH, _FOLDED]  # what is shown with room for the table, and without
+        self._chosen = [_BOTH, _FOLDED]  # selected segment with enough height for plot and table, and without
         self.switch = Segmented("Cursor read-out", ("Plot", "A and B", "Range"))
         self.switch.show_index(_BOTH)
         self.table = Table("Cursors")
@@ -222,11 +222,11 @@ class CursorCard(QWidget):
 
     @property
     def covers(self) -> bool:
-        """Say whether its table needs the room of what stands above it."""
+        """Return whether the table needs the height of the plot above it."""
         return self._low and self._cursors.on and self.switch.index != _FOLDED
 
     def set_low(self, low: bool) -> None:
-        """Say that there is room for the table or for what stands above it, not for both."""
+        """Set whether there is height only for the table or the plot above it (True), or for both."""
         if low != self._low:
             self._low = low
             self.switch.show_index(self._chosen[low])
@@ -250,7 +250,7 @@ class CursorCard(QWidget):
             self.fitted.emit(None)
 
     def refresh(self) -> None:
-        """Read the samples, where the cursors have moved, and how long ago they were."""
+        """Update the slope and, if a cursor moved or samples were dropped, the table."""
         self._cursors.forget_lost()
         times = self._cursors.times
         if times is None:

@@ -1,4 +1,4 @@
-"""What a person changes, not a replay, leaves a labelled divider in the history: one for each gesture."""
+"""Labelled dividers in the history: one for each change that a person makes to the settings."""
 
 import math
 from typing import TYPE_CHECKING
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.state.studio import Studio
 
-_RESTED = 1.0  # s: what changes later within the same gesture is a change of its own
+_RESTED = 1.0  # s: changes farther apart within the same gesture get their own dividers
 
 
 class Dividers(QObject):
-    """Notes changes of the values and of the loop in force, where the last change of a gesture came."""
+    """Adds a divider for changed values and loop settings, at the last change of a gesture."""
 
     def __init__(self, studio: "Studio", live: "Live", undo: UndoHistory):
         super().__init__(live)
@@ -36,13 +36,13 @@ class Dividers(QObject):
         }
 
     def _rebase(self) -> None:
-        """Begin with what is in force: another environment is noted by itself."""
+        """Take the present settings as the reference: a new environment gets its own divider."""
         self._last = self._in_force()
         self._gesture, self._at = -1, 0.0
         self._change: tuple[Settings, Settings] = {}, {}
 
     def _note_hidden(self) -> None:
-        """Note that other values are rendered, and not which."""
+        """Add a divider for hidden values, without revealing them."""
         again = self._live.history.now - self._hidden_at < _RESTED
         words = "Hidden values" if self._studio.hidden else "Values as set"
         self._hidden_at = self._live.note(words, self._hidden_at if again else None)

@@ -1,4 +1,4 @@
-"""What the live plots show as tables and pictures: what is visible, what lies between the cursors, or all."""
+"""Export of the live plots as tables and pictures: the visible range, between the cursors, or all."""
 
 import json
 import math
@@ -37,14 +37,11 @@ COMMA = "Table, decimal comma (*.csv)"
 TABLES = f"Table (*.csv);;{COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
 _KINDS = f"Picture (*.png);;Drawing (*.svg);;Page (*.pdf);;{TABLES}"
 Figure = Callable[[str], object]
-"""Draws to a path, in a thread."""
+"""Draws to a path; called in a thread."""
 
 
 def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[], dict]) -> str:
-    """Write a picture by ``figure(path)``, or numbers as one JSON object where the name says so.
-
-    Return the path. Raise StudioError.
-    """
+    """Write a picture with ``figure(path)``, or the numbers as one JSON object if the path ends in .json."""
     try:
         if Path(path).suffix.lower() == ".json":
             Path(path).write_text(json.dumps(numbers(), ensure_ascii=False, indent=2), encoding="utf-8")
@@ -56,9 +53,9 @@ def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[
 
 
 class LiveExport(QObject):
-    """Writes and copies a range of what the plots look at, with the settings then and each change.
+    """Saves and copies a range of the plotted samples, with the settings and their changes.
 
-    ``said``: in words what was done; ``failed``: why nothing was.
+    ``said``: a sentence that reports success; ``failed``: the reason for a failure.
     """
 
     said = Signal(str)
@@ -78,18 +75,18 @@ class LiveExport(QObject):
 
     @property
     def visible(self) -> tuple[float, float]:
-        """Return begin and end in s of what the time plots show."""
+        """Return begin and end in s of the visible range."""
         begin, end = self._centre.view.stretch
         return begin, math.nextafter(end, math.inf)
 
     @property
     def selected(self) -> tuple[float, float]:
-        """Return begin and end in s of what lies between the cursors, both included; nan without them."""
+        """Return begin and end in s of the range between the cursors, inclusive; NaN without cursors."""
         times = self._centre.time.cursors.times or (math.nan, math.nan)
         return min(times), math.nextafter(max(times), math.inf)
 
     def ask(self, stretch: tuple[float, float] = (-math.inf, math.inf)) -> None:
-        """Ask for a file's name beside the window, then write what was kept from begin to end in s."""
+        """Ask for a file name in a non-modal dialog, then write the samples from begin to end in s."""
         made = self._made(stretch)
         if made is None:
             return
@@ -110,7 +107,7 @@ class LiveExport(QObject):
             self.copy_picture(made[2])
 
     def copy_picture(self, figure: Figure) -> None:
-        """Put what is drawn to a path on the clipboard, a picture in light colours."""
+        """Put a figure on the clipboard as a picture in light colours."""
         self._copying.start(lambda _progress: _picture(figure))
 
     def _put(self, picture: QImage) -> None:
@@ -118,14 +115,14 @@ class LiveExport(QObject):
         self.said.emit("Picture copied")
 
     def _note_settings(self) -> None:
-        """Remember what is set from now on, as long as its samples are kept."""
+        """Store the present settings with their time; drop those whose samples were dropped."""
         now = time.perf_counter()
         self._settings.append((now, self._in_force()))
         while len(self._settings) > 1 and self._settings[1][0] < now - KEPT_SECONDS:
             self._settings.popleft()
 
     def _log(self, begin: float, end: float) -> Log:
-        """Return the settings at begin and each change until end, both in s; times in s after begin."""
+        """Return the settings at begin and each change up to end, both in s; times in s after begin."""
         known = [was for when, was in self._settings if when <= begin]
         changes = [(when - begin, now) for when, now in self._settings if begin < when <= end]
         first = known[-1] if known else changes[0][1] if changes else self._in_force()
@@ -139,8 +136,8 @@ class LiveExport(QObject):
         return settings.about_device(engine) | settings.in_force(engine)
 
     def _made(self, stretch: tuple[float, float]) -> "tuple[Run, Run, Figure] | None":
-        """Return a range with its gaps, without, and what draws it; None, and say so, without two samples."""
-        from hapkit_studio.charts.run import run_figure  # late: keeps start-up fast
+        """Return a range with gaps, the same without gaps, and its figure; None if too short."""
+        from hapkit_studio.charts.run import run_figure  # imported late to keep start-up fast
 
         history = self._centre.view.history
         window = history.between(*stretch)
@@ -164,7 +161,7 @@ class LiveExport(QObject):
         return run, clean, lambda path: run_figure(run, path, marks, past, known, over)
 
     def _run(self, window: Window, zero: float, log: Log, date: str) -> "Run":
-        """Return a window's samples as those of a run, what is not kept of it nan."""
+        """Return a window's samples as a Run; signals that the history does not store are NaN."""
         from hapkit_studio.api import Run
 
         y, unknown, last = window.y, np.full(len(window.x), np.nan), dict(log[-1][1])
@@ -192,26 +189,26 @@ class LiveExport(QObject):
         )
 
     def _past(self, begin: float) -> "list[Past]":
-        """Return the held traces where the plots show them."""
+        """Return the held traces as the plots show them."""
         from hapkit_studio.charts.run import Past
 
         shown = self._centre.time.shown
         return [
             Past(
-                held.words,
+                held.name,
                 held.time - begin + (shown.zero if held.pinned else 0.0),
                 held.values["position"],
                 held.values["velocity"],
                 held.values["applied_force"],
-                held.look.token,
-                [length / 2.0 for length in held.look.dash],
+                held.style.token,
+                [length / 2.0 for length in held.style.dash],
             )
             for held in shown.held
         ]
 
 
 def _save(path: str, run: "Run", figure: Figure, decimal: str) -> None:
-    """Write a table or a picture, whichever the name's ending says; raise ParameterError for another."""
+    """Write a table or a picture depending on the file extension; raise ParameterError for an unknown one."""
     ending = Path(path).suffix.lower()
     if ending in export.WRITERS:
         run.save(path, decimal)

@@ -1,4 +1,4 @@
-"""Held traces: what the plots showed when they were held, under what comes, each switched and removed."""
+"""Held traces: earlier stretches of the plots, drawn below the live data; each can be hidden or removed."""
 
 from dataclasses import dataclass
 from itertools import chain, count
@@ -19,60 +19,61 @@ from hapkit_studio.gui.widgets.theme import theme
 
 
 @dataclass(frozen=True)
-class Look:
-    """How a past stretch is drawn: token of its colour, dash in px."""
+class LineStyle:
+    """Line style of a held trace: colour token, dash pattern in px."""
 
     token: str
     dash: tuple[float, ...]
 
     @property
     def sample(self) -> tuple[str, float, list[float]]:
-        """Return it as a stroke for a sample beside a name: the dash in widths of a line of 2 px."""
+        """Return the stroke for a legend sample; dashes in units of a 2 px line."""
         return self.token, 2.0, [length / 2.0 for length in self.dash]
 
 
-LOOKS = (
-    Look("hold", (2.0, 3.0)),
-    Look("energy", (9.0, 4.0, 2.0, 4.0)),
-    Look("accent", (6.0, 3.0)),
-    Look("ink2", (2.0, 6.0)),
+LINE_STYLES = (
+    LineStyle("hold", (2.0, 3.0)),
+    LineStyle("energy", (9.0, 4.0, 2.0, 4.0)),
+    LineStyle("accent", (6.0, 3.0)),
+    LineStyle("ink2", (2.0, 6.0)),
 )
-"""How held traces look, no two alike: as many are kept."""
-_COLUMNS = 2000  # that a held stretch is reduced to
-_FELT_SECONDS = 10.0  # the newest ones of it are held sample by sample, too: the plot of force shows no more
+"""One distinct style per held trace, so this is also the maximum number of held traces."""
+_COLUMNS = 2000  # points to which a held stretch is reduced
+# the newest part is also held at full sampling rate, for the force plot, which shows 10 s
+_FELT_SECONDS = 10.0
 
 
 @dataclass(frozen=True)
 class PastTrace:
-    """A past stretch: its samples at the times in s at which they are shown, in SI units; words name it.
+    """A held stretch: its samples in SI units, at the times in s at which they are shown, and its name.
 
-    pinned: its times count from the zero of the plots; where those follow, it ends at the newest sample.
-    felt: position in m and force in N (m,) as felt, None where the delay was not known.
+    pinned: its times are relative to the plots' zero; while these follow, it ends at the newest sample.
+    felt: position in m and force in N (m,) as felt; None if the delay is unknown.
     """
 
-    words: str
+    name: str
     time: np.ndarray
     values: dict[str, np.ndarray]
-    look: Look
+    style: LineStyle
     pinned: bool
     felt: tuple[np.ndarray, np.ndarray] | None = None
 
 
-def paint_past(painter: QPainter, x: np.ndarray, y: np.ndarray, look: Look) -> None:
-    """Paint a past line given in pixels."""
-    painter.setPen(strokes.pen(theme.color(look.token), 2.0))
-    strokes.segments(painter, strokes.patterned(*strokes.thinned(x, y), look.dash))
+def paint_past(painter: QPainter, x: np.ndarray, y: np.ndarray, style: LineStyle) -> None:
+    """Paint a held line given in pixels."""
+    painter.setPen(strokes.pen(theme.color(style.token), 2.0))
+    strokes.segments(painter, strokes.patterned(*strokes.thinned(x, y), style.dash))
 
 
-def name(environment: Environment, values: dict[str, float]) -> str:
-    """Name what was set: the environment, its first parameter, and what is not as it is by default."""
+def settings_name(environment: Environment, values: dict[str, float]) -> str:
+    """Name the settings: the environment, its first parameter, and non-default parameters."""
     first = environment.parameters[:1]
     told = [p for p in environment.parameters if p in first or values[p.key] != p.default]
     return ", ".join([environment.title, *(f"{p.symbol or p.label} {p.text(values[p.key])}" for p in told)])
 
 
 class HeldTraces(QObject):
-    """The held stretches by their place among LOOKS; ``changed`` with those that are switched on."""
+    """The held traces by their index in LINE_STYLES; emits ``changed`` with the visible ones."""
 
     changed = Signal(object)
 
@@ -80,66 +81,67 @@ class HeldTraces(QObject):
         super().__init__(parent)
         self.traces: dict[int, PastTrace] = {}
         self.delay: float | None = None
-        """Of the loop whose samples are held next, in s; None where it is not known."""
+        """Delay in s of the loop that produced the samples; None if unknown."""
         self.off: set[int] = set()
 
     def hold(
         self,
         history: History,
         stretch: tuple[float, float],
-        words: str,
+        name: str,
         shift: float | None = None,
         zero: float | None = None,
     ) -> PastTrace | None:
-        """Hold a stretch (start, stop) in s; the oldest goes where there are as many as LOOKS.
+        """Hold a stretch (start, stop) in s and return its trace; None without data.
 
-        It stays where it is in the plots, whose zero is its end unless one is given in s, or is shown so many
-        s later; one of the same words is numbered. None without data.
+        It keeps its position in the plots, whose zero is ``zero`` in s or the end of the stretch, unless it
+        is shifted by ``shift`` s. If all styles are used, the oldest trace is removed. A number is appended
+        to a name that exists already.
         """
         edges = np.linspace(stretch[0], np.nextafter(stretch[1], np.inf), _COLUMNS)
         window = history.window(edges).known() if not history.empty else None
         if window is None or len(window.x) < 2:
             return None
-        if len(self.traces) == len(LOOKS):
+        if len(self.traces) == len(LINE_STYLES):
             self.remove(next(iter(self.traces)))
-        place = min(set(range(len(LOOKS))) - set(self.traces))
-        known = (name for name, found in window.y.items() if name != OBJECT and np.isfinite(found).any())
-        values = {name: window.y[name] for name in known}
+        place = min(set(range(len(LINE_STYLES))) - set(self.traces))
+        known = (channel for channel, y in window.y.items() if channel != OBJECT and np.isfinite(y).any())
+        values = {channel: window.y[channel] for channel in known}
         pinned = shift is None
         time = window.x - (stretch[1] if zero is None else zero) if shift is None else window.x + shift
-        others = {trace.words for trace in self.traces.values()}
-        names = chain([words], (f"{words} ({number})" for number in count(2)))
-        words = next(name for name in names if name not in others)
+        others = {trace.name for trace in self.traces.values()}
+        names = chain([name], (f"{name} ({number})" for number in count(2)))
+        name = next(text for text in names if text not in others)
         felt = None
         if self.delay is not None:
             last = history.between(max(stretch[0], stretch[1] - _FELT_SECONDS), edges[-1])
             felt = as_felt(last.x, last.y["position"], last.y["applied_force"], self.delay)
-        self.traces[place] = PastTrace(words, time, values, LOOKS[place], pinned, felt)
-        self._tell()
+        self.traces[place] = PastTrace(name, time, values, LINE_STYLES[place], pinned, felt)
+        self._emit()
         return self.traces[place]
 
     def drop(self, trace: PastTrace | None) -> None:
-        """Forget a trace if it is held still."""
+        """Remove a trace if it is still held."""
         for place in [place for place, held in self.traces.items() if held is trace]:
             self.remove(place)
 
     def switch(self, place: int, on: bool) -> None:
-        """Show one, or leave it out of the plots for now."""
+        """Show or hide a trace."""
         (self.off.discard if on else self.off.add)(place)
-        self._tell()
+        self._emit()
 
     def remove(self, place: int) -> None:
-        """Forget one."""
+        """Remove a trace."""
         self.traces.pop(place, None)
         self.off.discard(place)
-        self._tell()
+        self._emit()
 
-    def _tell(self) -> None:
+    def _emit(self) -> None:
         self.changed.emit(tuple(trace for place, trace in self.traces.items() if place not in self.off))
 
 
 class HeldList(QWidget):
-    """Names the held traces, each with its line, a switch and a way to remove it."""
+    """The row of held traces: a sample of each line, a check box and a remove button."""
 
     def __init__(self, held: HeldTraces, parent: QWidget | None = None):
         super().__init__(parent)
@@ -166,13 +168,13 @@ class Row(QWidget):
     def __init__(self, held: HeldTraces, place: int, trace: PastTrace):
         super().__init__()
         self.trace = trace
-        self.box, self.away = QCheckBox(trace.words), QPushButton()
+        self.box, self.away = QCheckBox(trace.name), QPushButton()
         self.box.setChecked(True)
         self.box.setToolTip("Show this held trace in the plots")
         self.away.setProperty("flat", True)
-        self.away.setAccessibleName(f"Remove {trace.words}")
+        self.away.setAccessibleName(f"Remove {trace.name}")
         self.away.setToolTip("Remove this held trace")
         icons.bind(self.away, "close", "ink2", 14)
         self.box.toggled.connect(lambda on: held.switch(place, on))
         self.away.clicked.connect(lambda: held.remove(place))
-        hbox(Sample(trace.look.sample), self.box, self.away, into=self, gap=4)
+        hbox(Sample(trace.style.sample), self.box, self.away, into=self, gap=4)

@@ -1,8 +1,8 @@
-"""Histories: what plots, cursors and trigger read, and any stretch of it reduced to extremes for each pixel.
+"""Histories: the samples that plots, cursors and trigger read, reduced to extremes per pixel on request.
 
 ``History`` is the interface of the live samples of the last minute (``LiveHistory``), of samples in memory
-(``Samples``), and of a recorded session up to where a replay stands (recorded.py). They hold the signals that
-some plot shows, so a new plot needs no entry here.
+(``Samples``), and of a recorded session up to the replay position (recorded.py). The channels are the
+signals that some plot shows, so a new plot needs no entry here.
 """
 
 import math
@@ -23,14 +23,14 @@ _ALWAYS = (
     "force",
     "applied_force",
     "energy",
-)  # cursors, trigger and export read these
+)  # cursors, trigger and export always need these
 _AT_ONCE = 4096  # samples appended at a time
-LATELY_SECONDS = 5.0  # "of late" for the handle's highest speed
+LATELY_SECONDS = 5.0  # window of "recent" for the handle's highest speed
 
 
 @cache
 def channels() -> tuple[str, ...]:
-    """Return the signals that a history holds, OBJECT last."""
+    """Return the signals that a history stores, OBJECT last."""
     traces = [trace for plot in (*time_plots(), *time_plots(beside=True)) for trace in plot.traces]
     shown = [*(trace.channel for trace in traces), *(plot.channel for plot in phase_plots())]
     return (*dict.fromkeys([*_ALWAYS, *(name for name in shown if name != OBJECT)]), OBJECT)
@@ -38,10 +38,10 @@ def channels() -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch ready to draw: x (m,) in s, y[channel] (m,); NaN in both where frames were lost.
+    """A stretch ready to draw: x (m,) in s, y[channel] (m,); NaN in both at gaps.
 
-    In a dense window each column gives two points, its least and its greatest value in the order that
-    follows the trend, at a quarter and three quarters of its width; otherwise every point is a sample.
+    In a dense window each pixel column gives two points, its minimum and maximum in the order of the trend,
+    at a quarter and three quarters of its width; otherwise every point is a sample.
     """
 
     x: np.ndarray
@@ -49,7 +49,7 @@ class Window:
     dense: bool
 
     def known(self) -> "Window":
-        """Return a copy without the breaks."""
+        """Return a copy without gaps."""
         known = np.isfinite(self.x)
         return Window(self.x[known], {name: values[known] for name, values in self.y.items()}, self.dense)
 
@@ -58,17 +58,17 @@ class History(ABC):
     """Samples of ``channels()`` over time in s, with the changes of settings during them."""
 
     seconds = math.inf
-    """Age in s at which samples are forgotten."""
+    """Age in s at which samples are dropped."""
     complete = True
-    """False while only a part of the samples is read, as while a replay is dragged along."""
+    """False while a replay is being dragged and only block extremes are available."""
 
     def __init__(self) -> None:
         self.dividers: list[tuple[float, str]] = []
         """Labelled changes: time in s and text, the oldest first."""
         self.changes: list[float] = [-math.inf]
-        """Times in s at which settings changed, the oldest first; one of them is older than the samples."""
+        """Times in s at which settings changed, oldest first; the first entry is older than all samples."""
         self.begin = -math.inf
-        """Time in s from which on all samples are of the environment in force."""
+        """Time in s from which on all samples belong to the present environment."""
 
     @property
     @abstractmethod
@@ -82,7 +82,7 @@ class History(ABC):
 
     @abstractmethod
     def copy(self) -> "History":
-        """Return the present samples, to look at while this one is still filled."""
+        """Return a snapshot of the samples that stays unchanged while this history is filled."""
 
     @abstractmethod
     def between(self, t0: float, t1: float) -> Window:
@@ -90,23 +90,23 @@ class History(ABC):
 
     @abstractmethod
     def window(self, edges: np.ndarray) -> Window:
-        """Return [edges[0], edges[-1]) with the samples between each two edges (s) reduced to a column.
+        """Return [edges[0], edges[-1]) with the samples between consecutive edges (s) reduced to a column.
 
-        Each column keeps its least and greatest sample. Where columns hold two samples or fewer, the samples
-        themselves are given, with one more at each side so that lines reach the edge.
+        Each column keeps its minimum and maximum. With at most two samples per column the samples themselves
+        are returned, plus one on each side so that lines reach the edge.
         """
 
     @abstractmethod
     def at(self, time: float) -> dict[str, float] | None:
-        """Return every channel's value at the last sample up to a time in s; None before the first."""
+        """Return every channel's value at the last sample up to a time in s; None before the first sample."""
 
     @abstractmethod
     def before(self, time: float) -> float:
-        """Return the time of the last sample before a time, both in s; NaN before the first."""
+        """Return the time of the last sample before a time, both in s; NaN before the first sample."""
 
     @property
     def empty(self) -> bool:
-        """Return whether there is no sample."""
+        """Return whether there are no samples."""
         return math.isnan(self.now)
 
     def latest(self) -> dict[str, float]:
@@ -114,19 +114,19 @@ class History(ABC):
         return self.at(self.now) or dict.fromkeys(channels(), math.nan)
 
     def drawn(self, t0: float, t1: float) -> Window:
-        """Return the samples with t0 <= time < t1 to draw point by point."""
+        """Return the samples with t0 <= time < t1 for drawing point by point."""
         return self.between(t0, t1)
 
     def exceeds(self, t0: float, t1: float) -> bool:
-        """Return whether ``between`` gives nothing because there are too many samples."""
+        """Return whether ``between`` returns nothing because the range has too many samples."""
         return False
 
 
 class Samples(History):
-    """Samples in memory, in the order of time. When the arrays are full they move to the front or grow."""
+    """Samples in memory, sorted by time. Full arrays are compacted or enlarged."""
 
     def __init__(self, room: int = 0):
-        """Reserve memory for so many samples."""
+        """Reserve memory for ``room`` samples."""
         super().__init__()
         self._time, self._data = np.empty(room), np.empty((len(channels()), room))
         self._begin = self._end = 0
@@ -137,7 +137,7 @@ class Samples(History):
     def of(
         cls, time: np.ndarray, signals: Iterable[tuple[str, np.ndarray]], breaks: Iterable[int] = ()
     ) -> "Samples":
-        """Return samples at times (n,) in s of signals by their names; others are NaN.
+        """Return samples at times (n,) in s of the named signals; other channels are NaN.
 
         Lines break before the samples with the indices ``breaks``.
         """
@@ -162,7 +162,7 @@ class Samples(History):
     def extend(
         self, time: np.ndarray, tick: np.ndarray, flags: np.ndarray, signals: Mapping[str, np.ndarray | float]
     ) -> None:
-        """Append samples (n,), n > 0, later than all others; a line breaks where ticks are missing."""
+        """Append samples (n,), n > 0, newer than all others; lines break at missing ticks."""
         if self._end + len(time) > len(self._time):
             self._make_room(len(time))
         first, self._end = self._end, self._end + len(time)
@@ -179,13 +179,13 @@ class Samples(History):
         self._tick = float(tick[-1])
 
     def _make_room(self, more: int) -> None:
-        """Move the samples to the front, into larger arrays if they fill more than half of these."""
+        """Move the samples to the front, into larger arrays if these are more than half full."""
         shift, kept = self._begin, len(self)
         time, data = self._time, self._data
         if kept + more > len(time) or 2 * kept > len(time):
             room = 2 * (kept + more)
             self._time, self._data = np.empty(room), np.empty((len(data), room))
-        # channel by channel: numpy copies a table first, and the heap keeps the room that took
+        # channel by channel: numpy would copy the whole table to a temporary, whose memory stays allocated
         for to, values in zip((self._time, *self._data), (time, *data), strict=True):
             to[:kept] = values[shift : self._end]
         self._breaks = [i - shift for i in self._breaks if i > shift]
@@ -262,10 +262,10 @@ def _with_gaps() -> tuple[int, ...]:
 
 
 class LiveHistory(Samples):
-    """The last minute of telemetry rows. A frame reduces 10 s at 1 kHz in 0.2 ms, 60 s at 4 kHz in 1.2 ms."""
+    """The last minute of telemetry rows. Reducing 10 s at 1 kHz takes 0.2 ms, 60 s at 4 kHz 1.2 ms."""
 
     def __init__(self, seconds: float = 60.0, rate: float = 10000.0):
-        """Reserve memory for this many seconds at this rate in Hz."""
+        """Reserve memory for ``seconds`` at ``rate`` Hz."""
         self.seconds = seconds
         self.capacity = math.ceil(seconds * rate) + 1
         super().__init__(2 * self.capacity + _AT_ONCE)
@@ -277,23 +277,23 @@ class LiveHistory(Samples):
         self.dividers, self.changes, self.begin = [], [-math.inf], -math.inf
 
     def divide(self, words: str, time: float | None = None, instead: float | None = None) -> None:
-        """Put a labelled change at a time in s, by default now, in place of the one that was there.
+        """Add a labelled divider at a time in s, by default now; replaces a divider at the same time.
 
-        instead: another time whose label is removed. Without words no label is added.
+        instead: time of a divider to be removed as well. An empty label only removes.
         """
         at = self.now if time is None else time
         if len(self):
             others = [(when, was) for when, was in self.dividers if when not in (at, instead)]
             self.dividers = sorted([*others, (at, words)] if words else others)
 
-    def begin_anew(self) -> None:
-        """Let the samples up to now belong to the previous environment."""
+    def end_environment(self) -> None:
+        """Mark all samples up to now as belonging to the previous environment."""
         self.begin = math.nextafter(self.now, math.inf) if len(self) else -math.inf
 
     def append(self, new: np.ndarray, object_position: np.ndarray | None = None) -> None:
-        """Append (n, ROW_WIDTH) telemetry rows, oldest first; clear all others when the clock goes back.
+        """Append (n, ROW_WIDTH) telemetry rows, oldest first; clear the history if the clock went back.
 
-        object_position (n,) in m: of the body that moves besides the handle, None where there is none.
+        object_position (n,) in m: position of the second body; None without one.
         """
         if not len(new):
             return
@@ -321,6 +321,6 @@ class LiveHistory(Samples):
 
 
 def highest_speed(history: History, seconds: float = LATELY_SECONDS) -> float:
-    """Return the handle's highest speed in m/s in the newest seconds of a history, 0 without samples."""
+    """Return the handle's highest speed in m/s in the newest seconds of a history; 0 without samples."""
     velocity = history.between(history.now - seconds, np.inf).y["velocity"]
     return float(np.nanmax(np.abs(velocity), initial=0.0))

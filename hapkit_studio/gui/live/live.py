@@ -1,4 +1,4 @@
-"""The frame: sixty times a second rows go from the loop's ring into history, scene and plots."""
+"""The frame timer: sixty times a second it moves rows from the loop's ring to history, scene and plots."""
 
 import math
 import time
@@ -21,13 +21,13 @@ KEPT_SECONDS = 60.0
 
 
 class Live(QObject):
-    """Drains the ring, never waits; emits ``frame(row, clamped)`` for pictures and ``health`` at 2 Hz."""
+    """Drains the ring without waiting; emits ``frame(row, clamped)`` per frame and ``health`` at 2 Hz."""
 
     frame = Signal(object, bool)
     health = Signal(object)
     paused_changed = Signal(bool)
     replay_wanted = Signal(object)
-    """The path of a session that is to be shown in place of what comes."""
+    """Emitted with the path of a session to be replayed."""
 
     def __init__(self, studio: Studio, parent: QObject | None = None):
         super().__init__(parent)
@@ -50,39 +50,39 @@ class Live(QObject):
             changed.connect(self._note_change)
 
     def start(self) -> None:
-        """Begin; call once the window is up."""
+        """Start the timers; call once the window is shown."""
         self._frames.start()
         self._health.start()
 
     def stop(self) -> None:
-        """End for good, e.g. before the engine closes."""
+        """Stop the timers for good, before the engine closes."""
         self._frames.stop()
         self._health.stop()
 
     def set_hidden(self, hidden: bool) -> None:
-        """Only drain the ring, at a low rate, while the window is hidden."""
+        """While the window is hidden, only drain the ring, at a low rate."""
         self._frames.setInterval(HIDDEN_MS if hidden else FRAME_MS)
         self.hidden = hidden
 
     def toggle_paused(self) -> None:
-        """Hold the picture still or let it go on; the history goes on filling."""
+        """Pause or resume the display; the history keeps filling."""
         self.set_paused(not self.paused)
 
     def set_paused(self, paused: bool) -> None:
-        """Hold scene, plots and numbers still, or let them go on."""
+        """Pause or resume scene, plots and numbers."""
         if paused != self.paused:
             self.paused = paused
             self.paused_changed.emit(paused)
 
     def tick(self) -> None:
-        """Take what the loop wrote since the last frame and show its newest row."""
+        """Drain the ring and emit the newest row."""
         new = self._take()
         if len(new) and not self.hidden:
             clamped = bool(np.any(new[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED))
             self.frame.emit(self.last, clamped)
 
     def refresh(self) -> None:
-        """Ask the loop how it is doing."""
+        """Emit the loop's health."""
         engine = self._studio.engine
         if engine is not None:
             health = engine.health()
@@ -90,23 +90,24 @@ class Live(QObject):
             self.health.emit(health)
 
     def _take(self) -> np.ndarray:
-        """Move what the loop wrote into the history; return these rows."""
+        """Move new rows from the ring into the history and return them."""
         if self._reader is None:
             return np.empty((0, rows.ROW_WIDTH))
         engine = self._studio.engine
-        settled = engine is not None and engine.settled  # asked first: it holds for what comes after
+        # read before draining the ring: it applies to the rows read below
+        settled = engine is not None and engine.settled
         new = self._reader.read()
         self.lost = int(self._reader.lost)
         if len(new):
             self.history.append(new, self._object_position(new))
             self.last = new[-1]
         if self._changing:
-            self.history.begin_anew()
+            self.history.end_environment()
             self._changing = not settled
         return new
 
     def _object_position(self, new: np.ndarray) -> np.ndarray | None:
-        """Return the position (n,) in m of the environment's object in rows, None without its state."""
+        """Return the positions (n,) in m of the environment's object; None if unknown or without one."""
         engine, environment = self._studio.engine, self._studio.environment
         known = engine is not None and engine.renders(environment) and not self._changing
         if not known:
@@ -114,27 +115,27 @@ class Live(QObject):
         return environment.place(self._studio.values, new[:, rows.POSITION], new[:, rows.STATE :])
 
     def note(self, words: str, instead: float | None = None) -> float:
-        """Note in the history what changes now, in place of what was noted for a time in s; return when."""
+        """Add a divider now and remove one at ``instead`` in s; return the new one's time."""
         self._take()
         self.history.divide(words, instead=instead)
         return self.history.now
 
     def _divide(self) -> None:
-        """Note in the history that another environment comes into force, unless a replay puts it there.
+        """Add a divider for a new environment, unless a replay selects it.
 
-        Its samples begin once it has done so. It is seen at once: what stood while paused was the other's.
+        The plots resume if they were paused: the paused samples belong to the previous environment.
         """
         self.set_paused(self.paused and self.replaying)
-        self._changing = True  # what came until now is the other's
+        self._changing = True  # rows up to here belong to the previous environment
         self._take()
         last = self.history.before(self._studio.environment_since)
         words = "" if self.replaying else self._studio.environment.title
         self.history.divide(words, None if math.isnan(last) else last)
-        self.history.begin_anew()
+        self.history.end_environment()
         self._changing = True
 
     def _note_change(self) -> None:
-        """Remember since when, by the rows' clock, all rows were rendered with the same settings."""
+        """Record a change of settings at the present time of the rows' clock."""
         self.history.changes.append(time.perf_counter())
 
     def _follow(self) -> None:
@@ -145,5 +146,5 @@ class Live(QObject):
             self._device = entry.key
             self.set_paused(False)
             self.history.divide(entry.title)
-            self.history.begin_anew()
+            self.history.end_environment()
             self.last = None

@@ -1,4 +1,4 @@
-"""Force over something: theory as a band, the last ten seconds over it, paler the older, a dot for now."""
+"""Force over position or velocity: a band for the theory, the last ten seconds, a dot for now."""
 
 import math
 from collections.abc import Callable
@@ -20,30 +20,30 @@ from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.widgets.theme import number, theme
 
-_FAR = 1e4  # px
+_FAR = 1e4  # px: coordinates are clipped here
 _LEAST_FORCE = 0.5  # N
-_OVER_LIMIT = 1.35  # of the force limit: what lies beyond is not worth showing
-_BESIDE = 0.12  # free space beyond the largest force, as a fraction of the range of forces
-_BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
-_TURNS = 5  # to each side: the end of a well at the centre, then two wells more
-_BEYOND = 1.1  # a bend wants to be inside the frame, not on it
-_WORDS = 14  # px: of a line of words below a line
-_PIECE = 32  # points drawn at a time: Qt takes seven times as long for a long line that crosses itself
-_MORE_SIGHT = 0.02  # of the axis: no end of a band is in sight
-_MOST_A_SECOND = 1000  # points of the curve that are drawn
+_OVER_LIMIT = 1.35  # of the force limit: larger forces are not shown
+_BESIDE = 0.12  # margin beyond the largest force, as a fraction of the force range
+_BENT = 1e-6  # of the force's span: a smaller bend is rounding
+_TURNS = 5  # per side: the edge of the central well and two further wells
+_BEYOND = 1.1  # factor: a bend is shown inside the frame, not on its border
+_WORDS = 14  # px: height of a label below a line
+_PIECE = 32  # points per polyline: Qt is seven times slower for one long line that crosses itself
+_MORE_SIGHT = 0.02  # of the axis: margin that keeps the band's ends out of view
+_MOST_A_SECOND = 1000  # maximum points of the curve drawn per second
 LEAST_CYCLE = 0.5e-3  # m, peak to peak: a smaller motion is noise
 
 Range = tuple[float, float]
 Mapping = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 SECONDS = 10
-_AGES = (1.0, 1.0, 0.55, 0.55, 0.40, 0.40, 0.30, 0.30, 0.25, 0.25, 0.25)  # opacity by whole seconds
+_AGES = (1.0, 1.0, 0.55, 0.55, 0.40, 0.40, 0.30, 0.30, 0.25, 0.25, 0.25)  # opacity by age in whole seconds
 
 
 @dataclass(frozen=True)
 class Band:
-    """The law's force in N, one row a branch (m, n), over x (n,) in the plot's unit; NaN: no curve there.
+    """The law's force in N, one row per branch (m, n), over x (n,) in the plot's unit; NaN where undefined.
 
-    even: those of them at even steps, in which bends are looked for; closer ones lie about bends and jumps.
+    even: mask of the evenly spaced points, in which bends are searched; extra points refine bends and jumps.
     """
 
     x: np.ndarray
@@ -52,11 +52,11 @@ class Band:
 
     @cached_property
     def steps(self) -> "Band":
-        """Return the band at even steps."""
+        """Return the evenly spaced points of the band."""
         return self if self.even is None else Band(self.x[self.even], self.force[:, self.even])
 
     def forces(self, reach: float, max_force: float) -> Range:
-        """Return the forces in N to show within ±reach, with a margin, under a force limit in N."""
+        """Return the range of forces in N to show within ±reach, with margin, given the force limit in N."""
         seen = self.force[:, np.abs(self.x) <= reach]
         seen = seen[np.isfinite(seen)]
         low, high = seen.min(initial=-_LEAST_FORCE), seen.max(initial=_LEAST_FORCE)
@@ -66,16 +66,16 @@ class Band:
         return low - margin, high + margin
 
     def around(self, x: np.ndarray, force: np.ndarray, max_force: float) -> tuple[Range, Range]:
-        """Return the ranges of points (n,), the next landmark, and the curve there under a limit in N."""
+        """Return ranges that cover points (n,), the nearest landmark, and the curve there up to the limit."""
         low, high = with_nearest(*_ends(x), landmarks(self.steps.x, self.steps.force))
         most = _OVER_LIMIT * max_force
         seen = np.clip(self.force[:, (self.x >= low) & (self.x <= high)], -most, most)
         return (low, high), _ends(np.append(seen, force))
 
     def reach(self, least: float, most: float, max_force: float) -> float:
-        """Return how far to each side, least to most, the plot opens, rounded up to quarters of the least.
+        """Return the initial half-width of the plot between ``least`` and ``most``, in quarters of ``least``.
 
-        Up to the last bend that the motor can render, or, where the curve goes up and down, a few turns.
+        It covers the last bend that the motor can render or, for a periodic curve, a few turning points.
         """
         sides = [(side, row) for row in self.steps.force for side in (1.0, -1.0)]
         far = max((self._last(row, side, most, max_force) for side, row in sides), default=0.0)
@@ -83,7 +83,7 @@ class Band:
         return min(max(math.ceil(_BEYOND * far / part - 1e-9) * part, least), most)
 
     def _last(self, row: np.ndarray, side: float, most: float, max_force: float) -> float:
-        """Return how far out one branch is of interest to one side; 0 where it is straight."""
+        """Return the distance of a branch's last interesting point on one side; 0 for a straight line."""
         x = side * self.steps.x
         out = np.argsort(x)
         out = out[(x[out] >= 0.0) & (x[out] <= most)]
@@ -102,12 +102,12 @@ class Band:
         return float(distance[last])
 
     def side(self, force: float) -> float:
-        """Return on which side of 0 the curve is beyond a force in N: below 0 left, 0 nowhere or on both."""
+        """Return the side on which the curve exceeds a force in N: < 0 left, > 0 right, 0 none or both."""
         _, beyond = np.nonzero(np.copysign(1.0, force) * self.steps.force >= abs(force))
         return float(np.sign(self.steps.x[beyond]).sum())
 
     def paint(self, painter: QPainter, to_pixels: Mapping) -> None:
-        """Paint the kerbs of all branches, then the band."""
+        """Paint the outlines of all branches, then the band."""
         lines = [line for force in self.force for line in self._unbroken(force, to_pixels)]
         for token, width in (("edge", 8.8), ("theory", 6.4)):
             painter.setPen(strokes.pen(theme.color(token), width))
@@ -115,7 +115,7 @@ class Band:
                 painter.drawPolyline(line)
 
     def _unbroken(self, force: np.ndarray, to_pixels: Mapping) -> list[QPolygonF]:
-        """Return a branch as lines in pixels, cut where it has no value; long ones in pieces that overlap."""
+        """Return a branch as pixel polylines, cut at NaN; long ones are split into overlapping pieces."""
         across, up = to_pixels(self.x, force)
         cuts = np.flatnonzero(np.diff(np.isfinite(force))) + 1
         pieces = zip(np.split(across, cuts), np.split(np.clip(up, -_FAR, _FAR), cuts), strict=True)
@@ -124,7 +124,7 @@ class Band:
 
 
 def _ends(values: np.ndarray) -> Range:
-    """Return the least and the greatest of some values, gaps aside."""
+    """Return minimum and maximum, ignoring NaN."""
     return float(np.nanmin(values)), float(np.nanmax(values))
 
 
@@ -132,7 +132,7 @@ _NO_BAND = Band(np.empty(0), np.empty((0, 0)))
 
 
 class PhaseCanvas(Canvas):
-    """Paints one PhasePlot of a history."""
+    """Paints one PhasePlot from a history."""
 
     below = 38
 
@@ -165,16 +165,16 @@ class PhaseCanvas(Canvas):
         self._under = None
 
     def set_held(self, held: tuple[PastTrace, ...]) -> None:
-        """Show these held stretches under the curve."""
+        """Show these held stretches below the curve."""
         self._held = held
         for past in held:
             self._widen(*self._past(past))
         self._repaint()
 
     def set_felt(self, felt: bool, delay: float | None) -> None:
-        """Draw each force at the position of the time it acted, a delay in s after its sample, or at its own.
+        """Draw each force at the position at which it acted, ``delay`` s after its sample, if ``felt``.
 
-        Without a known delay it is drawn at its own.
+        Without ``felt`` or without a known delay it is drawn at the position of its sample.
         """
         if (felt, delay) != (self.felt, self.delay):
             if delay != self.delay and self.delay is not None:
@@ -190,7 +190,7 @@ class PhaseCanvas(Canvas):
         return last_cycle(window.x, window.y["position"], window.y["applied_force"], self.delay, LEAST_CYCLE)
 
     def show_line(self, line: Line | None) -> None:
-        """Draw the line that was fitted to force over position, SI; None: no line."""
+        """Draw the line fitted to force over position, SI; None removes it."""
         self._line = line
         self.viewport().update()
 
@@ -201,7 +201,7 @@ class PhaseCanvas(Canvas):
     # axes ---------------------------------------------------------------------------------------
 
     def set_theory(self, curve: Curve | None, max_force: float) -> None:
-        """Take the law's force over x in SI, None for no band, and its limit in N."""
+        """Set the law's force over x in SI (None: no band) and the force limit in N."""
         self._curve, self._sight, self.max_force = curve, None, max_force
         self.band = self._band_of(curve)
         self._repaint()
@@ -210,7 +210,7 @@ class PhaseCanvas(Canvas):
         return _NO_BAND if curve is None else Band(curve.x * self.plot_of.scale, curve.force, curve.even)
 
     def _band_in_sight(self, box: QRectF) -> Band:
-        """Return the band within the axes and a little beyond, with two samples or more for each pixel."""
+        """Return the band within the axes plus a small margin, with at least two points per pixel."""
         if self._curve is None:
             return _NO_BAND
         low, high = (end / self.plot_of.scale for end in self.view.viewRange()[0])
@@ -221,12 +221,12 @@ class PhaseCanvas(Canvas):
         return self._sight[1]
 
     def fit_theory(self) -> None:
-        """Show where the theory has something to show, and of its force what the motor can give."""
+        """Set the axes to the initial range of the theory, limited to what the motor can give."""
         self._show(*self._theory_ranges())
         self._fitted = False
 
     def widen_theory(self) -> None:
-        """Make room for a changed theory at once, unless a person has fitted the axes to the data."""
+        """Extend the axes for a changed theory, unless a person has fitted them to the data."""
         if not (self._fitted or self._seen.locked):
             pairs = zip(self.view.viewRange(), self._theory_ranges(), strict=True)
             self._show(*((min(a[0], b[0]), max(a[1], b[1])) for a, b in pairs))
@@ -236,7 +236,7 @@ class PhaseCanvas(Canvas):
         return (-reach, reach), self.band.forces(reach, self.max_force)
 
     def fit(self) -> None:
-        """Narrow the axes to the last seconds and what is next to them of the environment, a wall say."""
+        """Fit the axes to the last seconds and the nearest landmark, e.g. a wall."""
         x, y = self._points(self._recent())
         if not x.size:
             return
@@ -257,17 +257,17 @@ class PhaseCanvas(Canvas):
     # data ---------------------------------------------------------------------------------------
 
     def _first(self) -> float:
-        """Return from when on samples are shown in s: of this environment, as felt of this delay."""
+        """Return the time in s from which samples are shown: same environment and, as felt, same delay."""
         first = max(self._seen.history.begin, self._seen.live.begin)
         return max(first, self._delay_since) if self._shows_felt and self._delay_since <= self._now else first
 
     @property
     def _now(self) -> float:
-        """Return until when samples are shown in s; NaN without one."""
+        """Return the time in s up to which samples are shown; NaN without samples."""
         return self._seen.stretch[1]
 
     def _since(self, start: float) -> Window:
-        """Return the samples shown from a time in s on."""
+        """Return the shown samples from a time in s on."""
         return self._seen.history.drawn(max(start, self._first()), math.nextafter(self._now, math.inf))
 
     def _recent(self) -> Window:
@@ -278,7 +278,7 @@ class PhaseCanvas(Canvas):
         return self.felt and self.delay is not None and self.plot_of.channel == "position"
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points of a stretch: one a sample, as felt two."""
+        """Return the points of a stretch: one per sample, or two per sample as felt."""
         x, force = window.y[self.plot_of.channel], window.y["applied_force"]
         if self._shows_felt and self.delay is not None and not window.dense:
             x, force = as_felt(window.x, x, force, self.delay)
@@ -291,27 +291,27 @@ class PhaseCanvas(Canvas):
         return past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied_force"]
 
     def _state(self) -> tuple:
-        """Return what the picture of the older seconds depends on."""
+        """Return the cache key of the picture of the older seconds."""
         now, (x, y) = self._now, self.view.viewRange()
         second = None if math.isnan(now) else math.floor(now)
-        look = self.measure().getRect(), theme.name, self.devicePixelRatioF()
-        return *x, *y, *look, self._first(), second, self._seen.history.complete
+        appearance = self.measure().getRect(), theme.name, self.devicePixelRatioF()
+        return *x, *y, *appearance, self._first(), second, self._seen.history.complete
 
     def refresh(self) -> None:
-        """Widen the axes for the last seconds, and paint."""
+        """Extend the axes to the last seconds, and repaint."""
         recent = self._recent()
         if len(recent.x):
             self._widen(*self._points(recent))
         self.viewport().update()
 
     def point(self, time: float | None) -> None:
-        """Mark the sample at a time in s; None: no mark."""
+        """Mark the sample at a time in s; None removes the mark."""
         self._pointed = None if time is None else self._seen.history.at(time)
 
     # painting -----------------------------------------------------------------------------------
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint everything but the newest second, from one picture."""
+        """Paint everything except the newest second from a cached picture."""
         state = self._state()
         if self._under is None or self._key != state:
             self._under, self._key = self._paint_old(self.measure()), state
@@ -337,7 +337,7 @@ class PhaseCanvas(Canvas):
             strokes.arrows(painter, self.measure(), x, y, theme.color("applied"))
 
     def _paint_older(self, painter: QPainter) -> None:
-        """Paint all but the newest second, paler the older; a break has no time: it is of the one before."""
+        """Paint all but the newest second, fading with age; a gap (NaN) counts to the second before it."""
         window = self._recent()
         seconds = np.floor(np.fmax.accumulate(window.x)) if len(window.x) else np.empty(0)
         for age in range(SECONDS, 0, -1):
@@ -348,7 +348,7 @@ class PhaseCanvas(Canvas):
         painter.setOpacity(1.0)
 
     def _paint_old(self, box: QRectF) -> QPixmap:
-        """Return ground, theory, limits, and the seconds from old to new."""
+        """Return the cached picture: background, theory, limits, held traces and the older seconds."""
         ratio = self.devicePixelRatioF()
         under = QPixmap(self.viewport().size() * ratio)
         under.setDevicePixelRatio(ratio)
@@ -360,19 +360,19 @@ class PhaseCanvas(Canvas):
         for limit in (self.max_force, -self.max_force):
             self._paint_limit(painter, box, limit)
         for past in self._held:
-            paint_past(painter, *self.to_pixels(*self._past(past)), past.look)
+            paint_past(painter, *self.to_pixels(*self._past(past)), past.style)
         if not math.isnan(self._now):
             self._paint_older(painter)
         painter.end()
         return under
 
     def _paint_limit(self, painter: QPainter, box: QRectF, limit: float) -> None:
-        """Paint a line at a force in N, named beyond it, where no curve goes, or where there is room."""
+        """Paint a labelled line at a force in N; the label avoids the curve."""
         y = self.pixel(0.0, limit).y()
         if not box.top() < y < box.bottom():
             return
         strokes.level(painter, box, y, "danger", [1.2, 2.6])
-        right = self.band.side(limit) < 0.0  # away from where the curve meets the limit
+        right = self.band.side(limit) < 0.0  # on the side where the curve does not reach the limit
         end = box.right() - 6 if right else box.left() + 6
         above, below = y - 5, y + _WORDS
         beyond = above - _WORDS > box.top() if limit > 0.0 else below + 4 < box.bottom()
@@ -380,7 +380,7 @@ class PhaseCanvas(Canvas):
         self.note(painter, end, row, f"limit {number(limit, 1)} N", "danger", right=right)
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the dots for now and for the pointer's time."""
+        """Paint the dots at the newest sample and at the pointer's time."""
         newest = self._seen.history.at(self._now)
         if newest is not None:
             self._dot(painter, box, newest, 5.0)
@@ -388,7 +388,7 @@ class PhaseCanvas(Canvas):
             self._dot(painter, box, self._pointed, 3.5)
 
     def _dot(self, painter: QPainter, box: QRectF, at: dict[str, float], radius: float) -> None:
-        """Paint a dot, unless it lies outside the axes, which stand still while locked."""
+        """Paint a dot if it lies within the axes, which may be locked."""
         place = self.pixel(at[self.plot_of.channel] * self.plot_of.scale, at["applied_force"])
         if box.contains(place):
             strokes.mark(painter, place, "applied", radius)

@@ -1,4 +1,4 @@
-"""Force over position or velocity, the last seconds on top of the theory; and energy over time."""
+"""Force over position or velocity with the theory below it, or energy over time."""
 
 import math
 from collections.abc import Mapping
@@ -21,14 +21,14 @@ from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme
 
 _DEBOUNCE_MS = 30
-_CYCLE_FRAMES = 30  # frames from one look at the energy per cycle to the next
-_LOW = 450  # px: lower, there is room for the plot or for the table of the cursors, not for both
+_CYCLE_FRAMES = 30  # frames between updates of the energy per cycle
+_LOW = 450  # px: below this height either the plot or the cursor table is shown, not both
 
 
 class ForcePosition(QWidget):
-    """The applied force over the handle's position or velocity, older parts paler, theory beneath.
+    """The applied force over position or velocity, fading with age, with the theory below it.
 
-    One switch goes on to what stands beside: energy over time. Below it is what the cursors read.
+    A switch selects among these and the plots beside them (energy over time); the cursor table is below.
     """
 
     def __init__(self, cursors: Cursors):
@@ -97,12 +97,12 @@ class ForcePosition(QWidget):
         self._max_force = max_force
         if other:
             self._by_hand = False
-            self._show(self.switch.index if self.pane else self._most_telling())
+            self._show(self.switch.index if self.pane else self._best_plot())
         else:
             self._later.start()
 
     def set_delay(self, delay: float | None) -> None:
-        """Take the delay in s from a sample to its force; None where it is not known."""
+        """Set the delay in s from a sample to its force; None if unknown."""
         if delay != self._delay or self.felt.isEnabled() != (delay is not None):
             self._delay = delay
             self.felt.setEnabled(delay is not None)
@@ -125,13 +125,13 @@ class ForcePosition(QWidget):
         return self.pane is None and self.canvas.plot_of.channel == "position"
 
     def hide_theory(self, on: bool) -> None:
-        """Leave the theory out, as what is rendered is hidden, or show it again."""
+        """Hide the theory while the rendered values are hidden, or show it again."""
         self._hidden = on
         if self.pane is None:
             self._take_theory()
 
     def set_note(self, words: str) -> None:
-        """Say what is not to be seen beside force, or nothing."""
+        """Set the text that explains why a plot beside the force shows nothing; "" for none."""
         self._unseen = words
         self._show_note()
 
@@ -140,7 +140,7 @@ class ForcePosition(QWidget):
         self.note.setVisible(bool(self.note.text()))
 
     def choose(self, index: int) -> None:
-        """Show the plot a person wants; force over something stays till the next law, energy for good."""
+        """Show the chosen plot: a force plot until the environment changes, energy permanently."""
         self._by_hand = True
         self._show(index)
 
@@ -161,49 +161,49 @@ class ForcePosition(QWidget):
 
     @property
     def pane(self) -> TimePlots | None:
-        """Return what is shown in place of a force plot."""
+        """Return the plot shown instead of a force plot, None if a force plot is shown."""
         index = self.switch.index - len(self.plots)
         return self.beside[index] if index >= 0 else None
 
     def fit(self) -> None:
-        """Narrow the axes to what is shown."""
+        """Fit the axes to the shown data."""
         shown = self.pane or self.canvas
         shown.fit()
         shown.refresh()
 
     def point(self, time: float | None) -> None:
-        """Mark the place at a time in s, for the time plots' pointer; None for none."""
+        """Mark the sample at a time in s (the time plots' pointer); None removes the mark."""
         self.canvas.point(time)
 
     def refresh(self) -> None:
-        """Draw the newest data; call once per frame, every other one counts."""
+        """Draw the newest data on every second call; call once per frame."""
         self._frames += 1
         if self._frames % 2:
             (self.pane or self.canvas).refresh()
         if self._frames % _CYCLE_FRAMES == 0:
             self._show_cycle()
 
-    def _most_telling(self) -> int:
-        """Return the plot in which this environment's law is a line, over velocity where it declares so."""
+    def _best_plot(self) -> int:
+        """Return the index of the plot in which this law is a curve, over velocity if it declares so."""
         order = list(range(len(self.plots)))
         if self._environment is not None and self._environment.over_velocity is not None:
             order.reverse()
         return next((index for index in order if self._theory(self.plots[index]) is not None), 0)
 
     def _theory(self, plot: PhasePlot) -> Curve | None:
-        """Return a plot's theory for what is in force, computed once."""
+        """Return a plot's theory for the present values, cached."""
         if plot.key not in self._found and self._environment is not None:
             self._found[plot.key] = plot.theory_of(self._environment, self._values)
         return self._found[plot.key]
 
     def _compute(self) -> None:
-        """Take over changed values, in another plot if only that one has a theory now."""
+        """Apply changed values; switch to the other plot if only that one has a theory now."""
         if self.pane is not None:
             return
-        telling = self._most_telling()
-        gone = self._theory(self.canvas.plot_of) is None and self._theory(self.plots[telling]) is not None
+        best = self._best_plot()
+        gone = self._theory(self.canvas.plot_of) is None and self._theory(self.plots[best]) is not None
         if gone and not self._by_hand:
-            self._show(telling)
+            self._show(best)
         else:
             self._take_theory()
             self.canvas.widen_theory()

@@ -1,4 +1,4 @@
-"""The line above a plot: its name, a sample of each line, the live value in the trace's colour."""
+"""The header line of a plot: title, a sample of each line, the live value in the trace's colour."""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ Stroke = tuple[str, float, list[float] | None]
 
 
 class Sample(QWidget):
-    """A short piece of a line as the plot draws it: strokes (token, width, dash) one over the other."""
+    """A short sample of a line as the plot draws it: strokes (token, width, dash) on top of each other."""
 
     def __init__(self, *strokes: Stroke):
         super().__init__()
@@ -29,11 +29,9 @@ class Sample(QWidget):
         theme.changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
-        """Return the size of a sample."""
         return QSize(theme.px(_WIDTH), 12)
 
     def paintEvent(self, event) -> None:
-        """Paint the line through the middle."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         middle = self.height() / 2
@@ -43,7 +41,7 @@ class Sample(QWidget):
 
 
 def _line(stroke: Stroke, text: str, help: str) -> list[QWidget]:
-    """Return the sample of a line, and its name."""
+    """Return the sample of a line and its label."""
     parts: list[QWidget] = [Sample(stroke), plain(QLabel(text))]
     parts[1].setProperty("ink", "axis")
     for part in parts:
@@ -52,7 +50,7 @@ def _line(stroke: Stroke, text: str, help: str) -> list[QWidget]:
 
 
 def _button(tip: str) -> QPushButton:
-    """Return a button that stands among the words."""
+    """Return a link-like button for the header line."""
     button = QPushButton()
     button.setProperty("link", True)
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -61,18 +59,18 @@ def _button(tip: str) -> QPushButton:
 
 
 class Remark(QLabel):
-    """Says something as fully as there is room for; its tooltip says it in full."""
+    """A label that shows the longest text that fits; its tooltip shows the longest."""
 
     def __init__(self) -> None:
         super().__init__(textFormat=Qt.TextFormat.PlainText)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.setContentsMargins(8, 0, 0, 0)
-        self._ways: tuple[str, ...] = ()
+        self._texts: tuple[str, ...] = ()
 
-    def say(self, *ways: str) -> None:
-        """Show the first of some ways to say it that fits, the fullest first; nothing where none does."""
-        self._ways = ways
-        self.setToolTip(ways[0] if ways else "")
+    def set_texts(self, *texts: str) -> None:
+        """Set alternative texts, longest first; the first that fits is shown, or nothing."""
+        self._texts = texts
+        self.setToolTip(texts[0] if texts else "")
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -81,11 +79,11 @@ class Remark(QLabel):
 
     def _fit(self) -> None:
         wide = self.fontMetrics().horizontalAdvance
-        self.setText(next((words for words in self._ways if wide(words) <= self.contentsRect().width()), ""))
+        self.setText(next((text for text in self._texts if wide(text) <= self.contentsRect().width()), ""))
 
 
 class Header(QWidget):
-    """Names a time plot and shows its live value, with a remark where there is something to be said."""
+    """Title and live value of a time plot, with an optional remark."""
 
     def __init__(self, plot: TimePlot):
         super().__init__()
@@ -117,7 +115,7 @@ class Header(QWidget):
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.value.setToolTip(plot.traces[-1].help)
         self.value.setProperty("ink", plot.traces[-1].color)
-        name = () if plot.beside else (title, 3)  # beside, the switch names it
+        name = () if plot.beside else (title, 3)  # beside the force plots the switch shows its name
         parts = (*name, *lines, *self.object, *self.surface)
         ends = ((self.remark, 1), self.back, self.unlock, self.value)
         hbox(*parts, *ends, into=self, margins=(0, 0, RIGHT, 0), gap=7)
@@ -127,18 +125,18 @@ class Header(QWidget):
         self.show_value(0.0)
 
     def sizeHint(self) -> QSize:
-        """Return its width, and the height that all have."""
+        """Return the natural width and the common height of all headers."""
         return QSize(super().sizeHint().width(), theme.px(HEIGHT))
 
     def show_part(self, parts: Sequence[QWidget], name: str) -> None:
-        """Show the sample of a line under a name, or hide it."""
+        """Show a line's sample with a label, or hide it for an empty label."""
         for part in parts:
             part.setVisible(bool(name))
             if isinstance(part, QLabel):
                 part.setText(name)
 
     def show_view(self, words: str, locked: bool) -> None:
-        """Say what is seen where it is not what comes, and whether the axes are locked."""
+        """Show the state of the view (e.g. paused; "" while following), and whether the axes are locked."""
         self.back.setText(words)
         self.back.setVisible(bool(words))
         self.unlock.setVisible(locked)
@@ -150,7 +148,7 @@ class Header(QWidget):
         self.value.setAccessibleName(f"{self.plot.title} {text}")
 
     def written(self, value: float) -> str:
-        """Write a value given in SI as the plot has it."""
+        """Format a value given in SI like the plot's axis."""
         known = math.isfinite(value)
         text = number(value * self.plot.scale, self.plot.decimals, sign=True) if known else "–"
         return f"{text} {self.plot.unit}"

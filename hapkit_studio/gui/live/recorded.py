@@ -1,7 +1,7 @@
-"""The history of a recorded session up to the time at which a replay stands.
+"""The history of a recorded session up to the replay position.
 
 A stretch of up to PICTURED samples is drawn from the samples themselves, which are read on demand; a longer
-one from the extremes that the file stores of every block.
+one from the block extremes stored in the file.
 """
 
 import math
@@ -29,25 +29,25 @@ from hapkit_studio.sessions.settings import timed_changes
 from hapkit_studio.settings_log import Log
 
 PICTURED = 5 << 17
-"""A minute at 10 kHz, the longest stretch of a plot; the file stores no extremes of the object's position."""
+"""A minute at 10 kHz, the longest time window; the file stores no extremes of the object's position."""
 READ_AT_ONCE = 1 << 20
-"""The most samples that are read one by one: four minutes at 4 kHz."""
-_HASTY = 1.0  # s
-_GAP = 0.25  # s without a sample: lines break, as the recorder begins another chunk
-_CACHED_CHUNKS = 32  # decoded chunks kept to read single samples from
+"""Maximum number of samples read one by one: four minutes at 4 kHz."""
+_HASTY = 1.0  # s: shown while the replay position is being dragged
+_GAP = 0.25  # s without a sample: lines break, as where the recorder starts a new chunk
+_CACHED_CHUNKS = 32  # decoded chunks cached for reading single samples
 Signals = Mapping[str, np.ndarray]
-"""Of a chunk, by their names; STATE has a column for each state variable."""
+"""Signals of a chunk by name; STATE has one column per state variable."""
 
 
 class Recorded(History):
-    """A session's samples by the recording computer's clock; ``now`` is where a replay stands.
+    """A session's samples by the recording computer's clock; ``now`` is the replay position.
 
-    Later samples are not hidden: a cursor may stay there. While it is not ``complete``, it is drawn from the
-    extremes of blocks alone.
+    Later samples remain readable, as a cursor may be there. While it is not ``complete``, only block
+    extremes are drawn.
     """
 
     def __init__(self, session: Session, environments: Mapping[str, Environment] | None = None):
-        """Read the extremes of all blocks, which takes a while and can be done in a thread.
+        """Read the extremes of all blocks; takes a while and may run in a thread.
 
         environments: by key; they compute the position of their object.
         """
@@ -55,7 +55,7 @@ class Recorded(History):
         self.session, self._environments = session, environments or {}
         self._now = self.start
         self._samples = Samples()
-        self._read_chunks = 0, 0  # the chunks in _samples: first, and the one after the last
+        self._read_chunks = 0, 0  # chunks in _samples: first, and one past the last
         self._blocks = _blocks(session)
         self._cached = lru_cache(_CACHED_CHUNKS)(self._chunk_signals)
         self._settings = [event for event in session.events if event.kind == SETTINGS]
@@ -63,11 +63,11 @@ class Recorded(History):
         self.changes += [time for time in self._times if time >= self.start]
         begun = [(event.time, str(event.what.get("environment", ""))) for event in self._settings]
         self.begun = [new for old, new in zip([(0.0, ""), *begun], begun, strict=False) if old[1] != new[1]]
-        """When which environment came into force: s, and its key."""
+        """Starts of environments: time in s and key."""
         self.markers = list(session.markers)
         changes = timed_changes(session.events, self.start, self.stop)
         self.changed = [(self.start + after, words) for after, words in changes]
-        """When something else was set while it was recorded: s, and in words what."""
+        """Other changes of settings during the recording: time in s and description."""
 
     @property
     def start(self) -> float:
@@ -81,20 +81,20 @@ class Recorded(History):
 
     @property
     def now(self) -> float:
-        """Where the replay stands, in s."""
+        """Replay position in s."""
         return self._now
 
     def move_to(self, time: float) -> None:
-        """Stand at a time in s."""
+        """Set the replay position in s."""
         self._now = time
         self.begin = next((when for when, _ in reversed(self.begun) if when <= time), -math.inf)
 
     def settings(self) -> dict[str, Any]:
-        """Return what was set at the time at which it stands, {} before anything is known."""
+        """Return the settings at the replay position, {} before the first are known."""
         return self._set_at(self._now)
 
     def log(self, begin: float, end: float) -> Log:
-        """Return device and settings at begin and each change until end, with its time in s after begin."""
+        """Return device and settings at begin and each change up to end, with times in s after begin."""
         return settings_log(self.session.events, begin, end)
 
     def _set_at(self, time: float) -> dict[str, Any]:
@@ -102,7 +102,7 @@ class Recorded(History):
         return self._settings[place].what if place >= 0 else {}
 
     def row(self) -> np.ndarray | None:
-        """Return the telemetry row (ROW_WIDTH,) of the last sample up to now, None where it is damaged."""
+        """Return the telemetry row (ROW_WIDTH,) of the last sample up to now; None if damaged."""
         found = self._sample(self._now, "right")
         if found is None:
             return None
@@ -123,14 +123,14 @@ class Recorded(History):
         flags = signals["flags"][min(first, stop - 1) : stop].astype(np.int64)
         return bool(np.any(flags & rows.CLAMPED))
 
-    # the interface of histories
+    # interface of History
 
     def copy(self) -> History:
-        """Return itself: nothing is added to a session that is replayed."""
+        """Return itself: a recorded session does not change."""
         return self
 
     def between(self, t0: float, t1: float) -> Window:
-        """Return every sample with t0 <= time < t1, up to now where t1 is endless; none of too many."""
+        """Return samples with t0 <= time < t1, up to now if t1 is infinite; none if there are too many."""
         end = math.nextafter(self._now, math.inf) if math.isinf(t1) else t1
         read = self._read(t0, end, READ_AT_ONCE)
         return self._samples.between(t0, end) if read else Samples().between(0.0, 0.0)
@@ -140,7 +140,7 @@ class Recorded(History):
         return bool(self.session.counts[first:last].sum() > most)
 
     def drawn(self, t0: float, t1: float) -> Window:
-        """Return what ``between`` does; while not complete the newest second by the extremes of blocks."""
+        """Return ``between``, or the newest second of block extremes while not complete."""
         ours = self._draws_samples(t0, t1)
         return self.between(t0, t1) if ours else self._blocks.between(max(t0, t1 - _HASTY), t1)
 
@@ -163,7 +163,7 @@ class Recorded(History):
         return math.nan if found is None else float(found[0]["time"][found[1]])
 
     def after(self, time: float) -> float:
-        """Return the time of the first sample after a time, both in s; NaN after the last."""
+        """Return the time of the first sample after a time, both in s; NaN after the last sample."""
         number = max(self._chunk(time, "right"), 0)
         for at in range(number, min(number + 2, len(self.session.counts))):
             signals = self._cached(at)
@@ -174,7 +174,7 @@ class Recorded(History):
     # reading
 
     def _object_position(self, signals: Signals) -> np.ndarray:
-        """Return the position (n,) in m of the object that moves besides the handle, NaN without one."""
+        """Return the positions (n,) in m of the second body, NaN without one."""
         times = signals["time"]
         found = np.full(len(times), math.nan)
         cuts = np.unique([0, *np.searchsorted(times, self._times), len(times)])
@@ -183,7 +183,7 @@ class Recorded(History):
             environment = self._environments.get(str(what.get("environment", "")))
             names = what.get("state_names")
             if environment is None or (names is not None and tuple(names) != environment.state_names):
-                continue  # its law is missing, or has other state variables by now
+                continue  # the law is missing or has other state variables today
             values = usable(environment, dict(what.get("parameters", {})))
             state = np.full((last - first, rows.ROW_WIDTH - rows.STATE), math.nan)
             known = signals[STATE][first:last, : state.shape[1]]
@@ -193,11 +193,11 @@ class Recorded(History):
         return found
 
     def _chunk(self, time: float, side: Any) -> int:
-        """Return the last chunk that began up to a time ("right") or before it ("left"), -1 if none."""
+        """Return the last chunk that began up to a time ("right") or before it ("left"); -1 if none."""
         return int(np.searchsorted(self.session.starts, time, side)) - 1
 
     def _sample(self, time: float, side: Any) -> tuple[Signals, int] | None:
-        """Return the last sample up to a time ("right") or before it ("left"): its chunk and its index."""
+        """Return the last sample up to a time ("right") or before it ("left") as chunk and index."""
         number = self._chunk(time, side)
         signals = self._cached(number) if number >= 0 else None
         if signals is None:
@@ -206,7 +206,7 @@ class Recorded(History):
         return (signals, index) if index >= 0 else None
 
     def _chunk_signals(self, number: int) -> Signals | None:
-        """Return the signals of a chunk, NaN where they are not finite; None for a damaged chunk."""
+        """Return the signals of a chunk, infinities as NaN; None for a damaged chunk."""
         try:
             return self._finite(self.session.signals(number))
         except DamagedError:
@@ -220,13 +220,13 @@ class Recorded(History):
         return found
 
     def _chunks(self, t0: float, t1: float) -> tuple[int, int]:
-        """Return the first and the one after the last chunk of a stretch, with one more at each side."""
+        """Return the range of chunks [first, stop) of a stretch, extended by one on each side."""
         starts, stops = self.session.starts, self.session.stops
         first = max(int(np.searchsorted(stops, t0)) - 1, 0)
         return first, min(int(np.searchsorted(starts, t1)) + 1, len(starts))
 
     def _draws_samples(self, t0: float, t1: float) -> bool:
-        """Return whether samples may be drawn: while it is not complete only those that were read."""
+        """Return whether samples may be drawn; while not complete, only those already read."""
         return self.complete or self._has_read(*self._chunks(t0, t1))
 
     def _has_read(self, first: int, last: int) -> bool:
@@ -234,7 +234,7 @@ class Recorded(History):
         return begun <= first and last <= ended
 
     def _read(self, t0: float, t1: float, most: int) -> bool:
-        """Read all samples from t0 to t1 and one more at each side; return False if there are too many."""
+        """Read all samples from t0 to t1 plus one on each side; return False if there are too many."""
         first, last = self._chunks(t0, t1)
         if self.exceeds(t0, t1, most):
             return False
@@ -257,7 +257,7 @@ class Recorded(History):
 
 
 def _blocks(session: Session) -> Samples:
-    """Return two samples a block, its least and its greatest, in the order of the trend."""
+    """Return two samples per block, minimum and maximum in the order of the trend."""
     counts = -(-session.counts // BLOCK)
     firsts = np.cumsum(counts) - counts
     starts, stops = (np.repeat(ends, counts) for ends in (session.starts, session.stops))

@@ -1,7 +1,8 @@
-"""Replay: a recorded session in place of what comes from the device, with the settings of then in force.
+"""Replay: shows a recorded session instead of live data, with the settings of the recording.
 
-The settings are set as a measurement does it, and put back at the end. A motor gives no force meanwhile, and
-none afterwards before a person says so. What the device sends goes on to be kept and recorded.
+The settings are changed temporarily, as for a measurement, and restored at the end. The motor gives no force
+during the replay, nor afterwards until a person asks for it. The device's data are still stored and
+recorded.
 """
 
 import math
@@ -24,36 +25,36 @@ from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.state.undo import ENVIRONMENT, HAND, Settings, put, settings_of
 from hapkit_studio.sessions.session import Session
 
-_SETTLE_MS = 80  # after it was dragged to another place
+_SETTLE_MS = 80  # wait after dragging before all samples are read
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 FRAME = 1.0 / 60.0
-"""s of the recording that a step of a frame goes on."""
+"""s of the recording per single-frame step."""
 
 
 class Replay(QObject):
-    """Plays a session at a speed, or stands where ``live`` is paused; ``changed``: another one, or none.
+    """Plays a session, or stands still while ``live`` is paused; ``changed``: session opened or closed.
 
-    ``frame(row, clamped)`` is what ``Live`` emits for rows that come. Whatever a person sets ends the replay,
-    and is set upon what was set before it.
+    ``frame(row, clamped)`` is like that of ``Live``. A setting changed by a person ends the replay and is
+    applied on top of the restored settings.
     """
 
     beginning = Signal()
-    """Whatever else moves settings is to end now: what is set then comes back afterwards."""
+    """Emitted before settings are saved: other temporary changes of settings must end now."""
     changed = Signal()
     moved = Signal()
     sought = Signal()
-    """A person has gone to another place."""
+    """A person moved the replay position."""
     frame = Signal(object, bool)
     failed = Signal(str)
 
     def __init__(self, studio: Studio, live: Live, clock: Callable[[], float] = time.perf_counter):
-        """clock: returns s by which it plays."""
+        """clock: returns the time in s that drives the playback."""
         super().__init__(live)
         self._studio, self._live, self._clock = studio, live, clock
         self.history: Recorded | None = None
-        """The session that is replayed, None while what comes from the device is shown."""
-        self.speed, self.words = 1.0, ""
-        """words: why what is in force is not what was, "" where it is."""
+        """The replayed session, None while live data is shown."""
+        self.speed, self.refusal = 1.0, ""
+        """refusal: why the recorded settings could not be applied, "" if they were."""
         self._last = 0.0
         self._putting = False
         self._before: Settings = {}
@@ -74,58 +75,58 @@ class Replay(QObject):
         studio.stop_changed.connect(self._notice_release)
         studio.settings_changed.connect(self._notice)
 
-    # what a person does
+    # actions of a person
 
     def open(self, path: Path) -> None:
-        """Read a session in a thread, then show it from its beginning; ``failed`` says why it cannot be."""
+        """Read a session in a thread, then show its beginning; ``failed`` reports an error."""
         known = dict(self._studio.environments)
         self._reading.start(lambda _progress: Recorded(Session(path), known))
 
     def close(self) -> None:
-        """Show the device again, with the settings of before; what a person has set meanwhile stays set."""
+        """Return to live data and the previous settings; settings changed by a person are kept."""
         if self.history is None:
             return
         self._end.stop()
         self._frames.stop()
         chosen = self._chosen_by_person()
-        with suppress(ParameterError):  # an environment's file has gone meanwhile
+        with suppress(ParameterError):  # an environment file was deleted meanwhile
             self._put(self._before)
         session = self.history.session
         self.history, self._live.replaying, self._studio.permissions.temporary = None, False, False
         self._live.set_paused(False)
         self.changed.emit()
         session.close()
-        with suppress(ParameterError):  # it may not be set, or not with what was set before
+        with suppress(ParameterError):  # may be refused, or not fit the restored settings
             put(self._studio, chosen)
 
     def shut(self) -> None:
-        """End all of it before the window goes."""
+        """Stop reading and replaying before the window closes."""
         self._reading.end()
         self.close()
 
     @property
     def time(self) -> float:
-        """Return where it stands, in s after the beginning."""
+        """Return the replay position in s after the beginning."""
         return self.history.now - self.history.start if self.history is not None else 0.0
 
     @property
     def seconds(self) -> float:
-        """Return how long the session is in s."""
+        """Return the duration of the session in s."""
         return self.history.stop - self.history.start if self.history is not None else 0.0
 
     @property
     def settings(self) -> Mapping[str, Any]:
-        """Return what was set where it stands, as the session has it; {} where none is replayed."""
+        """Return the recorded settings at the replay position; {} without a session."""
         return self.history.settings() if self.history is not None else {}
 
     @property
     def max_force(self) -> float | None:
-        """Return the force limit in N that was in force where it stands, None where none is replayed."""
+        """Return the recorded force limit in N at the replay position; None without a session."""
         limit = self.settings.get("max_force_N")
         return float(limit) if isinstance(limit, int | float) else None
 
     def seek(self, seconds: float) -> None:
-        """Go to a time in s after the beginning; the samples of before it are read once it stays there."""
+        """Go to a time in s after the beginning; samples are read once the position rests there."""
         if self.history is not None:
             self.history.complete = False
             self._move_to(self.history.start + seconds)
@@ -133,14 +134,14 @@ class Replay(QObject):
             self.sought.emit()
 
     def settle(self) -> None:
-        """Show all of where it stands."""
+        """Read and show all samples around the position."""
         self._settled.stop()
         if self.history is not None:
             self.history.complete = True
             self._show()
 
     def step(self, direction: int, sample: bool = False) -> None:
-        """Stand a frame, or a sample, farther: direction 1, or back: -1."""
+        """Pause, then move one frame or one sample forward (direction 1) or back (-1)."""
         history = self.history
         if history is None:
             return
@@ -153,14 +154,14 @@ class Replay(QObject):
             self.sought.emit()
 
     def set_speed(self, speed: float) -> None:
-        """Play so many times as fast as it was."""
+        """Set the playback speed as a multiple of real time."""
         self.speed = speed
         self.moved.emit()
 
     # playing
 
     def tick(self) -> None:
-        """Go on by what has passed by the clock; stand at the end."""
+        """Advance by the elapsed clock time; pause at the end."""
         now = self._clock()
         passed, self._last = now - self._last, now
         if self.history is None or self._live.paused or self._settled.isActive():
@@ -170,7 +171,7 @@ class Replay(QObject):
             self._live.set_paused(True)
 
     def _go_on(self, paused: bool) -> None:
-        """Begin anew where it has come to the end."""
+        """Restart from the beginning when resumed at the end."""
         self._last = self._clock()
         if self.history is not None and not paused and self.history.now >= self.history.stop:
             self.seek(0.0)
@@ -185,7 +186,7 @@ class Replay(QObject):
         self.beginning.emit()
         studio.stop_state.wait_for_render()
         self._before = self._set = settings_of(studio)
-        self._now_set, self._wanted, self.words = {}, {}, ""
+        self._now_set, self._wanted, self.refusal = {}, {}, ""
         history.dividers = sorted([*history.markers, *self._environments(history)])
         studio.permissions.temporary = self._live.replaying = True
         self.history = history
@@ -220,19 +221,19 @@ class Replay(QObject):
     # settings
 
     def _put_in_force(self, what: Mapping[str, Any]) -> None:
-        """Set what was set then, where it is another than the last."""
+        """Apply the recorded settings if they changed since the last call."""
         if what is self._now_set or self._end.isActive():
             return
         self._now_set = what
         try:
-            self._wanted, self.words = recorded_settings(self._studio, what), ""
+            self._wanted, self.refusal = recorded_settings(self._studio, what), ""
             self._check_locked(self._wanted)
             self._put(self._wanted)
         except ParameterError as error:
-            self.words = str(error)
+            self.refusal = str(error)
 
     def _check_locked(self, wanted: Settings) -> None:
-        """Raise ParameterError where an instructor has locked what would be set."""
+        """Raise ParameterError if a setting to be applied is locked by an instructor."""
         lock = self._studio.permissions.lock
         places = ((*place, value) if place == ENVIRONMENT else place
                   for place, value in self._differing(wanted).items())  # fmt: skip
@@ -242,12 +243,12 @@ class Replay(QObject):
             )
 
     def _differing(self, wanted: Settings) -> Settings:
-        """Return what differs from what is set."""
+        """Return the wanted settings that differ from the present ones."""
         now = settings_of(self._studio)
         return {where: value for where, value in wanted.items() if now.get(where, value) != value}
 
     def _put(self, wanted: Settings) -> None:
-        """Set what differs from what is set."""
+        """Apply the wanted settings that differ from the present ones."""
         now, differing = settings_of(self._studio), self._differing(wanted)
         rate = ("loop", "rate")
         if self._studio.opened is not None and self._studio.opened.own_clock and rate in differing:
@@ -260,26 +261,26 @@ class Replay(QObject):
             self._set = settings_of(self._studio)
 
     def _chosen_by_person(self) -> Settings:
-        """Return what is set and was not by the replay; an environment may come late, once it is compiled."""
+        """Return settings changed by a person; the replay's environment may come late, after compiling."""
         now, late = settings_of(self._studio), self._wanted.get(ENVIRONMENT)
         changed = {where: value for where, value in now.items() if self._set.get(where, value) != value}
         return {where: value for where, value in changed.items() if where != ENVIRONMENT or value != late}
 
     def _notice(self) -> None:
         if self.history is not None and not self._putting and self._chosen_by_person():
-            self._end.start()  # once all that changes together has changed
+            self._end.start()  # queued, so that simultaneous changes are seen together
 
     def _notice_release(self) -> None:
-        """End where a person lets the force come back, which fades in with the settings of before."""
+        """End the replay when a person enables the force; it fades in with the previous settings."""
         opened = self._studio.opened
         if not self._studio.stopped and (opened is None or opened.motor):
             self.close()
 
 
 def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Settings:
-    """Return what a session says was set, as far as it can be set here; raise ParameterError.
+    """Return the recorded settings as far as they can be applied here; raise ParameterError.
 
-    A board keeps its own rate, and its law where it is.
+    A board keeps its own rate.
     """
     key = str(what.get("environment", ""))
     if key not in studio.environments:

@@ -1,4 +1,4 @@
-"""The bar below the plots while a session is replayed: where it stands, how fast it goes, its end."""
+"""The bar below the plots during a replay: position, speed, and a button to close."""
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPen
@@ -14,18 +14,18 @@ from hapkit_studio.sessions.event_values import one_line
 
 Marks = list[tuple[float, str]]
 _HEIGHT, _END, _THUMB, _THICK = 24, 8, 6, 4  # px
-_MOST_DRAWN = 2_000  # changes; a line on a screen has about as many pixels
-_NEAR = 5  # px: so close to a mark, its words are shown
+_MOST_DRAWN = 2_000  # changes; about the number of pixels of a line on the screen
+_NEAR = 5  # px: pointer distance within which a mark's text is shown
 
 
 def tenths(seconds: float) -> str:
-    """Write a time in s as 0:12.3."""
+    """Format a time in s as 0:12.3."""
     whole, tenth = divmod(int(10.0 * seconds), 10)
     return f"{clock(whole)}.{tenth}"
 
 
 class SeekLine(QWidget):
-    """The session from end to end; a press or a drag emits where it goes to, in s. Keys act on the window."""
+    """The session as a slider; a press or drag emits the target in s. It takes no keyboard focus."""
 
     sought = Signal(float)
 
@@ -40,14 +40,14 @@ class SeekLine(QWidget):
         self._drawn: Marks = []
 
     def show_session(self, seconds: float, markers: Marks, changes: Marks) -> None:
-        """Show a session so many s long, with what was noted and set, and when."""
+        """Show a session of this duration in s with its markers and changes (time in s, text)."""
         self._seconds, self.markers, self.changes = seconds, markers, changes
         apart = seconds / _MOST_DRAWN if seconds else 1.0
         self._drawn = list({when // apart: (when, words) for when, words in changes}.values())
         self.update()
 
     def show_time(self, seconds: float) -> None:
-        """Show where it stands, in s."""
+        """Show the replay position in s."""
         self._time = seconds
         self.update()
 
@@ -55,7 +55,7 @@ class SeekLine(QWidget):
         return QSize(400, theme.px(_HEIGHT))
 
     def place(self, seconds: float) -> float:
-        """Return the px at which a time in s lies."""
+        """Return the x coordinate in px of a time in s."""
         part = seconds / self._seconds if self._seconds else 0.0
         return theme.px(_END) + part * (self.width() - 2 * theme.px(_END))
 
@@ -67,7 +67,7 @@ class SeekLine(QWidget):
     mousePressEvent = mouseMoveEvent
 
     def event(self, event: QEvent) -> bool:
-        """Say what is marked under the pointer."""
+        """Show a tooltip with the marks under the pointer."""
         if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
             near = [mark for mark in sorted([*self.markers, *self.changes])
                     if abs(self.place(mark[0]) - event.pos().x()) <= _NEAR]  # fmt: skip
@@ -98,7 +98,7 @@ class SeekLine(QWidget):
 
 
 class ReplayBar(QWidget):
-    """Shows a replay, and hands on what is pressed; in sight while there is one."""
+    """Shows the replay and forwards its buttons; visible during a replay only."""
 
     def __init__(self, replay: Replay, live: Live, parent: QWidget):
         super().__init__(parent)
@@ -137,7 +137,7 @@ class ReplayBar(QWidget):
         self.show_session()
 
     def show_session(self) -> None:
-        """Show another session, or nothing."""
+        """Show another session, or hide the bar."""
         history = self._replay.history
         self.setVisible(history is not None)
         if history is None:
@@ -152,19 +152,19 @@ class ReplayBar(QWidget):
         self.show_place()
 
     def show_place(self) -> None:
-        """Show where it stands, how fast it goes, and what could not be set."""
+        """Show position, speed, and settings that could not be applied."""
         replay = self._replay
         self.line.show_time(replay.time)
         self.time.setText(f"{tenths(replay.time)} / {tenths(replay.seconds)}")
         self.speed.setCurrentIndex(SPEEDS.index(replay.speed))
         damage = replay.history.session.damage if replay.history is not None else ()
-        self.words.setText(" ".join((*damage, replay.words)).strip())
+        self.words.setText(" ".join((*damage, replay.refusal)).strip())
         self.words.setVisible(bool(self.words.text()))
 
     def _show_play(self) -> None:
         paused = self._live.paused
         self.play.setIcon(icons.icon("play" if paused else "pause", "ink", 18))
-        self.play.setAccessibleName("Play" if paused else "Stand")
+        self.play.setAccessibleName("Play" if paused else "Pause")
 
     def _button(self, icon: str, tip: str) -> QPushButton:
         button = QPushButton()

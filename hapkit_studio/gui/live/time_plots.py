@@ -1,4 +1,4 @@
-"""The live time plots: position, velocity and force over one time axis, gaps in the data marked."""
+"""The live time plots: position, velocity and force over a common time axis, with marked gaps."""
 
 import math
 from collections.abc import Mapping
@@ -24,29 +24,29 @@ from hapkit_studio.gui.widgets.parts import vbox
 from hapkit_studio.gui.widgets.theme import number, theme
 
 FEWEST = 2
-"""Plots that are shown on a projector."""
+"""Number of plots shown on a projector."""
 LEAST = 0.25
-"""s without data from which on it is marked."""
-_BESIDE = 6
-_ROW, _LETTERS = 16, 10  # px: base line of words below the frame's top, how high they are
-_GROUND = 0.85  # how opaque the ground of a change's words is
-_PALE = 0.45  # of a trace's colour while the device is gone
-_SAME = 0.3  # px: closer than this, two lines are one
-_ROOMY = 1.5  # times the range that would do: from there on an axis narrows again
-_MOST_ASKED = 2.0  # times the force limit: what is asked beyond is cut at the frame
-_WIDTH, _UNIT_WIDTH = 44.0, 60.0  # px of the value axis, without and with a unit
+"""s: shortest gap in the data that is marked."""
+_BESIDE = 6  # px: distance of a label from its line
+_ROW, _LETTERS = 16, 10  # px: base line of a label below the frame's top, height of its letters
+_GROUND = 0.85  # opacity of a divider label's background
+_PALE = 0.45  # of a trace's colour while the device is disconnected
+_SAME = 0.3  # px: lines closer than this count as one
+_ROOMY = 1.5  # hysteresis: an axis narrows once it is this many times the needed range
+_MOST_ASKED = 2.0  # times the force limit: a larger asked force is cut off at the frame
+_WIDTH, _UNIT_WIDTH = 44.0, 60.0  # px: width of the value axis, without and with a unit
 _EMPTY = Window(np.empty(0), {}, False)
 _READOUT_MS = 100
 _AXIS = 22
-_TAG, _REACH = 15, 6  # px: of a cursor's name; so near to its line it is taken
-_ZOOMED = 1.0025  # for each eighth of a degree of the wheel, as pyqtgraph zooms into time
-_LEAST_HEIGHT = 54  # px of a plot's frame: with less for each, one folds
+_TAG, _REACH = 15, 6  # px: size of a cursor's tag; pointer distance within which its line is grabbed
+_ZOOMED = 1.0025  # zoom per eighth of a degree of the wheel, as in pyqtgraph
+_LEAST_HEIGHT = 54  # px: minimum height of a plot; with less, one plot is folded
 
 
 def gaps(x: np.ndarray, before: float = math.nan) -> list[tuple[float, float]]:
-    """Return the stretches (start, stop) in s, long enough to be a device's, around the NaN in times.
+    """Return the gaps (start, stop) in s of the times that are long enough to be the device's (LEAST).
 
-    before: when the last sample came that lies left of them.
+    before: time of the last sample to the left of them.
     """
     x = x[1:] if len(x) and math.isnan(x[0]) else x
     lost = np.flatnonzero(np.isnan(x))
@@ -58,7 +58,7 @@ def gaps(x: np.ndarray, before: float = math.nan) -> list[tuple[float, float]]:
 
 @dataclass
 class PlotState:
-    """What all time plots share in one frame; times in s relative to the right edge's zero.
+    """State that all time plots share in one frame; times in s relative to the zero of the axis.
 
     window is in the history's own time.
     """
@@ -80,30 +80,30 @@ class PlotState:
 
 
 class TraceCanvas(Canvas):
-    """Paints one TimePlot's traces from the PlotState that all share; emits where a cursor is dragged to."""
+    """Paints one TimePlot's traces from the common PlotState; emits the target of a dragged cursor."""
 
     cursor_dragged = Signal(int, float)
 
     def __init__(self, plot: TimePlot, shown: PlotState, bottom: bool, first: bool):
         self.plot_of, self.shown, self.first = plot, shown, first
         super().__init__(bottom, "s" if bottom else "", left_width=_UNIT_WIDTH if plot.beside else _WIDTH)
-        if plot.beside:  # no header names it there
+        if plot.beside:  # no header shows the unit there
             self.left.unit = plot.unit
         self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
         self._dragged: int | None = None
-        self.open_anew()
+        self.reset_range()
         self.show_range(*self._opened)
 
     def show_range(self, low: float, high: float) -> None:
         """Show exactly this range."""
         self.view.setYRange(low, high, padding=0)
 
-    def open_anew(self) -> None:
-        """Narrow the value axis to what the plot opens with as soon as nothing in sight needs more."""
+    def reset_range(self) -> None:
+        """Return the value axis to its initial range as soon as the visible data fit."""
         self._opened = -self.plot_of.reach, self.plot_of.reach
 
     def extent(self) -> tuple[float, float]:
-        """Return least and greatest value of the window and the held traces; NaN when there is none."""
+        """Return minimum and maximum of the window and the held traces; NaN without data."""
         window, traces = self.shown.window, self.plot_of.traces
         parts = [window.y[trace.channel] for trace in traces if len(window.x)]
         channel = traces[-1].channel
@@ -117,10 +117,10 @@ class TraceCanvas(Canvas):
             float(np.clip(high * self.plot_of.scale, -most, most)),
         )
 
-    def follow(self) -> None:
-        """Widen the value axis at once where anything in sight needs it; narrow it where far less would do.
+    def fit_values(self) -> None:
+        """Extend the value axis at once if visible data need it; narrow it if much less would do.
 
-        That it does once what needed more has left the window, while that follows; locked it stays as it is.
+        It narrows only while the view follows the newest sample. A locked axis does not change.
         """
         view = self.shown.view
         if view.locked:
@@ -133,7 +133,7 @@ class TraceCanvas(Canvas):
             self.show_range(*wanted)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom into time; with Ctrl, or over the value axis, into values, which are then locked."""
+        """Zoom the time axis; with Ctrl or over the value axis, zoom the values and lock them."""
         box, place = self.measure(), event.position()
         if place.x() >= box.left() and not event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             super().wheelEvent(event)
@@ -145,7 +145,7 @@ class TraceCanvas(Canvas):
         self.shown.view.set_locked(True)
 
     def fit(self, places: np.ndarray) -> None:
-        """Narrow the value axis to the data and the nearest of some places (n,), SI, but not too far."""
+        """Fit the value axis to the data and the nearest landmark of (n,), SI, with a minimum range."""
         low, high = self.extent()
         if np.isfinite(low):
             low, high = with_nearest(low, high, places * self.plot_of.scale)
@@ -153,7 +153,7 @@ class TraceCanvas(Canvas):
             self.show_range(*self._opened)
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
-        """Shade where there was contact; hatch where no data came."""
+        """Shade contact, hatch gaps in the data."""
         hatched = QBrush(theme.color("line"), Qt.BrushStyle.BDiagPattern)
         for brush, stretches in ((theme.color("contact"), self.shown.contact), (hatched, self.shown.gaps)):
             for start, stop in stretches:
@@ -161,7 +161,7 @@ class TraceCanvas(Canvas):
                 painter.fillRect(QRectF(left, box.top(), right - left, box.height()), brush)
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the lines of limit and surface, what is past, then the traces."""
+        """Paint limit, surface and trigger level, dividers, held traces, then the live traces."""
         levels: list[tuple[float, str, list[float]]] = []
         if self.plot_of.limits and np.isfinite(self.shown.max_force):
             levels += [(s * self.shown.max_force, "danger", [1.2, 2.6]) for s in (1, -1)]
@@ -173,7 +173,8 @@ class TraceCanvas(Canvas):
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
         painter.setPen(strokes.pen(theme.color("ink3"), 1.0, [3.0, 3.0]))
         for time, _ in self.shown.dividers:
-            x = math.floor(self.pixel(time, 0.0).x()) + 0.5  # one column of pixels, not two paler ones
+            # on a pixel centre: one sharp column, not two paler ones
+            x = math.floor(self.pixel(time, 0.0).x()) + 0.5
             painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
         self._held(painter)
         if len(self.shown.window.x):
@@ -184,18 +185,18 @@ class TraceCanvas(Canvas):
             painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the dot for now and the pointer's read-out."""
+        """Paint the dot at the newest sample and the pointer's read-out."""
         trace = self.plot_of.traces[-1]
         now = self.shown.now[trace.channel] * self.plot_of.scale if self.shown.now else np.nan
         if np.isfinite(now):
             strokes.mark(painter, self.pixel(0.0, now), trace.color, shape=self.plot_of.marker)
         self._pointer(painter, box)
         if self.first:
-            self._words(painter, box)
+            self._labels(painter, box)
             self._tags(painter, box)
 
-    def _words(self, painter: QPainter, box: QRectF) -> None:
-        """Write what the marks of all plots mean: gaps in the middle, dividers clear of the trace."""
+    def _labels(self, painter: QPainter, box: QRectF) -> None:
+        """Label gaps in the middle and dividers where they do not cover the trace."""
         right = box.right() - _BESIDE
         for start, stop in self.shown.gaps:
             left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE
@@ -208,7 +209,7 @@ class TraceCanvas(Canvas):
             left = min(x + _BESIDE, right - wide) if newest else x + _BESIDE
             hidden = {r: self._hidden(r, left, left + wide) for r, end in ends.items() if left <= end - wide}
             row = min(hidden, key=hidden.__getitem__, default=0.0)
-            # an older one gives way to newer ones and to the trace
+            # an older label is left out if it would overlap a newer one or the trace
             if box.left() < x <= box.right() and hidden and (newest or not hidden[row]):
                 ends[row] = min(left, x) - _BESIDE
                 ground = QRectF(left, row - _LETTERS, wide, _LETTERS).adjusted(-3, -3, 3, 4)
@@ -217,7 +218,7 @@ class TraceCanvas(Canvas):
             newest = False
 
     def _hidden(self, row: float, left: float, right: float) -> int:
-        """Return how many points of the trace words on a base line between two columns would hide."""
+        """Return how many points of the trace a label between two columns would cover."""
         window, channel = self.shown.window, self.plot_of.traces[-1].channel
         x, y = self.to_pixels(window.x - self.shown.zero, window.y[channel] * self.plot_of.scale)
         return int(np.count_nonzero((x > left) & (x < right) & (y > row - _ROW) & (y < row + _BESIDE)))
@@ -237,20 +238,20 @@ class TraceCanvas(Canvas):
                 painter.drawText(tag, Qt.AlignmentFlag.AlignCenter, name)
 
     def _cursor_near(self, x: float) -> int | None:
-        """Return the cursor within reach of a pixel column, 0 for A; None: neither."""
+        """Return the index of the cursor near a pixel column (0: A); None if none is near."""
         places = [abs(self.pixel(time, 0.0).x() - x) for time in self.shown.cursors]
         nearest = min(range(len(places)), key=places.__getitem__, default=None)
         return nearest if nearest is not None and places[nearest] <= theme.px(_REACH) else None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take a cursor, if one is near."""
+        """Grab a cursor if one is near."""
         self.measure()
         self._dragged = self._cursor_near(event.position().x())
         if self._dragged is None:
             super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Drag the cursor that was taken; else say where the pointer is."""
+        """Drag the grabbed cursor, otherwise report the pointer's position."""
         x = event.position().x()
         if self._dragged is not None:
             self.cursor_dragged.emit(self._dragged, self.to_x(x))
@@ -260,7 +261,6 @@ class TraceCanvas(Canvas):
         self.viewport().setCursor(Qt.CursorShape.SplitHCursor if near else Qt.CursorShape.ArrowCursor)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let the cursor go."""
         if self._dragged is None:
             super().mouseReleaseEvent(event)
         self._dragged = None
@@ -269,10 +269,11 @@ class TraceCanvas(Canvas):
         channel = self.plot_of.traces[-1].channel
         for past in self.shown.held:
             if channel in past.values:
-                ends = past.time[-1] if self.shown.view.follows else 0.0  # there it lies at the newest sample
+                # while following, a pinned trace ends at the newest sample
+                ends = past.time[-1] if self.shown.view.follows else 0.0
                 time = past.time - (ends if past.pinned else self.shown.zero)
                 line = self.to_pixels(time, past.values[channel] * self.plot_of.scale)
-                paint_past(painter, *line, past.look)
+                paint_past(painter, *line, past.style)
 
     def _traces(self, painter: QPainter, box: QRectF) -> None:
         x, y = self.shown.window.x - self.shown.zero, self.shown.window.y
@@ -310,12 +311,12 @@ class TraceCanvas(Canvas):
 
 
 def _wide(words: str) -> float:
-    """Return how many px words take inside a plot."""
+    """Return the width in px of a label inside a plot."""
     return QFontMetricsF(theme.font("label")).horizontalAdvance(words)
 
 
 def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """Return a line with NaN wherever another hides it, one point beyond its visible parts."""
+    """Return a line with NaN where another line hides it, extended by one point at visible parts."""
     apart = np.abs(line - above) > _SAME
     near = apart.copy()
     near[1:] |= apart[:-1]
@@ -324,7 +325,7 @@ def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
 
 
 class TimePlots(QWidget):
-    """Plots of a stretch of the history, free to pan and zoom; ``back_pressed``: to what comes."""
+    """Plots that can be panned and zoomed in time; ``back_pressed``: return to live data."""
 
     pointed = Signal(object)
     back_pressed = Signal()
@@ -334,7 +335,7 @@ class TimePlots(QWidget):
         self.plots = time_plots() if plots is None else plots
         self.view = TimeView(self) if view is None else view
         self.shown, self.cursors = PlotState(self.view), Cursors(self.view, self)
-        self._fewest = False
+        self._always_folded = False
         self._shades = False
         self._environment: Environment | None = None
         self._values: Mapping[str, float] = {}
@@ -364,13 +365,14 @@ class TimePlots(QWidget):
     # what is shown ------------------------------------------------------------------------------
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
-        """Take over what is drawn besides data: contact shading, the wall's line, the force limit in N.
+        """Set the environment: contact shading, surface line and force limit in N.
 
-        For another environment the value axes open anew, once the view follows and older parts have left it.
+        For another environment the value axes return to their initial ranges once older data have left the
+        view.
         """
         if environment is not self._environment:
             for canvas in self.canvases:
-                canvas.open_anew()
+                canvas.reset_range()
         self._environment, self._values = environment, values
         self._shades = bool(environment.shades)
         self.shown.surface = values.get("position") if self._shades else None
@@ -380,64 +382,64 @@ class TimePlots(QWidget):
             header.show_part(header.surface, name)
 
     def set_held(self, held: tuple[PastTrace, ...]) -> None:
-        """Show these held stretches under the traces."""
+        """Show these held stretches below the traces."""
         self.shown.held = held
         self.refresh()
 
     def show_oscillation(self, found: Oscillation | None) -> None:
-        """Say beside the position how far and how often it oscillates, unless the cursors are read there."""
+        """Show an oscillation's amplitude and frequency beside the position, unless cursors are shown."""
         header = next(header for header in self.headers if header.plot.key == "position")
         if self.cursors.on:
             return
         if found is None:
-            header.remark.say()
+            header.remark.set_texts()
             return
         far = f"±{on_screen(found.amplitude, 'm', 2)}"
         if math.isnan(found.frequency):
-            header.remark.say(f"oscillates {far}", far)
+            header.remark.set_texts(f"oscillates {far}", far)
             return
         often = hertz(found.frequency)
-        header.remark.say(f"oscillates {far} at {often}", f"{far}, {often}", often)
+        header.remark.set_texts(f"oscillates {far} at {often}", f"{far}, {often}", often)
 
     def _read_cursors(self) -> None:
-        """Say above each plot what it shows at both cursors, where there are any."""
+        """Show the values at both cursors above each plot."""
         at = [values for values in self.cursors.at() if values]
         for header in self.headers:
-            plot, ways = header.plot, []
+            plot, texts = header.plot, []
             if len(at) == len(NAMES):
                 a, b = (values[plot.traces[-1].channel] * plot.scale for values in at)
                 apart = f"B − A {number(b - a, plot.decimals, sign=True)}"
-                ways = [f"A {number(a, plot.decimals)}   B {number(b, plot.decimals)}   {apart}", apart]
-            header.remark.say(*ways)
+                texts = [f"A {number(a, plot.decimals)}   B {number(b, plot.decimals)}   {apart}", apart]
+            header.remark.set_texts(*texts)
         self.refresh()
 
     def set_stale(self, stale: bool) -> None:
-        """Paint paler while the device is gone; no frame comes then that would repaint."""
+        """Paint paler while the device is disconnected; repaint, as no frames arrive then."""
         self.shown.stale = stale
         for canvas in self.canvases:
             canvas.viewport().update()
 
     def fit(self) -> None:
-        """Narrow the value axes to what is shown, that of position also to the nearest landmark."""
+        """Fit the value axes to the shown data, that of the position also to the nearest landmark."""
         for canvas in self.canvases:
             canvas.fit(self._landmarks() if canvas.plot_of.surface else np.empty(0))
         self.refresh()
 
     def _landmarks(self) -> np.ndarray:
-        """Return the places in m where the law's force over position bends or changes its sign."""
+        """Return the positions in m where the law's force over position bends or changes sign."""
         plot = next(plot for plot in phase_plots() if plot.channel == "position")
         curve = plot.theory_of(self._environment, self._values) if self._environment else None
         return np.empty(0) if curve is None else landmarks(curve.x[curve.even], curve.force[:, curve.even])
 
     def put_cursor(self, index: int) -> None:
-        """Show the cursors; put one, 0 for A, where the pointer is, if it is over a plot."""
+        """Show the cursors; move one (0: A) to the pointer if it is over a plot."""
         self.cursors.show(True)
         if self.shown.pointer is not None:
             self.cursors.move(index, self.shown.zero + self.shown.pointer)
 
     def refresh(self) -> None:
         """Draw the newest data; call once per frame."""
-        self.take()
+        self.read_window()
         pointed = self.shown.pointed is not None
         self.pointed.emit(self.shown.zero + (self.shown.pointer or 0.0) if pointed else None)
         for canvas in self.canvases:
@@ -445,30 +447,30 @@ class TimePlots(QWidget):
                 canvas.viewport().update()
         if self._watch.elapsed() >= _READOUT_MS:
             self._watch.restart()
-            self._show_words()
+            self._update_headers()
 
-    def _show_words(self) -> None:
-        """Write the newest sample in the headers, unless it stands while paused, and what is seen."""
+    def _update_headers(self) -> None:
+        """Update the live values, unless paused, and the state of the view in the headers."""
         newest = self.view.latest
         moves = self._environment.moves if self._environment is not None else None
         for header, canvas in zip(self.headers, self.canvases, strict=True):
-            header.show_view(self.view.words if canvas.first else "", self.view.locked and canvas.first)
+            header.show_view(self.view.status if canvas.first else "", self.view.locked and canvas.first)
             if not self.view.live.empty:
                 header.show_value(newest[header.plot.traces[-1].channel])
                 words = f"{moves.name} {header.written(newest[OBJECT])}" if moves is not None else ""
                 header.show_part(header.object, words)
 
-    def take(self) -> None:
-        """Read the window from the history and let the value axes follow it."""
+    def read_window(self) -> None:
+        """Read the window from the history and adjust the value axes."""
         shown, view, seen = self.shown, self.view, self.view.history
         columns = max(round(self.canvases[-1].measure().width() * self.devicePixelRatioF()), 2)
         width = view.span / columns
         if math.isnan(view.zero):
             shown.window, shown.contact, shown.gaps, shown.dividers, shown.now = _EMPTY, [], [], [], None
             for canvas in self.canvases:
-                canvas.follow()
+                canvas.fit_values()
             return
-        # columns at whole multiples of their width: their samples stay the same, so peaks do not dance
+        # align columns to multiples of their width: their samples stay the same, so peaks do not flicker
         begin, last = (0.0, math.ceil(view.zero / width)) if view.follows else (view.zero, 0)
         shown.zero = begin + last * width
         first = last + math.floor(view.left / width + 1e-6)
@@ -484,10 +486,10 @@ class TimePlots(QWidget):
         pointer = math.inf if shown.pointer is None else shown.zero + shown.pointer
         shown.pointed = seen.at(pointer) if pointer <= seen.now + width else None
         for canvas in self.canvases:
-            canvas.follow()
+            canvas.fit_values()
 
     def _contact(self) -> list[tuple[float, float]]:
-        """Return the stretches (start, stop) in s, from zero, in which this environment asked for a force."""
+        """Return stretches (start, stop) in s from zero in which this environment asked for a force."""
         window = self.shown.window
         touching = (np.nan_to_num(window.y["force"]) != 0.0) & (window.x >= self.view.history.begin)
         if window.dense and not np.isnan(window.x).any():
@@ -499,7 +501,7 @@ class TimePlots(QWidget):
     # view ---------------------------------------------------------------------------------------
 
     def _follow_view(self) -> None:
-        """Show the view's ends in all plots; the pointer stays at its place in the frame."""
+        """Apply the view's range to all plots; the pointer keeps its place in the frame."""
         left, right = self.canvases[-1].view.viewRange()[0]
         if self.shown.pointer is not None:
             place = (self.shown.pointer - left) / (right - left)
@@ -507,24 +509,24 @@ class TimePlots(QWidget):
         for canvas in self.canvases:
             if canvas.view.viewRange()[0] != [self.view.left, self.view.right]:
                 canvas.view.setXRange(self.view.left, self.view.right, padding=0)
-        self._show_words()
+        self._update_headers()
         self.refresh()
 
     def _point(self, time: float | None) -> None:
         self.shown.pointer = time
         self.refresh()
 
-    def set_fewest(self, on: bool) -> None:
-        """Fold what folds first however much room there is, or only where there is little."""
-        self._fewest = on
-        self._share_out()
+    def set_folded(self, on: bool) -> None:
+        """Always fold the plots that may be folded (projector), or only if there is little height."""
+        self._always_folded = on
+        self._distribute()
 
     def resizeEvent(self, event) -> None:
-        """Share out the height; fold what may be folded when there is little."""
+        """Distribute the height; fold plots if there is little."""
         super().resizeEvent(event)
-        self._share_out()
+        self._distribute()
 
-    def _share_out(self) -> None:
+    def _distribute(self) -> None:
         margins = self._column.contentsMargins()
         room = self.height() - margins.top() - margins.bottom()
         folded = self._folded(room)
@@ -538,9 +540,10 @@ class TimePlots(QWidget):
             self._column.setStretchFactor(canvas, max(int(free * plot.share / whole), 1) + axis)
 
     def _folded(self, room: int) -> list[bool]:
-        """Return which plots fold away in a height in px."""
+        """Return for each plot whether it is folded at a height in px."""
         shown = list(self.plots)
         for plot in sorted((p for p in self.plots if p.folds), key=lambda p: p.folds):
-            if (self._fewest and len(shown) > FEWEST) or room < len(shown) * (HEIGHT + _LEAST_HEIGHT) + _AXIS:
+            needed = len(shown) * (HEIGHT + _LEAST_HEIGHT) + _AXIS
+            if (self._always_folded and len(shown) > FEWEST) or room < needed:
                 shown.remove(plot)
         return [plot not in shown for plot in self.plots]

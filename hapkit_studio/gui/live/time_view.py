@@ -1,4 +1,4 @@
-"""Which stretch of the history the plots show: it follows the newest sample, or stands at a time."""
+"""Which stretch of the history the plots show: the newest samples, or a fixed time."""
 
 import math
 
@@ -7,14 +7,17 @@ from PySide6.QtCore import QObject, Signal
 from hapkit_studio.gui.live.history import History, LiveHistory
 
 SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s
-_SOME = 0.05  # of the span: of data that stay in sight; zoomed so near to their end, it goes on following
-_KEPT_AHEAD = 1.0  # s before it would be forgotten, a standing stretch is kept
+# of the span: data that stay visible at an edge; zooming this close to the newest sample keeps following
+# it
+_SOME = 0.05
+_KEPT_AHEAD = 1.0  # s: a fixed stretch is copied this long before the history drops it
 
 
 class TimeView(QObject):
-    """The time axis that all plots share, from ``left`` to ``right`` in s, counted from ``zero``.
+    """The common time axis of all plots, from ``left`` to ``right`` in s relative to ``zero``.
 
-    ``history`` is what is seen: while paused, and where it would be forgotten, a copy of the live one.
+    ``history`` is the history shown: a copy of the live one while paused or when its samples would be
+    dropped.
     """
 
     changed = Signal()
@@ -26,42 +29,42 @@ class TimeView(QObject):
         self.left, self.right = -10.0, 0.0
         self.paused = self.locked = False
         self.happened = ""
-        """What happened at zero, in words, where it stands at an event."""
+        """Description of the event at zero, "" without one."""
         self.waiting = ""
-        """What a trigger waits for, in words."""
+        """Description of what the trigger waits for."""
         self.level: tuple[str, float] | None = None
-        """The level it waits for: of which channel, SI."""
+        """The trigger's level: channel and value in SI."""
         self._zero: float | None = None
         self._paused_at: dict[str, float] = {}
 
     @property
     def follows(self) -> bool:
-        """Say whether it goes on with the newest sample."""
+        """Return whether the view follows the newest sample."""
         return self._zero is None
 
     @property
     def zero(self) -> float:
-        """Return the time of the axis' zero in s, the newest sample's while it follows; NaN without one."""
+        """Return the time in s of the axis' zero: the newest sample while following; NaN without samples."""
         return self.history.now if self._zero is None else self._zero
 
     @property
     def span(self) -> float:
-        """Return how many s are shown."""
+        """Return the length of the time axis in s."""
         return self.right - self.left
 
     @property
     def stretch(self) -> tuple[float, float]:
-        """Return from when to when samples are in sight, in s."""
+        """Return start and stop in s of the visible samples."""
         return self.zero + self.left, min(self.zero + self.right, self.history.now)
 
     @property
     def latest(self) -> dict[str, float]:
-        """Return every channel's newest value, while paused the newest then; NaN without one."""
+        """Return every channel's newest value, or its value when paused; NaN without samples."""
         return self._paused_at if self.paused else self.live.latest()
 
     @property
-    def words(self) -> str:
-        """Say what is seen and what is waited for, where that is not just what comes."""
+    def status(self) -> str:
+        """Describe what the plots show and what the trigger waits for; "" while following live data."""
         past = self.live.now - self.zero
         if self.paused:
             return "Paused"
@@ -79,7 +82,7 @@ class TimeView(QObject):
         self._show(-self.span, 0.0)
 
     def set_paused(self, paused: bool) -> None:
-        """Let the picture stand with what there is now, or follow again."""
+        """Pause on the present samples, or follow again."""
         if paused == self.paused:
             return
         self.paused = paused
@@ -91,36 +94,36 @@ class TimeView(QObject):
             self.follow()
 
     def set_locked(self, locked: bool) -> None:
-        """Let the value axes change only by hand, or by themselves as well."""
+        """Let only a person change the value axes (True), or let them also adapt to the data."""
         self.locked = locked
         self.changed.emit()
 
     def set_waiting(self, words: str, level: tuple[str, float] | None) -> None:
-        """Say what a trigger waits for, and show its level."""
+        """Set the description of what a trigger waits for, and its level."""
         self.waiting, self.level = words, level
         self.changed.emit()
 
     def set_span(self, seconds: float) -> None:
-        """Show so many s: zero, or the end next to it, keeps its place in the frame."""
+        """Show this many seconds; zero, or the edge next to it, keeps its place in the frame."""
         place = min(max(0.0, self.left), self.right)
         left = place - (place - self.left) / self.span * seconds
         self._show(left, left + seconds)
 
     def follow(self, span: float | None = None) -> None:
-        """Go back to the newest sample; nothing while paused."""
+        """Return to the newest sample; no-op while paused."""
         if not self.paused:
             self.history, self._zero, self.happened = self.live, None, ""
             self._show(-(span or self.span), 0.0)
 
     def stand(self, time: float, before: float, happened: str) -> None:
-        """Stand at an event at a time in s, such a part of the span before it; what follows still comes."""
+        """Stop at an event at a time in s, at the fraction ``before`` of the span; samples keep arriving."""
         self.history, self._zero, self.happened = self.live, time, happened
         self._show(-before * self.span, (1.0 - before) * self.span)
 
     def move(self, left: float, right: float) -> None:
-        """Show what a person zoomed or panned to; at the newest sample it follows again.
+        """Apply a person's zoom or pan; a view that reaches the newest sample follows it again.
 
-        An event stays in sight: it stands for what is compared with it.
+        A view at an event never follows, so that the event stays visible.
         """
         if (left, right) == (self.left, self.right):
             return
@@ -135,13 +138,13 @@ class TimeView(QObject):
         right = min(max(right, oldest + some), last)
         self._show(max(right - span, min(oldest, last - SPANS[-1])), right)
 
-    def keep(self) -> None:
-        """Keep what stands before the live history forgets it; call at least once a second."""
+    def keep_samples(self) -> None:
+        """Copy the history before it drops samples of a fixed view; call at least once a second."""
         live = self.live
         if self.follows or self.history is not live:
             return
         start, stop = self.zero + self.left, self.zero + self.right
-        if not live.start <= stop:  # begun anew meanwhile: nothing of it is left
+        if not live.start <= stop:  # the history was cleared meanwhile
             self.follow()
         elif live.now - start > live.seconds - _KEPT_AHEAD:
             self.history = live.copy()

@@ -1,4 +1,4 @@
-"""The trigger: the time plots stand at contact, or where a level is crossed, with time before it."""
+"""The trigger: the time plots stop at contact or at a level crossing, with some time before it."""
 
 import math
 from typing import NamedTuple
@@ -15,14 +15,14 @@ from hapkit_studio.quantity import Quantity
 
 
 class Level(NamedTuple):
-    """A level of a signal that may be crossed, declared in the signal's SI unit or its shown unit."""
+    """A signal with a level that can be crossed, declared in the signal's SI unit or its shown unit."""
 
     channel: str
     parameter: Parameter
 
     @property
     def si(self) -> float:
-        """Return how many SI units the parameter's unit is."""
+        """Return the parameter's unit in SI units."""
         signal = BY_NAME[self.channel]
         return 1.0 if self.parameter.unit == signal.unit else 1.0 / signal.scale
 
@@ -40,16 +40,16 @@ PARAMETERS: tuple[AnyParameter, ...] = (EVENT, *(level.parameter for level in LE
 
 
 def crossings(values: np.ndarray, level: float, rising: bool) -> np.ndarray:
-    """Return the indices of samples (n,) that reach a level from below, or from above if not rising."""
+    """Return the indices of samples (n,) that cross a level upwards, or downwards if not rising."""
     before, now = values[:-1], values[1:]
     crossed = (before < level) & (now >= level) if rising else (before > level) & (now <= level)
     return np.flatnonzero(crossed) + 1
 
 
 class Trigger(QObject):
-    """Looks for its event in what comes, and lets the view of the history stand there.
+    """Searches new samples for its event and makes the view stop there.
 
-    Single: the first event after it was armed. Repeated: each one that comes once the picture is complete.
+    Single: the first event after arming. Repeated: the next event each time the picture is complete.
     """
 
     changed = Signal()
@@ -57,18 +57,18 @@ class Trigger(QObject):
     def __init__(self, view: TimeView, parent: QObject | None = None):
         super().__init__(parent)
         self._view = view
-        self._from: float | None = None  # s: where to look next
+        self._from: float | None = None  # s: where to continue searching
         self._environment: Environment | None = None
         self.values = {parameter.key: parameter.default for parameter in PARAMETERS}
 
     @property
     def armed(self) -> bool:
-        """Say whether it waits for an event."""
+        """Return whether the trigger waits for an event."""
         return self._from is not None
 
     @property
     def level(self) -> Level | None:
-        """Return what is to be crossed; None: contact is waited for."""
+        """Return the level to be crossed; None: the trigger waits for contact."""
         index = int(self.values[EVENT.key])
         return LEVELS[index - 1] if index else None
 
@@ -77,7 +77,7 @@ class Trigger(QObject):
 
     @property
     def _name(self) -> str:
-        """Name the event, in the middle of a line."""
+        """Return the event's name for use within a sentence."""
         level = self.level
         if level is None:
             return "contact"
@@ -86,33 +86,33 @@ class Trigger(QObject):
         return f"{level.parameter.key} {value} {shown.unit}"
 
     def set_environment(self, environment: Environment) -> None:
-        """Take over whether there is anything to be touched."""
+        """Set the environment, which determines whether there can be contact."""
         if environment is not self._environment:
             self._environment = environment
-            self._tell()
+            self._emit()
 
     def set_value(self, key: str, value: float) -> None:
-        """Set one of its parameters, for what comes."""
+        """Set one of the parameters for later events."""
         self.values[key] = value
-        self._tell()
+        self._emit()
 
     def arm(self) -> None:
-        """Show what comes, and wait for the event."""
+        """Follow live data and wait for the event."""
         self._view.follow()
         self._from = self._now()
-        self._tell()
+        self._emit()
 
     def disarm(self) -> None:
-        """Wait no longer; the picture stays as it is."""
+        """Stop waiting; the picture does not change."""
         self._from = None
-        self._tell()
+        self._emit()
 
     def toggle(self) -> None:
-        """Arm, or wait no longer."""
+        """Arm, or disarm if armed."""
         self.disarm() if self.armed else self.arm()
 
     def refresh(self) -> None:
-        """Look for the event in what came; call once per frame."""
+        """Search new samples for the event; call once per frame."""
         live, view = self._view.live, self._view
         if self._from is None:
             return
@@ -122,7 +122,7 @@ class Trigger(QObject):
         window = live.between(max(self._from, live.begin), math.inf).known()
         found = self._events(window)
         if len(found):
-            self._take(float(window.x[found[0]]))
+            self._trigger(float(window.x[found[0]]))
         elif len(window.x):
             self._from = float(window.x[-1])
 
@@ -137,14 +137,14 @@ class Trigger(QObject):
         rising = EDGE.text(self.values[EDGE.key]) == "rising"
         return crossings(window.y[level.channel], self._crossed(level), rising)
 
-    def _take(self, time: float) -> None:
+    def _trigger(self, time: float) -> None:
         before, again = 0.01 * self.values[BEFORE.key], AGAIN.text(self.values[AGAIN.key]) == "repeated"
         self._from = time + (1.0 - before) * self._view.span if again else None
         name = self._name
         self._view.stand(time, before, name[0].upper() + name[1:])
-        self._tell()
+        self._emit()
 
-    def _tell(self) -> None:
+    def _emit(self) -> None:
         level, scene, words, crossed = self.level, self._environment, "", None
         if self.armed:
             bare = scene is not None and level is None and not scene.shades

@@ -1,4 +1,4 @@
-"""The trigger's settings: at what the time plots stand, how often, and with how much time before it."""
+"""The trigger's settings: event, single or repeated, and time shown before the event."""
 
 from PySide6.QtWidgets import QPushButton, QWidget
 
@@ -13,7 +13,7 @@ _ABOUT = (
 
 
 class TriggerDialog(FormDialog):
-    """Sets the trigger; what is set holds at once."""
+    """Dialog of the trigger's settings; changes apply at once."""
 
     def __init__(self, trigger: Trigger, parent: QWidget | None = None):
         super().__init__("Trigger", _ABOUT, parent)

@@ -1,4 +1,4 @@
-"""Speed and accuracy: what each method costs and errs, what this scene should use, and what it needs."""
+"""Speed and accuracy: cost and error of each method, the best one for this scene, and the terms it needs."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -45,18 +45,18 @@ if TYPE_CHECKING:
 
 PARTS = "Methods", "This scene", "What it needs"
 USE_RECOMMENDED, USE_CHOSEN = "Use recommended", "Use this method"
-REST_MS = 400  # after the last change of a setting all options are computed again
+REST_MS = 400  # wait after the last change of a setting before all options are computed again
 
 
 class Part(MeasuringPage):
-    """One part: ``result`` is what is in sight, drawn over the board's cycles where ``board`` says so."""
+    """One part of the page: ``result`` is the result shown, plotted over the board's cycles if ``board``."""
 
     buttons = ("Run", "Run again")
     board = False
 
     @property
     def result(self) -> Accuracy:
-        """Return what is in sight."""
+        """Return the result shown."""
         raise NotImplementedError
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
@@ -67,7 +67,7 @@ class Part(MeasuringPage):
 
 
 class MethodsPart(Part):
-    """One work-precision chart at a time; charts once measured are kept."""
+    """One work-precision chart at a time; measured charts are cached."""
 
     file = "accuracy-methods"
     heading = "Methods"
@@ -86,7 +86,7 @@ class MethodsPart(Part):
         self.where.show_index(0)
         self.bar.add(self.choice)
         self.choice.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
-        self.choice.setMinimumWidth(150)  # narrower than its text in a small window
+        self.choice.setMinimumWidth(150)  # in a small window it may be narrower than its text
         self.bar.add(self.where)
         self.build()
         self.choice.currentIndexChanged.connect(lambda _index: self.show_chart())
@@ -95,7 +95,7 @@ class MethodsPart(Part):
 
     @property
     def sheet(self) -> Sheet | None:
-        """Return the sheet that is chosen, None before it was measured."""
+        """Return the chosen chart's result; None before it was measured."""
         return self._found.get(self.choice.currentData())
 
     @property
@@ -106,17 +106,17 @@ class MethodsPart(Part):
         return "" if self.sheet else self.choice.currentData()[0]
 
     def run(self) -> None:
-        """Measure the chart that is chosen, all its scenes."""
+        """Measure the chosen chart with all its scenes."""
         key = self.choice.currentData()[0]
         self.job.start(lambda progress: accuracy.of_methods([key], progress))
 
     def show_result(self, result: Accuracy) -> None:
-        """Keep what was measured and show it."""
+        """Store the measured charts and show the chosen one."""
         self._found.update({(sheet.chart, sheet.scene.key): sheet for sheet in result.sheets})
         self.show_chart()
 
     def show_chart(self) -> None:
-        """Show the chosen sheet: points, answer, winners, conditions."""
+        """Show the chosen chart: points, answer, winners, conditions."""
         sheet, plan = self.sheet, accuracy.plans()[self.choice.currentData()[0]]
         self.board = board = self.where.index == 1 and sheet is not None and sheet.boarded
         self.side.heading.setText(plan.title)
@@ -138,7 +138,7 @@ class MethodsPart(Part):
 
 
 class ScenePart(Part):
-    """The scene as it is set: every option's error in its parts, and the one to use."""
+    """The present scene: every option's error by component, and the recommended option."""
 
     totals = Signal(object)
     file = "accuracy-scene"
@@ -181,9 +181,9 @@ class ScenePart(Part):
         self.refresh()
 
     def question(self) -> SceneRequest:
-        """Return the scene and loop as they are set, on the device in use."""
+        """Return the present scene and loop, on the device in use."""
         studio, engine = self._studio, self._studio.engine
-        loop, device = studio.loop, SimulatedHapkit()  # with all that the scene in sight may go without
+        loop, device = studio.loop, SimulatedHapkit()  # has everything that may be left out
         here = Place(COMPUTER, loop.rate, loop.delay)
         if engine is not None:
             kit = engine.device
@@ -194,7 +194,7 @@ class ScenePart(Part):
         return SceneRequest(studio.environment, dict(studio.values), loop.estimator, places, device)
 
     def run(self) -> None:
-        """Compute every option of the scene as it is set: first the errors, then their parts."""
+        """Compute every option of the present scene: first the total errors, then their components."""
         question = self.question()
 
         def work(progress: Progress) -> SceneResult:
@@ -205,7 +205,7 @@ class ScenePart(Part):
         self.job.start(work)
 
     def refresh(self) -> None:
-        """Follow what is set: another method is known; after anything else all is computed again."""
+        """Handle changed settings: another method is known already; anything else needs a new computation."""
         if not self._seen or self._studio.hidden or self.found is None:
             return
         question = self.question()
@@ -220,12 +220,12 @@ class ScenePart(Part):
         self._rest.start()
 
     def show_totals(self, result: SceneResult) -> None:
-        """Show errors that are not split yet, unless something else is set by now."""
+        """Show total errors before their components are known, unless the settings have changed."""
         if self.job.running and result.question == self.question():
             self.show_result(result)
 
     def show_result(self, result: SceneResult) -> None:
-        """Show what was computed."""
+        """Show the computed options."""
         self.found, self._chosen = result, None
         self._worker.forget()
         where = self._studio.engine.where if self._studio.engine else COMPUTER
@@ -248,7 +248,7 @@ class ScenePart(Part):
         ])  # fmt: skip
 
     def show_in_force(self, found: list[Option | str]) -> None:
-        """Show the error of what is set, in each place, or why it cannot be rendered there."""
+        """Show the error of the present settings in each place, or why they cannot be rendered there."""
         places = [place.name.capitalize() for place in self.question().places]
         self.now.show_pairs([
             (name, one if isinstance(one, str) else f"{jnd(one.error)}, {this_scene.limit_words(one.limit)}")
@@ -256,7 +256,7 @@ class ScenePart(Part):
         ])  # fmt: skip
 
     def use(self) -> None:
-        """Set the methods of the chosen row, or of the recommended option."""
+        """Apply the methods of the chosen row, or of the recommended option."""
         one = self._chosen or self.better
         if one is None or not self.use_button.isEnabled():
             return
@@ -275,7 +275,7 @@ class ScenePart(Part):
         self.point.setText(said)
 
     def _offer(self, one: Option | None, words: str) -> None:
-        """Offer to use the methods of an option, unless they are in force or the scene has none."""
+        """Offer an option's methods, unless they are used already or the scene has none to choose."""
         question = self.question()
         self.use_button.setText(words)
         self.use_button.setEnabled(one is not None and one.options != question.options)
@@ -290,14 +290,14 @@ class ScenePart(Part):
         super().end()
 
 
-Row = tuple[str, Needs | None]  # a scene's title, and what was found of it
+Row = tuple[str, Needs | None]  # a scene's title and its result
 
 
 class NeedsPart(Part):
-    """Scenes down, terms across; what a cell says in words at the side."""
+    """A table of scenes over model terms; the side panel explains the chosen cell."""
 
     file = "accuracy-needs"
-    begin = "What must be modelled? The scene is rendered without one term after the other."
+    begin = "What must be modelled? The scene is rendered again and again, each time without one term."
     buttons = ("Run", "All scenes")
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -306,7 +306,7 @@ class NeedsPart(Part):
         self.table = Table("Scenes down, terms of the device across", cells=True)
         self.details, self.law = Pairs(), hint()
         self.side = SidePanel("What it needs", "Press Run, then choose a cell.")
-        self.side.section("What leaving out law terms gains")
+        self.side.section("What leaving out law terms saves")
         self.side.add(self.law)
         self.side.section("This cell")
         self.side.add(self.details)
@@ -324,13 +324,13 @@ class NeedsPart(Part):
         return key if key in discover() and key not in self._results else ""
 
     def run(self) -> None:
-        """Judge the scene in force, and once that is done all scenes of the library."""
+        """Judge the present scene; once that is done, all scenes of the library."""
         library, key = discover(), self.first()
         wanted = [library[key]] if key else list(library.values())
         self.job.start(lambda progress: accuracy.of_needs(wanted, progress))
 
     def show_result(self, result: Accuracy) -> None:
-        """Show what was found; begin with the scene in force."""
+        """Show the results, with the present scene selected."""
         self._results.update({one.scene: one for one in result.needs})
         self._list()
         keys, key = list(discover()), self._studio.environment.key
@@ -356,7 +356,7 @@ class NeedsPart(Part):
             self.show_effect(row[1], row[1].effects[max(column - 1, 0)])
 
     def show_effect(self, found: Needs, effect: Effect) -> None:
-        """Say in words what leaving out one term does to one scene."""
+        """Explain the effect of leaving out one term in one scene."""
         self.side.heading.setText(f"{discover()[found.scene].title} without {TERMS[effect.term].word}")
         self.law.setText("\n".join(one.words for one in found.law) or "No term that takes cycles.")
         self.side.words.setText(need_words(found, effect))
@@ -369,7 +369,7 @@ class NeedsPart(Part):
 
 
 def need_words(found: Needs, effect: Effect) -> str:
-    """Write whether a scene needs a term."""
+    """Describe whether a scene needs a term."""
     if effect.felt is None:
         return "No hand of this scene holds the handle, so its mass cannot be left out."
     if effect.term in found.needs:
@@ -397,7 +397,7 @@ def _term_column(head: str, index: int) -> Column:
 
 
 class AccuracyPage(Page):
-    """The three parts; each has a run bar, an answer and a side of its own, and one is in sight."""
+    """Three parts, each with its own run bar, answer and side panel; one is visible."""
 
     side: QStackedWidget
     scene: ScenePart
@@ -420,7 +420,7 @@ class AccuracyPage(Page):
 
     @property
     def part(self) -> MeasuringPage:
-        """Return the part in sight."""
+        """Return the visible part."""
         return self.pages[self.parts.index]
 
     def _show(self, index: int) -> None:

@@ -1,4 +1,4 @@
-"""What a view is: its name, a page that measures and shows, and the panel at its side."""
+"""Base classes of a view: its declaration, its page and its side panel."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 class Page(QWidget):
     """A view's page, below the scene; ``column`` holds its parts.
 
-    side, if any, stands in the place of the parameter panel while the page is in sight. ``marked(words)``: it
-    acts on the scene, and how; "" for not any more. Its tab says so in every view. ``changed``: actions that
-    depend on the page may be enabled or disabled now.
+    side: optional widget that replaces the parameter panel while the page is visible. ``marked(text)``: the
+    page acts on the scene, described by the text, or no longer ("" ); the view's tab shows it. ``changed``:
+    actions that depend on the page may have to be enabled or disabled.
     """
 
     marked = Signal(str)
@@ -37,13 +37,13 @@ class Page(QWidget):
         """React to being shown or hidden: work that only a visible page needs stops when hidden."""
 
     def end(self) -> None:
-        """End timers and background work before the window closes."""
+        """Stop timers and background work before the window closes."""
         end_all(self)
 
 
 @dataclass(frozen=True)
 class View:
-    """A view of the header; scene: whether the scene stays in sight above its page as a strip."""
+    """A view in the header; scene: the scene stays visible as a strip above its page."""
 
     key: str
     title: str
@@ -53,9 +53,9 @@ class View:
 
 
 class Pairs(QWidget):
-    """Names at the left, values at the right; ``show_pairs`` replaces all of them.
+    """Names on the left, values on the right; ``show_pairs`` replaces all of them.
 
-    above: what names them, shown only while there are any.
+    above: heading widgets, visible only while there are pairs.
     """
 
     def __init__(self, above: tuple[QWidget, ...] = ()) -> None:
@@ -63,17 +63,17 @@ class Pairs(QWidget):
         self.pairs: list[tuple[str, str]] = []
         self._above = above
         self.setProperty("form", True)
-        self._rows = QGridLayout(self)  # a QFormLayout gives a value on several lines too little height
+        self._rows = QGridLayout(self)  # in a QFormLayout a value of several lines gets too little height
         self._rows.setContentsMargins(0, 0, 0, 0)
         self._rows.setVerticalSpacing(6)
         self._rows.setColumnStretch(1, 1)
         self.show_pairs([])
 
     def show_pairs(self, pairs: list[tuple[str, str]]) -> None:
-        """Show these pairs from top to bottom."""
+        """Show these pairs."""
         self.pairs = pairs
         for old in self.findChildren(QLabel):
-            old.setParent(None)  # deletes it
+            old.setParent(None)  # removing the parent deletes the label
         for row, (name, value) in enumerate(pairs):
             right = label(value)
             right.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
@@ -84,7 +84,7 @@ class Pairs(QWidget):
 
 
 class SidePanel(ScrollColumn):
-    """A scrolling column in the parameter panel's place; parts are added from top to bottom."""
+    """A scrolling column that replaces the parameter panel."""
 
     def __init__(self, title: str = "", words: str = ""):
         super().__init__()
@@ -92,7 +92,7 @@ class SidePanel(ScrollColumn):
         self.add(self.heading, self.words)
 
     def section(self, name: str) -> tuple[QFrame, QLabel]:
-        """Add a rule and a section's name; return both."""
+        """Add a rule and a section heading; return both."""
         begun = rule(), label(name, "section")
         self.add(*begun)
         return begun

@@ -1,4 +1,4 @@
-"""Bode: what the loop makes of the scene over frequency, in the loop as set, or on a virtual board."""
+"""Bode: frequency response of the rendered scene, in the present loop or on the virtual board."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -22,24 +22,26 @@ if TYPE_CHECKING:
 
 SIMULATION, VIRTUAL = range(2)
 _HOW = (
-    "The simulated handle is moved by many swings at once, whatever force that takes; your own handle stays "
-    "where it is. A real Hapkit has no hand to drive it: its loop is simulated with the rate and delay "
-    "measured on it. Virtual board runs the real firmware, once with the computer's law and once its own."
+    "The simulated handle is driven at many frequencies at once, with as much force as that needs; your own "
+    "handle does not move. A real Hapkit has no hand to drive it, so its loop is simulated with the "
+    "measured rate and delay. Virtual board runs the real firmware, once with the computer's law and once "
+    "with its own."
 )
 
 
 class BodePage(MeasuringPage):
-    """The diagram of the scene in force; it is out of date once scene, values or loop are others."""
+    """The diagram of the present scene; out of date after a change of scene, values or loop."""
 
     file = "bode"
     heading, about = "Bode", "How the rendered scene behaves at each frequency."
     begin = "Measure up to which frequency the scene keeps its stiffness."
     drawn, listed = "Impedance, stiffness, damping and mass over frequency", "Where the scene changes"
     read = (
-        "Dots: measured, bars: 95 % interval; hollow: not linear in the motion. Line: theory of the sampled "
-        "loop. Dashed: the stiffness is down by 3 dB, or the loop gives more energy than the handle's own "
-        "damping takes. Dotted: the handle's own mass and damping; where that crosses the stiffness, a hand "
-        "feels the mass instead. A law that is not linear is driven by one sine after the other."
+        "Dots: measured. Bars: 95 % interval. Hollow dots: the force is not proportional to the motion. "
+        "Line: theory of the sampled loop. Dashed: the stiffness has dropped by 3 dB, or the loop gives "
+        "more energy than the handle's damping takes. Dotted: the handle's own mass and damping; above the "
+        "crossing with the stiffness, a hand feels the mass instead. A law that is not linear is driven by "
+        "one sine at a time."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -77,13 +79,14 @@ class BodePage(MeasuringPage):
         return "" if self.found or not known else "loop"
 
     def run(self) -> None:
-        """Measure the scene in force where it was chosen."""
+        """Measure the present scene, in the chosen place."""
         setting, studio = self._facts.setting(), self._studio
         if setting is None or studio.engine is None:
             raise ParameterError(self._facts.why_unknown()[1])
         scene, values, on_board = studio.environment, dict(studio.values), self.where.index == VIRTUAL
         reach, most = self.amplitude.value, float(studio.engine.device.max_force)
-        amplitude = None if reach == AMPLITUDE.default else reach  # the usual one may become less
+        # None: the default amplitude, which may be reduced automatically
+        amplitude = None if reach == AMPLITUDE.default else reach
 
         def work(progress: Progress) -> "Bode":
             from hapkit_studio.analysis.bode import on_board as board
@@ -93,17 +96,17 @@ class BodePage(MeasuringPage):
             return board.measure(found, progress=progress) if on_board else found
 
         self._fresh.begin()
-        self.answer.say("Driving the handle…", "hand", "accent")
+        self.answer.say("Moving the handle…", "hand", "accent")
         self.job.start(work)
 
     def show_result(self, found: "Bode") -> None:
-        """Show what was found."""
+        """Store and show a result."""
         self.found = found
-        self._fresh.keep()
+        self._fresh.finish()
         self.show_found()
 
     def show_found(self) -> None:
-        """Show the diagram, and whether it still holds."""
+        """Show the diagram, or that it is out of date."""
         found, outdated = self.found, self._fresh.outdated
         self.bar.export.setEnabled(found is not None)
         if found is None or self.job.running:
@@ -118,7 +121,7 @@ class BodePage(MeasuringPage):
         for curve in found.curves:
             pairs += [(f"Delay, {curve.where}", with_unit(1e6 * curve.setting.delay, "µs"))]
             if curve.clamped:
-                pairs += [(f"At the motor's limit, {curve.where}", f"{100.0 * curve.clamped:.2g} %")]
+                pairs += [(f"Clamped at the force limit, {curve.where}", f"{100.0 * curve.clamped:.2g} %")]
         self.conditions.show_pairs(pairs)
         if outdated:
             self.answer.say(outdated)

@@ -1,4 +1,4 @@
-"""A matplotlib drawing of ``charts`` in the window, in the theme's colours, of any size."""
+"""A resizable matplotlib drawing of ``charts`` in the window, in the theme's colours."""
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
     from hapkit_studio.charts.style import Paint
 
-_NEAR = 16.0  # px
+_NEAR = 16.0  # px: reach of the pointer
 _PAD = 10.0 / 72.0, 6.0 / 72.0  # inches
-_PIXELS_AN_INCH = 72  # sizes in points are pixels then
+_PIXELS_AN_INCH = 72  # sizes in points are then pixels
 
 
 class _Press(NamedTuple):
-    """Where a drag began, on which axes: a banner that shifts the drawing must not move the value."""
+    """Start of a drag with its axes: a banner that shifts the drawing must not change the value."""
 
     x: float
     y: float
@@ -35,8 +35,8 @@ class _Press(NamedTuple):
 class Drawing(QWidget):
     """Emits ``clicked`` and ``dragged`` in the axes' units, ``pointed`` with matplotlib's event or None.
 
-    What a paint function returns moves: it is drawn last and alone, so that ``follow`` costs little. While
-    ``pale``, what is shown is out of date.
+    The artists that a paint function returns are animated: ``follow`` redraws only them. ``pale``: the
+    drawing is out of date.
     """
 
     clicked = Signal(float, float)
@@ -81,7 +81,7 @@ class Drawing(QWidget):
         self._outdate()
 
     def fade(self) -> None:
-        """Show the present drawing in pale colours: it is out of date."""
+        """Paint the drawing in pale colours: it is out of date."""
         self.pale = True
         self._outdate()
 
@@ -91,10 +91,10 @@ class Drawing(QWidget):
 
         self._soon.stop()
         self.figure.clear()
-        self.moving, self._ground = [], None  # until it is drawn
+        self.moving, self._ground = [], None  # until drawn
         canvas, least = self.canvas.size(), self.minimumSize()
         laid_out = canvas.width() >= least.width() and canvas.height() >= least.height()
-        self._old = not (self.isVisible() and laid_out)  # its axes would have no room before
+        self._old = not (self.isVisible() and laid_out)  # below its minimum size the axes would collapse
         if self._old:
             return
         ratio, sharp = self.canvas.device_pixel_ratio, _PIXELS_AN_INCH * theme.scale
@@ -110,7 +110,7 @@ class Drawing(QWidget):
         self.canvas.draw_idle()
 
     def follow(self) -> None:
-        """Redraw only the moving artists over the kept background."""
+        """Redraw only the animated artists over the cached background."""
         if self._ground is None or self._soon.isActive():
             return
         self.canvas.restore_region(self._ground)
@@ -118,14 +118,14 @@ class Drawing(QWidget):
         self.canvas.blit(self.figure.bbox)
 
     def read(self, event: "MouseEvent | None", words: str = "") -> None:
-        """Show words at the pointer; nothing without an event or words."""
+        """Show a tooltip at the pointer; hide it without an event or text."""
         if event is not None and words:
             QToolTip.showText(event.guiEvent.globalPosition().toPoint(), words, self.canvas)
         else:
             QToolTip.hideText()
 
     def near(self, event: "MouseEvent", x: "ArrayLike", y: "ArrayLike") -> int | None:
-        """Return the index of the point nearest to the pointer, None where none is within reach."""
+        """Return the index of the point nearest to the pointer; None if none is within reach."""
         places = np.column_stack([x, y])
         if event.inaxes is None or not len(places):
             return None
@@ -140,7 +140,7 @@ class Drawing(QWidget):
             self._outdate()
 
     def _outdate(self) -> None:
-        """Redraw with the next events, so that several changes cost one redraw."""
+        """Redraw with the next events, so that several changes cause one redraw."""
         self._old = True
         self._soon.start()
 

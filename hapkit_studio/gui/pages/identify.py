@@ -1,4 +1,4 @@
-"""Identification: what was set against what was rendered, from the newest piece; and what the handle is."""
+"""Identification: set against rendered parameters from the newest samples, and the handle itself."""
 
 import math
 import time
@@ -34,11 +34,11 @@ _LEAST = 0.2
 _ALL = 1 << 30
 
 
-def newest_piece(studio: "Studio", live: "Live", seconds: float) -> "Callable[[], Recording]":
-    """Take the newest seconds of rows, inf for all; return a function that makes a recording of them.
+def newest_samples(studio: "Studio", live: "Live", seconds: float) -> "Callable[[], Recording]":
+    """Read the newest seconds of rows (inf: all); return a function that makes a recording of them.
 
-    That is to be called in a thread. The rows are taken before anything else, which may take its time: what
-    comes meanwhile is no part of the piece. Raise StudioError while there is no device, or too little.
+    Call that function in a thread. Rows that arrive after this call are not included. Raise StudioError
+    without a device or with too few samples.
     """
     engine = studio.engine
     if engine is None:
@@ -69,7 +69,7 @@ def newest_piece(studio: "Studio", live: "Live", seconds: float) -> "Callable[[]
 
 
 _STEP_MS = 8
-# m, Hz, rad: no small common period, so that the sensor's steps fall otherwise each time
+# m, Hz, rad: no short common period, so that the phase to the sensor's steps keeps changing
 _SINES = ((0.0085, 0.83, 0.0), (0.0045, 2.37, 1.0), (0.0020, 4.91, 2.0))
 _INTO_SURFACE = 0.003
 
@@ -84,7 +84,7 @@ _EXAMPLE = "The chart below is an example: a simulated spring."
 
 
 def example(_progress: Progress) -> "Identified":
-    """Identify a simulated spring that a hand shakes."""
+    """Identify a simulated spring that is shaken by a hand."""
     from hapkit_studio import api  # late: keeps start-up fast
     from hapkit_studio.analysis.identify import from_run, identify
 
@@ -92,7 +92,7 @@ def example(_progress: Progress) -> "Identified":
 
 
 def columns(part: "Part") -> tuple[Column, ...]:
-    """Return the columns of a part's estimates: the term with its unit, what was set, what was found."""
+    """Return the columns of a part's estimates: term with unit, value set, value found."""
     from hapkit_studio.analysis.identify import words
 
     heads = ("Has", "Identified") if part.key == "handle" else ("Set", "Rendered")
@@ -108,7 +108,7 @@ def columns(part: "Part") -> tuple[Column, ...]:
 
 
 class IdentifyPage(MeasuringPage):
-    """Charts of one part at a time, its numbers beside them; both parts come from one piece."""
+    """The chart of one part at a time with its numbers; both parts come from the same samples."""
 
     file = "identify"
     heading, about = "Set and rendered", "From the newest samples with the present settings."
@@ -167,12 +167,12 @@ class IdentifyPage(MeasuringPage):
 
     @property
     def part(self) -> "Part | None":
-        """Return the part in sight, None before anything was identified."""
+        """Return the visible part; None before anything was identified."""
         return getattr(self.found, PARTS[self.parts.index]) if self.found else None
 
     def run(self) -> None:
-        """Identify the newest piece."""
-        take = newest_piece(self._studio, self._live, PIECES[self.pieces.index][0])
+        """Identify the newest samples."""
+        take = newest_samples(self._studio, self._live, PIECES[self.pieces.index][0])
         self._file = None
         self._source = "Device", self._studio.engine.device.title if self._studio.engine else ""
         self._refresh()
@@ -180,7 +180,7 @@ class IdentifyPage(MeasuringPage):
         self._start(take)
 
     def _identify_file(self, recording: "Recording", path: Path) -> None:
-        """Identify a recording from a file: all of it, or its longest piece without a change."""
+        """Identify a recording from a file: all of it, or its longest stretch with constant settings."""
         self.let_go()
         self._file, self._source = (recording, path), ("File", path.name)
         self._refresh()
@@ -198,11 +198,11 @@ class IdentifyPage(MeasuringPage):
         self.job.start(work)
 
     def show_result(self, found: "Identified") -> None:
-        """Show what was found."""
+        """Store and show a result."""
         from hapkit_studio.analysis.identify.words import conditions
 
         self.found = found
-        self._fresh.keep()
+        self._fresh.finish()
         self.show_part()
         self.side.words.setText(f"From “{self._source[1]}”." if self._file else self.about)
         pairs = conditions(found.setup, found.handle.released)
@@ -211,7 +211,7 @@ class IdentifyPage(MeasuringPage):
         self.bar.say(f"{found.end - found.begin:.1f} s, {found.samples:,} samples")
 
     def show_part(self) -> None:
-        """Show the chosen part: charts, numbers, words."""
+        """Show the chosen part: chart, numbers, text."""
         part = self.part
         self.table.show_rows(columns(part) if part else (), part.estimates if part else ())
         found = part is not None and part.points is not None
@@ -271,16 +271,16 @@ class IdentifyPage(MeasuringPage):
         self.let_go()
         super().end()
 
-    # shaking: the hand moves for some seconds, then the piece is identified
+    # shaking: the hand moves for some seconds, then the samples are identified
 
     def hand_target(self, t: float) -> float:
-        """Return where the hand is after t s, in m: about the surface, where there is one."""
+        """Return the hand's position at t s, in m: about the surface, if the scene has one."""
         place = self._studio.environment.touched_at(self._studio.values, _INTO_SURFACE)
         soft = min(t / 0.3, 1.0)
         return place + soft * sum(a * math.sin(2.0 * math.pi * f * t + p) for a, f, p in _SINES)
 
     def let_go(self) -> None:
-        """Release the handle where the hand shakes it."""
+        """Stop shaking and release the handle."""
         if self.shake.isActive():
             self.shake.stop()
             self._studio.move_hand(None)
@@ -306,7 +306,7 @@ class IdentifyPage(MeasuringPage):
             self.press()
 
     def _refresh(self) -> None:
-        """Enable only what the device allows; say whether the result still holds."""
+        """Enable what the device supports; show whether the result is out of date."""
         ours = self._studio.hand_is_ours and self._studio.grip != "released"
         self.shaking.setEnabled(ours or self.shake.isActive())
         self.shaking.setText("Let go" if self.shake.isActive() else "Shake")

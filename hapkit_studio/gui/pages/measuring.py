@@ -1,4 +1,4 @@
-"""The page of a view that measures: run bar, answer, drawing; beside it table, words, conditions; export."""
+"""Base class of measuring views: run bar, answer, drawing, export; a table and conditions at the side."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -34,12 +34,12 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.state.studio import Studio
 
 
-# more letters than that find no room beside the buttons; where the words stand among them
+# letters: a longer status gets its own line; position of the status among the buttons
 _BESIDE, _STATUS = 26, 2
 
 
 class RunBar(QWidget):
-    """Emits ``run_pressed`` and ``export_pressed``; while its job runs, the same button cancels."""
+    """Emits ``run_pressed`` and ``export_pressed``; while the job runs, the run button cancels."""
 
     run_pressed = Signal()
     export_pressed = Signal()
@@ -70,7 +70,7 @@ class RunBar(QWidget):
         self._refresh()
 
     def add(self, widget: QWidget) -> None:
-        """Add a widget at the right of the others, in the width of its text."""
+        """Add a widget on the right of the others, as wide as its text."""
         widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         for button in (widget, *widget.findChildren(QPushButton)):
             if isinstance(button, QPushButton):
@@ -78,12 +78,12 @@ class RunBar(QWidget):
         self._left.addWidget(widget)
 
     def lead(self, widget: QWidget) -> None:
-        """Put a widget at the left of all others; it may come from another bar."""
+        """Insert a widget on the left of all others; it may come from another bar."""
         widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._left.insertWidget(0, widget)
 
     def say(self, text: str, danger: bool = False) -> None:
-        """Show a status beside the button, or on a line of its own where it is long."""
+        """Show a status beside the button, or on its own line if it is long."""
         self.status.setText(text)
         mark(self.status, "role", "error" if danger else "hint")
         below = len(text) > _BESIDE
@@ -97,7 +97,7 @@ class RunBar(QWidget):
         self._below.setContentsMargins(14, 0, 14, 6 if below else 0)
 
     def set_measured(self, measured: bool) -> None:
-        """Label the button by whether this was measured before."""
+        """Set the button's text, depending on whether this was measured before."""
         self._measured = measured
         self._refresh()
 
@@ -114,7 +114,7 @@ class RunBar(QWidget):
         self.set_measured(True)
 
     def _follow(self, done: int, of: int) -> None:
-        if not self._job.running:  # a last word of work that was cancelled
+        if not self._job.running:  # late progress of a cancelled job
             return
         self.progress.setRange(0, of)
         self.progress.setValue(done)
@@ -136,9 +136,9 @@ Facts = Mapping[str, object]
 
 
 def loop_facts(studio: "Studio", model: bool = True) -> Facts:
-    """Return the facts that a measurement of a loop depends on: device, hand and loop as chosen.
+    """Return the facts on which a loop measurement depends: device, hand and loop settings.
 
-    model: it also depends on how much of the device is modelled live.
+    model: the result also depends on the modelled imperfections of the device.
     """
     device = studio.entry.key if studio.entry else ""
     loop = replace(studio.loop, hand=USUAL_LOOP.hand)
@@ -147,7 +147,7 @@ def loop_facts(studio: "Studio", model: bool = True) -> Facts:
 
 
 class Freshness:
-    """Tells whether a result is out of date; facts() gives what it depends on now, by name."""
+    """Detects an outdated result; facts() returns the facts it depends on, by name."""
 
     def __init__(self, facts: Callable[[], Facts], again: str = "Measure again"):
         self._facts, self._again = facts, again
@@ -155,40 +155,40 @@ class Freshness:
         self._then: Facts = {}
 
     def begin(self) -> None:
-        """Note the facts at the start of a measurement."""
+        """Store the facts at the start of a measurement."""
         self._asked = dict(self._facts())
 
     def begin_elsewhere(self) -> None:
-        """Begin a measurement that depends on nothing in the window, as that of a file does."""
+        """Start a measurement that does not depend on the window, e.g. of a file."""
         self._asked = {}
 
-    def keep(self) -> None:
-        """Note that the result arrived; it holds for the facts at its start."""
+    def finish(self) -> None:
+        """The result arrived; it is valid for the facts at its start."""
         self._then = self._asked
 
     @property
     def outdated(self) -> str:
-        """Say what has changed since and what to do, "" where nothing has."""
+        """Return what has changed and what to do; "" if the result is up to date."""
         now = self._facts()
         changed = next((name for name, value in self._then.items() if now.get(name) != value), "")
         return f"Out of date: the {changed} changed. {self._again}." if changed else ""
 
 
 class MeasuringPage(Page):
-    """The page; a view declares its texts, and what it measures, shows and saves."""
+    """Page of a measuring view; a subclass declares its texts, and measures, shows and exports."""
 
     file = ""
-    """What exported files are called."""
+    """Base name of exported files."""
     title = ""
-    """What the run bar begins with, "" for nothing."""
+    """First text of the run bar, "" for none."""
     heading, about = "", ""
-    """The side's title and what stands below it; without a title the side is the view's own."""
+    """Title and description of the side panel; without a title the view has its own side panel."""
     begin = ""
-    """What the answer's line says before there is one; "" for no such line."""
+    """Text of the answer line before there is an answer; "" for no answer line."""
     read = ""
     """How to read the drawing."""
     drawn, listed = "", ""
-    """What drawing and table are called where they are not seen; "" for no drawing."""
+    """Accessible names of drawing and table; "" for no drawing."""
     buttons = ("Measure", "Measure again")
     needs = "analysis"
     """What must be compiled before, "" for nothing."""
@@ -218,7 +218,7 @@ class MeasuringPage(Page):
         self._saving.failed.connect(lambda text: self.bar.say(text, danger=True))
 
     def build(self, body: QWidget | None = None) -> None:
-        """Lay out the parts; body: what stands below the answer in place of the drawing."""
+        """Lay out the parts; body replaces the drawing below the answer."""
         card = QFrame()
         card.setProperty("card", True)
         answer = (self.answer,) if self.begin else ()
@@ -237,49 +237,49 @@ class MeasuringPage(Page):
         """Return a view's own parts of the side, between its table and the explanation of the drawing."""
         return ()
 
-    # what a view does
+    # to be implemented by a view
 
     def run(self) -> None:
-        """Measure; raise StudioError where that cannot be."""
+        """Measure; raise StudioError if that is not possible."""
         raise NotImplementedError
 
     def show_result(self, result: Any) -> None:
-        """Show what was measured."""
+        """Show the result."""
         raise NotImplementedError
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
-        """Return what draws what is in sight to a path, in a thread, and what returns it as numbers, SI."""
+        """Return functions that draw the result to a path (in a thread) and return its numbers, in SI."""
         raise NotImplementedError
 
     def first(self) -> str:
-        """Name what in sight is measured by itself when it is first seen, "" for nothing.
+        """Name a measurement to be started when the page is first shown, "" for none.
 
-        That is only what takes seconds and moves no motor.
+        It must take only seconds and move no motor.
         """
         return ""
 
-    # what all do
+    # common to all views
 
     def set_shown(self, on: bool) -> None:
         self._seen = on
         self.measure_first()
 
     def measure_first(self) -> None:
-        """Measure what is first in sight, once, as soon as nothing else is being measured."""
+        """Start the view's first measurement, once, if nothing else is being measured."""
         what = self.first()
         if self._seen and what and what not in self.begun and not self.job.running:
             self.begun.add(what)
             self.press()
 
     def press(self) -> None:
-        """Start measuring, or show why that cannot be."""
+        """Start measuring, or show why that is not possible."""
         try:
             self.run()
         except StudioError as error:
             self.bar.say(str(error), danger=True)
 
     def export(self) -> None:
-        """Ask for a file's name beside the window, then save what is in sight as a picture or as numbers."""
+        """Ask for a file name in a non-modal dialog, then save a picture or the numbers."""
         figure, numbers = self.exports()
 
         def save(path: str) -> None:

@@ -1,4 +1,4 @@
-"""Opening a recording from a file: a session, a table, or a table whose columns a person names."""
+"""Opening a recording from a file: a session, a known table, or a table whose columns a person names."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -32,9 +32,7 @@ class RecordingOpener(QObject):
     def __init__(self, parent: QWidget):
         super().__init__(parent)
         self._parent = parent
-        self._named: dict[
-            tuple[str, ...], TableColumns
-        ] = {}  # by the names in a file: what a person chose before
+        self._named: dict[tuple[str, ...], TableColumns] = {}  # columns chosen before, by the names in a file
         self._job = Job(self, needs="")
         self._job.finished.connect(self._take)
         self._job.failed.connect(self.failed)
@@ -44,10 +42,10 @@ class RecordingOpener(QObject):
         choose_file(self._parent, "Open a recording", _KINDS, self.open)
 
     def open(self, path: str, columns: TableColumns | None = None) -> None:
-        """Open a file; its columns are asked for where neither they nor their names are known."""
+        """Open a file; ask for its columns if neither they nor their names are known."""
 
         def work(_progress: Progress) -> tuple[Path, object]:
-            from hapkit_studio import api  # late: keeps start-up fast
+            from hapkit_studio import api  # imported late to keep start-up fast
 
             try:
                 return Path(path), api.open_recording(path, columns)
@@ -73,7 +71,7 @@ class RecordingOpener(QObject):
 
 
 class ColumnsDialog(FormDialog):
-    """Asks for the columns of a foreign table and their units, with what was guessed already chosen."""
+    """Asks for the columns of a foreign table and their units; a guess is preselected."""
 
     def __init__(
         self,
@@ -110,12 +108,12 @@ class ColumnsDialog(FormDialog):
 
     @property
     def columns(self) -> TableColumns:
-        """Return the columns chosen, by quantity."""
+        """Return the chosen columns by quantity."""
         chosen = {key: names.currentData() for key, names in self.names.items()}
         return {key: TableColumn(name, self.units[key].currentText()) for key, name in chosen.items() if name}
 
     def _refresh(self) -> None:
-        """Say what is still to be chosen."""
+        """Show what is still to be chosen."""
         chosen = self.columns
         missing = [quantity for quantity in NEEDED if quantity not in chosen]
         twice = len({column.name for column in chosen.values()}) < len(chosen)

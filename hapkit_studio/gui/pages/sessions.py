@@ -1,4 +1,4 @@
-"""Sessions: what was recorded, found again, looked at, exported, renamed, copied, deleted."""
+"""Sessions: a list of recordings to search, view, replay, export, rename, copy and delete."""
 
 import re
 from collections.abc import Callable
@@ -35,24 +35,24 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.state.studio import Studio
 
-_NONE = "Nothing is recorded yet in {}. Press Record (R), or keep what already happened (Ctrl+Shift+S)."
+_NONE = "Nothing is recorded yet in {}. Press Record (R), or save the last minutes (Ctrl+Shift+S)."
 _READING = "Reading the sessions…"
 _CHOOSE = "Choose a session."
 _SESSIONS = f"Sessions (*{SUFFIX})"
 _SEARCH = 260  # px
 _LONG_WORD = re.compile(r"\S{12,}")
-_WIDE, _VALUE = 232, 140  # px that the panel has for words, and for values beside their names
-_LONGEST = 200  # letters of a note, or of a name
-_MOST_LINES = 200  # of what happened
-_CHART = 190  # px
+_WIDE, _VALUE = 232, 140  # px: width of the panel for texts, and for values beside their names
+_LONGEST = 200  # letters of a note or a name
+_MOST_LINES = 200  # lines of the list of events
+_CHART = 190  # px: minimum size
 
 _OTHERS, _MOST_OTHERS = "sessions_elsewhere", 10
 
 Known = dict[tuple[Path, float, int], Overview]
 
 
-def look(paths: list[Path], known: Known, progress: Progress) -> Known:
-    """Return each file's overview by what tells that it is the same file still; read those not known."""
+def read_overviews(paths: list[Path], known: Known, progress: Progress) -> Known:
+    """Return each file's overview by path, time and size; read only those not known yet."""
     found: Known = {}
     for done, path in enumerate(paths):
         progress(done, len(paths))
@@ -60,21 +60,21 @@ def look(paths: list[Path], known: Known, progress: Progress) -> Known:
             stat = path.stat()
             key = path, stat.st_mtime, stat.st_size
             found[key] = known.get(key) or overview(path)
-        except OSError:  # it went away meanwhile
+        except OSError:  # deleted meanwhile
             continue
     return found
 
 
 def recent(settings: QSettings) -> list[Path]:
-    """Return the sessions opened last from other folders, as far as they are still there."""
+    """Return the existing sessions opened last from other folders."""
     kept = settings.value(_OTHERS, [])
     paths = [Path(path) for path in (kept if isinstance(kept, list) else [kept]) if isinstance(path, str)]
     return [path for path in paths if path.is_file()]
 
 
 def export(path: Path, output: str, decimal: str) -> str:
-    """Write a session as a table by the name's ending; return in words what was written."""
-    from hapkit_studio import api  # late: keeps start-up fast
+    """Write a session as a table, depending on the file extension; return a report."""
+    from hapkit_studio import api  # imported late to keep start-up fast
 
     run = api.open_session(path)
     try:
@@ -85,14 +85,14 @@ def export(path: Path, output: str, decimal: str) -> str:
 
 
 def save_copy(path: Path, output: Path) -> str:
-    """Write all of a session that can be read into one complete file; return in words what was written."""
+    """Write everything readable of a session into one complete file; return a report."""
     with closing(Session(path)) as session:
         damage = session.repair(output)
     return " ".join([f"Saved {one_line(output.name)}, one complete file.", *damage])
 
 
 class SessionsPage(Page):
-    """Search and list; below it where the handle was in the chosen session, beside it what happened."""
+    """Search and list; below it the chosen session's position chart, beside it its events."""
 
     side: SidePanel
 
@@ -137,25 +137,25 @@ class SessionsPage(Page):
         studio.recording.changed.connect(self._notice)
         self.show_session(None)
 
-    # what a person does
+    # actions of a person
 
     def load(self) -> None:
-        """Read what is in the folder now, in a thread; the file that is being written is left out."""
+        """Read the folder's sessions in a thread, except the file that is being written."""
         progress, known = self._studio.recording.progress, self._known
         others = [path for path in self._others if path.parent != folder()]
         busy = progress.path if progress is not None else None
 
         def read(progress: Progress) -> Known:
-            return look([path for path in (*files(), *others) if path != busy], known, progress)
+            return read_overviews([path for path in (*files(), *others) if path != busy], known, progress)
 
         self._reading.start(read)
 
     def ask_open(self) -> None:
-        """Ask for a session anywhere, then list and choose it."""
+        """Ask for a session in any folder, then list and choose it."""
         choose_file(self, "Open a session", _SESSIONS, self.open_other)
 
     def ask_folder(self) -> None:
-        """Ask beside the window for the folder that is recorded into from now on."""
+        """Ask for the folder for new recordings in a non-modal dialog."""
         dialog = QFileDialog(self, "Record into", str(folder()))
         dialog.setFileMode(QFileDialog.FileMode.Directory)
         dialog.setOption(QFileDialog.Option.ShowDirsOnly)
@@ -165,7 +165,7 @@ class SessionsPage(Page):
         dialog.show()
 
     def record_into(self, path: str) -> None:
-        """Record into another folder from now on, and list what is in it."""
+        """Record into another folder and list its sessions."""
         try:
             choose_folder(Path(path))
         except SessionError as error:
@@ -175,7 +175,7 @@ class SessionsPage(Page):
         self.load()
 
     def open_other(self, path: str) -> None:
-        """List a session from anywhere, and choose it."""
+        """List and choose a session from any folder."""
         self._wanted = Path(path)
         self._others = [Path(path), *(other for other in self._others if other != Path(path))][:_MOST_OTHERS]
         self._settings.setValue(_OTHERS, [str(other) for other in self._others])
@@ -183,7 +183,7 @@ class SessionsPage(Page):
         self.load()
 
     def show_session(self, found: Overview | None) -> None:
-        """Show one session at a glance, None for none."""
+        """Show one session's overview; None for none."""
         self.chosen = found
         self.side.heading.setText(_folded(found.name, "title", _WIDE) if found else "Sessions")
         self.side.words.setText(_folded(_words(found), "hint", _WIDE) if found else _CHOOSE)
@@ -207,7 +207,7 @@ class SessionsPage(Page):
             self._live.replay_wanted.emit(found.path)
 
     def ask_export(self) -> None:
-        """Ask for a file's name beside the window, then write the chosen session as a table."""
+        """Ask for a file name in a non-modal dialog, then write the chosen session as a table."""
         if self.chosen is None:
             return
         path = self.chosen.path
@@ -220,19 +220,19 @@ class SessionsPage(Page):
         dialog = choose_file(self, "Export", TABLES, save, save_as=f"{path.stem}.csv")
 
     def ask_delete(self) -> None:
-        """Ask, then move the chosen session to the system's bin."""
+        """Ask for confirmation, then move the chosen session to the trash."""
         if self.chosen is not None:
             DeleteDialog(self.chosen.path, self._forget, self.window()).show()
 
     def _forget(self, path: Path) -> None:
-        """Move what belongs to a session that is in the bin there, too."""
+        """Move the files that belong to a trashed session to the trash, too."""
         for ending in BESIDE:
             if (beside := path.with_name(path.name + ending)).exists():
                 QFile.moveToTrash(str(beside))
         self.load()
 
     def ask_note(self) -> None:
-        """Ask for a line, then write it into the chosen session's file."""
+        """Ask for a note, then write it into the chosen session's file."""
         if self.chosen is None or self._changing.running:
             return
         found = self.chosen
@@ -249,7 +249,7 @@ class SessionsPage(Page):
         WordsDialog("Note", f"About {found.name}", _LONGEST, add, self.window()).show()
 
     def ask_rename(self) -> None:
-        """Ask for another name of the chosen session's file."""
+        """Ask for a new name for the chosen session's file."""
         if self.chosen is None or self._changing.running:
             return
         found = self.chosen
@@ -264,7 +264,7 @@ class SessionsPage(Page):
         WordsDialog("Rename", "Its new name", _LONGEST, change, self.window(), "Rename", found.name).show()
 
     def ask_copy(self) -> None:
-        """Ask for a file's name, then write all that can be read of the chosen session into it."""
+        """Ask for a file name, then copy everything readable of the chosen session into it."""
         if self.chosen is None or self._changing.running:
             return
         found = self.chosen
@@ -276,7 +276,7 @@ class SessionsPage(Page):
         choose_file(self, "Save a copy", _SESSIONS, save, save_as=f"{found.name} (copy){SUFFIX}")
 
     def _show_changed(self, changed: tuple[Path, str]) -> None:
-        """Choose a session that was changed, renamed or written, and say so."""
+        """Choose a session that was changed, renamed or written, and report it."""
         path, words = changed
         self.say(words)
         self._known = {key: found for key, found in self._known.items() if key[0] != path}
@@ -288,7 +288,7 @@ class SessionsPage(Page):
             self.open_other(str(path))
 
     def say(self, text: str, danger: bool = False) -> None:
-        """Show what was done, or what failed."""
+        """Show a status or an error."""
         self.status.setText(text)
         self.status.show()
         mark(self.status, "role", "error" if danger else "hint")
@@ -301,12 +301,12 @@ class SessionsPage(Page):
 
     @property
     def _titles(self) -> Callable[[str], str]:
-        """Return what gives an environment's title by its key, the key where there is none."""
+        """Return a function that maps an environment's key to its title, or to itself if unknown."""
         known = self._studio.environments
         return lambda key: known[key].title if key in known else key
 
     def _notice(self) -> None:
-        """Show a session that was just written, if the page is in sight."""
+        """Reload if a session was just written and the page is visible."""
         newest = self._studio.recording.newest
         if newest != self._newest:
             self._newest = newest
@@ -320,7 +320,7 @@ class SessionsPage(Page):
         self._list()
 
     def _list(self) -> None:
-        """List what the search finds, the newest first; choose what was chosen, else the first."""
+        """List the sessions that match the search, newest first; keep the selection if possible."""
         wanted = self._wanted or (self.chosen.path if self.chosen is not None else None)
         words = self.search.text().lower().split()
         rows = [row for row in self._known.values() if all(word in self._text(row) for word in words)]
@@ -336,7 +336,7 @@ class SessionsPage(Page):
             self._wanted = None
 
     def _text(self, row: Overview) -> str:
-        """Return all that is searched, in small letters."""
+        """Return the searchable text in lower case."""
         named = row.name, row.device, *map(self._titles, row.environments)
         return " ".join((*named, *row.noted)).lower()
 
@@ -377,14 +377,14 @@ class SessionsPage(Page):
         self.side.column.insertLayout(4, hbox(self.copy, self.delete, None))
 
     def _reveal(self) -> None:
-        """Open the folder of the chosen session, without one that of all."""
+        """Open the folder of the chosen session, or the default folder."""
         place = self.chosen.path.parent if self.chosen is not None else folder()
         if not QDesktopServices.openUrl(QUrl.fromLocalFile(str(place))):
             self.say(f"The sessions are in {place}.")
 
 
 def _folded(words: str, role: str = "body", width: int = _VALUE) -> str:
-    """Return words, those that are wider than so many px broken into several lines."""
+    """Break words that are wider than ``width`` px into several lines."""
     metrics, most = QFontMetrics(theme.font(role)), theme.px(width)
 
     def fold(found: re.Match) -> str:
@@ -418,11 +418,11 @@ def _pairs(found: Overview, title: Callable[[str], str]) -> list[tuple[str, str]
 
 
 def _story(found: Overview) -> list[tuple[str, str]]:
-    """Return when something was set or noted, and what, in the order in which it came."""
+    """Return times and descriptions of markers and changes of settings, sorted by time."""
     happened = sorted((*found.markers, *found.changes))
     more = len(happened) - _MOST_LINES
     lines = [(f"{when:.2f} s", _folded(words)) for when, words in happened[:_MOST_LINES]]
-    return [*lines, ("", f"and {more:,} more: sessions show lists them")] if more > 0 else lines
+    return [*lines, ("", f"and {more:,} more. The command “sessions show” lists them")] if more > 0 else lines
 
 
 VIEW = View("sessions", "Sessions", 70, SessionsPage, scene=False)

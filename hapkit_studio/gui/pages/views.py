@@ -1,4 +1,4 @@
-"""The views in the header: Live, what is measured, and the law while one is open."""
+"""The views in the header: Live, the measuring views, and Law while a law is open."""
 
 from collections.abc import Callable
 
@@ -19,8 +19,8 @@ LIVE, LAW = "live", "law"
 class Views(QObject):
     """Keeps tab, page and side panel in sync.
 
-    A page is built when it is first shown. show_side(widget) puts a page's own side in the panel's place.
-    ``changed``: another view is in sight, or what its actions depend on has changed.
+    A page is built when first shown. show_side(widget) replaces the parameter panel by a page's side.
+    ``changed``: another view is shown, or its actions may have changed.
     """
 
     changed = Signal()
@@ -41,7 +41,7 @@ class Views(QObject):
         self._pages: dict[str, Page] = {}
         self._shown: Page | None = None
         self.covered = False
-        """Whether no other view than Live can be shown, and the side stays."""
+        """Whether only Live can be shown, with a fixed side panel."""
         self._bar.kept = LAW
         self._bar.setTabData(0, LIVE)
         for key, tab in self._library.items():
@@ -53,21 +53,21 @@ class Views(QObject):
 
     @property
     def key(self) -> str:
-        """Return the key of the view in sight."""
+        """Return the key of the visible view."""
         return self._bar.tabData(self._bar.currentIndex())
 
     @property
     def has_law(self) -> bool:
-        """Return whether a law is open, so that its tab is there."""
+        """Return whether a law is open and has a tab."""
         return self._index(LAW) >= 0
 
     @property
     def shown(self) -> Page | None:
-        """Return the page in sight, None where plots or a law are."""
+        """Return the visible page; None while plots or a law are visible."""
         return self._shown
 
     def page(self, key: str) -> Page:
-        """Return a tab's page, built if it was not yet."""
+        """Return a view's page; build it if necessary."""
         if key not in self._pages:
             page = self._pages[key] = self._library[key].build(self._studio, self._live)
             self._centre.add_page(page)
@@ -76,17 +76,17 @@ class Views(QObject):
         return self._pages[key]
 
     def show(self, key: str) -> None:
-        """Bring a view into sight, and give it the keyboard."""
+        """Show a view and give it the keyboard focus."""
         if not self.covered:
             self._bar.setCurrentIndex(self._index(key))
         elif key != self.key:
             self._studio.refused.emit(f"{self._studio.hidden}.")
-        self.take_keys()
+        self.take_focus()
 
     def cover(self, side: QWidget | None, page: Page | None = None) -> None:
-        """Leave of all views only Live, and put a side in the panel's place; None brings all back.
+        """Allow only Live, with another widget in place of the panel; None ends this.
 
-        page, if any, stands in the plots' place; the scene stays above it only where the hand moves in it.
+        page, if any, replaces the plots; the scene stays above it only if the simulated hand moves in it.
         """
         self._bar.setCurrentIndex(self._index(LIVE))
         self.covered = side is not None
@@ -95,17 +95,17 @@ class Views(QObject):
         self._bar.setEnabled(side is None)
         self._centre.show_page(page, scene=page is None or self._studio.hand_is_ours)
         self._show_side(side, fixed=self.covered)
-        self.take_keys()
+        self.take_focus()
 
-    def take_keys(self) -> None:
-        """Give the keyboard to the view in sight; where its scene is, the arrow keys move the hand."""
+    def take_focus(self) -> None:
+        """Give the keyboard focus to the visible view; in a scene the arrow keys move the hand."""
         if self._centre.scene.isVisible():
             self._centre.scene.setFocus()
         elif self._shown is not None:
             self._shown.setFocus()
 
     def show_law(self, on: bool) -> None:
-        """Bring the editor into sight, its tab with it, or take both away."""
+        """Show the editor and its tab, or hide both."""
         index = self._index(LAW)
         if on and index < 0:
             index = self._bar.addTab("Law")
@@ -119,8 +119,8 @@ class Views(QObject):
             self._centre.scene.setFocus()
         self._mark()
 
-    def change_over(self) -> None:
-        """Go from the scene to the law in force, or from the law back to the scene."""
+    def toggle_law(self) -> None:
+        """Switch from the scene to the running law, or from the law to the scene."""
         code = self._editor.page.code
         if code.isVisible() and code.hasFocus():
             self._centre.scene.setFocus()
@@ -130,7 +130,7 @@ class Views(QObject):
             self._editor.edit(path)
 
     def end(self) -> None:
-        """End what pages still do."""
+        """Stop the pages' background work."""
         for page in self._pages.values():
             page.end()
 
@@ -153,8 +153,8 @@ class Views(QObject):
         self._show_side(page.side if page else None)
         if page is not None:
             page.set_shown(True)
-        if key != LAW and not self._bar.hasFocus():  # else Qt gives it to what comes next, the status bar
-            self.take_keys()
+        if key != LAW and not self._bar.hasFocus():  # otherwise Qt moves the focus to the status bar
+            self.take_focus()
         self.changed.emit()
 
     def _show_mark(self, key: str, words: str) -> None:

@@ -1,4 +1,4 @@
-"""Z-width: the stiffest wall at each virtual damping, simulated, or tried on the device that is connected."""
+"""Z-width: the stiffest stable wall at each virtual damping, simulated or on the connected device."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,25 +27,26 @@ if TYPE_CHECKING:
 
 SIMULATION, DEVICE = range(2)
 _WALL = "wall"
-_LOOK_MS = 100
+_REFRESH_MS = 100
 _HIGHEST = {SIMULATION: SIMULATED_DAMPING[-1], DEVICE: DEVICE_DAMPING[-1]}
 _HOW_IT_IS_TRIED = (
-    "A hand presses into stiffer and stiffer walls until one keeps buzzing. Nothing stiffer is tried. Force, "
+    "A hand presses into stiffer and stiffer walls until one keeps buzzing. It stops there. Force, "
     "speed and travel are limited. Esc stops at once. Afterwards your settings are restored."
 )
 
 
 class ZWidthPage(MeasuringPage):
-    """Points come one by one; while a device is tried, the scene shows the wall and what the hand does."""
+    """Points arrive one by one; on a device the scene shows the wall and the hand's movement."""
 
     file = "z-width"
     heading, about = "Z-width", "The stiffest wall that comes to rest, over its virtual damping."
     begin = "Measure how stiff a wall this Hapkit renders without buzzing."
     drawn, listed = "Stiffness over damping of the walls that come to rest", "Stable walls"
     read = (
-        "Up to each point all walls tried came to rest after a hit and a push. Bar: there some come to rest "
-        "and some buzz. Hollow: the motor reached its limit. Dashed: the exact boundary of the Stability "
-        "view for the same hand; it leaves out sensor steps, and dry friction, which usually helps."
+        "Up to each point all walls came to rest after a hit and a push. Bar: in this range some walls come "
+        "to rest and some buzz. Hollow: the motor reached its force limit. Dashed: the exact boundary from "
+        "the view Stability for the same hand, without sensor steps and without dry friction, which usually "
+        "helps."
     )
     arrived = Signal(float, object)
     said = Signal(str)
@@ -61,7 +62,7 @@ class ZWidthPage(MeasuringPage):
         }
         self.walls, self._waits = Walls(), False
         self._mode, self._scene, self._asked = SIMULATION, "", False
-        self._refresh = QTimer(self, interval=_LOOK_MS)
+        self._refresh = QTimer(self, interval=_REFRESH_MS)
         self._refresh.timeout.connect(self.show_trial)
         self.where = Segmented("Where", ("Simulation", "This device"))
         self.where.show_index(SIMULATION)
@@ -76,18 +77,18 @@ class ZWidthPage(MeasuringPage):
 
     @property
     def result(self) -> ZWidth | None:
-        """Return what was found where it was chosen, None before it was measured there."""
+        """Return the result for the chosen place; None before it was measured."""
         return self._results.get(self.where.index)
 
     # measuring
 
     def first(self) -> str:
-        """Name the simulation once there is a device to simulate: on a device a person begins."""
+        """Name the simulation once a device is connected; on a device a person starts the measurement."""
         known = self._studio.engine is not None and self._facts.setting(self._studio.grip) is not None
         return "simulation" if known and self.where.index == SIMULATION and self.result is None else ""
 
     def run(self) -> None:
-        """Measure where it was chosen."""
+        """Measure in the chosen place."""
         self._mode = self.where.index
         engine = self._studio.engine
         if self._mode == DEVICE:
@@ -131,20 +132,20 @@ class ZWidthPage(MeasuringPage):
         self.answer.say(words, "hand", "accent")
 
     def show_point(self, damping: float, point: Point) -> None:
-        """Add a new point; the first one replaces the points shown before."""
+        """Add a new point; the first one replaces the previous points."""
         if self.job.running:
             before = () if self._waits else self.walls.points
             self._waits = False
             self._show(Walls([*before, (damping, point)], right=_HIGHEST[self._mode]))
 
     def show_step(self, words: str) -> None:
-        """Tell a person what to do."""
+        """Show an instruction to the person."""
         self._asked = True
         if self.job.running:
             self.answer.say(words, "hand", "accent")
 
     def show_trial(self) -> None:
-        """Show which wall is being tried; in words too, unless a person is told what to do."""
+        """Show which wall is being tried, also as text unless an instruction is shown."""
         engine = self._studio.engine
         if not self.job.running or self._mode != DEVICE or engine is None or engine.environment.key != _WALL:
             return
@@ -157,13 +158,13 @@ class ZWidthPage(MeasuringPage):
     # showing
 
     def show_result(self, result: ZWidth) -> None:
-        """Keep and show a result."""
-        self._fresh[self._mode].keep()
+        """Store and show a result."""
+        self._fresh[self._mode].finish()
         self._results[self._mode] = result
         self.show_found()
 
     def show_found(self) -> None:
-        """Show what was found where it was chosen, and whether it still holds."""
+        """Show the result for the chosen place, or that it is out of date."""
         result, outdated = self.result, self._fresh[self.where.index].outdated
         self.bar.export.setEnabled(result is not None)
         self._list(result)
@@ -176,7 +177,7 @@ class ZWidthPage(MeasuringPage):
             self.answer.say(outdated)
         elif not (result.stiffness > 0.0).any():
             self.answer.say(result.sentence, "triangle", "danger")
-        else:  # a limit of the motor is neither good nor bad
+        else:  # reaching the motor's limit is neither good nor bad
             sign = ("info", "ink2") if result.points[result.best].clamped else ("check", "ok")
             self.answer.say(result.sentence, *sign)
 
@@ -191,14 +192,14 @@ class ZWidthPage(MeasuringPage):
         self.conditions.show_pairs(pairs)
 
     def show_near(self, event: "MouseEvent | None") -> None:
-        """Say in words what the point under the pointer is, and why nothing stiffer."""
+        """Describe the point under the pointer and why no stiffer wall was tried."""
         result = self.result
         index = self.chart.near(event, result.damping, result.stiffness) if event and result else None
         if result is None or index is None:
             self.point.setText("")
         else:
             said = f"{result.at(index)}{result.motor(index)}.{result.band(index)}"
-            self.point.setText(f"{said} Beyond that {ENDED[result.points[index].ended]}.")
+            self.point.setText(f"{said} Above this stiffness {ENDED[result.points[index].ended]}.")
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         result = self.result
@@ -207,20 +208,20 @@ class ZWidthPage(MeasuringPage):
 
     # ending
 
-    def _look_again(self) -> None:
+    def _refresh_found(self) -> None:
         """Show whether the result is out of date, unless a measurement is running."""
         if not self.job.running:
             self.show_found()
 
     def _give_up(self, why: str) -> None:
-        """Cancel a measurement on a device: device, loop or scene changed, or the page was left."""
+        """Cancel a measurement on a device because device, loop, scene or view changed."""
         if self.job.running and self._mode == DEVICE:
             self.job.cancel()
             self.bar.say(f"Ended: {why}.", danger=True)
 
     def _scene_changed(self) -> None:
         if self._studio.environment.key != _WALL:
-            self._scene = ""  # the new one stays
+            self._scene = ""  # the chosen scene stays
             self._give_up("another scene was chosen")
 
     def _running_changed(self, running: bool) -> None:
@@ -231,7 +232,7 @@ class ZWidthPage(MeasuringPage):
         self.force.setEnabled(True)
         scene, self._scene = self._scene, ""
         if scene and scene != self._studio.environment.key:
-            self.job.wait()  # it is putting the wall's own settings back
+            self.job.wait()  # it is restoring the wall's settings
             with self._studio.temporarily():
                 self._studio.choose(scene)
         self.where.setEnabled(True)
@@ -257,8 +258,8 @@ class ZWidthPage(MeasuringPage):
         studio.loop_changed.connect(lambda: self._give_up("the loop changed"))
         studio.engine_changed.connect(lambda: self._give_up("the device changed"))
         for changed in (studio.loop_changed, studio.engine_changed, studio.link_changed):
-            changed.connect(self._look_again)
-        self.where.chosen.connect(lambda _index: self._look_again())
+            changed.connect(self._refresh_found)
+        self.where.chosen.connect(lambda _index: self._refresh_found())
         self.where.chosen.connect(lambda _index: self.measure_first())
         self._facts.changed.connect(self.measure_first)
 

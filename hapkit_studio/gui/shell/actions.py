@@ -366,7 +366,7 @@ _ENVIRONMENT = (
     Action("environment.open", "Open…", lambda w: w.file_actions.open(), "Ctrl+O"),
     Action("environment.export", "Export as sketch…", lambda w: w.show_export()),
     Action(
-        "environment.law", "Switch between law and scene", lambda w: w.views.change_over(), "Ctrl+E",
+        "environment.law", "Switch between law and scene", lambda w: w.views.toggle_law(), "Ctrl+E",
         enabled=lambda w: w.editor.path is not None or w.editor.own.in_force is not None,
     ),
     Action("environment.save", "Save law and run", lambda w: w.editor.save(), "Ctrl+S", enabled=_has_law),

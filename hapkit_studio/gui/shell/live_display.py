@@ -157,7 +157,7 @@ class LiveDisplay(QObject):
 
     def hold(self) -> None:
         """Hold what the plots show of the environment in force, named by what is set."""
-        view, words = self._centre.view, held.name(self._studio.environment, self._studio.values)
+        view, words = self._centre.view, held.settings_name(self._studio.environment, self._studio.values)
         start, stop = view.stretch
         self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)
 
@@ -191,7 +191,7 @@ class LiveDisplay(QObject):
 
     def show_health(self, health: "Health") -> None:
         """Show the loop's health in the status bar; without frames the pictures follow it as well."""
-        self._centre.view.keep()
+        self._centre.view.keep_samples()
         self._measured_delay = health.delay
         self._show_delay()
         if self._live.last is None or self._live.last is self._seen:

@@ -44,7 +44,7 @@ class Projector(QObject):
         icons.bind(self.leave, "close", "ink2", 18)
         self.leave.clicked.connect(self.toggle)
         header.hold(self.title, self.leave)
-        centre.hold(self.card)
+        centre.add_values_card(self.card)
 
     def toggle(self) -> None:
         """Switch the projector's view on, or back to the view before it."""

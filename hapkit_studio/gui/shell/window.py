@@ -304,7 +304,7 @@ class MainWindow(QMainWindow):
         box = QApplication.focusWidget()
         accepted = isinstance(box, NumberBox) and not box.property("invalid")
         if accepted and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self.views.take_keys()
+            self.views.take_focus()
         else:
             super().keyPressEvent(event)
 

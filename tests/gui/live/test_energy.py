@@ -45,7 +45,7 @@ def shown(phase):
 
 
 @pytest.mark.parametrize("width", [0.0005, 0.03, 0.5])
-def test_the_history_keeps_energies_and_where_they_begin_anew(width):
+def test_the_history_keeps_energies_and_where_they_end_environment(width):
     """However coarse the columns are, one of them is missing where the sum begins anew, and only there."""
     history, want = LiveHistory(seconds=60.0, rate=RATE), with_energies(14_000)
     history.append(want)
@@ -165,7 +165,7 @@ def test_it_stands_still_and_goes_a_while_after_the_last_although_the_excess_sta
     alarm.strike(8e-3)
     assert alarm.said[0] == "The scene gave you 8.0 mJ more than you put in"
     for share, there in ((0.99, True), (0.02, False)):
-        alarm.now += share * energy.HOLD_S
+        alarm.now += share * energy.SHOWN_S
         alarm.strike(8e-3)
         alarm.watch.refresh()
         assert (alarm.said is not None) == there

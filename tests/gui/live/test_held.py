@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
-from hapkit_studio.gui.live.held import LOOKS, HeldList, HeldTraces, name
+from hapkit_studio.gui.live.held import LINE_STYLES, HeldList, HeldTraces, settings_name
 from tests.gui.live.plot_support import LIBRARY, canvas_of, colored, telemetry
 
 
@@ -37,7 +37,7 @@ def test_one_may_be_shown_later_than_it_was_and_is_in_the_plot_of_force_as_well(
     past = held.hold(history, (11.0, 12.0), "on the computer", 1.5)
     assert past.time[[0, -1]] == pytest.approx([12.5, 13.5], abs=2e-3)
     assert past.values["position"] == pytest.approx(0.015 * np.sin(3.0 * (past.time - 1.5)), abs=1e-4)
-    history.begin_anew()  # the live curve lies over it
+    history.end_environment()  # the live curve lies over it
     for seen in (True, False):
         phase.refresh()
         assert bool(len(colored(phase.canvas.viewport().grab().toImage(), "hold"))) == seen
@@ -46,10 +46,12 @@ def test_one_may_be_shown_later_than_it_was_and_is_in_the_plot_of_force_as_well(
 
 
 def test_each_looks_different_and_the_oldest_gives_way(held, history):
-    for number in range(len(LOOKS) + 1):
+    for number in range(len(LINE_STYLES) + 1):
         held.hold(history, (9.0, 14.0), f"Number {number}")
-    assert sorted(t.words for t in held.traces.values()) == [f"Number {n}" for n in range(1, len(LOOKS) + 1)]
-    assert len({t.look for t in held.traces.values()}) == len(LOOKS)
+    assert sorted(t.name for t in held.traces.values()) == [
+        f"Number {n}" for n in range(1, len(LINE_STYLES) + 1)
+    ]
+    assert len({t.style for t in held.traces.values()}) == len(LINE_STYLES)
 
 
 def test_one_is_switched_off_and_removed_in_the_list(held, history, plots, qtbot):
@@ -59,19 +61,19 @@ def test_one_is_switched_off_and_removed_in_the_list(held, history, plots, qtbot
     held.hold(history, (9.0, 14.0), "Two")
     assert [row.box.text() for row in listed.rows.values()] == ["One", "Two"]
     listed.rows[0].box.setChecked(False)
-    assert [trace.words for trace in plots.shown.held] == ["Two"]
+    assert [trace.name for trace in plots.shown.held] == ["Two"]
     listed.rows[0].box.setChecked(True)
     qtbot.mouseClick(listed.rows[1].away, Qt.MouseButton.LeftButton)
-    assert [trace.words for trace in plots.shown.held] == ["One"]
+    assert [trace.name for trace in plots.shown.held] == ["One"]
     held.remove(0)
     assert listed.isHidden()
 
 
 def test_it_is_named_by_what_was_set():
     wall = LIBRARY["wall"]
-    assert name(wall, wall.values()) == "Wall, k 250 N/m"
-    assert name(wall, wall.values({"damping": 2.0})) == "Wall, k 250 N/m, b 2 N·s/m"
-    assert name(LIBRARY["free"], {}) == "Free"
+    assert settings_name(wall, wall.values()) == "Wall, k 250 N/m"
+    assert settings_name(wall, wall.values({"damping": 2.0})) == "Wall, k 250 N/m, b 2 N·s/m"
+    assert settings_name(LIBRARY["free"], {}) == "Free"
 
 
 def test_those_of_the_same_settings_are_numbered(held, history):
@@ -79,7 +81,7 @@ def test_those_of_the_same_settings_are_numbered(held, history):
         held.hold(history, (0.0, 1.0), "Wall")
     held.remove(1)
     held.hold(history, (0.0, 1.0), "Wall")
-    assert sorted(trace.words for trace in held.traces.values()) == ["Wall", "Wall (2)", "Wall (3)"]
+    assert sorted(trace.name for trace in held.traces.values()) == ["Wall", "Wall (2)", "Wall (3)"]
 
 
 def test_without_data_nothing_is_held(held, history):

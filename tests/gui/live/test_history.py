@@ -152,7 +152,7 @@ def test_changes_are_kept_with_their_times_as_long_as_their_samples():
     history.append(telemetry(4000))
     history.divide("Spring")
     history.divide("Wall")  # the spring was there for no sample
-    history.begin_anew()
+    history.end_environment()
     at = 3999 / RATE
     assert history.dividers == [(at, "Wall")]
     assert not len(history.between(history.begin, np.inf).x)

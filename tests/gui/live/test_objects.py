@@ -59,7 +59,7 @@ def test_it_is_drawn_where_the_samples_say_and_named_with_its_place(plots):
     history.append(telemetry(14_000), object_position=np.full(14_000, -0.0085))
     plots.view.set_history(history)
     plots.set_environment(LIBRARY["puck"], LIBRARY["puck"].values(), 3.0)
-    plots._show_words()
+    plots._update_headers()
     plots.refresh()
     assert header.object[1].text() == "puck −8.50 mm"
     assert all(part.isVisible() for part in header.object)
@@ -68,7 +68,7 @@ def test_it_is_drawn_where_the_samples_say_and_named_with_its_place(plots):
     canvas.measure()
     assert np.median(seen) == pytest.approx(canvas.pixel(0.0, -8.5).y(), abs=1.5)
     plots.set_environment(LIBRARY["wall"], LIBRARY["wall"].values(), 3.0)
-    plots._show_words()
+    plots._update_headers()
     assert not any(part.isVisible() for part in header.object)
 
 

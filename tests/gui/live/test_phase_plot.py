@@ -215,7 +215,7 @@ def test_another_environment_begins_with_an_empty_plot_though_paused(phase, hist
     assert len(pixels(phase, "applied")) > 500
     for paused in (True, False):
         phase.view.set_paused(paused)
-        history.begin_anew()
+        history.end_environment()
         use(phase, "spring")
         dot = pixels(phase, "applied")
         assert np.ptp(dot[:, 0]) < 16

@@ -125,7 +125,7 @@ def test_paused_axes_stay_as_they_are_until_the_view_is_live(plots, history):
     wide = ranges_of(plots)
     assert wide[0][1] > 15.0
     plots.view.set_paused(True)
-    history.begin_anew()
+    history.end_environment()
     plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
     assert show(plots, history, rest(11_000, 14_000)) == wide
     plots.view.set_paused(False)
@@ -189,7 +189,7 @@ def test_contact_is_shaded_where_a_force_was_asked_for(plots, history):
     assert inside[window.y["force"] != 0.0].all()
     true = np.mean(history.between(plots.shown.zero - 10.0, np.inf).y["force"] < 0.0) * 10.0
     assert np.ptp(touching, axis=1).sum() == pytest.approx(true, abs=0.2)
-    history.begin_anew()  # what another environment asked for was no contact with this one
+    history.end_environment()  # what another environment asked for was no contact with this one
     plots.refresh()
     assert plots.shown.contact == []
 

@@ -51,7 +51,7 @@ def test_while_data_come_the_wheel_zooms_about_the_pointer_and_the_picture_stand
     history.append(telemetry(3000, 14_000))
     plots.refresh()
     np.testing.assert_array_equal(plots.shown.window.y["position"], standing)
-    assert plots.view.words == f"{-right + 3.0:.0f} s back"  # 3 s have come since
+    assert plots.view.status == f"{-right + 3.0:.0f} s back"  # 3 s have come since
 
 
 def test_zoomed_at_the_right_end_it_goes_on_following(plots, history):
@@ -76,7 +76,7 @@ def test_dragged_back_it_says_how_far_and_dragged_to_the_end_it_follows_again(pl
     header = plots.headers[0]
     assert header.back.isVisible()
     history.append(telemetry(2000, 14_000))
-    assert plots.view.words == f"{2.0 - right:.0f} s back"
+    assert plots.view.status == f"{2.0 - right:.0f} s back"
     drag(qtbot, canvas, -100)  # to what came meanwhile, not to its end
     assert not plots.view.follows
     drag(qtbot, canvas, -250)
@@ -99,7 +99,7 @@ def followed_by(view, start, stop):
     """Let rows of a time from start to stop in s come, and what runs twice a second run."""
     for first in np.arange(start, stop - 1e-9, 0.5):
         view.live.append(telemetry(500, round(first * RATE)))
-        view.keep()
+        view.keep_samples()
 
 
 @pytest.mark.parametrize("left", [-8.0, -6.0])
@@ -125,7 +125,7 @@ def test_once_nothing_of_it_is_left_it_follows():
     followed_by(view, 0.0, 8.0)
     view.move(-11.0, -1.0)
     view.live.clear()
-    view.keep()
+    view.keep_samples()
     assert view.follows
 
 

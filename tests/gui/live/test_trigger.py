@@ -98,7 +98,7 @@ def test_a_level_1_percent_beyond_the_peak_is_not_crossed(view):
     trigger = armed(view, event="position", position=1.01 * PEAK)
     assert come(view, trigger, 8.0) == []
     assert trigger.armed
-    assert view.words == "Waiting for position 15.15 mm"
+    assert view.status == "Waiting for position 15.15 mm"
     assert view.level == ("position", pytest.approx(0.01515))
 
 
@@ -109,7 +109,7 @@ def test_repeated_the_next_event_after_a_complete_picture_replaces_it(view):
     touched = [first_sample(TOUCHES + n * PERIOD) for n in range(4)]
     assert come(view, trigger, 7.0) == pytest.approx(touched, abs=1e-9)
     assert (view.left, view.right) == (-0.5, 1.5)
-    assert view.words == "Contact 1 s ago, waiting"
+    assert view.status == "Contact 1 s ago, waiting"
     view.set_span(4.0)  # 3 s follow: every other swing
     trigger.arm()
     later = [first_sample(TOUCHES + n * PERIOD) for n in (4, 6)]
@@ -124,7 +124,7 @@ def test_what_came_before_it_was_armed_or_while_paused_or_in_another_scene_is_no
     view.set_paused(False)
     assert view.follows
     view.live.append(telemetry(2000, 2500))  # touches at 4.30 s
-    view.live.begin_anew()
+    view.live.end_environment()
     trigger.refresh()
     assert view.follows
     assert come(view, trigger, 8.0, start=4.5) == [first_sample(TOUCHES + 3.0 * PERIOD)]
@@ -132,11 +132,11 @@ def test_what_came_before_it_was_armed_or_while_paused_or_in_another_scene_is_no
 
 def test_it_says_where_there_is_nothing_to_be_touched_and_no_more_once_it_does_not_wait(view):
     trigger = armed(view)
-    assert view.words == "Waiting for contact"
+    assert view.status == "Waiting for contact"
     trigger.set_environment(LIBRARY["spring"])
-    assert view.words == "No contact in Spring"
+    assert view.status == "No contact in Spring"
     trigger.disarm()
-    assert view.words == ""
+    assert view.status == ""
 
 
 @pytest.mark.slow
@@ -177,7 +177,7 @@ def test_by_keys_it_is_armed_and_brought_back_to_live_and_the_dialog_sets_it(win
     assert [words for _, words in window.centre.time.shown.dividers] == ["Contact"]
     assert not window.actions_by_key.qt["view.trigger"].isChecked()
     QTest.keyClick(scene, Qt.Key.Key_Space)
-    assert view.words == "Paused"
+    assert view.status == "Paused"
     assert view.happened == "Contact"
     QTest.keyClick(scene, Qt.Key.Key_Backspace)
     assert view.follows
@@ -196,7 +196,7 @@ def test_by_keys_it_is_armed_and_brought_back_to_live_and_the_dialog_sets_it(win
     QTest.keyClicks(rows[BEFORE.key].box, "96\r")
     assert rows[BEFORE.key].error.text() == "Time shown before the event goes from 0 to 95 %."
     qtbot.mouseClick(dialog.arm, Qt.MouseButton.LeftButton)
-    assert view.words == "Waiting for velocity 100 mm/s"
+    assert view.status == "Waiting for velocity 100 mm/s"
     assert (trigger.values["event"], trigger.values["before"]) == (2.0, 20.0)
     box = window.panel.parameters.rows["stiffness"].box
     box.setFocus()

@@ -13,7 +13,7 @@ from hapkit_studio.analysis.identify.words import conditions
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.live.export import write
-from hapkit_studio.gui.pages.identify import newest_piece
+from hapkit_studio.gui.pages.identify import newest_samples
 from hapkit_studio.gui.state import prepare
 from tests.gui.pages.drawing_support import drawn, outside
 from tests.gui.shell.test_layout import cut_off
@@ -185,7 +185,7 @@ def test_shaking_ends_in_what_was_rendered(window, qtbot):
     assert page.found.handle["mass"].value == pytest.approx(0.094, rel=0.05)
     assert page.shaking.text() == "Shake"
     # what comes after the piece was taken is no part of it, however late the thread begins
-    take = newest_piece(window.studio, window.live, 2.0)
+    take = newest_samples(window.studio, window.live, 2.0)
     first, reader = take(), window.studio.engine.reader()
     qtbot.waitUntil(lambda: len(reader.read()) > 0)
     np.testing.assert_array_equal(take().position, first.position)
@@ -193,11 +193,11 @@ def test_shaking_ends_in_what_was_rendered(window, qtbot):
     # rows from before a change of settings are another piece
     window.studio.set_values({"stiffness": 100.0})
     with pytest.raises(StudioError, match=r"Only 0\.\d s since the settings changed"):
-        newest_piece(window.studio, window.live, math.inf)()
+        newest_samples(window.studio, window.live, math.inf)()
     # nobody has held the handle since
     window.live.tick()
     qtbot.waitUntil(lambda: window.live.history.now > window.live.history.changes[-1] + 0.5)
-    assert (first.setup.grip, newest_piece(window.studio, window.live, 0.3)().setup.grip) == (MEDIUM, None)
+    assert (first.setup.grip, newest_samples(window.studio, window.live, 0.3)().setup.grip) == (MEDIUM, None)
 
 
 MEDIUM = GRIPS["medium"]

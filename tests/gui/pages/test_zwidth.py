@@ -134,7 +134,7 @@ def test_what_was_found_is_told_in_words_table_and_numbers(page, tmp_path):
     assert page.answer.words.text() == best
     assert page.answer.sign.name == "info", "a limit of the motor is no success"
     point(page.chart, 2.0, 1344.0)
-    assert page.point.text() == f"{best} Beyond that it buzzes."
+    assert page.point.text() == f"{best} Above this stiffness it buzzes."
     leave(page.chart)
     assert page.point.text() == ""
     page.table.copy()

@@ -1,1 +1,1 @@
-"""Plots: one file a plot, found by the name ``PLOT``."""
+"""Plots: one file per plot, discovered by the name ``PLOT``."""

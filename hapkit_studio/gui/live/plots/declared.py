@@ -1,4 +1,4 @@
-"""How a plot is declared; a file in this folder with such a ``PLOT`` is found and shown."""
+"""Declarations of plots; a file in this folder that defines ``PLOT`` is discovered and shown."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics.signals import BY_NAME
 
 OBJECT = "object"
-"""The channel of the body that moves besides the handle: its position in m, NaN without one."""
-_BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
+"""The channel of the second body: its position in m, NaN without one."""
+_BENT = 1e-6  # of the force's span: a smaller bend is rounding
 
 Theory = Callable[[Environment, Mapping[str, float], float, float], Curve | None]
 
@@ -22,8 +22,8 @@ Theory = Callable[[Environment, Mapping[str, float], float, float], Curve | None
 class Trace:
     """One line of a time plot: a signal of the row, or OBJECT, in a token's colour.
 
-    dash: on and off, … in pixels, along the line. Without a label it is the environment's object, which names
-    it and need not be there.
+    dash: lengths on and off in pixels along the line. A trace without a label is the environment's object,
+    which supplies the name and may be absent.
     """
 
     channel: str
@@ -39,11 +39,11 @@ class Trace:
 
 @dataclass(frozen=True)
 class TimePlot:
-    """Signals over time in the unit of the last one; reach is the least range shown, in this unit.
+    """Signals over time in the unit of the last trace; ``reach`` is the minimum range shown, in this unit.
 
-    The last trace lies on top and gives the live value. share is the plot's part of the height in percent.
-    beside: it stands among the plots of force, not below the others. folds: where room is short it folds
-    away, the lowest first; 0: never.
+    The last trace is drawn on top and gives the live value. share: percentage of the height. beside: shown
+    among the force plots, not below the other time plots. folds: order of folding if there is little height,
+    lowest first; 0: never.
     """
 
     key: str
@@ -61,12 +61,12 @@ class TimePlot:
 
     @property
     def unit(self) -> str:
-        """Return the shown unit."""
+        """Return the unit shown."""
         return BY_NAME[self.traces[-1].channel].shown_unit
 
     @property
     def scale(self) -> float:
-        """Return how many shown units one SI unit has."""
+        """Return the number of shown units per SI unit."""
         return BY_NAME[self.traces[-1].channel].scale
 
 
@@ -74,7 +74,7 @@ class TimePlot:
 class PhasePlot:
     """The applied force over another signal; theory returns the law's force from low to high, SI, or None.
 
-    It opens on ±reach, or on as much more, up to ±most, as the theory needs.
+    The initial range is ±reach, extended up to ±most if the theory needs it.
     """
 
     key: str
@@ -90,12 +90,12 @@ class PhasePlot:
 
     @property
     def unit(self) -> str:
-        """Return the shown unit."""
+        """Return the unit shown."""
         return BY_NAME[self.channel].shown_unit
 
     @property
     def scale(self) -> float:
-        """Return how many shown units one SI unit has."""
+        """Return the number of shown units per SI unit."""
         return BY_NAME[self.channel].scale
 
     @property
@@ -104,7 +104,7 @@ class PhasePlot:
         return f"{self.channel.replace('_', ' ')}, {self.unit}"
 
     def theory_of(self, environment: Environment, values: Mapping[str, float]) -> Curve | None:
-        """Return the theory up to three times the reach to each side."""
+        """Return the theory up to three times the reach on each side."""
         far = 3.0 * self.reach / self.scale
         return self.theory(environment, values, -far, far)
 
@@ -115,9 +115,9 @@ def _check_channel(name: str) -> None:
 
 
 def landmarks(x: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return the places among x (n,) where a branch of a law's force (m, n) bends or changes its sign.
+    """Return the points of x (n,) where a branch of a law's force (m, n) bends or changes sign.
 
-    A wall's surface, a spring's centre; every place of a curve without a straight part, none of no curve.
+    For example a wall's surface or a spring's centre; every point of a curve without a straight part.
     """
     found = np.zeros(x.shape, dtype=bool)
     for row in force:
@@ -129,12 +129,12 @@ def landmarks(x: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 @cache
 def time_plots(beside: bool = False) -> list[TimePlot]:
-    """Return the plots over time that stand one below the other, or those among the plots of force."""
+    """Return the time plots shown one below the other, or (``beside``) those shown among the force plots."""
     found = declared(__package__, "PLOT", TimePlot)
     return sorted((plot for plot in found if plot.beside == beside), key=lambda plot: plot.order)
 
 
 @cache
 def phase_plots() -> list[PhasePlot]:
-    """Return the plots of force over something else."""
+    """Return the plots of force over another signal."""
     return sorted(declared(__package__, "PLOT", PhasePlot), key=lambda plot: plot.order)

@@ -1,4 +1,4 @@
-"""Force over time: asked below applied, so that one line means: you got what you asked for."""
+"""Force over time: asked below applied, so a single visible line means that both are equal."""
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 
@@ -16,7 +16,7 @@ PLOT = TimePlot(
             "applied_force",
             "applied",
             "applied",
-            help="the force sent to the motor, after the force limit; the Hapkit has no force sensor",
+            help="The force sent to the motor, after the force limit. The Hapkit has no force sensor",
         ),
     ),
     limits=True,

@@ -1,4 +1,4 @@
-"""Force over position: the law's static curve, every branch of it, and what was rendered."""
+"""Force over position: the law's static curve with all branches, and the applied force."""
 
 from hapkit_studio.analysis import theory
 from hapkit_studio.gui.live.plots.declared import PhasePlot

@@ -1,4 +1,4 @@
-"""Force over velocity: for friction and for laws of velocity alone the theory is a curve here."""
+"""Force over velocity: here the theory of friction and of purely velocity-dependent laws is a curve."""
 
 from hapkit_studio.analysis import theory
 from hapkit_studio.gui.live.plots.declared import PhasePlot

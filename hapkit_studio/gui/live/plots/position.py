@@ -1,4 +1,4 @@
-"""Position over time, with the wall's surface and the object that the handle moves."""
+"""Position over time, with the surface and the object that the handle moves."""
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 

@@ -1,4 +1,4 @@
-"""The view Break it: its name, and the page that is built when it is first shown."""
+"""The view Break it; its page is built when first shown."""
 
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.break_it.page import BreakItPage

@@ -1,4 +1,4 @@
-"""The chosen failure: its knob, the verdict, a trace on each side of the limit, the curve over the knob."""
+"""The chosen failure: knob, verdict, a trace on each side of the limit, and the curve over the knob."""
 
 from dataclasses import replace
 from operator import is_
@@ -19,7 +19,7 @@ from hapkit_studio.gui.widgets.style import mark
 
 
 class KnobBar(QWidget):
-    """Emits ``turned`` with a share of the limit; nothing can be turned while the limit is not known."""
+    """Emits ``turned`` with a fraction of the limit; disabled while the limit is unknown."""
 
     turned = Signal(float)
 
@@ -35,7 +35,7 @@ class KnobBar(QWidget):
         self.show_record(record)
 
     def show_record(self, record: Record) -> None:
-        """Show a failure's knob as it stands: around its limit, which is the default."""
+        """Show a failure's knob with a range around its limit, which is the default."""
         self._record = record
         self.setEnabled(record.ready)
         knob, limit, percent = record.failure.knob, record.limit, f"{100.0 * record.failure.margin:g} %"
@@ -52,7 +52,7 @@ class KnobBar(QWidget):
         self.show_value()
 
     def show_value(self) -> None:
-        """Show where the knob stands, in four figures."""
+        """Show the knob's value with four digits."""
         value = self._record.value
         if value is not None:
             self.row.show_value(float(f"{value:.4g}"))
@@ -63,11 +63,11 @@ class KnobBar(QWidget):
 
 _BOARD = "Only the simulated Hapkit is made to fail on purpose"
 _GONE = "Not in the scene any more: the scene or its values were changed by hand."
-_FEEL = "Puts scene, values and loop into the window; Take back undoes that"
+_FEEL = "Puts scene, values and loop into the window; Take back restores the previous settings"
 
 
 class VerdictRow(QWidget):
-    """The verdict on the knob's value; buttons to feel it, and to take it back."""
+    """The verdict on the knob's value, with buttons to feel the failure and to take it back."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -83,7 +83,8 @@ class VerdictRow(QWidget):
     ) -> None:
         """Show a verdict.
 
-        harmless: no motor moves; felt: it is in the scene; gone: it was; taken: something can be taken back.
+        harmless: the device has no motor; felt: the failure is in the scene; gone: it was taken out by a
+        person; taken: there are settings to restore.
         """
         here = record.here if not record.wrong else None
         fresh = here is not None and "here" not in record.old
@@ -103,12 +104,13 @@ class VerdictRow(QWidget):
         self.feel.setEnabled(harmless and fresh and live is not None)
         self.feel.setToolTip(_FEEL if harmless else _BOARD)
         self.back.setVisible(taken)
-        if pressed is not None and pressed.isHidden():  # else a box takes the focus, and the next digit
+        # otherwise a spin box would get the focus and the next digit typed
+        if pressed is not None and pressed.isHidden():
             (self.back if taken else self.feel).setFocus()
 
     @staticmethod
     def _where(record: Record, rest: list[str]) -> str:
-        """Return the knob's value as a share of the limit, and what else there is to say."""
+        """Describe the knob's value as a fraction of the limit, and the rest of the verdict."""
         if record.wrong or not record.ready or record.value is None or record.limit is None:
             return f"{record.failure.summary}."
         knob = record.failure.knob
@@ -119,9 +121,9 @@ class VerdictRow(QWidget):
 
 
 class Detail(QScrollArea):
-    """Emits ``picked`` with a share of the limit where a person clicks or drags on the curve.
+    """Emits ``picked`` with a fraction of the limit when a person clicks or drags on the curve.
 
-    It scrolls only where the window is smaller than it was laid out for.
+    Scroll bars appear only if the window is smaller than the minimum size of the content.
     """
 
     picked = Signal(float)
@@ -130,13 +132,14 @@ class Detail(QScrollArea):
         super().__init__()
         self.knob, self.verdict, self.chart = KnobBar(record), VerdictRow(), chart
         chart.setMinimumSize(200, 120)
-        chart.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)  # else it is scrolled
+        # otherwise the area would scroll
+        chart.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         chart.clicked.connect(self._pick)
         chart.dragged.connect(self._pick)
         self._record = record
         self._parts: tuple = ()
         self._state: tuple = ()
-        self._stands: Knob | plane.KnobPoint | None = None
+        self._marker: Knob | plane.KnobPoint | None = None
         self.which = Segmented("Chart", ("Curve", "Map"))
         self.which.button(1).setToolTip("The same limit in dimensionless numbers, with measured points")
         self.which.show_index(0)
@@ -151,7 +154,7 @@ class Detail(QScrollArea):
         self.setWidget(sheet)
 
     def show_results(self, record: Record) -> None:
-        """Show curve or plane as far as known; where only the knob was turned, move only its marker."""
+        """Show curve or plane as far as known; if only the knob was turned, move only its marker."""
         self.which.setVisible(record.failure.plane is not None)
         parts = (record.failure, record.inside, record.outside, record.chart, record.plane)
         state = (record.limit, record.old - {"here"}, self.which.index)
@@ -165,7 +168,7 @@ class Detail(QScrollArea):
 
     @property
     def shows_plane(self) -> bool:
-        """Return whether the plane is chosen and measured; until then the curve is shown."""
+        """Return whether the plane is chosen and measured; otherwise the curve is shown."""
         return (
             bool(self.which.index)
             and self._record.plane is not None
@@ -176,22 +179,22 @@ class Detail(QScrollArea):
         found = self._record.plane
         if found is not None and self.shows_plane:
             old = "plane" in self._record.old
-            self._stands = plane.draw(figure, style.pale(colors) if old else colors, found)
+            self._marker = plane.draw(figure, style.pale(colors) if old else colors, found)
         else:
-            self._stands = draw(figure, colors, self._record)
+            self._marker = draw(figure, colors, self._record)
         self._place()
-        return self._stands.artists if self._stands else ()
+        return self._marker.artists if self._marker else ()
 
     def _place(self) -> None:
-        """Move the knob's marker, and the dot of what was measured there."""
-        if isinstance(self._stands, plane.KnobPoint):
-            self._stands.place(self._record.value)
-        elif self._stands is not None:
+        """Move the knob's marker and the dot of the value measured there."""
+        if isinstance(self._marker, plane.KnobPoint):
+            self._marker.place(self._record.value)
+        elif self._marker is not None:
             here, chart = self._record.here, self._record.chart
-            self._stands.place(self._record.value, measured_there(chart, here.evidence) if here else None)
+            self._marker.place(self._record.value, measured_there(chart, here.evidence) if here else None)
 
     def _pick(self, x: float, _y: float) -> None:
-        """Turn the knob to a clicked place, where the chart's x axis is the knob."""
+        """Turn the knob to a clicked value if the chart's x axis is the knob."""
         scale = self._record.scale
         if scale is not None and self._record.limit is not None:
             low, high = self._record.failure.span

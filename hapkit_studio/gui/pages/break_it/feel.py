@@ -1,4 +1,4 @@
-"""Put a failure into the live scene and restore all afterwards: environment, values, loop, grip."""
+"""Puts a failure into the live scene and restores all settings afterwards."""
 
 from typing import TYPE_CHECKING
 
@@ -14,12 +14,11 @@ if TYPE_CHECKING:
 
 
 class Feel(QObject):
-    """Remembers the settings before the first failure was put into the scene, and restores them.
+    """Stores the settings from before the first failure was put into the scene, and restores them.
 
-    A person who chooses another scene, other values or another loop has taken the failure out: ``felt`` is
-    empty then, and what was put in elsewhere can still be taken back; the scene that was chosen stays.
-
-    ``refused``: an environment came late, and the loop does not take what the failure asks.
+    If a person chooses another scene, other values or another loop, the failure is no longer felt: ``felt``
+    is empty. The other settings can still be restored, and the scene that was chosen stays. ``refused``: the
+    loop rejected the failure's settings after its environment had been compiled.
     """
 
     changed = Signal()
@@ -38,19 +37,19 @@ class Feel(QObject):
 
     @property
     def on(self) -> bool:
-        """Say whether a failure is in the window."""
+        """Return whether there are settings to restore."""
         return bool(self._before)
 
     @property
     def felt(self) -> str:
-        """Return the key of the failure that is in the scene now, as it was put there; "" for none."""
+        """Return the key of the failure that is in the scene unchanged; "" for none."""
         live, studio = self.live, self._studio
         if live is None or studio.environment.key != live.environment:
             return ""
         return self.key if self._put == (studio.values_of(live.environment), studio.loop) else ""
 
     def put(self, key: str, live: "Live") -> None:
-        """Put a failure of this key into the window; raise ParameterError with everything as it was."""
+        """Put a failure into the scene; raise ParameterError and restore everything if it is refused."""
         studio = self._studio
         now = settings_of(studio).items()
         ours = {at: what for at, what in now if at[0] != "value" or at[1] == live.environment}
@@ -69,14 +68,14 @@ class Feel(QObject):
         self.changed.emit()
 
     def take_back(self) -> None:
-        """Restore all settings from before the first failure."""
+        """Restore the settings from before the first failure."""
         before, self._before = self._before, {}
         if not before:
             return
         self._waiting, self.live, self.key, self._put = False, None, "", None
         if before[ENVIRONMENT] not in self._studio.environments:
-            del before[ENVIRONMENT]  # a person's own, deleted meanwhile
-        with self._studio.temporarily():  # what is locked by now as well
+            del before[ENVIRONMENT]  # a user's own environment, deleted meanwhile
+        with self._studio.temporarily():  # also settings that were locked meanwhile
             put(self._studio, before)
         self.changed.emit()
 
@@ -88,7 +87,7 @@ class Feel(QObject):
             self.refused.emit(str(error))
 
     def _go_on(self) -> None:
-        """Set loop and grip once the environment, which may still be compiled, is in force."""
+        """Set loop and grip once the environment, which may still be compiling, is running."""
         live = self.live
         if not self._waiting or live is None or self._studio.environment.key != live.environment:
             return
@@ -97,7 +96,7 @@ class Feel(QObject):
         self._put = self._studio.values_of(live.environment), self._studio.loop
 
     def _refresh(self) -> None:
-        """Notice a person's changes: an environment chosen since then is not restored."""
+        """React to a person's changes: an environment chosen meanwhile is not restored."""
         if not self._before or self._busy or self._waiting or self.live is None:
             return
         if self._studio.environment.key != self.live.environment:

@@ -1,4 +1,4 @@
-"""Beside a failure: the list of all of them, and why this one fails, with the conditions to change."""
+"""The list of failures, and the side panel: explanation and conditions of the chosen failure."""
 
 import html
 import re
@@ -17,15 +17,15 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import Choice
 
 WIDE, NARROW = 244, 204
-_SHORT = 6  # letters of a symbol that fits
-_PADDING, _MARGIN = 16, 6  # px above and below, and beside a row's text
+_SHORT = 6  # letters: a longer symbol is replaced by the label
+_PADDING, _MARGIN = 16, 6  # px: vertical padding of a row, horizontal margin of its text
 _SAID = {None: "not tried", True: "holds", False: "fails"}
 _SIGNS = {None: "", True: "✓", False: "✕"}
 _KEY = Qt.ItemDataRole.UserRole
 
 
 class _Wrapped(QStyledItemDelegate):
-    """Gives a row the height of its text in the list's width; Qt's own guess is a line too high."""
+    """Gives a row the height of its wrapped text; Qt's own estimate is one line too high."""
 
     def sizeHint(self, option, index) -> QSize:
         width = option.widget.viewport().width() - theme.px(_MARGIN)
@@ -35,7 +35,7 @@ class _Wrapped(QStyledItemDelegate):
 
 
 class FailureList(QListWidget):
-    """Titles, what is known, and whether it held in the limit and outside; emits ``chosen(key)``."""
+    """Failures with their limits and whether the method held on each side; emits ``chosen(key)``."""
 
     chosen = Signal(str)
 
@@ -62,7 +62,7 @@ class FailureList(QListWidget):
         self.setCurrentItem(self._items[key])
 
     def show_record(self, record: Record, busy: bool = False) -> None:
-        """Show what is known of a failure."""
+        """Update a failure's row."""
         item, (inside, outside) = self._items[record.failure.key], record.signs
         title, known = record.failure.title, known_words(record, busy)
         shown = spoken = known
@@ -74,7 +74,7 @@ class FailureList(QListWidget):
 
 
 def known_words(record: Record, busy: bool) -> str:
-    """Say in a few words how far a failure is known."""
+    """Describe briefly what is known of a failure."""
     if busy:
         return "Measuring…"
     if record.wrong:
@@ -88,11 +88,11 @@ def known_words(record: Record, busy: bool) -> str:
     return f"Limit {name}{on_screen(record.limit, knob.unit)}"
 
 
-_WHOSE = "Limit and curves are of the device and loop named here, not of the one that is connected."
+_WHOSE = "Limit and curves are for the device and loop named here, not for the connected device."
 
 
 def subscripts(text: str) -> str:
-    """Return a text as HTML, what follows an underscore set lower."""
+    """Return HTML in which a character after an underscore is a subscript."""
     return re.sub(r"_(\w)", r"<sub>\1</sub>", html.escape(text))
 
 
@@ -115,7 +115,7 @@ class FailureSide(SidePanel):
         self.add(hint(_WHOSE), holder)
 
     def show_record(self, record: Record) -> None:
-        """Show a failure and the conditions it is tried under."""
+        """Show a failure and its conditions."""
         failure = record.failure
         if self.heading.text() != failure.title:
             self.heading.setText(failure.title)

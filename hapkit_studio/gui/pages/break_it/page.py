@@ -1,4 +1,4 @@
-"""Where methods fail: each tried just inside and just outside its limit, and felt in the scene."""
+"""Break it: each method tried just inside and just outside its limit, and felt in the scene."""
 
 from collections.abc import Callable
 from copy import copy
@@ -31,9 +31,9 @@ _WIDE_LIST_FROM = 840
 
 
 class BreakItPage(MeasuringPage):
-    """A list of failures; the chosen one with its knob, verdict, two traces and the curve over the knob.
+    """A list of failures; the chosen one with knob, verdict, two traces and the curve over the knob.
 
-    ``felt``: the title of the failure that is in the scene now, or ""; ``marked`` says it.
+    ``felt``: title of the failure that is in the scene, or ""; ``marked`` reports it.
     """
 
     file = "break-it"
@@ -63,31 +63,31 @@ class BreakItPage(MeasuringPage):
 
     @property
     def felt(self) -> str:
-        """Return the title of the failure that is in the scene now; "" for none."""
+        """Return the title of the failure that is in the scene; "" for none."""
         return self.records[self.feel.felt].failure.title if self.feel.felt else ""
 
-    # what a person does
+    # actions of a person
 
     def choose(self, key: str) -> None:
-        """Show a failure; one that was not measured yet is measured soon."""
+        """Show a failure; measure it soon if that was not done yet."""
         self.record = self.records[key]
         self._show_all()
         self._soon()
 
     def run(self) -> None:
-        """Try the failure in sight and measure its curve."""
+        """Try the chosen failure and measure its curve."""
         self._settle.stop()
         self.record.stopped = False
         self.runner.run([self.record])
 
     def run_all(self) -> None:
-        """Try every failure that was not measured yet; all of them where none is left."""
+        """Try every failure that was not measured yet, or all if there is none."""
         left = [record for record in self.records.values() if not record.complete]
         self._settle.stop()
         self.runner.run(left or list(self.records.values()))
 
     def turn(self, share: float) -> None:
-        """Turn the knob to a share of the limit and see what that does."""
+        """Turn the knob to a fraction of the limit and try the failure there."""
         self.record.turn(share)
         value = self.record.value
         if value is not None and self.record.ready:
@@ -96,13 +96,13 @@ class BreakItPage(MeasuringPage):
         self._show_results()
 
     def set_condition(self, key: str, value: float) -> None:
-        """Change a condition of the failure shown; it is measured again once the person pauses."""
+        """Change a condition of the chosen failure and measure it again after a pause."""
         self.record.set_condition(key, value)
         self._show_all()
         self._settle.start()
 
     def feel_it(self) -> None:
-        """Put the failure at the knob's present value into the scene."""
+        """Put the failure at the knob's value into the scene."""
         here = self.record.here
         if here is None or here.live is None or "here" in self.record.old or not self._harmless:
             return
@@ -117,7 +117,7 @@ class BreakItPage(MeasuringPage):
         figure = plane_figure if self.detail.shows_plane else failure_figure
         return lambda path: figure(shown, path), lambda: base.as_json(shown, traces=True)
 
-    # the page's life
+    # shown, hidden, resized, ended
 
     def set_shown(self, on: bool) -> None:
         super().set_shown(on)
@@ -134,7 +134,7 @@ class BreakItPage(MeasuringPage):
         super().end()
 
     def _soon(self) -> None:
-        """Measure the failure shown once the person stops moving through the list."""
+        """Measure the chosen failure once the person stops moving through the list."""
         key, job = self.record.failure.key, self.job
         under_way = job.running and (self.runner.many or self._busy == key)
         if self._seen and not (self.record.complete or self.record.wrong or self.record.stopped or under_way):
@@ -142,7 +142,7 @@ class BreakItPage(MeasuringPage):
         else:
             self._settle.stop()
 
-    # what arrives
+    # results
 
     def _take(self, part: Part) -> None:
         record = self.records[part.key]
@@ -169,7 +169,7 @@ class BreakItPage(MeasuringPage):
         self.all.setEnabled(not running)
         if not running:
             for record in filter(None, (self.records.get(self._busy), self.record)):
-                record.stopped = not record.complete  # cancelled: it begins again when a person says so
+                record.stopped = not record.complete  # after a cancel it starts again only on request
             self._begin("")
 
     def _fail(self, key: str, text: str) -> None:
@@ -192,7 +192,7 @@ class BreakItPage(MeasuringPage):
 
     @property
     def _harmless(self) -> bool:
-        """Return whether a failure may be put into the scene: only where no motor moves."""
+        """Return whether a failure may be put into the scene: only on a device without a motor."""
         return self._studio.opened is not None and not self._studio.opened.motor
 
     def _show_verdict(self) -> None:
@@ -200,7 +200,7 @@ class BreakItPage(MeasuringPage):
         felt = ours and bool(self.feel.felt)
         self.verdict.show_record(self.record, self._harmless, felt, self.feel.on, ours and not felt)
 
-    # putting together
+    # connections
 
     def _join(self) -> None:
         self.all.clicked.connect(self.run_all)

@@ -1,4 +1,4 @@
-"""What is known of one failure, and the runner that tries failures off the window's thread."""
+"""The results of one failure, and the runner that tries failures in a thread."""
 
 import math
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ _SAME = 1e-9
 
 
 class Part(NamedTuple):
-    """A part of a result as it arrives: a failure's "limit", "chart", "plane" or a "try", of one case."""
+    """A partial result: a failure's "limit", "chart", "plane" or a "try", for one set of conditions."""
 
     key: str
     case: dict[str, float]
@@ -24,9 +24,9 @@ class Part(NamedTuple):
 
 
 class Record(Shown):
-    """One failure with its results and its knob; what belongs to other conditions is kept, named in ``old``.
+    """One failure with its results and its knob; results for other conditions are listed in ``old``.
 
-    share: where the knob stands, of the limit; here: what it showed there.
+    share: the knob's value as a fraction of the limit; here: the result at that value.
     """
 
     def __init__(self, failure: Failure):
@@ -38,28 +38,28 @@ class Record(Shown):
 
     @property
     def value(self) -> float | None:
-        """Return where the knob stands, in its own unit."""
+        """Return the knob's value in its own unit."""
         return None if self.limit is None else knob_value(self.failure, self.share * self.limit)
 
     @property
     def ready(self) -> bool:
-        """Say whether the knob can be turned: the limit is known, and for these conditions."""
+        """Return whether the knob can be turned: the limit is known for these conditions."""
         return self.limit is not None and "limit" not in self.old
 
     @property
     def complete(self) -> bool:
-        """Say whether all of it was measured under the present conditions."""
+        """Return whether everything was measured under the present conditions."""
         missing = self.failure.plane is not None and self.plane is None
         return self.chart is not None and self.limit is not None and not missing and not self.old - {"here"}
 
     @property
     def signs(self) -> tuple[bool | None, ...]:
-        """Return whether it held inside the limit and outside; None where it was not tried."""
+        """Return whether the method held inside the limit and outside; None if not tried."""
         tried = (None, None) if self.wrong else (self.inside, self.outside)
         return tuple(one.evidence.holds if one else None for one in tried)
 
     def set_condition(self, key: str, value: float) -> None:
-        """Change a condition; what was found until now is old."""
+        """Change a condition; all present results become old."""
         if self.case[key] != value:
             self.case = {**self.case, key: value}
             self.wrong, self.stopped = "", False
@@ -67,12 +67,12 @@ class Record(Shown):
             self.old |= {"plane"} if self.failure.plane else set()
 
     def turn(self, share: float) -> None:
-        """Turn the knob; what it showed before is old."""
+        """Turn the knob; the result at its previous value becomes old."""
         self.share, self.wrong = share, ""
         self.old.add("here")
 
     def take(self, part: Part) -> None:
-        """Keep what arrived, unless the conditions have changed since."""
+        """Store a partial result, unless the conditions have changed."""
         if part.case != self.case:
             return
         names = [part.name]
@@ -88,21 +88,21 @@ class Record(Shown):
 
 
 def knob_value(failure: Failure, value: float) -> float:
-    """Return a value within what the knob of a failure takes."""
+    """Clamp a value to the range of a failure's knob."""
     return min(max(value, failure.knob.low), failure.knob.high)
 
 
-_FINE = 1000
+_FINE = 1000  # progress steps per failure
 
 
 def try_value(failure: Failure, value: float, case: dict[str, float]) -> Part:
-    """Return what one value of the knob shows."""
+    """Try a failure at one value of its knob."""
     live = failure.live(value, case) if failure.live else None
     return Part(failure.key, case, "try", Try(value, failure.probe(value, case), live))
 
 
 def measure(failure: Failure, case: dict[str, float], share: float, progress: Progress) -> Iterator[Part]:
-    """Find the limit, try both sides of it and the knob's value, then measure the curve and the plane."""
+    """Find the limit, try both sides and the knob's value, then measure the curve and the plane."""
     limit = failure.bound(case)
     yield Part(failure.key, case, "limit", limit)
     beside = (1.0 - failure.margin) * limit, (1.0 + failure.margin) * limit
@@ -114,10 +114,10 @@ def measure(failure: Failure, case: dict[str, float], share: float, progress: Pr
 
 
 class FailureRunner(QObject):
-    """Emits ``arrived`` with every part of a result; ``wrong(key, text)`` where a failure cannot be tried.
+    """Emits ``arrived`` with each partial result; ``wrong(key, text)`` if a failure cannot be tried.
 
-    job does what takes long; what the knob asks for is done beside it.
-    ``begun(key)``: a failure is being measured from now on; many: it is one of several.
+    Long measurements run in ``job``; values of the knob are tried in a second job at the same time.
+    ``begun(key)``: a failure's measurement has started; many: it is one of several.
     """
 
     arrived = Signal(object)
@@ -127,7 +127,8 @@ class FailureRunner(QObject):
     def __init__(self, job: Job, parent: QObject | None = None):
         super().__init__(parent)
         self.job = job
-        self._quick = Job(self, needs="")  # a knob turns once its limit is known: all is compiled
+        # needs no compiling: the limit of a knob that can be turned is known
+        self._quick = Job(self, needs="")
         self._quick.finished.connect(self._deliver)
         self._quick.failed.connect(lambda text: self._deliver(text))
         self.many = False
@@ -135,10 +136,7 @@ class FailureRunner(QObject):
         self._next: tuple[Record, float] | None = None
 
     def run(self, records: list[Record]) -> None:
-        """Try failures in turn and measure their curves; of several, one that raises stops no other.
-
-        What was under way is cancelled.
-        """
+        """Measure failures in turn; cancels earlier work. An error among several stops only its failure."""
         plans = [(record.failure, dict(record.case), record.share) for record in records]
         self.many = many = len(plans) > 1
 
@@ -154,7 +152,7 @@ class FailureRunner(QObject):
                         say(0, _FINE)
                         self.arrived.emit(part)
                 except Exception as error:
-                    say(0, _FINE)  # whatever it was: cancelled work says nothing
+                    say(0, _FINE)  # raises if the job was cancelled, whatever the error was
                     words = str(error) if isinstance(error, StudioError) else f"This went wrong: {error}"
                     self.wrong.emit(failure.key, words)
                     if not many:
@@ -164,7 +162,7 @@ class FailureRunner(QObject):
         self.job.start(work)
 
     def try_at(self, record: Record, value: float) -> None:
-        """Try one value of a knob; of several asked for meanwhile only the newest."""
+        """Try one value of a knob; only the newest waiting value is kept."""
         self._next = (record, value)
         if not self._quick.running:
             self._go_on()

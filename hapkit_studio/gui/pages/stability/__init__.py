@@ -1,4 +1,4 @@
-"""The view Stability: its name, and the page that is built when it is first shown."""
+"""The view Stability; its page is built when first shown."""
 
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.stability.page import StabilityPage

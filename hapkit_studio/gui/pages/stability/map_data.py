@@ -1,4 +1,4 @@
-"""What the map shows: lines computed off the window's thread, and what was measured."""
+"""Data of the stability map: lines computed in a thread, and measurements."""
 
 import time
 from collections.abc import Callable
@@ -17,15 +17,15 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import on_screen
 from hapkit_studio.gui.state.background import Progress, Work
 
-# The dot may come this near to the upper or right edge before the axes change.
+# fraction of an axis: a dot beyond it changes the axes
 _EDGE = 0.95
 
 
 @dataclass(frozen=True)
 class LinesRequest:
-    """A setting and the rendered impedance in it; axes: width in N·s/m and top in N/m, kept if they fit.
+    """Loop settings and the rendered impedance; axes: width in N·s/m and top in N/m, reused if the dot fits.
 
-    asked: the scene to be judged.
+    asked: input of the scene's verdict.
     """
 
     setting: LoopSettings
@@ -36,7 +36,7 @@ class LinesRequest:
     asked: VerdictInput | None = None
 
     def margin(self, hand: str) -> Margin:
-        """Return how far the impedance is from the limit in a hand, as the scene's verdict has it."""
+        """Return the margin of the impedance in a hand, as the scene's verdict computes it."""
         if self.asked is not None:
             return self.asked.margin(hand)
         return kb_plane.margin_of(replace(self.setting, hand=hand), self.stiffness, self.damping)
@@ -44,9 +44,9 @@ class LinesRequest:
 
 @dataclass(frozen=True)
 class Lines:
-    """The answer: a plane, and with every hand asked for each one's exact boundary (n,) in N/m.
+    """The answer: a plane and, if requested, each hand's exact boundary (n,) in N/m.
 
-    dampings: where no stiffness is rendered, each hand's limit in N·s/m.
+    dampings: each hand's damping limit in N·s/m if no stiffness is rendered.
     """
 
     question: LinesRequest
@@ -56,7 +56,7 @@ class Lines:
 
 
 def solve(ask: LinesRequest) -> Lines:
-    """Compute the lines; a dot that only moves costs its margin alone."""
+    """Compute the lines; if only the dot moved, only its margin is computed."""
     axes = ask.axes
     if axes is None or ask.damping > _EDGE * axes[0] or ask.stiffness > _EDGE * axes[1]:
         axes = _axes(ask)
@@ -70,7 +70,7 @@ def solve(ask: LinesRequest) -> Lines:
 
 
 def _axes(ask: LinesRequest) -> tuple[float, float]:
-    """Return round axes; with every hand shown, high enough for the firmest one's boundary."""
+    """Return round axes; with all hands shown, they include the firmest hand's boundary."""
     found = kb_plane.plane(ask.setting, ask.stiffness, ask.damping, columns=2)
     highest = max((float(limits.max()) for limits in _every(ask.setting, found.width).values()), default=0.0)
     return found.width, max(found.top, nice_top(1.05 * highest) if ask.every_hand else 0.0)
@@ -91,7 +91,7 @@ def _every(setting: LoopSettings, width: float) -> dict[str, np.ndarray]:
 
 @lru_cache(maxsize=8)
 def damping_limits(setting: LoopSettings) -> dict[str, float]:
-    """Return the damping in N·s/m up to which each hand is stable without stiffness, to 0.2 %."""
+    """Return each hand's damping limit in N·s/m without stiffness, to 0.2 %."""
     found: dict[str, float] = {}
     for hand in GRIPS if setting.linear else ():
         held, low, high = replace(setting, hand=hand), 0.0, 1.0
@@ -106,13 +106,13 @@ def damping_limits(setting: LoopSettings) -> dict[str, float]:
 
 SIDE = 100
 COLUMNS = 13
-# Bisection takes about so many cells a column.
+# approximate number of cells per column that bisection tries
 _CELLS_A_COLUMN = 25
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One measurement: its setting, the axes it covers, points and cells, and the seconds it took."""
+    """One measurement: settings, axes, points, cells, and its duration in s."""
 
     setting: LoopSettings
     real: bool
@@ -122,7 +122,7 @@ class Measured:
     seconds: float
 
     def words(self, axes: tuple[float, float]) -> str:
-        """Say how much was measured, and how fast; how far, where the map's axes are wider than that."""
+        """Describe the number of cells and the duration; or the range, if the map's axes are wider."""
         m, n = self.cells.classes.shape
         if axes[0] > self.axes[0] or axes[1] > self.axes[1]:
             return f"Measured to {self.axes[0]:g} N·s/m and {self.axes[1]:,.0f} N/m only"
@@ -130,39 +130,39 @@ class Measured:
 
 
 class Results:
-    """What was measured for one loop: without the passivity controller and with it, the one in sight last."""
+    """Measurements of one loop without and with the passivity controller; the last one is shown."""
 
     def __init__(self) -> None:
         self.all: list[Measured] = []
 
     @property
     def last(self) -> Measured | None:
-        """Return the measurement in sight."""
+        """Return the measurement shown."""
         return self.all[-1] if self.all else None
 
-    def take(self, measured: Measured) -> None:
-        """Keep a measurement; drop those of other loops."""
+    def add(self, measured: Measured) -> None:
+        """Add a measurement; drop those of other loops."""
         other = replace(measured.setting, controller=not measured.setting.controller)
         kept = [old for old in self.all if (old.setting, old.real) == (other, measured.real)]
         self.all = [*kept, measured]
 
     def prefer(self, setting: LoopSettings, real: bool) -> None:
-        """Put the measurement of these conditions last, if there is one."""
+        """Move the measurement of these conditions to the end, if there is one."""
         self.all.sort(key=lambda measured: (measured.setting, measured.real) == (setting, real))
 
     def outdated(self, setting: LoopSettings, real: bool) -> bool:
-        """Say whether it holds for other conditions than these."""
+        """Return whether the measurement shown is for other conditions than these."""
         last = self.last
         return last is not None and (last.setting != setting or last.real != real)
 
     def put_into(self, plane: Plane) -> Plane:
-        """Return a plane with what was measured last."""
+        """Return a plane with the points and cells of the measurement shown."""
         last = self.last
         return replace(plane, points=last.points, cells=last.cells) if last else plane
 
 
 def measuring(setting: LoopSettings, real: bool, axes: tuple[float, float], side: int = SIDE) -> Work:
-    """Return the work for a Job: the cells of the map, then the boundary by bisection."""
+    """Return the work of a Job: the map's cells, then the boundary by bisection."""
 
     def work(progress: Progress) -> Measured:
         begin = time.monotonic()
@@ -180,5 +180,5 @@ def measuring(setting: LoopSettings, real: bool, axes: tuple[float, float], side
 
 
 def _part(progress: Progress, before: int, share: int, of: int) -> Callable[[int, int], None]:
-    """Return a callback that reports a part's progress as progress of the whole."""
+    """Return a callback that converts a part's progress into progress of the whole."""
     return lambda done, count: progress(before + share * done // max(count, 1), of)

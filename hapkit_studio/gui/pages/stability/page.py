@@ -1,4 +1,4 @@
-"""The stability map: every limit of the loop in force, and the rendered impedance as a dot in it."""
+"""The stability map: all limits of the present loop, and the rendered impedance as a dot."""
 
 import math
 from collections.abc import Callable
@@ -48,7 +48,7 @@ _CONTROLLER = "Adds damping only while the scene has given you more energy than 
 
 
 class StabilitySide(SidePanel):
-    """The environment's sliders, a trial, the controller."""
+    """The environment's sliders, the trial, and the passivity controller."""
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -72,7 +72,7 @@ _COLUMN, _COLUMN_FROM = 276, 560
 
 
 class StabilityPage(MeasuringPage):
-    """Computes lines while it is shown, draws the newest, and measures on demand."""
+    """Computes lines while visible, draws the newest ones, and measures on demand."""
 
     file = "stability"
     drawn = "Stability map, damping across, stiffness up"
@@ -104,7 +104,7 @@ class StabilityPage(MeasuringPage):
         self._join(live)
         self._forget_lines()
 
-    # what a person does
+    # actions of a person
 
     def go(self, damping: float, stiffness: float) -> None:
         """Set the parameters to a point of the map."""
@@ -117,12 +117,12 @@ class StabilityPage(MeasuringPage):
             self.bar.say(str(error), danger=True)
 
     def try_it(self) -> None:
-        """Pull the handle away and let it go."""
+        """Pull the handle away and release it."""
         if (conditions := self.trial_conditions) is not None:
             self.trial.begin(conditions)
 
     def run(self) -> None:
-        """Measure the map and the boundary for what is shown."""
+        """Measure the map and the boundary for the settings shown."""
         self._wanted = self.lines is None
         if self.lines is None:
             self.bar.say("Waiting for the map" if self._studio.engine else "Connect a device first.")
@@ -139,17 +139,17 @@ class StabilityPage(MeasuringPage):
 
         return lambda path: stability_figure(plane, path, device, dampings), lambda: as_json(plane)
 
-    # what is asked and answered
+    # requests and answers
 
     @property
     def map_parameters(self) -> MapParameters | None:
-        """Return the parameters that a click sets; None where the environment has no impedance."""
+        """Return the parameters that a click sets; None if the environment has no impedance."""
         environment = self._studio.environment
         return map_parameters(environment, self._studio.values) if environment.impedance else None
 
     @property
     def trial_conditions(self) -> TrialConditions | None:
-        """Return what is said of the handle when it is let go; None before there are lines."""
+        """Return the predicted behaviour of a released handle; None before the lines are known."""
         asked = self.lines.question.asked if self.lines else None
         if self.lines is None or asked is None or self.lines.plane.said is None:
             return None
@@ -158,7 +158,7 @@ class StabilityPage(MeasuringPage):
         return TrialConditions(does, asked.centre, stiffness, asked.max_force, quantum)
 
     def question(self) -> LinesRequest | None:
-        """Return what to compute for what is in force; None without a device or its delay."""
+        """Return the request for the present settings; None without a device or its delay."""
         hand, studio = HANDS[self.hands.index], self._studio
         setting = self.facts.setting("released" if hand == "all" else hand)
         if setting is None or studio.engine is None:
@@ -172,7 +172,7 @@ class StabilityPage(MeasuringPage):
         return LinesRequest(setting, stiffness, damping, keep, every, asked)
 
     def ask(self) -> None:
-        """Ask for the lines, if the page is shown."""
+        """Request the lines if the page is visible."""
         if not self._seen:
             return
         question = self.question()
@@ -193,11 +193,11 @@ class StabilityPage(MeasuringPage):
             self.run()
 
     def show_result(self, measured: Measured) -> None:
-        """Keep a measurement, beside the one without (or with) the controller."""
-        self.results.take(measured)
+        """Store a measurement; the one without (or with) the controller stays."""
+        self.results.add(measured)
         self._show_all()
 
-    # the page's life
+    # shown, hidden, resized
 
     def set_shown(self, on: bool) -> None:
         super().set_shown(on)
@@ -213,20 +213,20 @@ class StabilityPage(MeasuringPage):
         self.verdict_column.setVisible(event.size().width() >= theme.px(_COLUMN_FROM))
 
     def wait(self) -> None:
-        """Wait for the lines, for tests; the answer comes with the next events."""
+        """Wait for the lines (tests only); the answer arrives with the next events."""
         self._worker.wait()
 
-    # inner
+    # updating
 
     @property
     def outdated(self) -> bool:
-        """Say whether the newest measurement holds for other conditions than those shown."""
+        """Return whether the measurement shown is for other conditions than the map."""
         return self.lines is not None and self.results.outdated(
             self.lines.plane.setting, self.real.isChecked()
         )
 
     def _show_all(self) -> None:
-        """Show verdict, map and conditions, and how fast the map was measured or that it is out of date."""
+        """Show verdict, map, conditions, and the measurement's duration or that it is out of date."""
         if self.lines is None:
             return
         plane, real = self.lines.plane, self.real.isChecked()
@@ -240,7 +240,7 @@ class StabilityPage(MeasuringPage):
             self.bar.say("Out of date" if self.outdated else newest.words((plane.width, plane.top)))
 
     def _show_map(self, lines: Lines) -> None:
-        """Redraw the map, or only move the dot where nothing else changed."""
+        """Redraw the map, or move only the dot if nothing else changed."""
         dotted = self._studio.environment.impedance is not None
         outdated = bool(self.results.all) and (self.job.running or self.outdated)
         others = tuple(measured.points for measured in self.results.all[:-1])
@@ -262,7 +262,7 @@ class StabilityPage(MeasuringPage):
         self.chart.show_drawing(paint)
 
     def show_near(self, event: "MouseEvent | None") -> None:
-        """Say limit and margin where the pointer is."""
+        """Show limit and margin at the pointer."""
         if event is None or self.lines is None or self.chart.pale:
             self.chart.read(None)
         else:
@@ -281,7 +281,7 @@ class StabilityPage(MeasuringPage):
         self._show_studio()
 
     def _show_studio(self) -> None:
-        """Show what a click and the button do now, and whether the controller is on."""
+        """Update the effect of a click, the release button, and the controller's check box."""
         side, trial, parameters = self.side, self.trial, self.map_parameters
         words = parameters.words if parameters else "This environment has no stiffness or damping to set."
         if self._studio.engine is not None and not trial.possible:
@@ -316,7 +316,7 @@ class StabilityPage(MeasuringPage):
 
 
 def _same(one: Map, other: Map) -> bool:
-    """Say whether two maps differ in what the dot shows alone."""
+    """Return whether two maps differ only in the dot."""
     parts = ("damping", "exact", "simple", "edge", "top", "setting", "pushes", "points", "cells")
     same = all(getattr(one.plane, part) is getattr(other.plane, part) for part in parts)
     rest = [
@@ -326,7 +326,7 @@ def _same(one: Map, other: Map) -> bool:
 
 
 def reading(lines: Lines, damping: float, stiffness: float) -> tuple[str, str]:
-    """Return what the map says of a point: its values, and the limit with the margin there."""
+    """Return the tooltip of a point: its values, and the limit with the margin there."""
     plane = lines.plane
     values = f"{stiffness:,.0f} N/m, {number(damping, 1)} N·s/m"
     limit = float(np.interp(damping, plane.damping, plane.exact))

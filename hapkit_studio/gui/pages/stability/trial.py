@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
 
 
-# How far a trial goes in m: at least, at most, and where every push settles.
+# m: minimum and maximum distance of a trial, and the distance if every push settles
 LEAST, MOST, USUAL = 0.001, 0.020, 0.005
-# Beyond the farthest place that settles: by this factor and so many m more.
+# distance beyond the largest push that settles: factor, and additional m
 _TIMES, _MORE = 2.0, 0.0005
 
 
 @dataclass(frozen=True)
 class TrialConditions:
-    """What the verdict says of a released handle, and where it is let go.
+    """The verdict on a released handle, and where it is released.
 
-    Rendered stiffness N/m, the motor's limit in N and the sensor's step in m.
+    Rendered stiffness in N/m, force limit in N, sensor step in m.
     """
 
     does: Behaviour
@@ -40,26 +40,26 @@ class TrialConditions:
 
 
 def starting_distance(does: Behaviour) -> float:
-    """Return how far a trial pulls the handle, in m: beyond what settles, where anything does not."""
+    """Return the distance of a trial in m: beyond the largest push that settles, if any does not."""
     if does.calm or does.flick:
         return USUAL
     return min(max(_TIMES * does.push + _MORE, LEAST), MOST)
 
 
 _UNITS = ("N/m", "N·s/m")
-# Two shares of a parameter's range: where the impedance is the parameter at both, it is that parameter.
+# fractions of a parameter's range: a parameter that equals the impedance at both is the impedance
 _PROBES = (0.3, 0.6)
 
 
 @dataclass(frozen=True)
 class MapParameters:
-    """The parameters that set stiffness and damping; None where the environment has none for it."""
+    """The parameters that set stiffness and damping; None if the environment has none."""
 
     stiffness: Parameter | None
     damping: Parameter | None
 
     def values(self, stiffness: float, damping: float) -> dict[str, float]:
-        """Return what to set for a point of the map, on whole steps and inside the parameters' limits."""
+        """Return the values for a point of the map, on whole steps and within the parameters' limits."""
         found = {}
         for parameter, value in ((self.stiffness, stiffness), (self.damping, damping)):
             if parameter is not None:
@@ -69,12 +69,12 @@ class MapParameters:
 
     @property
     def words(self) -> str:
-        """Say what a click on the map does."""
+        """Describe the effect of a click on the map."""
         if self.stiffness and self.damping:
             return "Click the map to set stiffness and damping there. Ctrl+Z undoes it."
         if self.stiffness or self.damping:
             name = (self.stiffness or self.damping).label.lower()  # type: ignore[union-attr]
-            return f"Click the map to set the {name}. Nothing else on the map can be set in this environment."
+            return f"Click the map to set the {name}. This environment has no slider for the other axis."
         return (
             "This environment has no slider for stiffness or damping. Choose Spring or Wall to set "
             "them by clicking the map."
@@ -82,7 +82,7 @@ class MapParameters:
 
 
 def map_parameters(environment: Environment, values: Values) -> MapParameters:
-    """Return the parameters that are the impedance themselves, with these values of the others."""
+    """Return the parameters that equal the impedance, given the other values."""
     impedance = environment.impedance
 
     def sets(parameter: Parameter, which: int) -> bool:
@@ -99,9 +99,9 @@ def map_parameters(environment: Environment, values: Values) -> MapParameters:
     return MapParameters(*found)
 
 
-# The stretches that are compared, in s: after the release, and at the end.
+# s: compared intervals after the release and at the end
 _BEGIN, _END = 0.2, 0.4
-# Up to so many sensor steps is rest; more than this factor is growth.
+# at most this many sensor steps is rest; more than this factor is growth
 _STEPS, _GREW = 3.0, 1.15
 _LEAST_STEP = 20e-6
 _THROWN = (
@@ -111,7 +111,7 @@ _THROWN = (
 
 @dataclass(frozen=True)
 class Released:
-    """The handle after its release: time (n,) s, position (n,) m about its place of rest."""
+    """Position (n,) in m relative to the rest position over time (n,) in s, after a release."""
 
     time: np.ndarray
     position: np.ndarray
@@ -143,17 +143,17 @@ def outcome_words(seen: Released, held: TrialConditions) -> str:
     return f"Came to rest, {agrees}." if rests else f"{grew} {size}, {agrees}."
 
 
-# For how long the hand holds, and for how long the handle is watched after that.
+# how long the hand holds the handle, and how long the handle is watched afterwards
 _HOLD_MS, _WATCH_MS = 700, 1500
 _GRIP = "medium"
-# The hand's own target stays this near in m.
+# m: maximum distance of the hand's target
 _FARTHEST = 0.045
 
 
 class Trial(QObject):
-    """Pulls the handle with the simulated hand, then lets go; ``changed`` when it begins, ends, or says more.
+    """Pulls the handle with the simulated hand, then releases it; emits ``changed`` on every change.
 
-    holding: the hand is on the handle now; said: what happened after the last release.
+    holding: the hand is on the handle; said: report on the last release.
     """
 
     changed = Signal()
@@ -176,7 +176,7 @@ class Trial(QObject):
 
     @property
     def possible(self) -> bool:
-        """Return whether there is a handle that the simulated hand holds."""
+        """Return whether there is a handle that the simulated hand can move."""
         return self._studio.engine is not None and self._studio.hand_is_ours
 
     def begin(self, held: TrialConditions) -> None:
@@ -214,7 +214,7 @@ class Trial(QObject):
             self.changed.emit()
 
     def judge(self) -> None:
-        """Report what the handle did since its release."""
+        """Report the handle's motion since its release."""
         if self._held is None:
             return
         window = self._live.history.between(self._since, math.inf)
@@ -230,7 +230,7 @@ class Trial(QObject):
         self._watch.start()
 
     def _target(self, held: TrialConditions) -> float:
-        """Return where the hand pulls to in m, so that against the scene's force the handle gets there."""
+        """Return the hand's target in m that holds the handle at the starting distance."""
         far, grip = starting_distance(held.does), grip_named(self._studio.grip)
         force = min(held.stiffness * far, held.force)
         target = held.centre.position + held.centre.side * (far + (force / grip.stiffness if grip else 0.0))

@@ -1,4 +1,4 @@
-"""The verdict beside the map, what each line means, and the conditions that all of it holds for."""
+"""The column beside the map: verdict, limits, meaning of the lines, and conditions."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ _WHY_SO_MANY = (
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the column says: headline, what else to know, and a sign with its token; a line a hand."""
+    """Texts of the column: headline, details, a sign with its token; a line per hand."""
 
     headline: str
     more: str
@@ -32,7 +32,7 @@ class Verdict:
 
 
 def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
-    """Return the class measured at a point; None beyond the axes that were measured."""
+    """Return the class measured at a point; None outside the measured axes."""
     rows, columns = measured.cells.classes.shape
     across, up = damping / measured.axes[0], stiffness / measured.axes[1]
     if not (0.0 <= across <= 1.0 and 0.0 <= up <= 1.0):
@@ -41,7 +41,7 @@ def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
 
 
 def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
-    """Judge the dot; measured: what was measured for this very setting, if anything was."""
+    """Judge the dot; measured: the measurement of the same settings, if any."""
     said = plane.said
     if said is None:
         return Verdict("", "")
@@ -54,9 +54,9 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
 
 
 def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
-    """Return what is limited, and every limit as a pair of a name and a value: the drawing's lines.
+    """Return a title and every limit as a name and a value.
 
-    That is the stiffness at the rendered damping, or the damping where no stiffness is rendered.
+    The limits are those of the stiffness at the rendered damping, or of the damping without stiffness.
     """
     plane, asked = lines.plane, lines.question.asked
     across = plane.margin.damping
@@ -81,7 +81,7 @@ def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
 
 
 class VerdictColumn(SidePanel):
-    """Verdict, limits, lines and conditions in a column that scrolls where it is too long."""
+    """Verdict, limits, lines and conditions in a scrolling column."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -102,7 +102,7 @@ class VerdictColumn(SidePanel):
         self.add(self.conditions)
 
     def show_verdict(self, verdict: Verdict) -> None:
-        """Say how far the rendered impedance is from the limit, or why nothing can be said."""
+        """Show the verdict, or why there is none."""
         for part, text in ((self.heading, verdict.headline), (self.out, verdict.more)):
             part.setText(text)
             part.setVisible(bool(text))
@@ -119,5 +119,5 @@ class VerdictColumn(SidePanel):
         self.why.setVisible("Passive" in dict(pairs))
 
     def show_lines(self, words: dict[str, tuple[str, str]]) -> None:
-        """Say what each line of the map means."""
+        """Explain each line of the map."""
         self.lines.setText("\n".join(f"{name}: {meaning}" for name, meaning in words.values()))
