@@ -141,7 +141,7 @@ class Centre(QWidget):
         fill(self.rows, GAP, 1, self.scene_card, self.columns)
         vbox(self.rows, into=self, margins=(GAP,) * 4)
         self.scene.set_hint(not settings.flag("dragged", False))
-        self.scene.taken.connect(lambda: settings.setValue("dragged", True))
+        self.scene.grabbed.connect(lambda: settings.setValue("dragged", True))
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
         for plots in (self.time, self.phase.canvas):

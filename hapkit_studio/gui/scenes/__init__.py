@@ -1,4 +1,4 @@
-"""Scenes: each environment drawn as what it is, one file a drawing, found by the name ``SCENE``."""
+"""Scenes: drawings of the environments, one file per drawing, discovered by the name ``SCENE``."""
 
 from hapkit_studio.gui.scenes.view import SceneView
 

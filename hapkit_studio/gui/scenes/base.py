@@ -1,4 +1,4 @@
-"""How a scene is declared, and what every scene shares: the handle, the hand, and their motion."""
+"""Declaration of a scene, and the parts of every scene: handle, hand, and their motion."""
 
 import math
 from collections import defaultdict, deque
@@ -15,14 +15,14 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
-RING = 7.5  # px at u = 1: the hand's ring's radius
-_LARGEST = 1e6  # of a state: no drawing tells more apart
+RING = 7.5  # px at u = 1: radius of the hand's ring
+_LARGEST = 1e6  # limit of a state value: larger values draw the same
 Values = Mapping[str, float]
 
 
 @dataclass
 class Motion:
-    """The newest row as a scene needs it, in mm, mm/s and N; words change slower than what is drawn."""
+    """The newest row for drawing, in mm, mm/s and N; the numbers in texts are updated less often."""
 
     position: float = 0.0
     velocity: float = 0.0
@@ -39,7 +39,7 @@ class Motion:
 
 
 def handle(stage: Stage, mm: float, tip: float | None = None, alpha: float = 1.0) -> None:
-    """Draw knob, stem and foot at a position; with a tip the stem ends there and a mark shows the place."""
+    """Draw knob, stem and foot at a position; with ``tip`` the stem ends there, with a mark on the rail."""
     u, x, p = stage.u, stage.x(mm), stage.p
     p.setOpacity(alpha)
     bottom = stage.rail if tip is None else tip
@@ -60,16 +60,16 @@ def handle(stage: Stage, mm: float, tip: float | None = None, alpha: float = 1.0
 
 
 def knob(stage: Stage, mm: float) -> QRectF:
-    """Return the knob's rectangle."""
+    """Return the rectangle of the knob."""
     return QRectF(stage.x(mm) - stage.knob_width / 2, stage.knob_top, stage.knob_width, stage.knob_height)
 
 
 def point_out(
     stage: Stage, left: float, right: float, row: float, tokens: tuple[str, str], text: str
 ) -> bool:
-    """Point to what has left the picture and say where it is; left and right are its columns.
+    """Draw an arrow with a text at the edge for an object outside the picture (columns left to right).
 
-    tokens are those of the arrow's fill and of its line; return False while it is in sight.
+    tokens: colours of the arrow's fill and outline. Return False while the object is visible.
     """
     if right >= 0.0 and left <= stage.width:
         return False
@@ -78,30 +78,30 @@ def point_out(
     back = edge - d * 11 * u
     stage.use(stage.pen(tokens[1], 1.6), tokens[0])
     stage.polygon([(edge, row), (back, row - 10 * u), (back, row + 10 * u)])
-    stage.say(text, [(back - d * 10 * u, row + 4.8 * u, -d)], "ink", 13, 600, must=True)
+    stage.write(text, [(back - d * 10 * u, row + 4.8 * u, -d)], "ink", 13, 600, must=True)
     return True
 
 
 def beyond(stage: Stage, motion: Motion) -> bool:
-    """Point to a handle that has left the picture."""
+    """Draw an arrow for a handle outside the picture; return False while it is visible."""
     x = stage.x(motion.position)
     text = f"handle at {number(motion.position_text, 1)} mm, {motion.force_text}"
     return point_out(stage, x, x, stage.knob_middle, ("handle", "handle"), text)
 
 
 def ring_place(stage: Stage, hand: float) -> float:
-    """Return the ring's column: at the hand, but whole inside the picture."""
+    """Return the ring's column: at the hand, but inside the picture."""
     return min(max(stage.x(hand), 11 * stage.u), stage.width - 11 * stage.u)
 
 
 def apart(stage: Stage, motion: Motion) -> bool:
-    """Say whether the hand's ring stands beside the knob."""
+    """Return whether the hand's ring is drawn separately from the knob."""
     away = abs(ring_place(stage, motion.hand or 0.0) - stage.x(motion.position))
     return motion.hand is not None and away >= stage.knob_width / 2 + 9 * stage.u
 
 
 def hand_ring(stage: Stage, motion: Motion) -> None:
-    """Draw the hand's ring at its target with a dotted line to the knob; round the knob when they meet."""
+    """Draw the hand's ring at its target with a dotted line to the knob, or around the knob if they meet."""
     if motion.hand is None:
         return
     u, y = stage.u, stage.knob_middle
@@ -117,7 +117,7 @@ def hand_ring(stage: Stage, motion: Motion) -> None:
     if d * (stop - start) > 0 and not motion.loose:
         stage.line(start, y, stop, y, stage.pen("accent", 2.0, (2.5, 3.0)))
     ring_alone(stage, ring)
-    stage.taken.append(QRectF(ring - 9 * u, y - 9 * u, 18 * u, 18 * u))
+    stage.occupied.append(QRectF(ring - 9 * u, y - 9 * u, 18 * u, 18 * u))
 
 
 def ring_alone(stage: Stage, x: float) -> None:
@@ -130,20 +130,20 @@ def ring_alone(stage: Stage, x: float) -> None:
 
 
 def hand_label(stage: Stage, motion: Motion) -> None:
-    """Name the hand beside its ring, where there is room."""
+    """Write a label beside the hand's ring if there is space."""
     if motion.hand is None or not apart(stage, motion):
         return
     u, x, ring = stage.u, stage.x(motion.position), ring_place(stage, motion.hand)
     d = 1 if ring > x else -1
     text = "your hand, grip released" if motion.loose else "your hand"
-    stage.say(text, [(ring + d * 15 * u, stage.knob_middle + 4.5 * u, d)], "accent", 12, 600)
+    stage.write(text, [(ring + d * 15 * u, stage.knob_middle + 4.5 * u, d)], "accent", 12, 600)
 
 
 def preparing(stage: Stage, fraction: float | None) -> None:
-    """Say that the loop is being prepared, with a bar of how far it is."""
+    """Show that the loop is being prepared, with a progress bar."""
     width, height = 210.0, 6.0
     left, top = stage.width / 2 - width / 2, stage.top + stage.band * 0.45
-    stage.say(
+    stage.write(
         "Preparing the loop. This happens only once.",
         [(stage.width / 2, top - 12, 0)],
         "ink",
@@ -157,31 +157,31 @@ def preparing(stage: Stage, fraction: float | None) -> None:
 
 
 def _nothing(*_given: object) -> None:
-    """Draw nothing."""
+    pass
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One environment's drawing; without an environment the bare handle.
+    """One environment's drawing; without an environment only the handle is drawn.
 
-    An environment from elsewhere may name it, with other parameters and another state than the drawing's own.
-    fixed is painted once per size, theme and parameters, marks below the rail included; moving is painted
-    behind the handle in every frame; words is called last, when the places taken are known.
-    per_newton is the arrow's length in px at u = 1; tip gives the stem's end in px for a shown surface;
-    height is the card's in px where there is room, widest the picture's width as a multiple of it at most.
+    A user's environment may name it although its parameters and state differ. fixed is painted once per
+    size, theme and parameters, including marks below the rail; moving is painted behind the handle in every
+    frame; labels is painted last, when the occupied areas are known. per_newton: the arrow's length in px at
+    u = 1; tip: the row in px where the stem ends on a surface; height: preferred height of the card in px;
+    widest: maximum width of the picture as a multiple of its height.
     """
 
     environment: Environment | None = None
     fixed: Callable[[Stage, Values], None] = _nothing
     moving: Callable[[Stage, Values, Motion], None] = _nothing
-    words: Callable[[Stage, Values, Motion], None] = _nothing
+    labels: Callable[[Stage, Values, Motion], None] = _nothing
     tip: Callable[[Stage, Values, Motion], float] | None = None
     per_newton: float = 46.0
     height: int = 236
     widest: float = math.inf
 
     def values(self, given: Values) -> Values:
-        """Return each parameter within its limits, or its default where no number is given."""
+        """Return each parameter within its limits, or its default if it is missing or not finite."""
         parameters = self.environment.parameters if self.environment else ()
         values = {p.key: given.get(p.key, math.nan) for p in parameters}
         return {
@@ -190,7 +190,7 @@ class Scene:
         }
 
     def state(self, row: np.ndarray) -> Values:
-        """Return the law's state (n,) by name; what is missing or no number is 0."""
+        """Return the law's state (n,) by name; missing or non-finite values are 0."""
         names = self.environment.state_names if self.environment else ()
         known = zip(names, row.tolist(), strict=False)
         numbers = {name: min(max(v, -_LARGEST), _LARGEST) for name, v in known if math.isfinite(v)}
@@ -204,5 +204,5 @@ def discover() -> dict[str, Scene]:
 
 
 def named(key: str) -> Scene:
-    """Return a scene; an environment without a drawing of its own gets the bare handle."""
+    """Return a scene; an environment without a drawing gets only the handle."""
     return discover().get(key) or Scene()

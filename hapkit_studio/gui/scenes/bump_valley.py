@@ -1,4 +1,4 @@
-"""Bump and valley: the relief that is shown, which the force may contradict; a ball rides on it."""
+"""Bump and valley: a ball on the visible relief, which the force may contradict."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from hapkit_studio.gui.scenes.base import Scene, Values
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, sampled, saturating
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 
-_LEVEL, _ROOM = 0.42, 0.38  # of the band
-_REFERENCE = 2e-3  # m: a hill of 63 % of the room
+_LEVEL, _ROOM = 0.42, 0.38  # fractions of the band
+_REFERENCE = 2e-3  # m: a hill of this height takes 63 % of the room
 
 
 def relief(stage: Stage, values: Values) -> Relief:
-    """Return the ground that is shown: the environment's own heights, in one scale for all, that fits."""
-    return stage.once("relief", lambda: _relief(stage, values))
+    """Return the relief: the environment's own heights, scaled to fit the scene."""
+    return stage.cached("relief", lambda: _relief(stage, values))
 
 
 def _relief(stage: Stage, values: Values) -> Relief:
@@ -24,7 +24,7 @@ def _relief(stage: Stage, values: Values) -> Relief:
 
 
 def fixed(stage: Stage, values: Values) -> None:
-    """Draw the ground."""
+    """Draw the relief."""
     ground(stage, relief(stage, values))
 
 

@@ -1,16 +1,16 @@
-"""Button: a cap on a dome that snaps through, in front of a base that stays; clicks are counted quietly."""
+"""Button: a cap on a snapping dome in front of a fixed base; clicks are counted."""
 
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.button import ENVIRONMENT
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
-from hapkit_studio.gui.scenes.parts import block, mark, surface_line, take_stem
+from hapkit_studio.gui.scenes.parts import block, mark, occupy_stem, surface_line
 from hapkit_studio.gui.scenes.stage import Stage
 
-CAP, NUB = 3.6, 3.4  # mm: how far cap and nub reach from the handle
-_SHOULDER, _DIMPLE = 1.8, 0.6  # mm: how far the snapped dome stands out at least, from base and from nub
-_DOME = 0.42  # of the band: half the dome's height
+CAP, NUB = 3.6, 3.4  # mm: thickness of cap and nub
+_SHOULDER, _DIMPLE = 1.8, 0.6  # mm: minimum height of the snapped dome above base and nub
+_DOME = 0.42  # of the band: half the height of the dome
 _PLATE, _PIN = 0.33, 0.09  # of the band: half the heights of cap and nub
 
 
@@ -19,16 +19,16 @@ def _surface(values: Values) -> float:
 
 
 def fixed(stage: Stage, values: Values) -> None:
-    """Mark where the button begins."""
+    """Mark the start of the button's travel."""
     mark(stage, stage.x(_surface(values)), "button")
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw base, dome and cap."""
     cap = max(motion.position, _surface(values))
-    stop = _surface(values) + 1e3 * values["travel"] + CAP + NUB  # the nub is there after its whole travel
+    stop = _surface(values) + 1e3 * values["travel"] + CAP + NUB  # position of the nub at full travel
     tip = stage.x(cap + CAP + NUB)
-    face = stage.x(max(stop, cap + CAP + NUB))  # pressed in by what is pushed beyond its travel
+    face = stage.x(max(stop, cap + CAP + NUB))  # pushed back when pressed beyond the full travel
     block(stage, face, stage.x(50.0))
     if tip > stage.x(stop):
         surface_line(stage, stage.x(stop))
@@ -39,7 +39,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _dome(stage: Stage, apex: float, base: float, snapped: bool) -> None:
-    """Draw the spring between nub and base: bulging, or with its middle pushed through."""
+    """Draw the dome between nub and base: convex, or with its middle snapped through."""
     middle, half = stage.rail - 0.5 * stage.band, _DOME * stage.band
     crown = min(base - _SHOULDER * stage.per_mm, apex - _DIMPLE * stage.per_mm)
     path = QPainterPath()
@@ -64,13 +64,13 @@ def _cap(stage: Stage, cap: float) -> None:
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Count the clicks in and out, before the button."""
+    """Write the number of clicks in and out in front of the button."""
     downs, ups = motion.state["downs"], motion.state["ups"]
     if downs + ups > 0:
-        take_stem(stage, motion, stage.rail)
+        occupy_stem(stage, motion, stage.rail)
         places = (_surface(values), min(motion.position, _surface(values)), motion.position)
         spots = [(stage.x(place) - 12 * stage.u, stage.rail - 15 * stage.u, -1) for place in places]
-        stage.say(f"{downs:.0f} in, {ups:.0f} out", spots, "ink", 13.0, 600)
+        stage.write(f"{downs:.0f} in, {ups:.0f} out", spots, "ink", 13.0, 600)
 
 
 SCENE = Scene(ENVIRONMENT, fixed, moving, words)

@@ -1,6 +1,6 @@
-"""The cat: stroked by a pad, its hairs lie with the nap, flatten under the pad, stand when rubbed wrong.
+"""The cat: stroked by a pad; its hairs lie with the nap, flatten under the pad, and bristle against it.
 
-Its picture is assets/scenes/cat.svg, of which each group is painted where mood and breath have it.
+The picture is assets/scenes/cat.svg; each of its groups is painted according to mood and breath.
 """
 
 import math
@@ -32,26 +32,26 @@ COAT: dict[str, tuple[str, str, str]] = {
     "dark": ("#2B1A0C", "#2B1A0C", "#1B0D02"),
     "whisker": ("#8C5321", "#F2E6D6", "#5A2F0B"),
 }
-_PER_MM, _HIGH = 2.5, 78.0  # units of the picture: 1 mm along the rail; the cat's height, 1 as a share
-# what parts turn and stretch about: mm along the rail, share of the height
+_PER_MM, _HIGH = 2.5, 78.0  # units of the picture: per mm along the rail; height of the cat
+# pivots of the parts: mm along the rail, fraction of the cat's height
 _GROUND, _ROOT, _FACE, _EYES = (0.0, 0.0), (34.0, 0.20), (-38.5, 0.62), (-38.5, 0.63)
 _PAW, _SHOULDER, _WORD = (-35.5, 0.075), (-31.0, 0.24), (-28.5, 0.95)
-_TAIL_LONG, _SWING = 62.0, 14.0  # units from the root to as far as it swings; degrees
-_BREATH = 0.012  # of the body's height, either way
-_CONTENT, _FULL_BEND = 0.1, 3.0  # mm: hairs bent by this are drawn bent as far as they go
-_ASIDE, _AWAY = 1.9, -2.4  # units: how far a pupil goes to follow the hand, and to shun it
-_FARTHEST = 2.0  # mm: as far as the paw can reach
+_TAIL_LONG, _SWING = 62.0, 14.0  # units from the root to the tip; degrees
+_BREATH = 0.012  # of the body's height, amplitude
+_CONTENT, _FULL_BEND = 0.1, 3.0  # mm: hairs bent by this much are drawn fully bent
+_ASIDE, _AWAY = 1.9, -2.4  # units: how far a pupil moves to follow the hand, and to avoid it
+_FARTHEST = 2.0  # mm: reach of the paw
 _MM = np.arange(-60.0, 60.1, 0.2)
-_FIRST, _LAST = -27.0, 35.0  # mm: between these there is hair
+_FIRST, _LAST = -27.0, 35.0  # mm: extent of the hair
 _FLAT, _BACKWARDS, _LIES, _BRISTLES = np.radians((8.0, 158.0, 38.0, 30.0))
-_REACH = 4.5  # mm: how far from the pad a hair is still touched
+_REACH = 4.5  # mm: radius in which the pad bends the hairs
 _TUFT = 3
 _PAD_WIDE, _PAD_HIGH = 34.0, 11.0
 
 
 @dataclass(frozen=True)
 class Mood:
-    """Contentment −1..1, breath in rad, seconds left of swat and sulk, bent hair −1..1."""
+    """Contentment −1..1, breath in rad, remaining seconds of swat and sulk, bend of the hairs −1..1."""
 
     contentment: float = 0.0
     breath: float = 0.0
@@ -69,36 +69,36 @@ class Mood:
 
     @property
     def anger(self) -> float:
-        """Return 0..1: nothing yet down to −0.1, all of it where it would swat."""
+        """Return 0..1: 0 above a contentment of −0.1, 1 where it swats."""
         return (
             1.0 if self.swat > 0.0 else float(np.interp(-self.contentment, (_CONTENT, -SWATS_BELOW), (0, 1)))
         )
 
     @property
     def eyes(self) -> float:
-        """Return 0..1: how far the eyes are open; they fall shut until it purrs."""
+        """Return 0..1: opening of the eyes; they are closed while it purrs."""
         if self.sulk > 0.0 and self.swat <= 0.0:
             return 0.5
         return float(np.interp(self.contentment, (0.0, PURRS_ABOVE), (1.0, 0.0)))
 
     @property
     def reach(self) -> float:
-        """Return 0..1: how far the paw is out."""
+        """Return 0..1: extension of the paw."""
         return math.sin(math.pi * min(1.0, self.swat / SWAT_TIME)) if self.swat > 0.0 else 0.0
 
     @property
     def chest(self) -> float:
-        """Return the body's height as a share of its mean: full as the breath begins to go out."""
+        """Return the body's height relative to its mean; largest at the start of breathing out."""
         return 1.0 + _BREATH * math.cos(self.breath)
 
     @property
     def tail(self) -> float:
-        """Return −1..1: slow with the breath, three times as fast and far in anger."""
+        """Return −1..1: position of the tail, three times as fast and far in anger."""
         return 0.25 * math.sin(self.breath) * (1.0 - self.anger) + self.anger * math.sin(3.0 * self.breath)
 
 
 def read(motion: Motion) -> Mood:
-    """Return the mood in the newest row."""
+    """Return the mood of the newest row."""
     state = motion.state
     bent = (motion.position - 1e3 * state["anchor"]) / _FULL_BEND if state["started"] else 0.0
     contentment, bend = min(1.0, max(-1.0, state["contentment"])), min(1.0, max(-1.0, bent))
@@ -109,13 +109,13 @@ def read(motion: Motion) -> Mood:
 
 
 def color(part: str) -> QColor:
-    """Return a part's colour in the theme in force."""
+    """Return a part's colour in the present theme."""
     return QColor(COAT[part][MODES.index(theme.name)])
 
 
 @lru_cache(maxsize=3)
-def _drawing(_look: str) -> QSvgRenderer:
-    """Return the picture in the colours of the theme in force."""
+def _drawing(_theme: str) -> QSvgRenderer:
+    """Return the picture in the present theme's colours; ``_theme`` is the cache key."""
     text = resources.path("scenes", "cat.svg").read_text(encoding="utf-8")
     colors = {name: color(name).name() for name in COAT}
     return QSvgRenderer(re.sub(r"@(\w+)", lambda m: colors.get(m[1]) or theme.tokens[m[1]], text).encode())
@@ -123,10 +123,10 @@ def _drawing(_look: str) -> QSvgRenderer:
 
 @lru_cache(maxsize=64)
 def _picture(
-    names: tuple[str, ...], across: float, up: float, ratio: float, look: str
+    names: tuple[str, ...], across: float, up: float, ratio: float, theme_name: str
 ) -> tuple[QPointF, QPixmap]:
-    """Return groups painted at so many px a unit, and the upper left corner in units."""
-    drawing, box = _drawing(look), QRectF()
+    """Return painted groups at a scale in px per unit, and their upper left corner in units."""
+    drawing, box = _drawing(theme_name), QRectF()
     for name in names:
         box |= drawing.boundsOnElement(name)
     box.adjust(-1, -1, 1, 1)
@@ -147,7 +147,7 @@ def part(
     stage: Stage, names: tuple[str, ...], pivot: tuple[float, float], scale: tuple[float, float],
     at: QPointF | None = None, turn: float = 0.0, stretch: float = 1.0,
 ) -> None:  # fmt: skip
-    """Paint groups, turned by degrees and stretched upwards about a pivot that lies at a point."""
+    """Paint groups with their pivot at a point, rotated in degrees and stretched vertically."""
     corner, picture = _picture(names, *scale, stage.ratio, theme.name)
     stage.p.save()
     stage.p.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
@@ -161,7 +161,7 @@ def part(
 
 @cache
 def _outline(*names: str) -> np.ndarray:
-    """Return the height (n,), a share, of the highest that groups show over _MM."""
+    """Return the upper outline (n,) of groups over _MM, as a fraction of the cat's height."""
     image = QImage(2 * int(_PER_MM * 120) + 1, 220, QImage.Format.Format_Alpha8)
     image.fill(0)
     painter = QPainter(image)
@@ -177,18 +177,18 @@ def _outline(*names: str) -> np.ndarray:
 
 @cache
 def _path_of_the_pad() -> np.ndarray:
-    """Return the height (n,), a share, of a pad over _MM: on the back, over the head, down beside the cat."""
+    """Return the pad's height (n,) over _MM as a fraction: over back and head, and beside the cat."""
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(_outline("body", "head"), 10), 21).max(axis=1)
     return np.convolve(np.pad(beside, 10, "edge"), np.full(21, 1.0 / 21.0), "valid")
 
 
 def pad_height(mm: float, mood: Mood) -> float:
-    """Return the height, a share, that a pad rests at."""
+    """Return the pad's height as a fraction of the cat's height."""
     return float(np.interp(mm, _MM, _path_of_the_pad())) * mood.chest
 
 
 def y(stage: Stage, share: float) -> float:
-    """Return the row in px of a share of the cat's height."""
+    """Return the row in px of a fraction of the cat's height."""
     return stage.rail - 2.0 * stage.u - share * stage.band
 
 
@@ -197,7 +197,7 @@ def _at(stage: Stage, mm: float, share: float) -> QPointF:
 
 
 def _unit(stage: Stage) -> float:
-    """Return the px of one unit of head, paw or hair: as the stage is high, but never too wide for it."""
+    """Return px per unit for head, paw and hair: scaled with the height, limited by the width."""
     return min(stage.band / _HIGH, stage.per_mm / _PER_MM)
 
 
@@ -205,12 +205,12 @@ def _unit(stage: Stage) -> float:
 
 
 def tip(stage: Stage, values: Values, motion: Motion) -> float:
-    """Return the row where the stem ends, on the pad."""
+    """Return the row where the stem ends on the pad."""
     return y(stage, pad_height(motion.position, read(motion))) - 4.0 * stage.u
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw the cat, then the pad on it."""
+    """Draw the cat, then the pad."""
     mood, s = read(motion), _unit(stage)
     tail = min(s, (stage.width - stage.x(_ROOT[0])) / _TAIL_LONG)
     part(stage, ("tail",), _ROOT, (tail, tail), turn=_SWING * mood.tail)
@@ -225,7 +225,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _head(stage: Stage, mood: Mood, pad: float) -> None:
-    """Draw the head; pad is the place in mm that the eyes follow."""
+    """Draw the head; pad: position in mm that the eyes follow."""
     scale = (_unit(stage),) * 2
     cross = mood.swat > 0.0 or mood.sulk > 0.0
     ears = "ears_back" if cross or mood.contentment < SWATS_BELOW else "ears_up"
@@ -248,7 +248,7 @@ def _head(stage: Stage, mood: Mood, pad: float) -> None:
 
 
 def angles(place: np.ndarray, mood: Mood, pad: float) -> np.ndarray:
-    """Return each hair's angle in rad over the back, 0 flat towards the tail, pi flat towards the head."""
+    """Return each hair's angle in rad to the back: 0 flat towards the tail, π flat towards the head."""
     near = np.exp(-(((place - pad) / _REACH) ** 2))
     pressed = _FLAT + max(0.0, -mood.bend) * (_BACKWARDS - _FLAT)
     return (_LIES + _BRISTLES * mood.anger) * (1.0 - near) + pressed * near
@@ -256,7 +256,7 @@ def angles(place: np.ndarray, mood: Mood, pad: float) -> np.ndarray:
 
 @cache
 def _hairs(step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return each hair's place in mm, length in units and turn in rad."""
+    """Return each hair's position in mm, length in units and rotation in rad."""
     rng = np.random.default_rng(11)
     place = np.arange(_FIRST, _LAST, step)
     place += rng.uniform(-0.2, 0.2, place.size)
@@ -264,7 +264,7 @@ def _hairs(step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _hair(stage: Stage, mood: Mood, pad: float) -> None:
-    """Draw the hairs along the back, each from its root over a bow to the tip and back."""
+    """Draw the hairs along the back as thin crescents."""
     place, long, turn = _hairs(0.72 if stage.u > 1.2 else 1.0)
     back = _outline("body") * mood.chest * stage.band
     row, slope = np.interp(place, _MM, back), np.interp(place, _MM, np.gradient(back, _MM * stage.per_mm))
@@ -278,7 +278,7 @@ def _hair(stage: Stage, mood: Mood, pad: float) -> None:
         x + long * np.cos(angle), low - long * np.sin(angle),
         bow_x + half_x, bow_y + half_y, x + half_x, low + half_y,
     )).tolist()  # fmt: skip
-    for i in range(0, len(points), _TUFT):  # a few in one path: many would be slow
+    for i in range(0, len(points), _TUFT):  # a few per path: a single long path is slow
         path = QPainterPath()
         path.setFillRule(Qt.FillRule.WindingFill)
         for a, b, c, d, e, f, g, h, k, m in points[i : i + _TUFT]:
@@ -292,11 +292,11 @@ def _pad(stage: Stage, row: float, x: float) -> None:
     wide, high = _PAD_WIDE * stage.u, _PAD_HIGH * stage.u
     stage.use(QPen(theme.color("scene"), 1.2 * stage.u), "handle")
     stage.p.drawRoundedRect(QRectF(x - wide / 2, row - high / 2, wide, high), high / 2, high / 2)
-    stage.taken.append(QRectF(x - wide / 2, stage.top, wide, row - stage.top + high))
+    stage.occupied.append(QRectF(x - wide / 2, stage.top, wide, row - stage.top + high))
 
 
 def _arm(stage: Stage, mood: Mood, pad: float) -> None:
-    """Draw the foreleg that goes out to the hand, and its paw."""
+    """Draw the foreleg reaching for the hand, and its paw."""
     s, reached = _unit(stage), min(pad - 3.0, _FARTHEST)
     shoulder, rest = _at(stage, *_SHOULDER), _at(stage, *_PAW)
     hand = rest + (_at(stage, reached, pad_height(reached, mood) - 0.02) - rest) * mood.reach
@@ -306,13 +306,13 @@ def _arm(stage: Stage, mood: Mood, pad: float) -> None:
     part(stage, ("paw",), _PAW, (s, s), hand)
 
 
-def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Say the mood, beside the ears or where the handle leaves room."""
+def labels(stage: Stage, values: Values, motion: Motion) -> None:
+    """Write the mood beside the ears, or beside the handle."""
     row = y(stage, _WORD[1])
     places = [
         (x, row, 1) for x in (stage.x(_WORD[0]), stage.x(-5.0), stage.x(motion.position) + 26 * stage.u)
     ]
-    stage.say(read(motion).word, places, "ink3", 12.5, 500)
+    stage.write(read(motion).word, places, "ink3", 12.5, 500)
 
 
-SCENE = Scene(ENVIRONMENT, moving=moving, words=words, tip=tip, per_newton=90.0, height=272, widest=3.75)
+SCENE = Scene(ENVIRONMENT, moving=moving, labels=labels, tip=tip, per_newton=90.0, height=272, widest=3.75)

@@ -1,4 +1,4 @@
-"""Damping: the stem in a liquid, with a bow wave and a wake as fast as the handle goes."""
+"""Damping: the stem in a liquid, with a bow wave and a wake that grow with the speed."""
 
 import math
 
@@ -11,7 +11,7 @@ from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
 _WALL = 47.0  # mm
-_FAST = 150.0  # mm/s: the wave is full from here on
+_FAST = 150.0  # mm/s: speed of the largest wave
 _STEP = 4.0  # px between points of the surface near the stem
 
 
@@ -20,7 +20,7 @@ def _level(stage: Stage) -> float:
 
 
 def _swing(motion: Motion) -> float:
-    """Return -1..1: how strong and to which side the wave is."""
+    """Return -1..1: strength and direction of the wave."""
     return max(-1.0, min(1.0, motion.velocity / _FAST))
 
 
@@ -39,7 +39,7 @@ def _surface(stage: Stage, motion: Motion) -> QPolygonF:
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw basin, liquid and wake."""
+    """Draw tank, liquid and wake."""
     u, level = stage.u, _level(stage)
     left, right, low = stage.x(-_WALL), stage.x(_WALL), stage.rail - 1.25 * stage.u
     surface = _surface(stage, motion)

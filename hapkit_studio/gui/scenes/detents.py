@@ -8,13 +8,13 @@ from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, saturat
 from hapkit_studio.gui.scenes.stage import Stage
 
 _LEVEL, _ROOM = 0.52, 0.42  # of the band
-_ENERGY = 1.1e-3  # J: a well of 63 % of the room
-_STEEPEST = 1.6  # a well is at most so many times as deep as half its width, and takes the ball in
+_ENERGY = 1.1e-3  # J: a well of this energy takes 63 % of the room
+_STEEPEST = 1.6  # maximum ratio of a well's depth to half its width, so that the ball fits
 _LEAST_BALL = 3.2  # px at u = 1
 
 
 def relief(stage: Stage, values: Values) -> Relief:
-    """Return the ground: around each multiple of the pitch a parabola, as a spring's energy is."""
+    """Return the ground: a parabola around each multiple of the pitch, like a spring's energy."""
     pitch, half = 1e3 * values["pitch"], 1e3 * values["half_width"]
     energy = 0.5 * values["stiffness"] * (1e-3 * half) ** 2
     depth = min(saturating(energy, _ENERGY, _ROOM * stage.band), _STEEPEST * half * stage.per_mm)
@@ -28,7 +28,7 @@ def relief(stage: Stage, values: Values) -> Relief:
 
 
 def _radius(stage: Stage, values: Values) -> float:
-    """Return the ball's radius in px: small enough for its well."""
+    """Return the ball's radius in px, small enough for its well."""
     half = 1e3 * values["half_width"] * stage.per_mm
     return max(min(BALL * stage.u, 0.5 * half), _LEAST_BALL * stage.u)
 

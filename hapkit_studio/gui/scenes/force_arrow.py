@@ -1,4 +1,4 @@
-"""The force arrow beside the knob and the number at its tip."""
+"""The force arrow beside the knob, with the number at its tip."""
 
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QRectF
@@ -12,35 +12,35 @@ LEAST_ARROW = 16.0
 _DECIMALS = 2  # of a force in N
 HEAD, HEAD_HALF, SHAFT_HALF = 12.0, 8.0, 2.6
 EACH_MS = 100
-_SEEN = 0.02, 0.1  # N, mm: so far from its number what is drawn is seen to be another
+_SEEN = 0.02, 0.1  # N, mm: a written number differing by more from the drawing is updated at once
 
 
 def direction(force: float) -> int:
-    """Return which way a force acts, 0 if it is none as it is written."""
+    """Return the sign of a force, 0 if it is displayed as zero."""
     return int(np.sign(round(force, _DECIMALS)))
 
 
 def force(stage: Stage, motion: Motion, per_newton: float) -> None:
-    """Draw the force as an arrow from the knob with its number at the tip, a bar across when clamped."""
+    """Draw the force as an arrow from the knob with its number at the tip; a bar marks clamping."""
     u, y, x = stage.u, stage.knob_middle, stage.x(motion.position)
     base, half = y + 4.8 * u, stage.knob_width / 2
-    stage.taken.append(knob(stage, motion.position).adjusted(-2, 0, 2, 0))
+    stage.occupied.append(knob(stage, motion.position).adjusted(-2, 0, 2, 0))
     d = direction(motion.force)
     if motion.stopped or d == 0:
         places = [(x - half - 13 * u, base, -1), (x + half + 13 * u, base, 1)]
         text = "0.00 N" if motion.stopped else motion.force_text
-        stage.say(text, places, "applied", 13, 700, must=True, wipe=True)
+        stage.write(text, places, "applied", 13, 700, must=True, wipe=True)
         return
     start, tip = _arrow_ends(stage, motion, per_newton)
     _arrow(stage, start, tip, y, d)
     if motion.hand is not None and apart(stage, motion):
         ring = ring_place(stage, motion.hand)
         if 0.0 < d * (ring - start) < d * (tip - start) - (HEAD + RING) * u:
-            ring_alone(stage, ring)  # over the shaft, but never over the head
+            ring_alone(stage, ring)  # above the shaft, but never above the head
     if motion.clamped:
         stage.line(tip + d * 5 * u, y - 11 * u, tip + d * 5 * u, y + 11 * u, stage.pen("applied", 3.2))
         tip += d * 7 * u
-    stage.taken.append(QRectF(min(start, tip), y - 9 * u, abs(tip - start), 18 * u))
+    stage.occupied.append(QRectF(min(start, tip), y - 9 * u, abs(tip - start), 18 * u))
     places = [
         (tip + d * 7 * u, base, d),
         (x - d * (half + 10 * u), base, -d),
@@ -48,11 +48,11 @@ def force(stage: Stage, motion: Motion, per_newton: float) -> None:
     ]
     if motion.hand is not None:
         places.append((ring_place(stage, motion.hand) - d * 15 * u, base, -d))
-    stage.say(motion.force_text, places, "applied", 13, 700, must=True, wipe=True)
+    stage.write(motion.force_text, places, "applied", 13, 700, must=True, wipe=True)
 
 
 def _arrow_ends(stage: Stage, motion: Motion, per_newton: float) -> tuple[float, float]:
-    """Return the arrow's columns: as long as the force, but inside the picture, over the knob at its edge."""
+    """Return the arrow's columns, limited to the picture; at the edge it starts above the knob."""
     u, d, x = stage.u, direction(motion.force), stage.x(motion.position)
     start = stage.knob_width / 2 + 7 * u
     room = (stage.width - x if d > 0 else x) - (16 if motion.clamped else 6) * u
@@ -70,23 +70,23 @@ def _arrow(stage: Stage, start: float, tip: float, y: float, d: int) -> None:
 
 
 def force_words(newtons: float) -> str:
-    """Write a force for the arrow's tip."""
+    """Format a force for the arrow's tip."""
     return f"{number(newtons, _DECIMALS, sign=True)} N"
 
 
 class ReadOut:
-    """Writes a motion's numbers ten times a second, and at once where the drawing would contradict them."""
+    """Updates the numbers shown ten times a second, and at once if the drawing would contradict them."""
 
     def __init__(self) -> None:
         self._clock = QElapsedTimer()
         self._force = 0.0
 
     def invalidate(self) -> None:
-        """Take every number anew at the next look."""
+        """Update all numbers at the next refresh."""
         self._clock.invalidate()
 
     def refresh(self, motion: Motion) -> bool:
-        """Set the motion's numbers, all from the row that is drawn; say whether they are new."""
+        """Set the shown numbers from the row drawn if they are due; return whether they changed."""
         due = not self._clock.isValid() or self._clock.elapsed() >= EACH_MS or self._contradicts(motion)
         if due:
             self._clock.start()

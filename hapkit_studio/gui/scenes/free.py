@@ -1,11 +1,11 @@
-"""Free: the handle, and pale echoes of where it was a moment ago."""
+"""Free: the handle with pale echoes of its recent positions."""
 
 from hapkit_studio.environments.free import ENVIRONMENT
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values, handle, knob
 from hapkit_studio.gui.scenes.stage import Stage
 
 ECHOES = ((8, 0.14), (5, 0.26), (2, 0.38))  # frames ago, opacity
-_LEAST = 1.0  # mm: closer echoes would only blur the handle
+_LEAST = 1.0  # mm: closer echoes would blur the handle
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
@@ -13,7 +13,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
     for ago, opacity in ECHOES:
         if len(motion.trail) > ago and abs(motion.trail[-1 - ago] - motion.position) > _LEAST:
             handle(stage, motion.trail[-1 - ago], alpha=opacity)
-            stage.taken.append(knob(stage, motion.trail[-1 - ago]))
+            stage.occupied.append(knob(stage, motion.trail[-1 - ago]))
 
 
 SCENE = Scene(ENVIRONMENT, moving=moving)

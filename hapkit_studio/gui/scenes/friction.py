@@ -1,4 +1,4 @@
-"""Friction: a brush on rough ground; its bristles lean by the stretch of the tether that holds them."""
+"""Friction: a brush on rough ground; its bristles lean by the deflection of the friction model."""
 
 import math
 
@@ -16,8 +16,8 @@ _LEVEL = 0.34  # of the band
 _GRAINS = np.random.default_rng(4).uniform(-1.0, 1.0, 101)
 _BRISTLES = 9
 _HEIGHT = 15.0  # px at u = 1: from the pad to the ground
-_REACH = 22.0  # px at u = 1: bristles lie flat from here on
-_STILL = 2.0  # mm within the last frames: slow enough for a word to be read
+_REACH = 22.0  # px at u = 1: bristles lie flat at this deflection
+_STILL = 2.0  # mm of motion in the last frames: slow enough to read a label
 
 
 def _row(stage: Stage) -> float:
@@ -30,7 +30,7 @@ def _pad(stage: Stage, motion: Motion) -> QRectF:
 
 
 def fixed(stage: Stage, values: Values) -> None:
-    """Draw the ground, as rough as the friction is strong."""
+    """Draw the ground, rougher for stronger friction."""
     places = np.linspace(-50.0, 50.0, 101)
     height = 3.0 * min(1.6, values["kinetic_force"] / 0.4) ** 0.5 * stage.u
     ground(stage, lambda mm: stage.band * _LEVEL + height * np.interp(mm, places, _GRAINS))
@@ -42,29 +42,29 @@ def _sticks(values: Values, motion: Motion) -> bool:
 
 
 def stretch(values: Values, motion: Motion) -> float:
-    """Return in mm how far what holds the bristles' ends lies from the handle."""
+    """Return the offset in mm from the handle to the anchor of the bristles."""
     slides = motion.state["slides"]
-    if slides and values["model"] in (PROJECTION, TETHER):  # the anchor stays behind
+    if slides and values["model"] in (PROJECTION, TETHER):  # the anchor lags behind
         return 1e3 * math.copysign(values["kinetic_force"] / values["tether_stiffness"], slides)
     return 1e3 * motion.state["anchor"] - motion.position if motion.state["started"] > 0.5 else 0.0
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw bristles, pad and, while it sticks, what holds it."""
+    """Draw bristles, pad and, while it sticks, the anchor."""
     u, pad = stage.u, _pad(stage, motion)
     lean = stretch(values, motion) * stage.per_mm
     bent = max(-_REACH * u, min(_REACH * u, lean))
     _bristles(stage, pad, bent)
-    if bent != lean:  # the tether goes on to an anchor that is farther than they reach
+    if bent != lean:  # draw a tether to an anchor beyond the bristles' reach
         y, anchor = _row(stage) - 2 * u, pad.center().x() + lean
         stage.line(pad.center().x() + bent, y, anchor, y, stage.pen("objline", 1.6))
         stage.p.setBrush(theme.color("obj"))
         stage.p.drawEllipse(QPointF(anchor, y), 3 * u, 3 * u)
     if _sticks(values, motion):
-        _hold(stage, pad.center().x() + lean)
+        _anchor(stage, pad.center().x() + lean)
     stage.use(stage.pen("objline", 1.8), "obj")
     stage.p.drawRoundedRect(pad, 4 * u, 4 * u)
-    stage.taken.append(pad)
+    stage.occupied.append(pad)
 
 
 def _bristles(stage: Stage, pad: QRectF, bent: float) -> None:
@@ -77,8 +77,8 @@ def _bristles(stage: Stage, pad: QRectF, bent: float) -> None:
     stage.stroke(path, stage.pen("objline", 1.8))
 
 
-def _hold(stage: Stage, x: float) -> None:
-    """Draw the sign of what is fixed to the world under the bristles' ends."""
+def _anchor(stage: Stage, x: float) -> None:
+    """Draw a fixed support under the ends of the bristles."""
     u, y = stage.u, _row(stage) + 5 * stage.u
     half = 23 * u
     starts = [x - half + (4 + 7 * i) * u for i in range(7)]
@@ -86,18 +86,18 @@ def _hold(stage: Stage, x: float) -> None:
     stage.lines(stage.pen("matline", 1.8), [(x - half, y), (x + half, y)], *hatches)
 
 
-def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Say that it sticks, where that can be read."""
+def labels(stage: Stage, values: Values, motion: Motion) -> None:
+    """Write "sticks" while the motion is slow enough to read it."""
     slow = not motion.trail or max(motion.trail) - min(motion.trail) < _STILL
     if slow and _sticks(values, motion):
         pad, u = _pad(stage, motion), stage.u
         y = pad.center().y() + 4.5 * u
-        stage.say("sticks", [(pad.right() + 9 * u, y, 1), (pad.left() - 9 * u, y, -1)], "ink2", 12, 600)
+        stage.write("sticks", [(pad.right() + 9 * u, y, 1), (pad.left() - 9 * u, y, -1)], "ink2", 12, 600)
 
 
 def tip(stage: Stage, values: Values, motion: Motion) -> float:
-    """Return where the stem ends: in the pad."""
+    """Return the row where the stem ends, in the pad."""
     return _pad(stage, motion).top() + stage.u
 
 
-SCENE = Scene(ENVIRONMENT, fixed, moving, words, tip)
+SCENE = Scene(ENVIRONMENT, fixed, moving, labels, tip)

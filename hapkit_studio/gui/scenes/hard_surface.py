@@ -1,4 +1,4 @@
-"""Hard surface: a solid block that rings when hit, the ringing drawn over time from its face inwards."""
+"""Hard surface: a solid block that rings when hit; the ringing is drawn over time inside the block."""
 
 import math
 
@@ -15,8 +15,8 @@ from hapkit_studio.gui.widgets.theme import theme
 
 _SECONDS = 2e-3  # per mm of the block
 _LARGEST = 3.0  # N: fills the block's height
-_SPEED = 0.1  # m/s: the tap that is drawn before the first one
-_SHOWN = 0.25  # s: how long the arcs of an impact stay
+_SPEED = 0.1  # m/s: impact speed drawn before the first impact
+_SHOWN = 0.25  # s: how long the arcs of an impact stay visible
 _BAR = 0.02  # s
 _ARCS = ((12.0, 0.9), (20.0, 0.6), (28.0, 0.35))  # radius at u = 1, opacity
 
@@ -30,13 +30,13 @@ def _face(stage: Stage, values: Values, motion: Motion) -> tuple[float, bool]:
 
 
 def sound(values: Values) -> tuple[float, float, float]:
-    """Return amplitude in N per m/s, decay in 1/s and frequency in Hz: the material's, or the custom ones."""
+    """Return amplitude in N per m/s, decay in 1/s and frequency in Hz of the material or custom."""
     return sound_of(*(values[key] for key in ("material", "amplitude", "decay", "frequency")))
 
 
 def wave(stage: Stage, values: Values, speed: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return times (n,) in s, one each pixel, and the ringing (n,) in N after an entry at a speed in m/s."""
-    seconds, unit = stage.once("ringing", lambda: _unit(stage, values))
+    """Return times (n,) in s, one per pixel, and the ringing (n,) in N after an impact at a speed in m/s."""
+    seconds, unit = stage.cached("ringing", lambda: _unit(stage, values))
     limit = values["limit"]
     return seconds, np.clip(speed * unit, -limit, limit)
 
@@ -53,7 +53,7 @@ def fixed(stage: Stage, values: Values) -> None:
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw the block, how it rings, and arcs where it was hit."""
+    """Draw the block, its ringing, and arcs after an impact."""
     face, pressed = _face(stage, values, motion)
     block(stage, face, stage.x(50.0), "mat2", hatched=False)
     if pressed:
@@ -66,12 +66,12 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _draw_wave(stage: Stage, values: Values, face: float, speed: float, since: float) -> None:
-    """Draw the ringing after an entry: pale what is over, dark what is left."""
+    """Draw the ringing after an impact: the past pale, the rest dark."""
     left, ratio = face + 9 * stage.u, stage.ratio
     room = stage.x(48.0) - left
     if room < 12 * stage.u:
         return
-    over, left_over = stage.once("wave", lambda: _pictures(stage, values, speed), of=speed)
+    over, left_over = stage.cached("wave", lambda: _pictures(stage, values, speed), of=speed)
     now = min(round(since / _SECONDS * stage.per_mm * ratio) / ratio, room) if since < math.inf else room
     high = over.height() / ratio
     for picture, start, stop in ((over, 0.0, now), (left_over, now, room)):
@@ -81,11 +81,11 @@ def _draw_wave(stage: Stage, values: Values, face: float, speed: float, since: f
 
 
 def _pictures(stage: Stage, values: Values, speed: float) -> tuple[QPixmap, QPixmap]:
-    """Return the ringing after an entry at a speed, pale and dark, as long as the block."""
+    """Return pictures of the ringing after an impact, pale and dark, as long as the block."""
     seconds, newtons = wave(stage, values, speed)
     rows = 0.47 * stage.band - 0.42 * stage.band / _LARGEST * newtons
     swing = stage.per_mm / (_SECONDS * max(sound(values)[2], 1.0))
-    width = min(2.4 * stage.u, max(1.2, 0.2 * swing))  # px, thin enough to keep the swings apart
+    width = min(2.4 * stage.u, max(1.2, 0.2 * swing))  # px: thin enough to separate the oscillations
     line = ribbon(seconds / _SECONDS * stage.per_mm, rows, width)
     return _picture(stage, line, "matline"), _picture(stage, line, "handle")
 
@@ -102,7 +102,7 @@ def _picture(stage: Stage, line: QPainterPath, token: str) -> QPixmap:
 
 
 def _arcs(stage: Stage, face: float, left: float) -> None:
-    """Draw the impact's arcs before the face; left goes from 1 to 0."""
+    """Draw the impact's arcs in front of the face; left decreases from 1 to 0."""
     u, y = stage.u, stage.top + 0.5 * stage.band
     for radius, opacity in _ARCS:
         r, x = radius * u, face - (7.0 + 0.34 * radius) * u
@@ -113,8 +113,8 @@ def _arcs(stage: Stage, face: float, left: float) -> None:
         stage.stroke(path, stage.pen("applied", 2.0, alpha=opacity * left))
 
 
-def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Give the ringing its pitch and, by a bar, its time scale, where the block has room."""
+def labels(stage: Stage, values: Values, motion: Motion) -> None:
+    """Write the ringing's frequency and a time scale bar, if the block is wide enough."""
     u, left = stage.u, _face(stage, values, motion)[0] + 9 * stage.u
     bar, y = _BAR / _SECONDS * stage.per_mm, stage.rail - 9 * stage.u
     text = f"{1e3 * _BAR:.0f} ms"
@@ -129,4 +129,4 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
         label(stage, pitch, stage.x(50.0) - 8 * u - half, y, ("ink", "mat2"))
 
 
-SCENE = Scene(ENVIRONMENT, fixed, moving, words)
+SCENE = Scene(ENVIRONMENT, fixed, moving, labels)

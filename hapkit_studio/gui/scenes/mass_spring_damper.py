@@ -1,4 +1,4 @@
-"""Mass–spring–damper: a block at its true place, tied to a fixed post, that the handle pushes."""
+"""Mass–spring–damper: a block at its true position, connected to a fixed post and pushed by the handle."""
 
 from PySide6.QtCore import QPointF, QRectF
 
@@ -18,17 +18,17 @@ def _rest(values: Values) -> float:
 
 
 def place(values: Values, motion: Motion) -> float:
-    """Return where the block's left face is in mm."""
+    """Return the position of the block's left face in mm."""
     return 1e3 * motion.state["object"] if motion.state["started"] > 0.5 else _rest(values)
 
 
 def width(values: Values) -> float:
-    """Return the block's width in mm: 15, less where post and rest are close."""
+    """Return the block's width in mm: 15, or less if post and rest position are close."""
     return min(15.0, max(5.0, 0.5 * (_POST - 8.0 - _rest(values))))
 
 
 def _body(stage: Stage, values: Values, motion: Motion) -> QRectF:
-    """Return the block: as high as its mass is large, its face pressed in by the handle."""
+    """Return the block: higher for a larger mass, its face compressed by the handle."""
     high = stage.band * min(0.9, max(0.6, 0.8 * (values["mass"] / 2.0) ** (1.0 / 3.0)))
     face = place(values, motion)
     right = stage.x(face + width(values))
@@ -37,7 +37,7 @@ def _body(stage: Stage, values: Values, motion: Motion) -> QRectF:
 
 
 def fixed(stage: Stage, values: Values) -> None:
-    """Draw the post and where the spring is at rest."""
+    """Draw the post and mark the spring's rest position."""
     x = stage.x(_rest(values))
     stage.line(x, stage.top, x, stage.rail, stage.pen("ghost", 1.5, (5, 5)))
     mark(stage, x, "rest")
@@ -65,7 +65,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _dashpot(stage: Stage, left: float, right: float, y: float) -> None:
-    """Draw a piston on the block's side in a cylinder on the post's."""
+    """Draw a piston on the block's side in a cylinder on the post's side."""
     length, half = right - left, 8 * stage.u
     mouth, bottom, piston = left + 0.30 * length, left + 0.72 * length, left + 0.42 * length
     cylinder = [(mouth, y - half), (bottom, y - half), (bottom, y + half), (mouth, y + half)]
@@ -74,8 +74,8 @@ def _dashpot(stage: Stage, left: float, right: float, y: float) -> None:
     stage.line(piston, y - 0.75 * half, piston, y + 0.75 * half, stage.pen("matline", 3))
 
 
-def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Write the mass on the block, or beside it where it is narrow."""
+def labels(stage: Stage, values: Values, motion: Motion) -> None:
+    """Write the mass on the block, or above it if it is narrow."""
     body = _body(stage, values, motion)
     text = f"{values['mass']:.3g} kg"
     where = f"block at {number(place(values, motion), 1)} mm"
@@ -85,7 +85,7 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     if text_width(stage, text, 13, 700) + 8 * stage.u < body.width():
         label(stage, text, body.center().x(), y, (on_object(), "obj"), 13, 700)
     else:
-        stage.say(text, [(body.center().x(), body.top() - 7 * stage.u, 0)], "ink", 13, 700)
+        stage.write(text, [(body.center().x(), body.top() - 7 * stage.u, 0)], "ink", 13, 700)
 
 
-SCENE = Scene(ENVIRONMENT, fixed, moving, words)
+SCENE = Scene(ENVIRONMENT, fixed, moving, labels)

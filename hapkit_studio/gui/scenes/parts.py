@@ -1,4 +1,4 @@
-"""Parts that several scenes draw: solid blocks, reliefs with a ball riding on them, words on a colour."""
+"""Parts shared by several scenes: solid blocks, reliefs with a ball on them, labels on a colour."""
 
 import math
 from collections.abc import Callable
@@ -13,18 +13,18 @@ from hapkit_studio.gui.widgets.text import paint_words
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import luminance
 
-BALL = 6.5  # px at u = 1, the outline's half width included
+BALL = 6.5  # px at u = 1, including half the outline
 _OUTLINE = 1.2
 
 # maps positions (n,) in mm to heights (n,) in px above the rail
 Relief = Callable[[np.ndarray], np.ndarray]
 
 
-# what stays put ---------------------------------------------------------------------------------
+# fixed parts ------------------------------------------------------------------------------------
 
 
 def block(stage: Stage, face: float, end: float, token: str = "mat", hatched: bool = True) -> None:
-    """Draw a solid from its face to its far end (columns), the corner at the face rounded."""
+    """Draw a solid between two columns, with a rounded corner at its face."""
     side = 1 if end > face else -1
     top, low, corner = stage.top + 2 * stage.u, stage.rail - 1.25 * stage.u, 7 * stage.u * side
     if side * (end - face) <= abs(corner):
@@ -46,41 +46,41 @@ def block(stage: Stage, face: float, end: float, token: str = "mat", hatched: bo
 
 
 def surface_line(stage: Stage, x: float, token: str = "matline") -> None:
-    """Dash the place of a face that is pressed in."""
+    """Draw a dashed line where the face would be if it were not pressed in."""
     stage.line(x, stage.top + 2 * stage.u, x, stage.rail, stage.pen(token, 1.6, (4, 4)))
 
 
 def mark(stage: Stage, x: float, text: str) -> None:
-    """Point from below the rail to a place that stays put, and name it."""
+    """Mark a fixed position below the rail with a triangle and a label."""
     u = stage.u
     top, low = stage.rail + u, stage.rail + 9 * u
     stage.use(stage.pen("matline", 0.5), "matline")
     stage.polygon([(x, top), (x - 4.5 * u, low), (x + 4.5 * u, low)])
-    stage.say(text, [(x, stage.rail + 22 * u, 0)], "matline", 12, 600, must=True)
+    stage.write(text, [(x, stage.rail + 22 * u, 0)], "matline", 12, 600, must=True)
 
 
 def label(
     stage: Stage, text: str, x: float, y: float, tokens: tuple[str, str], size: float = 12.0,
     weight: int = 600,
 ) -> None:  # fmt: skip
-    """Write words centred on a column, on a colour: tokens are the text's and its ground's."""
+    """Write a centred label on a coloured background; tokens: colours of text and background."""
     font, metrics = stage.font(size, weight)
     wide, high = metrics.horizontalAdvance(text), metrics.capHeight() + 6
     box = QRectF(x - wide / 2, y - high + 3, wide, high)
-    stage.taken.append(box)
+    stage.occupied.append(box)
     stage.texts.append(box)
     paint_words(stage.p, box.left(), y, text, font, tokens, 2.0 * stage.u, stage.ratio)
 
 
 def on_object() -> str:
-    """Return the token of words on what moves: whichever of ink and ground stands out more."""
+    """Return the text colour for labels on moving objects: the one with more contrast."""
     ground = luminance(theme.tokens["obj"]) + 0.05
     ratios = {token: (luminance(theme.tokens[token]) + 0.05) / ground for token in ("ink", "scene")}
     return max(ratios, key=lambda token: max(ratios[token], 1.0 / ratios[token]))
 
 
 def text_width(stage: Stage, text: str, size: float = 12.0, weight: int = 600) -> float:
-    """Return how wide words are in px."""
+    """Return the width of a label in px."""
     return stage.font(size, weight)[1].horizontalAdvance(text)
 
 
@@ -88,7 +88,7 @@ def text_width(stage: Stage, text: str, size: float = 12.0, weight: int = 600) -
 
 
 def sampled(stage: Stage, relief: Relief) -> Relief:
-    """Return a relief with a point in each pixel, as it is drawn, quick to look up."""
+    """Return a relief tabulated once per pixel, for fast evaluation."""
     columns = _columns(stage)
     heights = relief(columns)
     return lambda mm: np.interp(mm, columns, heights)
@@ -100,7 +100,7 @@ def _columns(stage: Stage) -> np.ndarray:
 
 
 def ribbon(x: np.ndarray, y: np.ndarray, width: float) -> QPainterPath:
-    """Return a line through points (n,) in px as an area to be filled: far quicker than a stroke as wide."""
+    """Return a line through points (n,) in px as a filled area: much faster than a wide stroke."""
     slope = np.gradient(y, x)
     across = 0.5 * width / np.sqrt(1.0 + slope**2)
     edges = [(x - slope * across * side, y + across * side) for side in (-1.0, 1.0)]
@@ -114,7 +114,7 @@ def ribbon(x: np.ndarray, y: np.ndarray, width: float) -> QPainterPath:
 
 
 def ground(stage: Stage, relief: Relief, fine: bool = False) -> None:
-    """Fill and outline a relief from one end of the rail to the other; a fine one by a hairline."""
+    """Fill and outline a relief along the rail; a fine one with a hairline."""
     columns = _columns(stage)
     x, rows = stage.width / 2 + columns * stage.per_mm, stage.rail - relief(columns)
     left, right, low = float(x[0]), float(x[-1]), stage.rail
@@ -132,7 +132,7 @@ def ground(stage: Stage, relief: Relief, fine: bool = False) -> None:
 
 
 def resting(stage: Stage, relief: Relief, mm: float, radius: float) -> float:
-    """Return the row of the centre of a ball that touches the relief from above; radius in px."""
+    """Return the row of the centre of a ball of a radius in px that rests on the relief."""
     reach = radius * np.linspace(-1.0, 1.0, 41)
     under = stage.rail - relief(mm + reach / stage.per_mm)
     return float(np.min(under - np.sqrt(radius**2 - reach**2)))
@@ -141,7 +141,7 @@ def resting(stage: Stage, relief: Relief, mm: float, radius: float) -> float:
 def riding(
     relief: Callable[[Stage, Values], Relief], radius: Callable[[Stage, Values], float]
 ) -> tuple[Callable[[Stage, Values, Motion], None], Callable[[Stage, Values, Motion], float]]:
-    """Return the ``moving`` and the ``tip`` of a scene whose stem ends in a ball of a radius in px."""
+    """Return ``moving`` and ``tip`` of a scene whose stem ends in a ball of a radius in px."""
 
     def moving(stage: Stage, values: Values, motion: Motion) -> None:
         stage.use(None, "handle")
@@ -154,12 +154,12 @@ def riding(
     return moving, tip
 
 
-def take_stem(stage: Stage, motion: Motion, low: float) -> None:
-    """Keep words off the stem, from under the knob down to a row."""
+def occupy_stem(stage: Stage, motion: Motion, low: float) -> None:
+    """Keep labels off the stem, from below the knob down to a row."""
     x, half = stage.x(motion.position), 6 * stage.u
-    stage.taken.append(QRectF(x - half, stage.top, 2 * half, low - stage.top))
+    stage.occupied.append(QRectF(x - half, stage.top, 2 * half, low - stage.top))
 
 
 def saturating(value: float, reference: float, room: float) -> float:
-    """Return a drawn height that grows with the value, 63 % of the room at the reference, and always fits."""
+    """Return a height that saturates: 63 % of the room at the reference value, never more than the room."""
     return room * (1.0 - math.exp(-max(value, 0.0) / reference))

@@ -1,4 +1,4 @@
-"""Puck: a disc of its true size between two walls, with an arrow and echoes as fast as it slides."""
+"""Puck: a disc of true size between two walls, with a velocity arrow and echoes."""
 
 from PySide6.QtCore import QRectF, Qt
 
@@ -10,21 +10,21 @@ from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
 RADIUS, WALL = 1e3 * law.RADIUS, 1e3 * (law.REACH + law.RADIUS)  # mm
-_LEAST_WIDTH = 2.0  # mm: what is left of a puck that is pressed through
+_LEAST_WIDTH = 2.0  # mm: minimum width of a compressed puck
 _ECHOES = ((3, 0.12), (2, 0.20), (1, 0.32))  # steps back, opacity
 _STEP = 0.03  # s
-_SLOW = 0.01  # m/s: slower, it has neither arrow nor echoes
+_SLOW = 0.01  # m/s: below this speed there are no arrow and no echoes
 _PER_SPEED = 130.0  # px of the arrow per m/s at u = 1
 _LONGEST = 46.0
 
 
 def place(motion: Motion) -> float:
-    """Return the puck's middle in mm."""
+    """Return the position of the puck's centre in mm."""
     return 1e3 * (motion.state["object"] if motion.state["started"] > 0.5 else law.START)
 
 
 def outline(stage: Stage, motion: Motion) -> QRectF:
-    """Return the puck, pressed in where the handle or a wall pushes it, and lower where the scene is low."""
+    """Return the puck's outline, compressed by handle or wall, and flattened in a low scene."""
     middle, side = place(motion), motion.state["side"]
     left = max(middle - RADIUS, min(-WALL, middle + RADIUS - _LEAST_WIDTH))
     right = min(middle + RADIUS, max(WALL, middle - RADIUS + _LEAST_WIDTH))
@@ -57,7 +57,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _echoes(stage: Stage, motion: Motion, shape: QRectF, speed: float) -> None:
-    """Draw where it was, at this speed, as far as walls and handle leave room."""
+    """Draw earlier positions at the present speed that lie between walls and handle."""
     stage.p.setPen(Qt.PenStyle.NoPen)
     side = motion.state["side"]
     low = max(-WALL, motion.position if side > 0.0 else -WALL) + RADIUS
@@ -79,11 +79,11 @@ def _arrow(stage: Stage, shape: QRectF, speed: float) -> None:
     stage.lines(stage.pen("velocity", 2.4), [(start, y), (end, y)], head)
 
 
-def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Point to a puck that has left the picture."""
+def labels(stage: Stage, values: Values, motion: Motion) -> None:
+    """Point to a puck outside the picture."""
     shape = outline(stage, motion)
     text = f"puck at {number(place(motion), 1)} mm"
     point_out(stage, shape.left(), shape.right(), shape.center().y(), ("obj", "objline"), text)
 
 
-SCENE = Scene(ENVIRONMENT, fixed, moving, words)
+SCENE = Scene(ENVIRONMENT, fixed, moving, labels)

@@ -1,4 +1,4 @@
-"""Spring: a coil between a post and the handle, its centre as a dashed line."""
+"""Spring: a coil between a post and the handle, with a dashed line at its centre."""
 
 from PySide6.QtCore import QPointF
 
@@ -20,7 +20,7 @@ def fixed(stage: Stage, values: Values) -> None:
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw the coil and the joint on the stem."""
+    """Draw the coil and its joint on the stem."""
     x, y = stage.x(motion.position), stage.rail - 0.46 * stage.band
     stage.coil(stage.x(_POST), x, y, 15 * stage.u, _TURNS)
     stage.use(None, "matline")

@@ -1,7 +1,7 @@
-"""The stage every scene plays on: ±50 mm on a rail, and the parts that all drawings share.
+"""Geometry of a scene, ±50 mm on a rail, and drawing functions common to all scenes.
 
-Lengths are pixels; u scales every fixed size (1.0 at 150 high, 1.32 at 236); positions on the rail are mm.
-widest: the picture's width at most, as a multiple of its height; beside it nothing is drawn.
+Lengths are in pixels, positions on the rail in mm. u scales all fixed sizes (1.0 at a height of 150, 1.32 at
+236). widest: maximum width of the picture as a multiple of its height; the rest stays empty.
 """
 
 import math
@@ -18,13 +18,13 @@ T = TypeVar("T")
 Place = tuple[float, float]
 
 HALF_TRAVEL = 50.0  # mm
-_BESIDE = 4.0  # px between words
-_FAR = 1000.0  # mm: what is farther, or no place at all, is drawn there, out of sight
-_CORNER = 8.0  # px: of a card
+_BESIDE = 4.0  # px between labels
+_FAR = 1000.0  # mm: positions are clipped here, outside the picture
+_CORNER = 8.0  # px: corner radius of a card
 
 
 class Stage:
-    """Geometry, painter and shared parts for one size and one theme."""
+    """Geometry, painter and drawing functions for one size and one theme."""
 
     def __init__(self, width: float, height: float, ratio: float = 1.0, widest: float = math.inf):
         self.width, self.height, self.ratio = width, height, ratio
@@ -39,7 +39,7 @@ class Stage:
         self.top = self.knob_top + self.knob_height + 10.0 * u
         self.band = self.rail - self.top
         self.p: QPainter = None  # type: ignore[assignment]
-        self.taken: list[QRectF] = []
+        self.occupied: list[QRectF] = []
         self.texts: list[QRectF] = []
         self._kept: list[QRectF] = []
         self._kept_texts: list[QRectF] = []
@@ -47,19 +47,19 @@ class Stage:
         self._made: dict[str, tuple[object, Any]] = {}
 
     def begin(self, painter: QPainter) -> None:
-        """Paint with this painter from now on; taken by then is what stays put."""
+        """Use this painter from now on; the occupied areas are reset to those of the fixed parts."""
         self.p = painter
-        self.taken, self.texts = list(self._kept), list(self._kept_texts)
+        self.occupied, self.texts = list(self._kept), list(self._kept_texts)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
 
-    def keep_taken(self) -> None:
-        """Keep what is taken so far for every frame to come."""
-        self._kept, self._kept_texts = list(self.taken), list(self.texts)
+    def keep_occupied(self) -> None:
+        """Store the occupied areas of the fixed parts for all later frames."""
+        self._kept, self._kept_texts = list(self.occupied), list(self.texts)
 
-    def once(self, name: str, make: Callable[[], T], of: object = None) -> T:
-        """Return what was made under a name, made anew only when what it is made of has changed.
+    def cached(self, name: str, make: Callable[[], T], of: object = None) -> T:
+        """Return the cached result of ``make``; it is made again if ``of`` has changed.
 
-        Parameters, size and theme are the same for a stage's life.
+        Parameters, size and theme do not change during a stage's life.
         """
         if name not in self._made or self._made[name][0] != of:
             self._made[name] = of, make()
@@ -76,7 +76,7 @@ class Stage:
     # strokes and fills --------------------------------------------------------------------------
 
     def pen(self, token: str, width: float = 1.5, dash: tuple[float, ...] = (), alpha: float = 1.0) -> QPen:
-        """Return a round pen; width and dash in units of u."""
+        """Return a pen with round joins; width and dash in units of u."""
         cap = Qt.PenCapStyle.FlatCap if dash else Qt.PenCapStyle.RoundCap
         pen = QPen(theme.color(token, alpha), width * self.u, Qt.PenStyle.SolidLine, cap)
         pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
@@ -90,7 +90,7 @@ class Stage:
         self.p.drawLine(QPointF(x1, y1), QPointF(x2, y2))
 
     def use(self, pen: QPen | None, fill: str = "") -> None:
-        """Take a pen, None for no outline, and a token to fill with, if any, for the shapes to come."""
+        """Set pen (None: no outline) and fill colour ("": no fill) for the following shapes."""
         self.p.setPen(pen or Qt.PenStyle.NoPen)
         self.p.setBrush(theme.color(fill) if fill else Qt.BrushStyle.NoBrush)
 
@@ -99,7 +99,7 @@ class Stage:
         self.p.drawPolygon(QPolygonF([QPointF(*corner) for corner in corners]))
 
     def lines(self, pen: QPen, *lines: Sequence[Place]) -> None:
-        """Draw lines, each through some points."""
+        """Draw polylines."""
         path = QPainterPath()
         for line in lines:
             path.addPolygon(QPolygonF([QPointF(*place) for place in line]))
@@ -111,14 +111,14 @@ class Stage:
         self.p.drawPath(path)
 
     def hatch(self, path: QPainterPath, token: str = "mat") -> None:
-        """Fill a path with a token's colour, hatched: it is fixed to the world."""
+        """Fill a path with a hatched colour, which marks parts fixed to the world."""
         self.p.fillPath(path, theme.color(token))
         self.p.fillPath(path, QBrush(theme.color("mat2"), Qt.BrushStyle.BDiagPattern))
 
-    # words --------------------------------------------------------------------------------------
+    # text -----------------------------------------------------------------------------------------
 
     def font(self, size: float, weight: int) -> tuple[QFont, QFontMetricsF]:
-        """Return the scene's font and its measures; size as at u = 1."""
+        """Return the scene's font and its metrics; size as at u = 1."""
         if (size, weight) not in self._fonts:
             font = theme.font("body")
             font.setPixelSize(round(max(11.5, size * self.text_scale)))
@@ -126,39 +126,39 @@ class Stage:
             self._fonts[size, weight] = font, QFontMetricsF(font)
         return self._fonts[size, weight]
 
-    def say(
+    def write(
         self, text: str, places: list[tuple[float, float, int]], token: str, size: float = 12.0,
         weight: int = 500, must: bool = False, wipe: bool = False,
     ) -> bool:  # fmt: skip
-        """Write words at the first of places (x, base line, side) that is free; say whether it was written.
+        """Write a text at the first free place (x, base line, side); return whether it was written.
 
-        Words that must be seen go to the first place inside the scene, taken or not; wiped, nothing is seen
-        between their letters.
+        must: if no place is free, use the first one inside the scene. wipe: clear the background, so that
+        nothing shows between the letters.
         """
         font, metrics = self.font(size, weight)
         wide, high = metrics.horizontalAdvance(text), metrics.capHeight() + 6
         boxes = [(p, QRectF(p[0] - wide * (1 - p[2]) / 2, p[1] - high + 3, wide, high)) for p in places]
         inside = [(place, box) for place, box in boxes if box.left() >= 2 and box.right() <= self.width - 2]
-        free = [(place, box) for place, box in inside if not self._is_taken(box)]
+        free = [(place, box) for place, box in inside if not self._is_occupied(box)]
         chosen = free or (inside or boxes if must else [])
         if not chosen:
             return False
         (_, y, _), box = chosen[0]
-        self.taken.append(box)
+        self.occupied.append(box)
         self.texts.append(box)
         if wipe:
             self.p.fillRect(box.adjusted(-_BESIDE, 0, _BESIDE, 0), theme.color("scene"))
         paint_words(self.p, box.left(), y, text, font, (token, "scene"), 4.0 * self.u, self.ratio)
         return True
 
-    def _is_taken(self, box: QRectF) -> bool:
+    def _is_occupied(self, box: QRectF) -> bool:
         wide = box.adjusted(-_BESIDE, 0, _BESIDE, 0)
-        return any(wide.intersects(other) for other in self.taken)
+        return any(wide.intersects(other) for other in self.occupied)
 
     # shared parts -------------------------------------------------------------------------------
 
     def ground(self) -> None:
-        """Draw the scene's ground and its faint lines every 10 mm."""
+        """Draw the background with faint lines every 10 mm."""
         outline = QPainterPath()
         inside = theme.px(_CORNER) - theme.frame
         outline.addRoundedRect(QRectF(0, 0, self.width, self.height), inside, inside)
@@ -169,15 +169,16 @@ class Stage:
             self.line(x, 8 * self.u, x, self.rail, pen)
 
     def axis(self) -> None:
-        """Draw the rail with ticks every 5 mm and numbers every 20 mm, those that are free."""
+        """Draw the rail with ticks every 5 mm, and numbers every 20 mm where there is space."""
         self.line(self.x(-50), self.rail, self.x(50), self.rail, self.pen("rail", 2.5))
         for mm in range(-50, 51, 5):
             length = (7 if mm % 10 == 0 else 4) * self.u
             self.line(self.x(mm), self.rail, self.x(mm), self.rail + length, self.pen("rail", 1.2))
         for mm in range(-40, 41, 20):
             unit = " mm" if mm == 40 else ""
-            x = self.x(mm) + 0.5 * self.font(11.5, 400)[1].horizontalAdvance(unit)  # the number at its tick
-            self.say(number(mm, 0) + unit, [(x, self.rail + 22 * self.u, 0)], "ink3", 11.5, 400)
+            # centres the number, not its unit, at the tick
+            x = self.x(mm) + 0.5 * self.font(11.5, 400)[1].horizontalAdvance(unit)
+            self.write(number(mm, 0) + unit, [(x, self.rail + 22 * self.u, 0)], "ink3", 11.5, 400)
 
     def coil(self, x0: float, x1: float, y: float, height: float, turns: int) -> None:
         """Draw a spring between two columns."""
@@ -191,7 +192,7 @@ class Stage:
         self.lines(self.pen("matline", width), [(x0, y), (x0 + lead, y), *coil, (x1 - lead, y), (x1, y)])
 
     def post(self, x: float, side: int) -> None:
-        """Draw a fixed support: its face at x, its body to the side."""
+        """Draw a fixed support with its face at x."""
         width, top = 10.0 * self.u, self.top + 4 * self.u
         body = QPainterPath()
         body.addRect(QRectF(x if side > 0 else x - width, top, width, self.rail - top))

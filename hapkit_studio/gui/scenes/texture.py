@@ -7,15 +7,15 @@ from PySide6.QtCore import QRectF
 
 from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING, grain
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
-from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, sampled, take_stem
+from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, occupy_stem, riding, sampled
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import theme
 
 _LEVEL, _ROOM = 0.40, 0.22  # of the band
 _RIDGE = 6.5  # px at u = 1: half the height of a ridge of 0.25 N every 5 mm
-_CLOSE = 10.0  # px from ridge to ridge: closer ones are outlined by a hairline
-_FINEST = 3.5  # px from ridge to ridge: finer ones are drawn as one strip
-_WIDE = 14.0  # px at u = 1: a λ this wide is marked, below it ten are
+_CLOSE = 10.0  # px between ridges: closer ones are outlined by a hairline
+_FINEST = 3.5  # px between ridges: finer ones are drawn as one strip
+_WIDE = 14.0  # px at u = 1: a wider λ is marked; otherwise ten are marked together
 _LEAST_BALL = 3.2  # px at u = 1
 
 
@@ -33,7 +33,7 @@ def _flat(stage: Stage, values: Values) -> bool:
 
 
 def height(stage: Stage, values: Values) -> float:
-    """Return half a ridge's height in px: it grows with force and λ, and fits."""
+    """Return half a ridge's height in px; it grows with force and λ and is limited to fit."""
     if values["kind"] == BANDS:
         return 0.0
     ratio = values["amplitude"] / 0.25 * _wave(values) / 5.0
@@ -41,8 +41,8 @@ def height(stage: Stage, values: Values) -> float:
 
 
 def relief(stage: Stage, values: Values) -> Relief:
-    """Return the ground: flat for bands, else the energy that the force takes from the hand."""
-    return stage.once("relief", lambda: sampled(stage, _relief(stage, values)))
+    """Return the ground: flat for bands, otherwise the potential energy of the force."""
+    return stage.cached("relief", lambda: sampled(stage, _relief(stage, values)))
 
 
 def _relief(stage: Stage, values: Values) -> Relief:
@@ -55,7 +55,7 @@ def _relief(stage: Stage, values: Values) -> Relief:
 
 
 def _grains(places: np.ndarray, seed: int) -> np.ndarray:
-    """Return heights (n,), −1 to 1, at places (n,) counted in grains; their slope is the law's."""
+    """Return heights (n,) from −1 to 1 at positions (n,) in grains; their slope is the law's force."""
     first = math.floor(float(places.min()))
     heights = np.array([grain(n, seed) for n in range(first, math.ceil(float(places.max())) + 2)])
     n = np.floor(places).astype(int) - first
@@ -77,14 +77,14 @@ def fixed(stage: Stage, values: Values) -> None:
 
 
 def _shade(stage: Stage, left: float, right: float, high: float, low: float) -> None:
-    """Darken the ground between two places in mm, from so high to so low about its level, in px."""
+    """Darken the ground between two positions in mm and two heights in px relative to its level."""
     top = stage.rail - _LEVEL * stage.band - high + 1.3 * stage.u
     area = QRectF(stage.x(left), top, (right - left) * stage.per_mm, high - low)
     stage.p.fillRect(area, theme.color("mat2"))
 
 
 def _bands(stage: Stage, values: Values) -> None:
-    """Shade every band that damps, half a wavelength each; very fine ones are one shallow strip."""
+    """Shade every damping band, half a wavelength each; very fine ones become one shallow strip."""
     wave, deep = _wave(values), -_LEVEL * stage.band + 2.5 * stage.u
     if _fine(stage, values):
         _shade(stage, -HALF_TRAVEL, HALF_TRAVEL, 0.0, 0.4 * deep)
@@ -96,9 +96,9 @@ def _bands(stage: Stage, values: Values) -> None:
 
 
 def _measure(stage: Stage, values: Values) -> tuple[float, float, float, int]:
-    """Return the ends and the row of the mark above the ground, and for how many λ it stands.
+    """Return the ends and the row of the λ mark above the ground, and the number of λ it spans.
 
-    One, or ten where one is too short to be seen.
+    It spans one λ, or ten if one is too short to be visible.
     """
     wave = _wave(values)
     count = 1 if wave * stage.per_mm > _WIDE * stage.u else 10
@@ -113,24 +113,24 @@ def _mark(stage: Stage, values: Values) -> None:
     stage.lines(stage.pen("ink3", 1.4), *ends, [(left, y), (right, y)])
 
 
-def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Name the mark for λ, above it or beside it, wherever the stem is not."""
+def labels(stage: Stage, values: Values, motion: Motion) -> None:
+    """Write the label of λ above or beside its mark, away from the stem."""
     u, (left, right, y, count) = stage.u, _measure(stage, values)
-    take_stem(stage, motion, stage.rail)
+    occupy_stem(stage, motion, stage.rail)
     text = f"{'' if count == 1 else '10 '}λ = {count * _wave(values):.3g} mm"
     places = [
         ((left + right) / 2, y - 8 * u, 0),
         (right + 8 * u, y + 4 * u, 1),
         (left - 8 * u, y + 4 * u, -1),
     ]
-    stage.say(text, places, "ink2", 12.5)
+    stage.write(text, places, "ink2", 12.5)
 
 
 def _radius(stage: Stage, values: Values) -> float:
-    """Return the ball's radius in px: small enough to go down between ridges, large enough to be seen."""
+    """Return the ball's radius in px: small enough to fit between ridges, large enough to be visible."""
     fits = BALL * stage.u if height(stage, values) == 0.0 else 0.2 * _wave(values) * stage.per_mm
     return max(min(BALL * stage.u, fits), _LEAST_BALL * stage.u)
 
 
 moving, tip = riding(relief, _radius)
-SCENE = Scene(ENVIRONMENT, fixed, moving, words, tip)
+SCENE = Scene(ENVIRONMENT, fixed, moving, labels, tip)

@@ -1,4 +1,4 @@
-"""The scene: the handle on its rail, the environment around it, and the mouse as the hand."""
+"""The scene widget: the handle on its rail, the environment around it, and the mouse as the hand."""
 
 from collections.abc import Mapping
 
@@ -22,9 +22,9 @@ from hapkit_studio.gui.scenes.force_arrow import ReadOut, force
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
-REACH = 0.06  # m: as far as a hand may pull
+REACH = 0.06  # m: limit of the simulated hand
 COARSE, FINE = 1e-3, 1e-4  # m per arrow key
-FARTHEST, STRONGEST = 1.0, 1e3  # m, N: more is not drawn, whatever a row says
+FARTHEST, STRONGEST = 1.0, 1e3  # m, N: larger values are clipped for drawing
 _SMOOTHING = 0.25
 _KEYS = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}
 _BY_KEYBOARD = (
@@ -42,12 +42,12 @@ def _within(value: float, most: float) -> float:
 class SceneView(QWidget):
     """Paints one environment at the measured position; the pointer or the arrow keys are the hand.
 
-    Pressing a button takes the handle, letting the button go releases it. An arrow key takes it where it is
-    and holds it, so that fine steps add up, until ↓, or until the pointer takes over. ``taken``: the hand
-    takes the handle, which is to be seen.
+    Pressing the mouse button grabs the handle, releasing the button releases it. An arrow key grabs it at
+    its present position and holds it, so that fine steps add up, until ↓ is pressed or the pointer takes
+    over. ``grabbed``: the hand has grabbed the handle.
     """
 
-    taken = Signal()
+    grabbed = Signal()
     hand_moved = Signal(float)
     hand_released = Signal()
 
@@ -60,7 +60,7 @@ class SceneView(QWidget):
         self._ground = QPixmap()
         self._hand_enabled = self._hint = True
         self._ring = False
-        self._held: float | None = None
+        self._target: float | None = None
         self._dragging = self._preparing = self._paused = False
         self._fraction: float | None = None
         self._words, self._frames = ReadOut(), QElapsedTimer()
@@ -76,7 +76,7 @@ class SceneView(QWidget):
         self.setMinimumSize(theme.px(320), theme.px(150))
 
     def sizeHint(self) -> QSize:
-        """Return the size at which every part is large."""
+        """Return a size at which all parts are large."""
         return QSize(880, 236)
 
     # what is shown ------------------------------------------------------------------------------
@@ -89,11 +89,11 @@ class SceneView(QWidget):
 
     @property
     def wanted_height(self) -> int:
-        """Return the height in px of the card where there is room."""
+        """Return the preferred height of the card in px."""
         return self._scene.height
 
     def set_values(self, values: Mapping[str, float]) -> None:
-        """Take over changed parameters."""
+        """Apply changed parameters."""
         self._values = self._scene.values(values)
         self._forget()
 
@@ -109,7 +109,7 @@ class SceneView(QWidget):
     ) -> None:
         """Show the newest row: position in m, forces in N, hand_target in m or None if released.
 
-        The hand is drawn where it is; one of which the row knows nothing, at the pointer.
+        The hand is drawn at ``hand_target``, or at the pointer if the row has no target.
         """
         motion = self._motion
         place = motion.position if np.isnan(position) else 1e3 * _within(position, FARTHEST)
@@ -121,7 +121,7 @@ class SceneView(QWidget):
             motion.velocity += _SMOOTHING * (speed - motion.velocity)
         motion.position = place
         motion.force, motion.asked = _within(applied, STRONGEST), _within(asked, STRONGEST)
-        target = self._held if hand_target is None else hand_target
+        target = self._target if hand_target is None else hand_target
         motion.hand = None if target is None or not np.isfinite(target) else 1e3 * target
         motion.clamped, motion.stopped, motion.state = clamped, stopped, self._scene.state(state)
         motion.trail.append(motion.position)
@@ -131,32 +131,32 @@ class SceneView(QWidget):
         self.update()
 
     def set_hand_enabled(self, enabled: bool) -> None:
-        """Say whether pointer and keys are the hand (simulated) or a person's is (real board)."""
+        """Set whether pointer and keys are the hand (simulated device); on a real board they are not."""
         self._hand_enabled = enabled
         if not enabled:
             self.release()
         self.setCursor(Qt.CursorShape.OpenHandCursor if enabled else Qt.CursorShape.ArrowCursor)
-        self.setToolTip(_HELP if enabled else "The handle, where the sensor sees it")
+        self.setToolTip(_HELP if enabled else "The handle at its measured position")
 
     def set_hint(self, on: bool) -> None:
-        """Say beside the knob that it can be dragged, until it is, or not."""
+        """Show or hide the hint beside the knob; it disappears when the handle is dragged."""
         self._hint = on
         self.update()
 
     def set_paused(self, paused: bool) -> None:
-        """Say that the picture stands, with the numbers of its row, or goes on."""
+        """Show that the picture is paused, with the numbers of its row, or running."""
         self._paused = paused
         self._words.invalidate()
         self._words.refresh(self._motion)
         self.update()
 
     def set_grip(self, grip: str) -> None:
-        """Say how the hand holds: released, it goes to the pointer but pulls nothing."""
+        """Set the grip; a released hand follows the pointer without pulling the handle."""
         self._motion.loose = grip == "released"
         self.update()
 
     def set_preparing(self, preparing: bool, fraction: float | None = None) -> None:
-        """Show words and a bar in the scene's place; fraction 0..1, None if unknown."""
+        """Show progress instead of the scene; fraction 0..1, None if unknown."""
         changed = preparing != self._preparing
         self._preparing, self._fraction = preparing, fraction
         if changed:
@@ -168,7 +168,7 @@ class SceneView(QWidget):
         return float(np.clip(self._layout().mm(x) / 1e3, -REACH, REACH))
 
     def text_boxes(self) -> list[QRectF]:
-        """Return where words stand in the picture last painted."""
+        """Return the boxes of the texts in the picture painted last."""
         return list(self._layout().texts)
 
     # painting -----------------------------------------------------------------------------------
@@ -178,12 +178,12 @@ class SceneView(QWidget):
         self.update()
 
     def resizeEvent(self, event) -> None:
-        """Lay the stage out anew."""
+        """Discard the cached layout."""
         super().resizeEvent(event)
         self._forget()
 
     def _layout(self) -> Stage:
-        """Return the stage for this size, with everything that stays put painted once."""
+        """Return the stage for this size, with the fixed parts painted into the cached picture."""
         ratio = self.devicePixelRatioF()
         if self._stage is None or self._stage.ratio != ratio:
             stage = self._stage = Stage(self.width(), self.height(), ratio, self._scene.widest)
@@ -196,12 +196,12 @@ class SceneView(QWidget):
             if not self._preparing:
                 self._scene.fixed(stage, self._values)
             stage.axis()
-            stage.keep_taken()
+            stage.keep_occupied()
             painter.end()
         return self._stage
 
     def paintEvent(self, event) -> None:
-        """Paint the cached ground, then what moves."""
+        """Paint the cached picture, then the moving parts."""
         stage = self._layout()
         painter = QPainter(self)
         painter.drawPixmap(0, 0, self._ground)
@@ -213,7 +213,7 @@ class SceneView(QWidget):
         if self._paused:
             beside, row = 10 * stage.u, stage.knob_middle + 4.8 * stage.u
             places = [(beside, row, 1), (stage.width - beside, row, -1)]
-            stage.say("Paused", places, "accent", 12, 600, must=True)
+            stage.write("Paused", places, "accent", 12, 600, must=True)
         if self._ring and self.hasFocus():
             stage.use(QPen(theme.color("accent"), 2))
             stage.p.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 7, 7)
@@ -231,67 +231,65 @@ class SceneView(QWidget):
         if self._hint and self._hand_enabled:
             x, half = stage.x(motion.position), stage.knob_width / 2 + 13 * stage.u
             y = stage.knob_middle + 4.8 * stage.u
-            stage.say("Drag the handle", [(x + half, y, 1), (x - half, y, -1)], "accent", 12, 600)
+            stage.write("Drag the handle", [(x + half, y, 1), (x - half, y, -1)], "accent", 12, 600)
         hand_label(stage, motion)
-        scene.words(stage, values, motion)
+        scene.labels(stage, values, motion)
 
     # the hand -----------------------------------------------------------------------------------
 
     def mousePressEvent(self, event) -> None:
-        """Take the handle: the hand goes to the pointer."""
+        """Grab the handle: the hand goes to the pointer."""
         if self._hand_enabled and not self._preparing and event.button() == Qt.MouseButton.LeftButton:
             self._dragging, self._hint = True, False
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
-            self.taken.emit()
-            self._hold(self.target_at(event.position().x()))
+            self.grabbed.emit()
+            self._move_hand(self.target_at(event.position().x()))
 
     def mouseMoveEvent(self, event) -> None:
-        """Lead the handle."""
         if self._dragging:
-            self._hold(self.target_at(event.position().x()))
+            self._move_hand(self.target_at(event.position().x()))
 
     def mouseReleaseEvent(self, event) -> None:
-        """Let the handle go."""
         if self._dragging and event.button() == Qt.MouseButton.LeftButton:
             self.release()
 
     def focusInEvent(self, event) -> None:
-        """Show the focus ring to those who came by keyboard."""
+        """Show a focus ring if the focus came from the keyboard."""
         self._ring = event.reason() in _BY_KEYBOARD
         super().focusInEvent(event)
 
     def wheelEvent(self, event) -> None:
-        """Do nothing: the wheel is no hand."""
+        """Ignore the wheel."""
         event.accept()
 
     def keyPressEvent(self, event) -> None:
-        """Move the hand by arrow keys, let go with the down key."""
+        """Move the hand with the arrow keys, release it with the down key."""
         key = event.key()
         if not self._hand_enabled or self._preparing or self._dragging:
             super().keyPressEvent(event)
         elif key in _KEYS:
             self._hint, self._ring = False, True
-            self.taken.emit()
+            self.grabbed.emit()
             step = FINE if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else COARSE
-            start = self._motion.position / 1e3 if self._held is None else self._held
-            self._hold(float(np.clip(start + _KEYS[key] * step, -REACH, REACH)))
-        elif key == Qt.Key.Key_Down and self._held is not None:
+            start = self._motion.position / 1e3 if self._target is None else self._target
+            self._move_hand(float(np.clip(start + _KEYS[key] * step, -REACH, REACH)))
+        elif key == Qt.Key.Key_Down and self._target is not None:
             self.release()
         else:
             super().keyPressEvent(event)
 
-    def _hold(self, target: float) -> None:
-        self._held = target
+    def _move_hand(self, target: float) -> None:
+        self._target = target
         self.hand_moved.emit(target)
         self.update()
 
     def release(self) -> None:
-        """Let the handle go, and a pointer that is still pressed lead nothing."""
+        """Release the handle; a pointer that is still pressed does not move it any more."""
         if self._dragging:
             self._dragging = False
             self.setCursor(Qt.CursorShape.OpenHandCursor)
-        if self._held is not None:
-            self._held = None
+        if self._target is not None:
+            self._target = None
             if not self._paused:
                 self._motion.hand = None
             self.hand_released.emit()

@@ -1,4 +1,4 @@
-"""Wall: a hatched block whose face gives way under the handle, its surface dashed, the depth in words."""
+"""Wall: a hatched block whose face moves with the handle, a dashed surface line, and the depth."""
 
 from hapkit_studio.environments.wall import ENVIRONMENT
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
@@ -12,7 +12,7 @@ def _side(values: Values) -> int:
 
 
 def depth(values: Values, position: float) -> float:
-    """Return how deep in mm a position in mm lies behind the surface; negative outside."""
+    """Return the depth in mm of a position in mm behind the surface; negative outside."""
     return _side(values) * (position - 1e3 * values["position"])
 
 
@@ -22,7 +22,7 @@ def fixed(stage: Stage, values: Values) -> None:
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw the block from the face that the handle pushes to the end of the rail."""
+    """Draw the block from its face, pushed by the handle, to the end of the rail."""
     side = _side(values)
     surface, inside = stage.x(1e3 * values["position"]), depth(values, motion.position) > 0
     face = stage.x(motion.position) + side * 2.2 * stage.u if inside else surface
@@ -31,8 +31,8 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
         surface_line(stage, surface)
 
 
-def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Write the depth, with an arrow from the surface to the handle where it fits."""
+def labels(stage: Stage, values: Values, motion: Motion) -> None:
+    """Write the depth, with an arrow from the surface to the handle if it fits."""
     deep = depth(values, motion.position)
     if deep <= 0:
         return
@@ -46,7 +46,7 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
         (stem + side * 12 * u, y + 4 * u, side),
         ((surface + stem) / 2, y - 8 * u, 0),
     ]
-    stage.say(text, places, "ink2", 12.5, 600, must=True)
+    stage.write(text, places, "ink2", 12.5, 600, must=True)
     a, b = sorted((surface + side * 2 * u, stem - side * 3.5 * u))
     if b - a > 7.5 * u:
         q = 3.2 * u
@@ -54,4 +54,4 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
         stage.lines(stage.pen("ink2", 1.3), [(a, y), (b, y)], *heads)
 
 
-SCENE = Scene(ENVIRONMENT, fixed, moving, words)
+SCENE = Scene(ENVIRONMENT, fixed, moving, labels)

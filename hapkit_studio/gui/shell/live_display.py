@@ -70,7 +70,7 @@ class LiveDisplay(QObject):
         live.frame.connect(self.show_live_frame)
         live.health.connect(self.show_health)
         live.paused_changed.connect(self.show_paused)
-        centre.scene.taken.connect(lambda: live.set_paused(False))
+        centre.scene.grabbed.connect(lambda: live.set_paused(False))
         centre.scene.hand_moved.connect(studio.move_hand)
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
         centre.toolbar.release.clicked.connect(self.release_here)

@@ -369,7 +369,7 @@ class MainWindow(QMainWindow):
             signal.connect(lambda: self.banners.set("undo", None))
         for signal in (self.history.refused, self.studio.refused):  # said until something else is changed
             signal.connect(lambda why: self.banners.warn("undo", "Nothing was changed.", why))
-        for taken in (self.centre.scene.taken, self.display.releasing):
+        for taken in (self.centre.scene.grabbed, self.display.releasing):
             taken.connect(self.demos.end)
         for part in (self.demos, self.projector, self.quiz):
             self.closed.connect(part.end)

@@ -90,7 +90,7 @@ class HandleView(SceneView):
     def show_handle(self, position: float, force: float) -> None:
         """Show where the handle is in m, and what pushes it in N."""
         self._known = True
-        self.update_state(position, force, force, self._held, False, False, np.empty(0))
+        self.update_state(position, force, force, self._target, False, False, np.empty(0))
 
     def sizeHint(self) -> QSize:
         return QSize(520, 150)
@@ -106,8 +106,8 @@ class HandleView(SceneView):
     def wheelEvent(self, event: QWheelEvent) -> None:
         event.ignore()  # the page scrolls
 
-    def _hold(self, target: float) -> None:
-        super()._hold(target)
+    def _move_hand(self, target: float) -> None:
+        super()._move_hand(target)
         self._place_button()
 
     def release(self) -> None:
@@ -118,13 +118,13 @@ class HandleView(SceneView):
         """Put the button below the knob and its force, on its side unless it would cover the hand there."""
         size, stage = self.let_go.sizeHint(), self._layout()
         ends = self.width() - size.width() - _BESIDE, _BESIDE
-        hand = stage.x(1e3 * (self._held or 0.0))
+        hand = stage.x(1e3 * (self._target or 0.0))
         reach = size.width() / 2 + base.RING * stage.u + 2
         if abs(ends[self._button_left] + size.width() / 2 - hand) <= reach:
             self._button_left = not self._button_left
         left = ends[self._button_left]
         self.let_go.setGeometry(left, round(self._layout().top), size.width(), size.height())
-        self.let_go.setVisible(self._held is not None)
+        self.let_go.setVisible(self._target is not None)
 
     def _play(self, stage: Stage) -> None:
         stage.p.setPen(QPen(theme.color("line"), 1))
@@ -140,10 +140,10 @@ class HandleView(SceneView):
             x, y = stage.x(1e3 * place), 20 * stage.u
             places = [(x + side * 6, y, side) for side in (1, -1)]
             words = f"{number(1e3 * place, 0)}{' ✓' if taken else ''}"
-            stage.say(words, places, "ok" if taken else "accent", 13, 600, must=True)
+            stage.write(words, places, "ok" if taken else "accent", 13, 600, must=True)
         if self._hand_enabled:
             y = stage.rail - 8 * stage.u
-            stage.say("Drag: virtual hand", [(10, y, 1), (self.width() - 10, y, -1)], "accent")
+            stage.write("Drag: virtual hand", [(10, y, 1), (self.width() - 10, y, -1)], "accent")
 
     def _play_handle(self, stage: Stage) -> None:
         """Draw handle, hand and force, and keep words off them."""
@@ -151,7 +151,7 @@ class HandleView(SceneView):
         if base.beyond(stage, motion):
             return
         x = stage.x(motion.position)
-        stage.taken += [QRectF(x - 6, 0.0, 12, stage.rail), base.knob(stage, motion.position)]
+        stage.occupied += [QRectF(x - 6, 0.0, 12, stage.rail), base.knob(stage, motion.position)]
         base.handle(stage, motion.position)
         base.hand_ring(stage, motion)
         if self._with_force:
