@@ -80,21 +80,32 @@ def least_amplitude(frequency: np.ndarray) -> np.ndarray:
 
 
 def difference_under(
-    hand: Hand, reference: np.ndarray, other: np.ndarray, counts: Sequence[int] = ()
+    hand: Hand,
+    reference: np.ndarray,
+    other: np.ndarray,
+    counts: Sequence[int] = (),
+    force_share: float = FORCE_SHARE,
 ) -> Difference:
     """Return the perceived difference of two runs with a hand that may let go; see ``difference``."""
     held = math.ceil(min(hand.release * RATE, len(reference)))
     seen = difference(reference, other, held=False, counts=counts)
-    felt = difference(reference[:held], other[:held], held=True) if held else Difference()
+    felt = Difference()
+    if held:
+        felt = difference(reference[:held], other[:held], held=True, force_share=force_share)
     return replace(seen, force=felt.force, vibration=felt.vibration)
 
 
 def difference(
-    reference: np.ndarray, other: np.ndarray, *, held: bool, counts: Sequence[int] = ()
+    reference: np.ndarray,
+    other: np.ndarray,
+    *,
+    held: bool,
+    counts: Sequence[int] = (),
+    force_share: float = FORCE_SHARE,
 ) -> Difference:
     """Return the perceived difference of two runs' rows (n, ROW_WIDTH) at RATE with the same hand.
 
-    counts: columns that count events.
+    counts: columns that count events. force_share: JND of a force over that force.
     """
     size = min(len(reference), len(other))
     first, second = reference[:size], other[:size]
@@ -109,7 +120,7 @@ def difference(
         return Difference(0.0, place, 0.0, event)
     forces = _averaged(first[:, rows.HAND_FORCE]), _averaged(second[:, rows.HAND_FORCE])
     apart = _differences(*forces)
-    felt = np.maximum(FORCE_SHARE * np.abs(forces[0][: len(apart)]), FORCE)
+    felt = np.maximum(force_share * np.abs(forces[0][: len(apart)]), FORCE)
     return Difference(float((apart / felt).max()), place, _vibration(*places), event)
 
 

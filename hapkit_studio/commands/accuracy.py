@@ -11,6 +11,7 @@ from hapkit_studio.analysis.accuracy import Accuracy, words
 from hapkit_studio.analysis.accuracy.needs import Needs
 from hapkit_studio.analysis.accuracy.plan import Sheet, front
 from hapkit_studio.analysis.accuracy.scene import PARTS, Option, SceneRequest, SceneResult
+from hapkit_studio.analysis.perception import FORCE_SHARE
 from hapkit_studio.charts.accuracy import EFFECT_COLUMNS, accuracy_figure, option_columns, winner_columns
 from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.commands import base
@@ -18,12 +19,18 @@ from hapkit_studio.commands.base import Command, Result, option, progress_line, 
 from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
+from hapkit_studio.lessons.experiments import own_threshold
 
 CHARTS = "integrators, contact, velocity, servo, friction"
 OPTIONS = (
     option("environment", nargs="*", metavar="ENV", help="scenes: keys or files; none: all"),
     option("--methods", nargs="*", metavar="CHART", help=f"charts of methods instead: {CHARTS}; none: all"),
     option("--needs", action="store_true", help="what the scenes need of the device instead"),
+    option(
+        "--thresholds",
+        metavar="SESSION",
+        help="of --needs: your own threshold of force, from its comparisons",
+    ),
     option("--board", action="store_true", help="draw methods over the board's cycles"),
     base.PARAMETER,
     base.TRUST,
@@ -35,12 +42,15 @@ def run(options: argparse.Namespace) -> Result:
     """Measure methods, scenes or needs; draw them if requested."""
     if options.parameter and (len(options.environment) != 1 or options.needs):
         raise ParameterError("Parameters are of one environment: name it.")
+    if options.thresholds and not options.needs:
+        raise ParameterError("--thresholds belongs to --needs: a scene is judged by the literature's.")
     scenes = [base.environment_named(wanted, options.trust) for wanted in options.environment]
     scenes = scenes or list(library.discover().values())
     if options.methods is not None:
         found = measure.of_methods(options.methods, progress_line("chart"))
     elif options.needs:
-        found = measure.of_needs(scenes, progress_line("scene"))
+        share = own_threshold(options.thresholds).weber.value if options.thresholds else FORCE_SHARE
+        found = measure.of_needs(scenes, progress_line("scene"), share)
     else:
         given = base.key_values(options.parameter)
         questions = [SceneRequest(e, e.values(given)) for e in scenes]

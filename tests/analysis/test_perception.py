@@ -105,3 +105,13 @@ def test_amplitude_differences_are_symmetric():
     swing = np.sin(2.0 * math.pi * 15.0 * TIME)
     wide, narrow = run(place=2e-3 * swing), run(place=1e-3 * swing)
     assert told(wide, narrow).place == pytest.approx(told(narrow, wide).place) == pytest.approx(2.5, rel=0.05)
+
+
+def test_a_force_is_told_apart_by_a_persons_own_fraction():
+    """1.00 and 1.12 N: 2 JND at 6 %, 1 JND at 12 %, with the handle in the same place."""
+    tables = [np.zeros((400, rows.ROW_WIDTH)) for _ in range(2)]
+    for table, force in zip(tables, (1.00, 1.12), strict=True):
+        table[:, rows.HAND_FORCE] = force
+    usual = perception.difference(*tables, held=True).force
+    own = perception.difference(*tables, held=True, force_share=0.12).force
+    assert (usual, own) == pytest.approx((2.0, 1.0))

@@ -5,7 +5,7 @@ Work-precision charts are one file each, found by the name ``PLAN``.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
 from typing import Any
 
@@ -14,6 +14,7 @@ from hapkit_studio.analysis.accuracy import needs, scene
 from hapkit_studio.analysis.accuracy.needs import Needs
 from hapkit_studio.analysis.accuracy.plan import Plan, Sheet
 from hapkit_studio.analysis.accuracy.scene import SceneRequest, SceneResult
+from hapkit_studio.analysis.perception import FORCE_SHARE
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.discovery import declared
 from hapkit_studio.environments.base import Environment
@@ -59,6 +60,9 @@ def of_scenes(questions: Sequence[SceneRequest], progress: Progress = no_progres
     return Accuracy(scenes=_each(lambda one: scene.split(scene.compute(one)), questions, progress))
 
 
-def of_needs(environments: Sequence[Environment], progress: Progress = no_progress) -> Accuracy:
-    """Return what these scenes need with their defaults."""
-    return Accuracy(needs=_each(needs.compute, environments, progress))
+def of_needs(
+    environments: Sequence[Environment], progress: Progress = no_progress, force_share: float = FORCE_SHARE
+) -> Accuracy:
+    """Return what these scenes need with their defaults; force_share: JND of a force over that force."""
+    work = partial(needs.compute, force_share=force_share)
+    return Accuracy(needs=_each(work, environments, progress))

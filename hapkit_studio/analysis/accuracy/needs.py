@@ -18,7 +18,7 @@ import numpy as np
 from hapkit_studio.analysis.accuracy import trials
 from hapkit_studio.analysis.accuracy.scene import ON_BOARD, Option, SceneRequest, hertz, limit_of, loop_of
 from hapkit_studio.analysis.accuracy.trials import Trial
-from hapkit_studio.analysis.perception import RATE, Difference
+from hapkit_studio.analysis.perception import FORCE_SHARE, RATE, Difference
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
@@ -119,8 +119,8 @@ class Needs:
 class _Rendered:
     """Renders a scene with its defaults without some terms; the runs with all of them are kept."""
 
-    def __init__(self, environment: Environment):
-        self.environment = environment
+    def __init__(self, environment: Environment, force_share: float = FORCE_SHARE):
+        self.environment, self._force_share = environment, force_share
         self._whole: dict[str, np.ndarray] = {}
 
     def run(
@@ -148,7 +148,10 @@ class _Rendered:
         """Return the felt difference of a trial that leaves terms out."""
         if trial.words not in self._whole:
             self._whole[trial.words] = self.run(trial, ())
-        return trials.felt(self.environment, trial, self._whole[trial.words], self.run(trial, gone))
+        return self._felt(trial, self._whole[trial.words], self.run(trial, gone))
+
+    def _felt(self, trial: Trial, one: np.ndarray, other: np.ndarray) -> Difference:
+        return trials.felt(self.environment, trial, one, other, self._force_share)
 
     def effect(self, label: str, gone: Sequence[str]) -> Effect:
         """Return the largest difference under any hand where terms are left out."""
@@ -173,7 +176,7 @@ class _Rendered:
             for trial in [*trials.scripts(self.environment), trials.script(PUSH)]:
                 if term != "mass" or trial.holds:
                     runs = [self.run(trial, gone, **how) for gone in ((), (term,))]
-                    found.append(trials.felt(self.environment, trial, *runs).most)
+                    found.append(self._felt(trial, *runs).most)
             return max(found, default=0.0)
 
         if term == "sampling":
@@ -238,12 +241,14 @@ def law_terms(environment: Environment) -> tuple[LawTerm, ...]:
     return tuple(sorted(found, key=lambda term: term.cycles[1] - term.cycles[0]))
 
 
-def compute(environment: Environment, progress: Progress = no_progress) -> Needs:
+def compute(
+    environment: Environment, progress: Progress = no_progress, force_share: float = FORCE_SHARE
+) -> Needs:
     """Return what each term changes in a scene with its defaults.
 
-    progress is told how many of how many steps are done.
+    progress is told how many of how many steps are done. force_share: JND of a force over that force.
     """
-    rendered, steps = _Rendered(environment), len(TERMS) + 2
+    rendered, steps = _Rendered(environment, force_share), len(TERMS) + 2
     effects: list[Effect] = []
     for key in TERMS:
         progress(len(effects) + 1, steps)

@@ -107,7 +107,13 @@ def _hand_force(hand: Hand, found: np.ndarray) -> np.ndarray:
     return np.where(t < hand.release, force, 0.0)
 
 
-def felt(environment: Environment, trial: Trial, one: np.ndarray, other: np.ndarray) -> Difference:
+def felt(
+    environment: Environment,
+    trial: Trial,
+    one: np.ndarray,
+    other: np.ndarray,
+    force_share: float = perception.FORCE_SHARE,
+) -> Difference:
     """Return what a person tells apart of two runs of a trial."""
     counted = [rows.STATE + environment.state_names.index(name) for name in environment.counts]
-    return perception.difference_under(trial.hand, one, other, counted)
+    return perception.difference_under(trial.hand, one, other, counted, force_share)

@@ -1,0 +1,121 @@
+"""Experiments in a session's file: every trial is an event, measured again from the samples."""
+
+import json
+import sqlite3
+from contextlib import closing
+
+import pytest
+
+from hapkit_studio.analysis import pointing
+from hapkit_studio.analysis.discrimination import Observer
+from hapkit_studio.analysis.pointing import CONDITIONS, Subject
+from hapkit_studio.cli import main
+from hapkit_studio.lessons import experiments
+from hapkit_studio.sessions.file import SessionError, checksum
+from hapkit_studio.sessions.session import Session
+from hapkit_studio.sessions.settings import log
+
+
+@pytest.fixture(scope="module")
+def pointed(tmp_path_factory):
+    path = tmp_path_factory.mktemp("pointing") / "ada.hapkit"
+    targets = pointing.plan(CONDITIONS[:2], rounds=1, seed=1)
+    return path, targets, experiments.save_pointing(path, Subject(), targets, seed=1)
+
+
+def copied(pointed, tmp_path):
+    path = tmp_path / "ada.hapkit"
+    path.write_bytes(pointed[0].read_bytes())
+    return path
+
+
+def edit(path, kind, change, only=0):
+    """Change what the event number ``only`` of a kind says, with a checksum that is right."""
+    with closing(sqlite3.connect(path)) as database:
+        found = database.execute("SELECT id, time, what FROM event WHERE kind = ?", (kind,)).fetchall()
+        row, time, what = found[only]
+        text = json.dumps({**json.loads(what), **change}, ensure_ascii=False)
+        values = (text, checksum((time, kind, text)), row)
+        database.execute("UPDATE event SET what = ?, crc = ? WHERE id = ?", values)
+        database.commit()
+
+
+def test_every_trial_is_in_the_file_with_its_condition_in_force(pointed):
+    path, targets, done = pointed
+    found = experiments.read(path)
+    assert found.trials == tuple(done)
+    assert found.remarks == ()
+    assert [(t.condition, t.distance, t.width) for t in found.trials] == [
+        (t.condition.name, t.distance, t.width) for t in targets
+    ]
+    with closing(Session(path)) as session:
+        for trial in found.trials:
+            (_, settings), *changes = log(session.events, trial.begin, trial.stop)
+            assert settings["parameters"]["kinetic_force"] == trial.force
+            assert not changes
+
+
+@pytest.mark.parametrize("change", [{"seconds": 0.4}, {"end": 0.0}])
+def test_a_trial_that_was_edited_is_found(pointed, tmp_path, change):
+    path = copied(pointed, tmp_path)
+    edit(path, "pointing", change, only=4)
+    (remark,) = experiments.read(path).remarks
+    assert remark.startswith("Pointing trial 5 says ")
+    assert "its samples give" in remark
+
+
+def test_a_damaged_trial_gives_one_line(pointed, tmp_path, capsys):
+    path = copied(pointed, tmp_path)
+    edit(path, "pointing", {"width": "<script>"})
+    assert main(["experiment", "pointing", str(path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_session_without_an_experiment_says_so(pointed, tmp_path, capsys):
+    path = tmp_path / "ada.hapkit"
+    experiments.save_comparisons(path, Observer(), seed=0)
+    assert main(["experiment", "pointing", str(path)]) == 2
+    assert "no pointing trials" in capsys.readouterr().err
+    with pytest.raises(SessionError, match="no threshold"):
+        experiments.own_threshold(pointed[0])
+
+
+def test_the_command_writes_a_virtual_subjects_session_and_recovers_it(tmp_path, capsys):
+    path = tmp_path / "new.hapkit"
+    assert main(["experiment", "pointing", str(path), "--virtual", "--seed", "2", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [line["condition"] for line in found["conditions"]] == ["none", "low", "high"]
+    assert len(found["trials"]) == 108
+    for line in found["conditions"]:
+        for name, true in (("intercept", Subject().intercept), ("slope", Subject().slope)):
+            assert abs(line[name]["value"] - true) < 2.0 * line[name]["half"]
+    assert main(["experiment", "pointing", str(path), "--virtual"]) == 2  # never an existing file
+    assert "exists already" in capsys.readouterr().err
+
+
+def test_the_command_recovers_a_virtual_observer_and_draws(tmp_path, capsys):
+    path, plot = tmp_path / "new.hapkit", tmp_path / "new.png"
+    assert main(["experiment", "threshold", str(path), "--virtual", "--plot", str(plot)]) == 0
+    said = capsys.readouterr().out
+    assert "Weber fraction" in said
+    assert "True Weber fraction: 11.6 %" in said
+    assert plot.stat().st_size > 10_000
+    assert experiments.own_threshold(path).weber.holds(Observer().threshold)
+
+
+def test_what_it_needs_uses_a_persons_own_threshold(tmp_path, monkeypatch, capsys):
+    """The fraction of the force from which a difference is felt is the session's, not the literature's."""
+    path, given = tmp_path / "new.hapkit", []
+    experiments.save_comparisons(path, Observer(), seed=0)
+    from hapkit_studio.analysis import accuracy
+
+    def compute(_environment, _progress=None, force_share=0.06):
+        given.append(force_share)
+        raise SessionError("enough")
+
+    monkeypatch.setattr(accuracy.needs, "compute", compute)
+    main(["accuracy", "spring", "--needs", "--thresholds", str(path)])
+    main(["accuracy", "spring", "--needs"])
+    assert given == [experiments.own_threshold(path).weber.value, 0.06]
+    assert main(["accuracy", "spring", "--thresholds", str(path)]) == 2
+    assert "--needs" in capsys.readouterr().err
