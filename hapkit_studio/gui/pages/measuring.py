@@ -222,7 +222,9 @@ class MeasuringPage(Page):
         card = QFrame()
         card.setProperty("card", True)
         answer = (self.answer,) if self.begin else ()
-        vbox(self.bar, *answer, (body or self.chart, 1), into=card, margins=(1, 1, 1, 1))
+        main = body or self.chart
+        keep_size_when_hidden(main)  # else bar and answer spread over the card before there is a result
+        vbox(self.bar, *answer, (main, 1), into=card, margins=(1, 1, 1, 1))
         self.column.addWidget(card)
         if not self.heading:
             return

@@ -65,6 +65,18 @@ def test_methods_answer_in_one_sentence_on_the_computer_and_on_the_board(page, q
     part.where.button(0).click()
 
 
+@pytest.mark.parametrize("index", [0, 1, 2])
+def test_bar_and_answer_stand_at_the_top_before_there_is_a_result(page, qapp, shared_window, index):
+    part = show(page, index)
+    if index == 0:
+        part._found.clear()
+        part.show_chart()
+    resize(qapp, shared_window, (1280, 720))
+    card = part.bar.parentWidget()
+    assert part.bar.height() <= part.bar.sizeHint().height()
+    assert part.answer.geometry().bottom() < card.height() / 3
+
+
 @pytest.mark.slow
 def test_errors_come_first_and_then_their_parts(page, shared_window, qtbot):
     part, studio = show(page, 1), shared_window.studio
