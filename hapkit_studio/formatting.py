@@ -1,9 +1,9 @@
-"""Number formats for people: a true minus sign, thousands separators, no exponent."""
+"""Number formats for people: a true minus sign, thousands separators, powers of ten only far from 1."""
 
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any
 
@@ -40,17 +40,48 @@ def significant(value: float, digits: int = 2) -> str:
     return f"{value:,.{places}f}".replace("-", MINUS)
 
 
-def power_of_ten(value: float) -> str:
-    """Format a value with one digit and its power of ten, as 2·10⁻⁶."""
-    mantissa, exponent = f"{value:.0e}".split("e")
-    return f"{mantissa.replace('-', MINUS)}·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
+def power_of_ten(value: float, digits: int = 1) -> str:
+    """Format a value with at most ``digits`` digits and its power of ten: 2 × 10⁻⁶, 10⁻⁶, −3.4 × 10⁷."""
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    if "." in mantissa:
+        mantissa = mantissa.rstrip("0").rstrip(".")
+    power = f"10{str(int(exponent)).translate(_SUPERSCRIPT)}"
+    factor = {"1": "", "-1": MINUS}.get(mantissa, f"{mantissa.replace('-', MINUS)} × ")
+    return factor + power
+
+
+def compact(value: float, digits: int = 6, sign: bool = False) -> str:
+    """Format a value with at most ``digits`` significant digits, without final zeros: 0.5, 1,230, 10⁻⁶.
+
+    Powers of ten are used below 0.0001 and from a million on. sign: a plus before positive values.
+    """
+    rounded = float(f"{value:.{digits}g}")  # round first, then choose the format
+    text = f"{abs(rounded):,g}"
+    if "e" in text:
+        text = power_of_ten(abs(rounded), digits)
+    if rounded < 0.0:
+        return MINUS + text
+    return "+" + text if sign and rounded > 0.0 else text
 
 
 def with_unit(value: float, unit: str = "", digits: int = 3, sign: bool = False) -> str:
     """Format a value with at most ``digits`` significant digits and its unit; sign: plus if positive."""
-    rounded = float(f"{value:.{digits}g}")  # round first, then choose the format
-    text = f"{rounded:+,g}" if sign else f"{rounded:,g}"
-    return f"{text.replace('-', MINUS)} {unit}".rstrip()
+    return f"{compact(value, digits, sign)} {unit}".rstrip()
+
+
+def interval(value: float, half: float, decimals: int) -> str:
+    """Format a value with its half width as 299.8 ± 0.1.
+
+    The half width shown is at least one unit of the last decimal: with ± 0.0 the value would look exact.
+    """
+    return f"{number(value, decimals)} ± {number(max(half, 10.0**-decimals), decimals)}"
+
+
+def tick_labels(values: Sequence[float]) -> list[str]:
+    """Format the ticks of a linear axis (n,) with the decimals that their smallest distance needs."""
+    size = min(np.diff(values)) if len(values) > 1 else abs(values[0]) if len(values) else 1.0
+    decimals = max(0, -math.floor(math.log10(size) + 1e-9)) if size > 0 else 0
+    return [number(value, decimals) for value in values]
 
 
 def hertz(frequency: float) -> str:

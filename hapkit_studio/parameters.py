@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from numbers import Real
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import quoted
+from hapkit_studio.formatting import compact, quoted
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number with a unit and the limits for the user."""
+    """A number with a unit and the limits for the user; whole: shown and moved in whole numbers."""
 
     key: str
     label: str
@@ -21,6 +21,7 @@ class Parameter:
     high: float
     help: str = ""
     symbol: str = ""
+    whole: bool = False
 
     discrete = False
 
@@ -32,13 +33,13 @@ class Parameter:
             wanted = f"a number in {self.unit}" if self.unit else "a number"
             raise ParameterError(f"{self.label} takes {wanted}, not {quoted(value)}.") from None
         if not math.isfinite(number) or not self.low <= number <= self.high:
-            limits = f"{self.low:,g} to {self.high:,g} {self.unit}".rstrip()
-            raise ParameterError(f"{self.label} goes from {limits}, not {number:,g}.")
+            limits = f"{compact(self.low)} to {compact(self.high)} {self.unit}".rstrip()
+            raise ParameterError(f"{self.label} goes from {limits}, not {compact(number)}.")
         return number
 
     def text(self, value: float) -> str:
         """Format a value with its unit."""
-        return f"{value:,g} {self.unit}".strip()
+        return f"{compact(value)} {self.unit}".strip()
 
 
 @dataclass(frozen=True)
@@ -127,10 +128,11 @@ def check_number(
     if not (math.isfinite(number) or (endless and number == math.inf)):
         raise ParameterError(f"The {name} takes a number in {unit}, not {quoted(value)}.")
     if number < low or (above and number == low):
-        bound = f"more than {low:,g}" if above else f"{low:,g} or more"
-        raise ParameterError(f"The {name} must be {bound} {unit}, not {number:,g} {unit}.")
+        bound = f"more than {compact(low)}" if above else f"{compact(low)} or more"
+        raise ParameterError(f"The {name} must be {bound} {unit}, not {compact(number)} {unit}.")
     if number > high:
-        raise ParameterError(f"The {name} must be {high:,g} {unit} or less, not {number:,g} {unit}.")
+        bound = f"{compact(high)} {unit} or less"
+        raise ParameterError(f"The {name} must be {bound}, not {compact(number)} {unit}.")
 
 
 AnyParameter = Parameter | Choice

@@ -2,6 +2,7 @@
 
 import math
 
+from hapkit_studio.formatting import compact
 from hapkit_studio.parameters import Parameter
 
 _ON_SCREEN = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
@@ -18,7 +19,7 @@ class Quantity:
         self.unit, self.factor = _ON_SCREEN.get(parameter.unit, (parameter.unit, 1.0))
         self.low, self.high = parameter.low * self.factor, parameter.high * self.factor
         self.default = parameter.default * self.factor
-        power = math.floor(math.log10((self.high - self.low) / 200.0) + 1e-9)
+        power = 0 if parameter.whole else math.floor(math.log10((self.high - self.low) / 200.0) + 1e-9)
         self.step, self.decimals = 10.0**power, max(0, -power)
         self.root = self.low >= 0.0 and self.high > 10.0 * self.low
 
@@ -63,5 +64,5 @@ class Quantity:
 
     def limits(self) -> str:
         """Say the limits in one sentence."""
-        low, high = (f"{x:,g}".replace("-", "−") for x in (self.low, self.high))
+        low, high = compact(self.low), compact(self.high)
         return f"{self.parameter.label} goes from {low} to {high} {self.unit}".rstrip() + "."

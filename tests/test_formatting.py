@@ -7,7 +7,9 @@ import pytest
 
 from hapkit_studio.analysis.stability.behaviour import Behaviour, Lasting
 from hapkit_studio.formatting import (
+    compact,
     hertz,
+    interval,
     number,
     on_screen,
     power_of_ten,
@@ -15,6 +17,7 @@ from hapkit_studio.formatting import (
     quoted,
     shortened,
     significant,
+    tick_labels,
     unbroken,
     with_unit,
 )
@@ -45,7 +48,24 @@ def test_low_frequencies_have_a_decimal(frequency, words):
 
 
 def test_very_small_or_large_values_are_powers_of_ten():
-    assert [power_of_ten(x) for x in (2e-6, 2180.0, -3e-12)] == ["2·10⁻⁶", "2·10³", "−3·10⁻¹²"]
+    assert [power_of_ten(x) for x in (2e-6, 2180.0, -3e-12)] == ["2 × 10⁻⁶", "2 × 10³", "−3 × 10⁻¹²"]
+    assert [power_of_ten(x, 3) for x in (1e-6, -1e7, 2.504e8)] == ["10⁻⁶", "−10⁷", "2.5 × 10⁸"]
+    numbers = (600.0, 1e0, 1e4, 999_999.0, 1e6, 1.5e6, 1e-4, 1e-5, -0.25, 0.0)
+    words = ["600", "1", "10,000", "999,999", "10⁶", "1.5 × 10⁶", "0.0001", "10⁻⁵", "−0.25", "0"]
+    assert [compact(x) for x in numbers] == words
+    assert [compact(x, 2, sign=True) for x in (1234.0, -1e-9, 0.0)] == ["+1,200", "−10⁻⁹", "0"]
+
+
+def test_an_interval_is_never_shown_as_exact():
+    assert interval(-600.0, 1e-14, 1) == "−600.0 ± 0.1"
+    assert interval(-1600.04, 12.3, 0) == "−1,600 ± 12"
+
+
+def test_tick_labels_have_a_true_minus_and_the_decimals_of_their_distance():
+    assert tick_labels([-0.5, 0.0, 0.5]) == ["−0.5", "0.0", "0.5"]
+    assert tick_labels([-100.0, 0.0, 100.0]) == ["−100", "0", "100"]
+    assert tick_labels([-20000.0, 0.0, 20000.0]) == ["−20,000", "0", "20,000"]
+    assert tick_labels([1234.5, 1235.0]) == ["1,234.5", "1,235.0"]
 
 
 def test_units_stand_behind_the_number_and_length_and_time_change_to_those_of_the_screen():

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import compact
 from hapkit_studio.parameters import Choice, Parameter, check_number, resolve
 
 STIFFNESS = Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0)
@@ -26,7 +27,7 @@ def test_takes_every_number_within_its_limits(value):
 def test_refuses_every_number_beyond_them(value):
     with pytest.raises(ParameterError) as error:
         STIFFNESS.check(value)
-    assert str(error.value) == f"Stiffness goes from 0 to 5,000 N/m, not {value:,g}."
+    assert str(error.value) == f"Stiffness goes from 0 to 5,000 N/m, not {compact(value)}."
 
 
 @pytest.mark.parametrize("value", ["stiff", "", True, None, [1.0], {}, object, 1j, 10**400])

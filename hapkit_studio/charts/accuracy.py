@@ -20,7 +20,7 @@ from hapkit_studio.columns import Column
 from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.dynamics.estimators import ESTIMATORS, parse
 from hapkit_studio.dynamics.stick_slip import MODELS
-from hapkit_studio.formatting import significant
+from hapkit_studio.formatting import compact, significant
 from hapkit_studio.haptics.board_plan import CLOCK
 
 if TYPE_CHECKING:
@@ -141,7 +141,6 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
     axes, frame = figure.add_subplot(), AccuracyAxes(sheet, board)
     axes.set(xscale="log", yscale="log", **frame.box)
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
-    axes.xaxis.set_major_formatter(lambda value, _place: f"{value:,g}")
     axes.minorticks_off()
     cost = "million cycles a second on the board" if board else "µs of computing per simulated second"
     style_axes(axes, c, cost, f"{sheet.scene.error}, {frame.unit}")
@@ -305,14 +304,13 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
     low, high = axes.get_xlim()[0], max(axes.get_xlim()[1], 2.0 * has)
     axes.set_xlim(low, high)
     axes.set_xticks([n for n in (2, 3, 5, 7, 10, 12, 16, 20, 30, 50, 100) if low <= n <= high])
-    axes.xaxis.set_major_formatter(lambda value, _place: f"{value:,g}")
-    axes.yaxis.set_major_formatter(lambda value, _place: f"{'≤ ' if value <= _LEAST_OWN else ''}{value:,g}")
     axes.minorticks_off()
     axes.axhline(1.0, color=c.danger, linewidth=1.6, linestyle=DASH, zorder=2)
     axes.axvline(has, color=c.ink2, linewidth=1.4, zorder=2)
     beyond = {"facecolor": "none", "edgecolor": c.line, "hatch": "///", "linewidth": 0.0, "zorder": 0.5}
     axes.axvspan(has, high, **beyond)
     style_axes(axes, c, "million cycles a second; hatched: beyond the board's 16", "method's own error, JND")
+    axes.yaxis.set_major_formatter(lambda error, _place: f"{'≤ ' * (error <= _LEAST_OWN)}{compact(error)}")
 
 
 def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> float:

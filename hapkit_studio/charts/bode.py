@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hapkit_studio.analysis.bode import LINEAR
-from hapkit_studio.charts.style import DASH, DOT, TICK, Colors, legend, save, style_axes, unbroken
+from hapkit_studio.charts.style import (
+    DASH,
+    DOT,
+    TICK,
+    Colors,
+    legend,
+    number_ticks,
+    save,
+    style_axes,
+    unbroken,
+)
 from hapkit_studio.formatting import hertz, with_unit
 
 if TYPE_CHECKING:
@@ -111,14 +121,13 @@ def _handle(panels: list, c: Colors, setting: "LoopSettings") -> None:
     low, high = panels[0].get_ylim()
     panels[0].set_ylim(max(low, 0.01 * high) / _AXIS_FACTOR, high * _AXIS_FACTOR)
     panels[0].set_yscale("log")
-    panels[0].yaxis.set_major_formatter("{x:,g}")
+    number_ticks(panels[0].yaxis)
     panels[_MASS].set_ylim(bottom=0.0)
     panels[-1].set_ylim(0.0, 1.1)
     left, right = panels[0].get_xlim()
     turn = 2.0 * math.pi * np.geomspace(left, right, 300)
     inertia, frequency = setting.mass * turn**2, turn / (2.0 * math.pi)
     for axes in panels:
-        axes.xaxis.set_major_formatter("{x:,g}")
         axes.autoscale(False)
     panels[0].plot(frequency, np.hypot(inertia, setting.viscous * turn), label="the handle's own", **style)
     panels[_STIFFNESS].plot(frequency, inertia, **style)

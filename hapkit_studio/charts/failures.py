@@ -123,7 +123,6 @@ def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
         axis = getattr(axes, f"{name}axis")
         if log:
             getattr(axes, f"set_{name}scale")("log")
-            axis.set_minor_formatter(NullFormatter())
     looks = {role: itertools.cycle(known) for role, known in _LOOKS.items()}
     for line in chart.lines:
         token, dashes, marker = next(looks[line.role])
@@ -144,9 +143,10 @@ def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
             )
         else:
             axes.locator_params(axis=name, nbins=5)
-        axis.set_major_formatter("{x:,g}")
     letters = int(0.55 * 72.0 * axes.figure.get_figheight() / _LETTER)
     style.style_axes(axes, c, plot.x_label, fill(plot.y_label, letters))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_formatter(NullFormatter())
     _limits(axes, c, shown, chart)
     style.legend(axes, c)
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hapkit_studio.charts import style
+from hapkit_studio.formatting import compact
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures.base import Shown
@@ -72,7 +73,7 @@ def draw(figure: Any, c: style.Colors, plane: "Plane") -> KnobPoint:
         for axis in (axes.xaxis, axes.yaxis):
             getattr(axes, f"set_{axis.axis_name}scale")("log")
             axis.set_major_locator(LogLocator(subs=(1.0,) if count > 1 else (1.0, 2.0, 5.0)))
-            axis.set_major_formatter("{x:,g}")
+            style.number_ticks(axis)
             axis.set_minor_formatter(NullFormatter())
         _panel(axes, c, panel)
         if panel.title:
@@ -97,7 +98,7 @@ def _panel(axes: Any, c: style.Colors, panel: "Panel") -> None:
     if field.levels:
         lines = axes.contour(field.x, field.y, field.z, levels=field.levels, colors=[c.ink3], linewidths=0.9,
                              zorder=2)  # fmt: skip
-        axes.clabel(lines, fmt="%g", fontsize=style.TICK - 2, colors=[c.ink3])
+        axes.clabel(lines, fmt=compact, fontsize=style.TICK - 2, colors=[c.ink3])
     weak = iter(_DASHES)
     for line in panel.boundaries:
         color, dashes = (c.ink, "-") if line.strong else (c.ink2, next(weak))

@@ -99,7 +99,6 @@ def draw(figure: Any, c: style.Colors, shown: Map) -> "Dot":
     axes.set_ylim(0.0, plane.top)
     axes.locator_params(nbins=6)
     axes.tick_params(axis="y", pad=7)  # room for the dot at zero damping beside the tick labels
-    axes.yaxis.set_major_formatter("{x:,.0f}")
     _lines(axes, c, shown)
     _measured(axes, measured, shown)
     _regions(axes, c, measured, shown)

@@ -79,9 +79,23 @@ def style_axes(axes: Any, c: Colors, across: str, up: str) -> None:
     axes.set_xlabel(across, size=TICK, color=c.axis)
     axes.set_ylabel(up, size=TICK, color=c.axis)
     axes.tick_params(which="both", labelsize=TICK, color=c.line, labelcolor=c.axis)
+    for axis in (axes.xaxis, axes.yaxis):
+        number_ticks(axis)
     axes.grid(color=c.grid, linewidth=0.8)
     axes.set_axisbelow(True)
     axes.spines[:].set_color(c.line)
+
+
+def number_ticks(axis: Any) -> None:
+    """Format an axis' ticks like the numbers in texts and in the window's plots: 1,000, −2, and 1, not 10⁰.
+
+    Call it again after a change of the axis' scale, which restores matplotlib's formats.
+    """
+    from hapkit_studio.charts.ticks import MinorTicks, Ticks
+
+    axis.set_major_formatter(Ticks())
+    if axis.get_scale() == "log":
+        axis.set_minor_formatter(MinorTicks())
 
 
 def legend(axes: Any, c: Colors) -> None:

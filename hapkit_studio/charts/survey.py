@@ -39,8 +39,6 @@ def draw(figure: Any, c: Colors, axes: "Axes", limits: np.ndarray) -> None:
             panel.plot(values, middle, marker, linestyle="-", label=ESTIMATORS[key].label, **style)
             panel.plot(values, low, linestyle=DASH, linewidth=1.2, **style)
         panel.set(yscale="log", ylim=_NEWTONS, xscale="log" if which == 1 else "linear")
-        panel.xaxis.set_major_formatter("{x:,g}")
-        panel.yaxis.set_major_formatter("{x:,g}")
         style_axes(panel, c, across, "stiffness limit, N/m" if which == 1 else "")
     legend(panels[0], c)
 

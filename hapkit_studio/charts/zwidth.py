@@ -62,7 +62,6 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
     style_axes(axes, c, "virtual damping b, N·s/m", "virtual stiffness k, N/m")
     axes.set_xlim(-0.02 * walls.right, 1.04 * walls.right)
     axes.set_ylim(0.0, nice_top(_ROOM * float(high)))
-    axes.yaxis.set_major_formatter("{x:,.0f}")
     axes.fill_between(damping, stiffness, color=c.stable, linewidth=0.0)
     axes.plot(damping, stiffness, color=c.position, linewidth=2.4, zorder=3)
     for clamped, words in ((False, "all rest up to here"), (True, "all rest up to here, motor at its limit")):

@@ -111,7 +111,14 @@ ENVIRONMENT = Environment(
             "wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "Distance from one ridge to the next", "λ"
         ),
         Parameter(
-            "seed", "Seed", "", 1.0, 0.0, 99.0, "Each whole number gives a different piece of sandpaper"
+            "seed",
+            "Seed",
+            "",
+            1.0,
+            0.0,
+            99.0,
+            "Each whole number gives a different piece of sandpaper",
+            whole=True,
         ),
     ),
     force=force,

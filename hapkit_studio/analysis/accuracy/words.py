@@ -3,7 +3,7 @@
 import math
 
 from hapkit_studio.analysis.accuracy.plan import Point, Scene, Sheet
-from hapkit_studio.formatting import power_of_ten, significant
+from hapkit_studio.formatting import compact, power_of_ten, significant, with_unit
 
 # What is smaller or larger is written as a power of ten; a tolerance below it is one of µm/s.
 _TINY, _HUGE, _SLOW = 1e-2, 1e5, 1e-4
@@ -30,7 +30,7 @@ def error_words(error: float, scene: Scene) -> str:
 def tolerance_words(tolerance: float, scene: Scene) -> str:
     """Write a tolerance, which is a round number."""
     factor, name = unit(scene)
-    return f"{tolerance * factor:,.3g} {name}"
+    return with_unit(tolerance * factor, name)
 
 
 def cost_words(point: Point, board: bool = False) -> str:
@@ -45,7 +45,7 @@ def cost_words(point: Point, board: bool = False) -> str:
 def name_words(point: Point, sheet: Sheet, unit: str = "ms step") -> str:
     """Name a point by its method, and by its step in ms where there are several."""
     several = len({p.step_s for p in sheet.points}) > 1
-    return f"{point.label}, {1e3 * point.step_s:.4g} {unit}" if several else point.label
+    return f"{point.label}, {compact(1e3 * point.step_s, 4)} {unit}" if several else point.label
 
 
 def winner_words(sheet: Sheet, tolerance: float, board: bool = False, unit: str = "ms step") -> str:

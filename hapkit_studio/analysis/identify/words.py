@@ -4,7 +4,7 @@ import math
 
 from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
-from hapkit_studio.formatting import MINUS, number, on_screen
+from hapkit_studio.formatting import MINUS, interval, number, on_screen
 
 # display units: the unit, and its number per SI unit
 READ_UNITS = {"m": ("mm", 1e3), "kg": ("g", 1e3)}
@@ -42,8 +42,7 @@ def _rounded(estimate: Estimate) -> tuple[float, float, int]:
 
 def measured(estimate: Estimate) -> str:
     """Format an estimate in display units: "299.8 ± 0.1"."""
-    value, half, decimals = _rounded(estimate)
-    return f"{number(value, decimals)} ± {half:,.{decimals}f}"
+    return interval(*_rounded(estimate))
 
 
 def confirms(estimate: Estimate) -> bool:

@@ -14,7 +14,7 @@ from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPE
 from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import plain
+from hapkit_studio.formatting import compact, plain
 
 _CURVE = 81
 # the condition "hand" without a simulated hand
@@ -163,13 +163,13 @@ class ZWidth:
 def three_digits(value: float) -> str:
     """Format a stiffness with three digits, rounded down."""
     if value < 100.0:
-        return f"{value:.3g}"
+        return compact(value, 3)
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"{step * math.floor(value / step):,.0f}"
 
 
 COLUMNS = (
-    Column("b", lambda row: f"{row.damping:g}", lambda row: row.damping, right=False, unit="N·s/m"),
+    Column("b", lambda row: compact(row.damping), lambda row: row.damping, right=False, unit="N·s/m"),
     Column(
         "All rest to", lambda row: three_digits(row.point.stiffness), lambda row: row.point.stiffness,
         unit="N/m",

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.analysis.statistics import Line, line, statistics
 from hapkit_studio.columns import Column
-from hapkit_studio.formatting import with_unit
+from hapkit_studio.formatting import interval, with_unit
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.time_view import TimeView
 from hapkit_studio.gui.widgets.parts import hbox, label, vbox
@@ -170,7 +170,7 @@ def slope(cursors: Cursors, samples: dict[str, np.ndarray]) -> tuple[Line | None
     if found.left > _BENT:
         return None, "none: not a straight line"
     digits = 0 if found.half >= 10.0 else 1
-    return found, f"{number(found.slope, digits)} ± {number(found.half, digits)} N/m"
+    return found, f"{interval(found.slope, found.half, digits)} N/m"
 
 
 _FOLDED, _BOTH = 0, 1  # indices of the switch

@@ -9,8 +9,9 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsGridLayout, QMenu, QSizePolicy
 
+from hapkit_studio.formatting import tick_labels
 from hapkit_studio.gui.widgets.text import paint_words
-from hapkit_studio.gui.widgets.theme import number, theme
+from hapkit_studio.gui.widgets.theme import theme
 
 # fractions of the range: distance at which data count as on the frame; margin beyond the data
 _EDGE, _MARGIN = 0.04, 0.12
@@ -36,13 +37,6 @@ def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> lis
         if size >= least and len(inside) <= most:
             break
     return [k * size for k in inside]
-
-
-def labels(values: list[float]) -> list[str]:
-    """Format tick values with the decimals that their distance needs."""
-    size = min(np.diff(values)) if len(values) > 1 else abs(values[0]) if values else 1.0
-    decimals = max(0, -math.floor(math.log10(size) + 1e-9)) if size > 0 else 0
-    return [number(value, decimals) for value in values]
 
 
 def widened(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
@@ -114,7 +108,7 @@ class Axis(pg.AxisItem):
         return box
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        texts = labels(list(values))
+        texts = tick_labels(values)
         if self.unit and texts:
             texts[-1] += f" {self.unit}"
         return texts

@@ -5,7 +5,7 @@ import pytest
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.gui.live.history import LiveHistory
-from hapkit_studio.gui.widgets.canvas import labels, ticks
+from hapkit_studio.gui.widgets.canvas import ticks
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.signals import COLUMN
@@ -29,13 +29,6 @@ def test_ticks_keep_their_distance_and_are_more_than_one_where_there_is_room():
     assert ticks(-72.0, 61.0, 5, 30 / 15) == [0.0]
     for gaps in (1.0, 1.7, 3.3, 12.0):
         assert np.all(np.diff(ticks(-1.0, 3.7, 5, gaps)) >= 4.7 / gaps - 1e-9)
-
-
-def test_tick_labels_have_a_true_minus_and_enough_decimals():
-    assert labels([-0.5, 0.0, 0.5]) == ["−0.5", "0.0", "0.5"]
-    assert labels([-100.0, 0.0, 100.0]) == ["−100", "0", "100"]
-    assert labels([-20000.0, 0.0, 20000.0]) == ["−20,000", "0", "20,000"]
-    assert labels([1234.5, 1235.0]) == ["1,234.5", "1,235.0"]
 
 
 def test_paused_the_view_zooms_and_moves_in_what_was_kept(plots, history):

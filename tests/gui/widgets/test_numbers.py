@@ -54,6 +54,12 @@ def test_a_value_shows_its_step_and_only_as_many_digits_more_as_it_has(quantity,
     assert quantity.text(value) == text
 
 
+def test_a_whole_parameter_is_shown_and_moved_in_whole_numbers():
+    seed = Quantity(Parameter("seed", "Seed", "", 1.0, 0.0, 99.0, whole=True))
+    assert (seed.text(1.0), seed.step, seed.moved(1.0, 1)) == ("1", 1.0, 2.0)
+    assert all(seed.value(0.01 * part).is_integer() for part in range(101))
+
+
 def test_limits_are_one_sentence_with_the_screens_unit():
     assert STIFFNESS.limits() == "Stiffness goes from 0 to 5,000 N/m."
     assert PLACE.limits() == "Wall position goes from −40 to 40 mm."

@@ -1,0 +1,26 @@
+"""Tick labels of matplotlib's axes in the number formats of ``formatting``."""
+
+from collections.abc import Sequence
+
+from matplotlib.ticker import Formatter, LogFormatter
+
+from hapkit_studio.formatting import compact, tick_labels
+
+
+class Ticks(Formatter):
+    """Labels of an axis; on a linear one all have the same decimals."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return compact(x)
+
+    def format_ticks(self, values: Sequence[float]) -> list[str]:
+        if self.axis.get_scale() == "linear":
+            return tick_labels(values)
+        return [compact(value) for value in values]
+
+
+class MinorTicks(LogFormatter):
+    """Labels of the minor ticks of a logarithmic axis, where matplotlib finds that there is room for them."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return compact(x) if super().__call__(x, pos) else ""
