@@ -193,7 +193,7 @@ WRONG = [
     ("run wall -p stiffness", "A parameter is given as KEY=VALUE, e.g. stiffness=400, not 'stiffness'."),
     ("run wall -p stiffness=", "KEY=VALUE"),
     ("run wall --rate fast", "invalid float value: 'fast'"),
-    ("run wall --delay -1", "The delay goes from 0 to 10 s, not -1."),
+    ("run wall --delay -1", "The delay goes from 0 to 10 s, not −1."),
     ("run wall --seconds 86400 --rate 1e6", "A run has 1 to 10,000,000 samples"),
     ("run wall --estimator iir:cutoff=low", "The estimator's cutoff takes a number, not 'low'."),
     ("run wall --estimator iir:", "An option is given as KEY=VALUE, e.g. cutoff=20, not ''."),

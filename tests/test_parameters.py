@@ -94,7 +94,7 @@ def test_every_option_wants_a_label_or_none_has_one(labels):
         (True, {}, "The mass takes a number in kg, not True."),
         (math.nan, {"endless": True}, "The mass takes a number in kg, not nan."),
         (math.inf, {}, "The mass takes a number in kg, not inf."),
-        (-1.0, {}, "The mass must be 0 or more kg, not -1 kg."),
+        (-1.0, {}, "The mass must be 0 or more kg, not −1 kg."),
         (0.0, {"above": True}, "The mass must be more than 0 kg, not 0 kg."),
         (3, {"high": 2.0}, "The mass must be 2 kg or less, not 3 kg."),
     ],

@@ -209,7 +209,7 @@ def test_sensor_reads_the_count_below(x, counts):
     [
         ({"mass": 0.0}, "mass must be more than 0 kg, not 0 kg"),
         ({"mass": math.nan}, "mass takes a number in kg, not nan"),
-        ({"damping": -0.1}, "damping must be 0 or more N·s/m, not -0.1"),
+        ({"damping": -0.1}, "damping must be 0 or more N·s/m, not −0.1"),
         ({"coulomb_force": "much"}, "Coulomb friction takes a number in N, not 'much'"),
         ({"quantum": -1e-6}, "quantum must be 0 or more m"),
         ({"max_force": 0.0}, "force limit must be more than 0 N"),

@@ -49,7 +49,7 @@ def test_press_stays_under_the_force_limit_against_any_wall():
 @pytest.mark.parametrize(
     ("bad", "names"),
     [
-        ({"mass": -1.0}, "mass must be 0 or more kg, not -1 kg"),
+        ({"mass": -1.0}, "mass must be 0 or more kg, not −1 kg"),
         ({"damping": math.nan}, "damping"),
         ({"stiffness": math.inf}, "stiffness"),
         ({"release": -0.1}, "not -0.1 s"),

@@ -67,7 +67,7 @@ def test_rows_are_multiples_of_the_step_with_both_ends():
     ("wrong", "words"),
     [
         ({"mass": 0.0}, "Mass .*kg, not 0"),
-        ({"damping": -1.0}, "Damping .*N·s/m, not -1"),
+        ({"damping": -1.0}, "Damping .*N·s/m, not −1"),
         ({"stiffness": math.nan}, "Stiffness .*N/m, not nan"),
         ({"dt": 0.0}, "dt .* s, not 0"),
         ({"seconds": 1e9}, "steps"),
