@@ -8,7 +8,6 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.dynamics.loop_settings import BOARD, BOARD_RATE, COMPUTER, RENDERERS, LoopSettings
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import interval
 from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.rows import ChoiceRow
 from hapkit_studio.gui.state.background import LatestResult
@@ -60,7 +59,7 @@ class RendererFacts:
         """Return what stands in its column, in the order of ROWS; limit in N/m."""
         delay, share = self.delay, self.share
         return (
-            interval(1e3 * delay.mean, 1e3 * delay.spread, 2) if delay else UNKNOWN,
+            f"{number(1e3 * delay.mean, 2)} ± {number(1e3 * delay.spread, 2)}" if delay else UNKNOWN,
             UNKNOWN if self.rate is None else number(self.rate, 0),
             UNKNOWN if limit is None or self.setting is None else number(limit, 0),
             number(self.missed, 0),
