@@ -93,8 +93,9 @@ def number_ticks(axis: Any) -> None:
     """
     from hapkit_studio.charts.ticks import MinorTicks, Ticks
 
-    axis.set_major_formatter(Ticks())
-    if axis.get_scale() == "log":
+    linear = axis.get_scale() == "linear"
+    axis.set_major_formatter(Ticks(linear))
+    if not linear:
         axis.set_minor_formatter(MinorTicks())
 
 

@@ -10,11 +10,14 @@ from hapkit_studio.formatting import compact, tick_labels
 class Ticks(Formatter):
     """Labels of an axis; on a linear one all have the same decimals."""
 
+    def __init__(self, linear: bool):
+        self._linear = linear
+
     def __call__(self, x: float, pos: int | None = None) -> str:
         return compact(x)
 
     def format_ticks(self, values: Sequence[float]) -> list[str]:
-        if self.axis.get_scale() == "linear":
+        if self._linear:
             return tick_labels(values)
         return [compact(value) for value in values]
 
