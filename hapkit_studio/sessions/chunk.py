@@ -64,13 +64,11 @@ class Chunk:
         return bool(within and (np.diff(times) >= 0.0).all())
 
     def blocks(self) -> np.ndarray:
-        """Return the extremes (signals with extremes, 2, blocks) in SI, NaN for values that are not finite.
-
-        Raise DamagedError.
-        """
+        """Return the extremes (signals with extremes, 2, blocks) in SI, as float32; raise DamagedError."""
         blocks, signals = -(-self.count // BLOCK), len(self.layout.with_extremes)
-        found = decode(self.extremes, signals * 2 * blocks).reshape(signals, 2, blocks)
-        return np.where(np.isfinite(found), found, math.nan)
+        with np.errstate(over="ignore"):  # of a foreign file
+            found = decode(self.extremes, signals * 2 * blocks).astype(np.float32)
+        return found.reshape(signals, 2, blocks)
 
 
 def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) -> Chunk:

@@ -6,6 +6,7 @@ Files of version 1 have no such table: their layout is FIRST.
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from hapkit_studio.haptics.signals import NEVER, ON_REQUEST, SIGNALS
@@ -43,17 +44,17 @@ class Layout:
 
     signals: tuple[StoredSignal, ...]
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Return the names of all signals, and STATE."""
         return (*(signal.name for signal in self.signals), STATE)
 
-    @property
+    @cached_property
     def with_extremes(self) -> tuple[str, ...]:
         """Return the signals whose extremes are stored, in the order of the extremes."""
         return tuple(signal.name for signal in self.signals if signal.extremes)
 
-    @property
+    @cached_property
     def optional(self) -> frozenset[str]:
         """Return the signals without which a chunk may be."""
         return frozenset(signal.name for signal in self.signals if signal.optional)

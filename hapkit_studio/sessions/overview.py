@@ -11,6 +11,7 @@ import numpy as np
 
 from hapkit_studio.columns import Column
 from hapkit_studio.formatting import clock, megabytes
+from hapkit_studio.sessions.chunk import BLOCK
 from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.file import ABOUT, LOG, SETTINGS, SessionError
 from hapkit_studio.sessions.session import Session
@@ -145,8 +146,7 @@ def _samples(session: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _blocks(session: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return when each block of samples began, its least and its greatest position."""
-    parts = zip(session.starts, session.stops, session.blocks, strict=True)
-    times = [np.linspace(start, stop, part.shape[2], endpoint=False) for start, stop, part in parts]
-    position = session.layout.with_extremes.index("position")
-    least, greatest = np.hstack([part[position] for part in session.blocks])
+    parts = zip(session.starts, session.stops, -(-session.counts // BLOCK), strict=True)
+    times = [np.linspace(start, stop, count, endpoint=False) for start, stop, count in parts]
+    least, greatest = session.blocks[session.layout.with_extremes.index("position")].astype(float)
     return np.concatenate(times), least, greatest

@@ -10,7 +10,6 @@ import os
 import shutil
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import closing, suppress
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -54,7 +53,8 @@ class Session:
     """A session opened for reading; chunks are read when they are asked for, in one thread at a time.
 
     At hand: the file's name in one line; events; of every chunk its count of samples, when the first and the
-    last came, starts and stops (chunks,) in s of the recording computer's clock, and its blocks' extremes.
+    last came, starts and stops (chunks,) in s of the recording computer's clock; the extremes of all blocks
+    (signals with extremes, 2, blocks) in SI, NaN for values that are not finite.
     """
 
     def __init__(self, path: str | Path):
@@ -74,7 +74,8 @@ class Session:
             raise SessionError(f"{self.name} holds no samples that can be read. {reason}".rstrip())
         self._ids = tuple(row for row, _, _ in index)
         chunks = [chunk for _, chunk, _ in index]
-        self.blocks = tuple(blocks for _, _, blocks in index)
+        self.blocks = np.concatenate([blocks for _, _, blocks in index], axis=2)
+        self.blocks[~np.isfinite(self.blocks)] = math.nan
         self.counts, self.starts, self.stops, self._states = (
             np.array([getattr(chunk, name) for chunk in chunks])
             for name in ("count", "start", "stop", "states")
@@ -253,11 +254,11 @@ class Session:
     def _index(self) -> list[tuple[int, Chunk, np.ndarray]]:
         """Return each chunk's row, its head without columns, and its extremes, in the order of time."""
         found: list[tuple[int, Chunk, np.ndarray]] = []
-        samples = 0
+        samples, types = 0, {name: self._chunk_columns[name] for name in HEAD}
         for row, *values in self._rows("chunk", HEAD):
             place = f"chunk {row}"
             try:
-                _check_types(values, {name: self._chunk_columns[name] for name in HEAD}, place)
+                _check_types(values, types, place)
                 chunk = _checked_chunk(values, {}, self.layout, place)
                 blocks = chunk.blocks()
                 while found and chunk.start <= found[-1][1].stop:
@@ -271,7 +272,8 @@ class Session:
                     limit = f"at most {_MOST_IN_ALL:,} samples are read"
                     self._left_out("chunk", row, f"{place} and what follows: {limit}.")
                     break
-                found.append((row, replace(chunk, extremes=b""), blocks))
+                head = Chunk(chunk.count, chunk.start, chunk.stop, chunk.states, b"", {}, self.layout)
+                found.append((row, head, blocks))
             except FileError as error:
                 self._left_out("chunk", row, error)
         return found

@@ -130,6 +130,8 @@ class Samples(History):
         super().__init__()
         self._time, self._data = np.empty(room), np.empty((len(channels()), room))
         self._begin = self._end = 0
+        self._known: frozenset[int] = frozenset()
+        """The rows of the data with a value that is not NaN; it may also have left the history since."""
         self._tick = math.nan
         self._breaks: list[int] = []
 
@@ -137,14 +139,18 @@ class Samples(History):
     def of(
         cls, time: np.ndarray, signals: Iterable[tuple[str, np.ndarray]], breaks: Iterable[int] = ()
     ) -> "Samples":
-        """Return samples at times (n,) in s of the named signals; other channels are NaN.
+        """Return samples at times (n,) in s of the named signals, in 32 bits; other channels are NaN.
 
         Lines break before the samples with the indices ``breaks``.
         """
-        made = cls(len(time))
-        made._time[:], made._data[:] = time, math.nan
+        made = cls()
+        made._time, made._data = time, np.empty((len(channels()), len(time)), np.float32)
         for name, values in signals:
-            made._data[channels().index(name)] = values
+            row = channels().index(name)
+            made._data[row] = values
+            made._known |= {row}
+        for row in {*range(len(channels()))} - made._known:
+            made._data[row] = math.nan
         made._breaks, made._end = list(breaks), len(time)
         return made
 
@@ -168,7 +174,10 @@ class Samples(History):
         first, self._end = self._end, self._end + len(time)
         self._time[first : self._end] = time
         for row, name in enumerate(channels()):
-            self._data[row, first : self._end] = signals.get(name, math.nan)
+            values = signals.get(name, math.nan)
+            self._data[row, first : self._end] = values
+            if row not in self._known and not np.isnan(values).all():
+                self._known |= {row}
         lost = np.flatnonzero(np.abs(tick[1:] - tick[:-1] - 1.0) > 0.5) + first + 1
         if abs(tick[0] - self._tick - 1.0) > 0.5:
             lost = np.append(lost, first)
@@ -224,17 +233,17 @@ class Samples(History):
         if not len(filled):
             return Window(np.empty(0), {name: np.empty(0) for name in channels()}, True)
         first, stop = indices[filled], indices[filled + 1]
-        y = np.empty((len(channels()), 2 * len(filled)))
-        samples = self._data[:, first[0] : stop[-1]]
-        least, greatest = (pick.reduceat(samples, first - first[0], axis=1) for pick in (np.fmin, np.fmax))
-        rising = self._data[:, stop - 1] >= self._data[:, first]
-        y[:, 0::2] = np.where(rising, least, greatest)
-        y[:, 1::2] = np.where(rising, greatest, least)
+        y = np.full((len(channels()), 2 * len(filled)), math.nan)
+        for row in self._known:
+            samples = self._data[row, : stop[-1]]
+            keep_nan = row in _with_gaps()
+            low, high = (np.minimum, np.maximum) if keep_nan else (np.fmin, np.fmax)
+            least, greatest = low.reduceat(samples, first), high.reduceat(samples, first)
+            rising = samples[stop - 1] >= samples[first]
+            y[row, 0::2] = np.where(rising, least, greatest)
+            y[row, 1::2] = np.where(rising, greatest, least)
         left, width = edges[filled], edges[filled + 1] - edges[filled]
         x = np.stack([left + 0.25 * width, left + 0.75 * width], axis=1).ravel()
-        for row in _with_gaps():
-            missing = np.logical_or.reduceat(np.isnan(samples[row]), first - first[0])
-            y[row, np.repeat(missing, 2)] = math.nan
         lost = self._breaks_in(int(first[0]), int(stop[-1]))
         return self._broken(x, y, np.unique(2 * (np.searchsorted(first, lost, side="right") - 1)), True)
 
@@ -273,7 +282,7 @@ class LiveHistory(Samples):
     def clear(self) -> None:
         """Remove all samples and changes."""
         self._begin = self._end = 0
-        self._tick, self._breaks = math.nan, []
+        self._tick, self._breaks, self._known = math.nan, [], frozenset()
         self.dividers, self.changes, self.begin = [], [-math.inf], -math.inf
 
     def divide(self, words: str, time: float | None = None, instead: float | None = None) -> None:

@@ -266,7 +266,7 @@ def _blocks(session: Session) -> Samples:
     time = np.minimum(np.stack([left + 0.25 * lengths, left + 0.75 * lengths], axis=1), stops[:, None])
 
     def in_order(row: int) -> np.ndarray:
-        least, greatest = np.hstack([blocks[row] for blocks in session.blocks])
+        least, greatest = session.blocks[row].astype(float)
         middle = least + greatest
         rising = np.diff(middle, append=middle[-1:]) >= 0.0
         return np.where(rising, [least, greatest], [greatest, least]).T.ravel()

@@ -1,6 +1,7 @@
 """The history against the plainest possible computation on the same samples."""
 
 import itertools
+import math
 import tracemalloc
 
 import numpy as np
@@ -167,3 +168,19 @@ def test_changes_are_kept_with_their_times_as_long_as_their_samples():
     assert kept.dividers == [(at, "Wall")]
     history.clear()
     assert (history.dividers, history.begin) == ([], -np.inf)
+
+
+def test_a_signal_that_comes_later_is_drawn_from_its_first_value_on():
+    """As the observer's energies: NaN without a value, at once and in every column."""
+    table = telemetry(4000)
+    table[:, COLUMN["energy_given"]] = math.nan
+    table[3000:, COLUMN["energy_given"]] = 1.0
+    history = LiveHistory(10.0, RATE)
+    feed(history, table[:2000])
+    assert np.isnan(history.window(np.linspace(0.0, 0.5, 11)).y["energy_given"]).all()
+    history.append(table[2000:])
+    values = history.window(np.linspace(0.0, 1.0, 11)).y["energy_given"]
+    np.testing.assert_array_equal(values, [math.nan] * 16 + [1.0] * 4)  # one of ten columns has both
+    history.clear()
+    history.append(table[:2000])
+    assert np.isnan(history.window(np.linspace(0.0, 0.5, 11)).y["energy_given"]).all()
