@@ -59,6 +59,7 @@ def test_parts_without_a_chip():
     assert failures == 0
 
 
+@pytest.mark.slow
 @needs_avr
 def test_flash_and_ram_are_printed_and_fit(said):
     flash, flash_limit = map(int, re.search(r"flash (\d+) of (\d+) bytes", said).groups())

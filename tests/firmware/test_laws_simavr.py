@@ -201,6 +201,7 @@ def test_a_file_in_a_persons_folder_renders_on_the_board_as_it_is(twin, tmp_path
     assert np.abs(hold_to_python(environment, environment.values(), twin, tmp_path)).max() > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [table_law.TEXT, clock_law.TEXT], ids=["tables", "clock"])
 def test_a_law_renders_its_tables_and_its_clock(text, twin, tmp_path):
     file = tmp_path / "own.py"

@@ -90,6 +90,7 @@ def test_the_same_bits_as_on_this_computer(chip, computer, rng, operation):
     assert_same(found, wanted, rows)
 
 
+@pytest.mark.slow
 def test_random_code_gives_the_same_bits_in_assembler_in_cpp_and_here(chip, computer, rng):
     for _ in range(60):
         law = random_code(rng)

@@ -165,6 +165,7 @@ def written(folder, text):
     return reading.load_source(source.typed(folder / "ramp.py", text))
 
 
+@pytest.mark.slow
 @needs_ide
 @pytest.mark.parametrize("text", [table_law.TEXT, clock_law.TEXT], ids=["tables", "clock"])
 def test_a_sketch_renders_its_tables_and_its_clock(text, archive, tmp_path):
@@ -213,6 +214,7 @@ def test_every_kit_pushes_with_its_own_numbers(key, options, archive, tmp_path):
     assert duty == pytest.approx(expected(board, HELD, power), abs=1.0 + a_count)
 
 
+@pytest.mark.slow
 @needs_ide
 def test_a_measured_motor_is_undone_by_its_table(archive, tmp_path):
     board = replace(
@@ -226,6 +228,7 @@ def test_a_measured_motor_is_undone_by_its_table(archive, tmp_path):
     assert held(sketch.Kit(board), archive, tmp_path) == pytest.approx(-duty, abs=1.0)
 
 
+@pytest.mark.slow
 @needs_ide
 def test_a_calibrated_kit_keeps_its_zero_and_its_senses(archive, tmp_path):
     # the board counts and pushes in the other direction; it starts 4 mm left of its zero
@@ -384,6 +387,7 @@ def test_the_firmware_sends_hello_and_every_sample(elf):
         assert board.hello.arena == ARENA
 
 
+@pytest.mark.slow
 @needs_ide
 def test_the_firmwares_wall_has_its_stiffness(elf, tmp_path):
     """400 N/m from 4 mm on, nothing before: the force in effect answers the previous reading."""

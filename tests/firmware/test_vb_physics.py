@@ -71,6 +71,7 @@ def test_a_hand_that_steps_ramps_and_lets_go(asleep, tmp_path):
     np.testing.assert_allclose(truth.hand_force, force, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_an_oscillation_under_friction_stops_and_turns(asleep, tmp_path):
     options = ("--seconds", "0.4", "--log-period", "0.004", "--viscous", "0", "--coulomb", "0.3")
     outcome = run(asleep, tmp_path, *options, script=["0 hand 0.02 300 0 0"])

@@ -274,6 +274,7 @@ def test_nothing_is_said_of_a_handle_whose_law_takes_too_long(monkeypatch):
     assert not verdict(replace(asked, values=SLOW.values({"beyond": 1.0}))).not_judged
 
 
+@pytest.mark.slow
 def test_an_interrupt_ends_compiled_loops_at_once():
     """The byte is what Python writes when a signal comes; nobody takes it but whoever listens anew."""
     interrupts.listen()

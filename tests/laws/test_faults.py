@@ -1,6 +1,7 @@
 """Faults inside a law: no exception, no hang; they latch with their line, and the force is zero."""
 
 import textwrap
+from functools import cache
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from hapkit_studio import simulate
 from hapkit_studio.dynamics.hand import Prescribed
 from tests.laws.law_files import HEAD, environment, held, law_text, line_of
+from tests.wide import wide
 
 WRONG_INDEX = ("3", "-1", "x * 1e9", "-0.5", "1e300", "math.log(0.0)", "math.sqrt(-x)")
 USES = ("return 5.0 + s.ring[{}]", "s.ring[{}] = 7.0\nreturn 5.0", "s.ring[{}] += 7.0\nreturn 5.0")
@@ -54,37 +56,52 @@ BESIDE = (
 ) + "".join(
     f"def doubled_{n}(a):\n    return " + " + ".join([f"doubled_{n - 1}(a)"] * 4) + "\n" for n in range(1, 6)
 )
-# one law for all cases, chosen by its damping, to save compile time
-TEXT = law_text(
-    "\n".join(f"if p.damping == {n}.0:\n" + textwrap.indent(one[0], "    ") for n, one in enumerate(CASES))
-    + "\nreturn 1.0 / (1.0 + math.exp(1e5 * x))",
-    "{'ring': (0.0, 0.0, 0.0), 'last': 0.0}",
-    BESIDE,
-)
-LINES = (HEAD + TEXT).splitlines()
+# quick: of each message the first case
+FIRST = sorted({message: n for n, (_, message, _) in reversed(list(enumerate(CASES)))}.values())
+
+
+def text_of(cases):
+    """Return one law for several cases, chosen by its damping, to save compile time."""
+    branches = [f"if p.damping == {n}.0:\n" + textwrap.indent(CASES[n][0], "    ") for n in cases]
+    return law_text(
+        "\n".join(branches) + "\nreturn 1.0 / (1.0 + math.exp(1e5 * x))",
+        "{'ring': (0.0, 0.0, 0.0), 'last': 0.0}",
+        BESIDE,
+    )
 
 
 @pytest.fixture(scope="module")
-def law(tmp_path_factory):
-    return environment(tmp_path_factory.mktemp("faults"), TEXT)
+def laws(tmp_path_factory):
+    @cache
+    def made(quick):
+        text = text_of(FIRST if quick else range(len(CASES)))
+        return environment(tmp_path_factory.mktemp("faults"), text), text
+
+    return made
 
 
-@pytest.mark.parametrize("case", range(len(CASES)), ids=[body for body, *_ in CASES])
-def test_a_fault_at_the_first_sample_latches_without_force(law, case, capfd):
-    _, said, where = CASES[case]
+@pytest.mark.parametrize(
+    "case",
+    wide(range(len(CASES)), FIRST.__contains__),
+    ids=[body for body, *_ in CASES],
+)
+def test_a_fault_at_the_first_sample_latches_without_force(laws, case, capfd):
+    _, message, where = CASES[case]
+    law, text = laws(case in FIRST)
+    lines = (HEAD + text).splitlines()
     (fault,) = (run := held(law, damping=float(case))).faults
-    start = LINES.index(f"    if p.damping == {case}.0:")
-    line = next((n for n, words in enumerate(LINES, 1) if n > start and where in words), line_of(TEXT, where))
-    assert said.format(line) in fault
-    if "come to an end" in said:
-        assert LINES[int(fault.split("line ")[1].split()[0]) - 1].strip().startswith(("for ", "def "))
+    start = lines.index(f"    if p.damping == {case}.0:")
+    line = next((n for n, code in enumerate(lines, 1) if n > start and where in code), line_of(text, where))
+    assert message.format(line) in fault
+    if "come to an end" in message:
+        assert lines[int(fault.split("line ")[1].split()[0]) - 1].strip().startswith(("for ", "def "))
     assert not run.applied_force.any()
     assert not run.force[1:].any()
     assert capfd.readouterr() == ("", "")
 
 
-def test_non_finite_intermediate_values_are_no_fault(law):
-    assert held(law, damping=-1.0).faults == ()
+def test_non_finite_intermediate_values_are_no_fault(laws):
+    assert held(laws(True)[0], damping=-1.0).faults == ()
 
 
 def test_a_fault_in_the_middle_ends_the_force_there(tmp_path):

@@ -45,6 +45,7 @@ def test_decoders_agree_on_hypothesis_inputs(folder, parts):
     fuzz.Three(folder).check(b"".join(parts) + DELIMITER)
 
 
+@pytest.mark.slow
 def test_noise_passes_at_the_crcs_rate(folder):
     """2^-16 of it: no more, and no less, as otherwise the noise would be wrong."""
     assert fuzz.at_least(NOISE) <= fuzz.noise(NOISE, 1, folder) <= fuzz.at_most(NOISE)

@@ -90,6 +90,7 @@ def test_a_handle_that_should_hold_drifts_as_in_plain_python(model):
             assert found > 1e-3
 
 
+@pytest.mark.slow
 def test_stick_slip_is_as_far_off_as_the_models_own_tests_say():
     """In % at 1 ms and 0.2 ms."""
     for model, errors in {"projection": (0.1, 0.0), "lugre": (30.0, 31.0), "smoothed": (5.8, 5.2)}.items():

@@ -45,6 +45,7 @@ def computed(key):
     return scene.split(scene.compute(SceneRequest(LIBRARY[key], LIBRARY[key].values())))
 
 
+@pytest.mark.slow
 def test_parts_add_up_and_a_lead_of_half_a_step_makes_up_for_delay():
     puck, parts = LIBRARY["puck"], []
     for integrator in ("semi_implicit", "exact"):

@@ -94,6 +94,7 @@ def worst_of(seed):
     return np.max([off(curve.measured.impedance[low], expected), off_theory], axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", wide(range(4), lambda seed: seed in (0, 3)))
 def test_random_loops_render_what_theory_says(seed):
     share, degrees = worst_of(seed)

@@ -262,6 +262,7 @@ def test_closing_asks_about_unsaved_text(opened, no_trials, monkeypatch):
     assert law_tab(window) is None
 
 
+@pytest.mark.slow
 def test_unsaved_text_is_restored_after_a_restart(opened, make_window, home):
     window = opened()
     QTest.keyClicks(window.editor.page.code, "# half a thought ")

@@ -143,6 +143,7 @@ def test_a_chunk_that_claims_an_absurd_end_is_left_out_of_a_replay(kept_idle_win
     replay.close()
 
 
+@pytest.mark.slow
 def test_a_session_without_force_is_drawn(kept_idle_window, qtbot, home):
     """Its force limit is zero, of either sign."""
     kept_idle_window.replay._clock = Clock()
@@ -372,6 +373,7 @@ def test_zoomed_plots_stand_until_a_person_seeks_and_then_show_where_it_stands(r
     assert replay.history is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("way", "start", "stop", "then"),
     [("visible", 1.0004, 1.5004, SPRING), ("selected", 0.0995, 0.4005, WALL)],

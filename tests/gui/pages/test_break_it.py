@@ -28,6 +28,7 @@ def spoken(page):
     return page.list.currentItem().data(Qt.ItemDataRole.AccessibleTextRole)
 
 
+@pytest.mark.slow
 def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit_and_exported(page, tmp_path):
     record = page.record
     assert (record.limit, record.signs) == (200.0, (True, False))

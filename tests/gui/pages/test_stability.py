@@ -379,6 +379,7 @@ def test_measuring_before_the_lines_are_there_begins_with_them(alone, qtbot, mon
     qtbot.waitUntil(lambda: len(page.results.all) == 1)
 
 
+@pytest.mark.slow
 def test_the_handle_is_pulled_and_let_go(alone, window, qtbot, monkeypatch):
     page = alone
     put_back(window)
@@ -405,6 +406,7 @@ def test_the_handle_is_pulled_and_let_go(alone, window, qtbot, monkeypatch):
     assert "On a real Hapkit, let go of the handle yourself" in page.side.try_words.text()
 
 
+@pytest.mark.slow
 def test_picture_and_numbers_are_those_in_sight(alone, tmp_path, monkeypatch):
     page = alone
     page.show_result(made_up(page.lines.plane.setting))

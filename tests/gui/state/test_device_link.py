@@ -195,6 +195,7 @@ def test_letting_go_frees_the_port_and_reconnect_takes_it_back(window, qtbot):
     qtbot.waitUntil(lambda: window.studio.engine is not None)
 
 
+@pytest.mark.slow
 def test_history_survives_a_reconnection_and_another_device_with_a_gap(window, qtbot):
     def kept(least):
         qtbot.waitUntil(lambda: window.live.tick() or len(window.live.history) >= least)

@@ -105,6 +105,7 @@ def energy(out):
     return 0.25 * speed**2 + 150.0 * place**2
 
 
+@pytest.mark.slow
 def test_explicit_euler_gains_what_theory_says_and_exact_nothing(told):
     """Undamped, a step multiplies the energy by 1 + ω²T², by its inverse, or by one (ω² = k/m)."""
     played = told("integrator_gains_energy")
