@@ -19,7 +19,7 @@ from PySide6.QtWidgets import QApplication, QLabel  # noqa: E402
 
 from hapkit_studio.gui.shell import app  # noqa: E402
 
-LOOK_MS = 20
+POLL_MS = 20
 
 
 def main(everything: bool) -> None:
@@ -45,7 +45,7 @@ def main(everything: bool) -> None:
 
     def leave() -> None:
         if everything and window.studio.readiness.waiting:
-            QTimer.singleShot(LOOK_MS, leave)
+            QTimer.singleShot(POLL_MS, leave)
             return
         seen["everything"] = time.perf_counter()
         print(json.dumps(seen), flush=True)

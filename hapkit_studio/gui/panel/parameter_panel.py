@@ -31,7 +31,7 @@ class Title(QLabel):
     def __init__(self) -> None:
         super().__init__(textFormat=Qt.TextFormat.PlainText, wordWrap=True)
 
-    def show_words(self, words: str) -> None:
+    def show_text(self, words: str) -> None:
         """Show other words."""
         self.setText(words)
         self._fit()
@@ -77,7 +77,7 @@ class PanelTitle(QWidget):
         """Show the environment in force."""
         environment = self._studio.environment
         self.picture.show_sign(icon_name(environment.scene), "ink")
-        self.title.show_words(environment.title)
+        self.title.show_text(environment.title)
         show_formula(self.formula, environment.formula)
         self.show_explanation()
 

@@ -28,7 +28,9 @@ class StopButton(ShortcutButton):
         """Show red while the force may act, hollow once stopped."""
         stopped = self._studio.stopped
         mark(self, "latched", stopped)
-        self.set_look("octagon", *(("STOPPED", "danger") if stopped else ("E-STOP", "onstop")), "onstop")
+        self.set_appearance(
+            "octagon", *(("STOPPED", "danger") if stopped else ("E-STOP", "onstop")), "onstop"
+        )
         self.set_cap(not stopped)
         released = "Set the force to zero at once (Esc)"
         self.setToolTip("Stopped. Release in the line below." if stopped else released)

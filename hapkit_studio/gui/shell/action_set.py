@@ -16,10 +16,10 @@ Window = TypeVar("Window", bound=QWidget)
 class Action(Generic[Window]):
     """A command of the window: menu entry, shortcut and entry of the command palette.
 
-    key begins with the name of its menu. checked returns whether it has a check mark. filtered: the
-    window's event filter handles the shortcut. extra: further shortcuts. said returns the text that the
-    menu shows now. exclusive: one entry of its submenu is checked. rule: a separator stands above it in the
-    menu. on_plots: plots offer it in their context menu.
+    key: menu name, a dot, and the action's name. checked: returns whether it has a check mark. filtered: the
+    window's event filter handles the shortcut. extra: further shortcuts. current_text: returns the present
+    menu text. exclusive: one entry of its submenu is checked. rule: preceded by a separator in the menu.
+    on_plots: in the context menu of plots.
     """
 
     key: str
@@ -30,7 +30,7 @@ class Action(Generic[Window]):
     checked: Callable[[Window], bool] | None = None
     filtered: bool = False
     extra: tuple[str, ...] = ()
-    said: Callable[[Window], str] | None = None
+    current_text: Callable[[Window], str] | None = None
     submenu: str = ""
     exclusive: bool = False
     rule: bool = False
@@ -49,7 +49,7 @@ class Action(Generic[Window]):
 
     @property
     def single(self) -> bool:
-        """Return True if a key without modifiers triggers it: ignored in text fields, can be switched off."""
+        """Return whether a key without modifiers triggers it: ignored in text fields, can be switched off."""
         return not self.filtered and any(len(k) == 1 or k == "Space" for k in self.keys)
 
 
@@ -59,7 +59,7 @@ def native(key: str) -> str:
 
 
 def matches(sought: str, words: str) -> bool:
-    """Return True if each word sought occurs, or begins like a word and has its letters in that order."""
+    """Return whether each word sought occurs, or is an abbreviation: a word has its letters in this order."""
     return all(
         part in words.lower() or re.search(r"\b" + r"\w*?".join(map(re.escape, part)), words.lower())
         for part in sought.lower().split()
@@ -104,8 +104,8 @@ class ActionSet(QObject, Generic[Window]):
         for entry in self.entries:
             action = self.qt[entry.key]
             action.setEnabled(entry.enabled(self._window))
-            if entry.said is not None:
-                action.setText(entry.said(self._window))
+            if entry.current_text is not None:
+                action.setText(entry.current_text(self._window))
             if entry.checked is not None:
                 action.setChecked(entry.checked(self._window))
 

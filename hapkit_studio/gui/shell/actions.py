@@ -1,4 +1,4 @@
-"""Every action once: key, words, shortcut, what it does, when it may. Menus, shortcuts and tests derive."""
+"""Table of all actions: key, text, shortcut, function, condition; menus and shortcuts derive from it."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.pages.sessions import SessionsPage
 
 Action = action_set.Action[MainWindow]
-THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
+THEMES = {"system": "Same as the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
 
 
 def _has_engine(window: MainWindow) -> bool:
@@ -113,7 +113,7 @@ def _one_of(
     prefix: str, options: Iterable[tuple[str, str, str]], choose: Callable[[MainWindow, str], object],
     chosen: Callable[[MainWindow], str], submenu: str = "",
 ) -> list[Action]:  # fmt: skip
-    """Return an action for each of some options (key, words, shortcut), of which one is in force."""
+    """Return one action per option (key, text, shortcut), of which one is checked."""
 
     def option(key: str, words: str, shortcut: str) -> Action:
         run, checked = lambda w: choose(w, key), lambda w: chosen(w) == key
@@ -126,13 +126,13 @@ def _one_of(
 
 
 def _sessions(window: MainWindow) -> "SessionsPage":
-    """Bring the view *Sessions* into sight, unless another one may not be left, and return it."""
+    """Show the view *Sessions*, if views can be changed now, and return it."""
     window.views.show("sessions")
     return cast("SessionsPage", window.views.page("sessions"))
 
 
 def _lists_sessions(window: MainWindow, button: str) -> bool:
-    """Return whether the view *Sessions* is in sight, and a button of it can be pressed."""
+    """Return whether the view *Sessions* is visible and one of its buttons is enabled."""
     return window.views.key == "sessions" and getattr(window.views.shown, button).isEnabled()
 
 
@@ -217,12 +217,12 @@ _EDIT = (
     Action(
         "edit.undo", "Undo", lambda w: w.history.undo(), "Ctrl+Z",
         enabled=lambda w: _may_set(w) and w.history.stack.canUndo(),
-        said=lambda w: f"Undo {w.history.stack.undoText()}".rstrip(),
+        current_text=lambda w: f"Undo {w.history.stack.undoText()}".rstrip(),
     ),
     Action(
         "edit.redo", "Redo", lambda w: w.history.redo(), "Ctrl+Shift+Z",
         enabled=lambda w: _may_set(w) and w.history.stack.canRedo(), extra=("Ctrl+Y",),
-        said=lambda w: f"Redo {w.history.stack.redoText()}".rstrip(),
+        current_text=lambda w: f"Redo {w.history.stack.redoText()}".rstrip(),
     ),
 )  # fmt: skip
 
@@ -244,7 +244,7 @@ _PLOTS = (
     ),
     Action("view.cursor_a", "Cursor A here", lambda w: w.centre.time.put_cursor(0), "A"),
     Action("view.cursor_b", "Cursor B here", lambda w: w.centre.time.put_cursor(1), "B"),
-    Action("view.hold", "Hold the traces", lambda w: w.display.hold(), "H", enabled=_shows_values),
+    Action("view.hold", "Hold the traces", lambda w: w.display.hold_traces(), "H", enabled=_shows_values),
     Action("view.hold_file", "Compare with a recording…", lambda w: w.opener.ask(), enabled=_shows_values),
     Action("view.live", "Back to live", lambda w: w.display.go_live(), "Backspace", rule=True, on_plots=True),
     Action(
@@ -382,7 +382,7 @@ _CLASSROOM = (
     Action(
         "teach.switch", "Keep settings as A or B, then switch", lambda w: w.blind.step(), "X",
         enabled=lambda w: _has_parameters(w) and w.studio.hidden != QUIZ,
-        said=lambda w: "Switch" if w.studio.hidden else w.two.next_words,
+        current_text=lambda w: "Switch" if w.studio.hidden else w.two.next_words,
     ),
     Action(
         "teach.two_settings", "Compare settings A and B…", lambda w: w.blind.show_settings(),
@@ -390,7 +390,7 @@ _CLASSROOM = (
     ),
     Action(
         "teach.lock", "Lock…", lambda w: w.show_lock(), enabled=_shows_values,
-        said=lambda w: "Unlock…" if w.studio.permissions.lock.places else "Lock…",
+        current_text=lambda w: "Unlock…" if w.studio.permissions.lock.places else "Lock…",
     ),
     Action(
         "teach.blind", "Compare A and B blind", lambda w: w.blind.begin(),

@@ -1,4 +1,4 @@
-"""Starts the window: application, theme, first picture, then the loop in the background."""
+"""Starts the application: theme, window, first picture, then the loop in the background."""
 
 import argparse
 import gc
@@ -25,19 +25,19 @@ from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import MODES, theme
 
 FIRST_SIZE = QSize(1440, 900)
-FRAME = QSize(0, 40)  # what a window manager adds around the window; unknown before it is shown
-LOOK_MS = 50
-REST_MS = 1000  # from opening the device to the preparation of what the first sample does not need
+FRAME = QSize(0, 40)  # size of the window manager's frame, which is unknown before the window is shown
+POLL_MS = 50
+REST_MS = 1000  # wait after the first sample before compiling what it did not need
 _REJECTED = "Some stored settings cannot be used. Their default values are used instead."
 SWITCH_SECONDS = 0.5e-3
-"""s after which one thread lets another have its turn. A law is translated for the board in a thread: with
-Python's 5 ms a picture meanwhile took 0.7 s, so 0.09 s."""
+"""Python's thread switch interval in s. While a thread translates a law for the board, a picture
+took 0.7 s with Python's default of 5 ms, and takes 0.09 s with this."""
 
 
 def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> int:
-    """Open the window and return the exit code; see ``window_parser`` for what argv may hold.
+    """Open the window and return the exit code; see ``window_parser`` for the options in argv.
 
-    preparing is the program that compiles the loop, if it was started before Qt was even imported.
+    preparing: program that compiles the loop, if it was started before Qt was imported.
     """
     options = window_parser().parse_args(list(sys.argv[1:] if argv is None else argv))
     application = QApplication.instance() or QApplication(["hapkit-studio"])
@@ -56,21 +56,23 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
 
     def close(number: int, _frame: object) -> None:
         came.append(number)
-        # closing ends the loop with a zero command; in its turn, as a signal may come amid a picture
+        # through the event loop: a signal may arrive during a paint event; closing sends a zero command to
+        # the motor
         QTimer.singleShot(0, window.close)
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, close)
-    gc.freeze()  # no collection looks through modules and the window's own parts, which stay
+    gc.freeze()  # excludes modules and the window from garbage collection: they live until the end
     QTimer.singleShot(0, lambda: begin(window, options, preparing))
     code = application.exec()
     return interrupts.INTERRUPTED if signal.SIGINT in came else code
 
 
 def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
-    """Give the window the size asked for, else the one it had, else one that fits the screen."""
+    """Give the window the requested size, else its stored size, else one that fits the screen."""
     if size is None and window.settings.geometry("geometry", window.restoreGeometry):
-        frameless = window.settings.value("frameless")  # Qt has left room for a frame that nobody draws
+        # Qt reserves space for a frame that this window manager does not draw
+        frameless = window.settings.value("frameless")
         if isinstance(frameless, QRect) and window.screen().availableGeometry().contains(frameless):
             window.setGeometry(frameless)
         return
@@ -78,7 +80,7 @@ def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
 
 
 def build(options: argparse.Namespace) -> MainWindow:
-    """Return the window without opening a device; exit with one line if an option names something unknown.
+    """Return the window without opening a device; exit with one line if an option is invalid.
 
     A notice names the stored settings that could not be used.
     """
@@ -103,9 +105,9 @@ def build(options: argparse.Namespace) -> MainWindow:
 
 
 def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | None = None) -> None:
-    """Prepare the loop if it never was, then open the device; the window is up and usable meanwhile.
+    """Compile the loop if necessary, then open the device; the window is usable meanwhile.
 
-    The laws of the other environments follow, and last what a board needs.
+    The laws of the other environments are compiled next, then what a board needs.
     """
     window.live.start()
     if options.replay is not None:
@@ -117,10 +119,10 @@ def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | No
 
 
 def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Callable[[], None]) -> None:
-    """Have the loop compiled that begins with an environment, call ``done``, go on with everything else.
+    """Compile the loop with its first environment, call ``done``, then compile everything else.
 
-    It takes 0.1 s to look up which of the other laws are compiled. The first sample does not wait for that,
-    unless the loop has to be compiled too.
+    Looking up which other laws are compiled takes 0.1 s. The first sample does not wait for that, unless the
+    loop must be compiled, too.
     """
 
     def expect() -> None:
@@ -131,7 +133,8 @@ def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Cal
         if preparing is not None:
             expect()
         yield [preparing]
-        program = prepare.begin("loop", key)  # what is prepared already may be another environment's
+        # the program started earlier may have compiled another environment
+        program = prepare.begin("loop", key)
         if program is not None:
             expect()
         yield [program]
@@ -150,18 +153,18 @@ def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Cal
 
 
 class Preparation(QObject):
-    """Goes on to the next step once the programs of one, None for none, have ended; ends with the window."""
+    """Runs steps, each after the programs of the previous one have ended; stops with the window."""
 
     def __init__(self, window: MainWindow, steps: Iterator[Sequence[Popen | None]]):
         super().__init__(window)
         self._steps = steps
         self._programs: list[Popen] = []
-        self._watch = QTimer(self, interval=LOOK_MS)
+        self._watch = QTimer(self, interval=POLL_MS)
         self._watch.timeout.connect(self.run)
         window.closed.connect(self._cancel)
 
     def run(self) -> None:
-        """Take the next step if the programs have ended, else look again."""
+        """Take the next step if all programs have ended; called again by the timer."""
         while all(program.poll() is not None for program in self._programs):
             step = next(self._steps, None)
             if step is None:

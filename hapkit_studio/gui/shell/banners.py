@@ -1,4 +1,4 @@
-"""Banners under the header: what is wrong, and what to do about it."""
+"""Banners below the header: a problem and what to do about it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ Button = tuple[str, Callable[[], object]]
 
 @dataclass(frozen=True)
 class Notice:
-    """One banner; the lower rank stands above. tone is danger or warn."""
+    """One banner; lower ranks are shown first. tone: danger or warn."""
 
     key: str
     rank: int
@@ -27,7 +27,7 @@ class Notice:
 
     @property
     def shape(self) -> tuple:
-        """Return all but its words: what differs in these only is shown without a flicker."""
+        """Return everything but the texts; only a change of it rebuilds the banner, which flickers."""
         return self.key, self.rank, self.tone, self.icon, [words for words, _ in self.buttons]
 
 
@@ -47,10 +47,10 @@ class Banner(QWidget):
         words = vbox(None, self.title, self.text, None, gap=1)
         sign = Sign(24, notice.icon, notice.tone)
         hbox(sign, (words, 1), *self.buttons, into=self, margins=(14, 0, 12, 0), gap=12)
-        self.say(notice)
+        self.show_notice(notice)
 
-    def say(self, notice: Notice) -> None:
-        """Show the words of a notice of the same shape."""
+    def show_notice(self, notice: Notice) -> None:
+        """Show the texts of a notice of the same shape."""
         self.notice = notice
         self.title.setText(notice.title)
         self.text.setText(notice.text)
@@ -59,14 +59,14 @@ class Banner(QWidget):
     def _button(self, at: int, words: str) -> QPushButton:
         button = QPushButton(words)
         button.setProperty("tall", True)
-        # it goes away when clicked, and must not take the focus along
+        # it disappears when clicked and must not take the focus with it
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         button.clicked.connect(lambda: self.notice.buttons[at][1]())
         return button
 
 
 class BannerStack(QWidget):
-    """At most two banners, the worse first; empty it takes no room. ``changed``: another number of them."""
+    """At most two banners, the most important first. ``changed``: their number changed."""
 
     changed = Signal()
 
@@ -79,7 +79,7 @@ class BannerStack(QWidget):
         self.hide()
 
     def set(self, key: str, notice: Notice | None) -> None:
-        """Put up, change or take down the banner of a key."""
+        """Add, change or (None) remove the banner of a key."""
         if self._notices.get(key) == notice:
             return
         if notice is None:
@@ -89,17 +89,17 @@ class BannerStack(QWidget):
         worst = self._worst()
         if [banner.notice.shape for banner in self.banners] == [shown.shape for shown in worst]:
             for banner, shown in zip(self.banners, worst, strict=True):
-                banner.say(shown)
+                banner.show_notice(shown)
         else:
             self._rebuild()
 
     def warn(self, key: str, title: str, text: str, rank: int = 9) -> None:
-        """Put up a warning that its own button takes down."""
+        """Add a warning with a Close button."""
         close = ("Close", lambda: self.set(key, None))
         self.set(key, Notice(key, rank, "warn", "triangle", title, text, (close,)))
 
     def get(self, key: str) -> Notice | None:
-        """Return the notice of a key, shown or waiting behind worse ones."""
+        """Return the notice of a key, shown or waiting behind more important ones."""
         return self._notices.get(key)
 
     def _worst(self) -> list[Notice]:

@@ -1,4 +1,4 @@
-"""Ctrl+K: every action of the table in a list, found by the words that a person types."""
+"""Command palette (Ctrl+K): a searchable list of all actions."""
 
 from collections.abc import Callable
 
@@ -23,12 +23,12 @@ from hapkit_studio.gui.widgets.theme import theme
 _WIDE, _HIGH, _ROW = 560, 420, 28
 _COLUMNS = {1: 120, 2: 150}  # px: menu path, keys
 _LIST_KEYS = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
-_KEY = Qt.ItemDataRole.UserRole + 1  # Qt's own for an item's data
-_MAY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+_KEY = Qt.ItemDataRole.UserRole + 1  # UserRole itself is the default role of setData
+_ENABLED = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 
 
 def _listed(actions: ActionSet, parent: QObject) -> QStandardItemModel:
-    """Return rows of words, menu path and keys; what may not be done now cannot be selected."""
+    """Return rows of text, menu path and keys; disabled actions cannot be selected."""
     model = QStandardItemModel(parent)
     for entry in actions.entries:
         action = actions.qt[entry.key]
@@ -36,7 +36,7 @@ def _listed(actions: ActionSet, parent: QObject) -> QStandardItemModel:
         row = [QStandardItem(words) for words in (text, entry.menu.replace("/", " › "), keys)]
         for item in row:
             item.setData(entry.key)
-            item.setFlags(_MAY if action.isEnabled() else Qt.ItemFlag.NoItemFlags)
+            item.setFlags(_ENABLED if action.isEnabled() else Qt.ItemFlag.NoItemFlags)
         for item in row[action.isEnabled() :]:
             item.setForeground(theme.color("ink3"))
         model.appendRow(row)
@@ -44,7 +44,7 @@ def _listed(actions: ActionSet, parent: QObject) -> QStandardItemModel:
 
 
 class FindButton(QPushButton):
-    """Stands at the right end of the menu bar: the words, and the key as a cap."""
+    """The button at the right end of the menu bar: its text, and its shortcut as a key cap."""
 
     def __init__(self, opens: Callable[[], object], parent: QWidget):
         super().__init__(parent)
@@ -62,7 +62,7 @@ class FindButton(QPushButton):
 
 
 class CommandPalette(QDialog):
-    """A popup: a click beside it or Esc closes it, Enter or a click on a command runs that."""
+    """A popup. A click outside or Esc closes it; Enter or a click on a command runs the command."""
 
     def __init__(self, actions: ActionSet, window: QWidget):
         super().__init__(window, Qt.WindowType.Popup)
@@ -77,13 +77,13 @@ class CommandPalette(QDialog):
         self.rows = _listed(self._actions, self)
         self.list.setModel(self.rows)
         self._arrange()
-        self.field.textChanged.connect(self._seek)
+        self.field.textChanged.connect(self._search)
         self.field.installEventFilter(self)
         self.list.clicked.connect(self._run)
-        self._seek("")
+        self._search("")
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Let the keys that move in the list do so while a person types, and Enter run what is marked."""
+        """While typing, pass navigation keys to the list; Enter runs the selected command."""
         if event.type() != QEvent.Type.KeyPress or not isinstance(event, QKeyEvent):
             return super().eventFilter(watched, event)
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
@@ -95,7 +95,7 @@ class CommandPalette(QDialog):
         return True
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Open in the middle of the window, below its header: the E-stop stays in sight."""
+        """Open in the middle of the window below its header, so that the E-stop stays visible."""
         super().showEvent(event)
         parent = self._window
         corner = parent.mapToGlobal(parent.rect().topLeft())
@@ -121,8 +121,8 @@ class CommandPalette(QDialog):
         vbox(self.field, (table, 1), into=self, margins=(12, 12, 12, 8), gap=8)
         self.setFixedSize(theme.px(_WIDE), theme.px(_HIGH))
 
-    def _seek(self, words: str) -> None:
-        """Show what is sought and mark the first that may be done."""
+    def _search(self, words: str) -> None:
+        """Show the matching commands and select the first enabled one."""
         first = QModelIndex()
         for row in reversed(range(self.rows.rowCount())):
             index, path = self.rows.index(row, 0), self.rows.item(row, 1).text()
@@ -132,7 +132,7 @@ class CommandPalette(QDialog):
         self.list.setCurrentIndex(first)
 
     def _run(self, index: QModelIndex) -> None:
-        """Close, then do what was chosen."""
+        """Close, then run the chosen command."""
         if index.isValid() and index.flags():
             key = index.data(_KEY)
             self.close()

@@ -1,4 +1,4 @@
-"""The environment in force as an Arduino sketch: for which kit, how fast, and where the file goes."""
+"""Dialog that exports the present environment as an Arduino sketch: kit, rate and file."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ _SAVED = {True: ("check", "ok"), False: ("triangle", "warn")}
 
 
 class ExportDialog(FormDialog):
-    """Beside the window; what is chosen in the panel meanwhile is what is written."""
+    """Non-modal: the sketch is written with the values that the panel shows when saving."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__("Export as sketch", _ABOUT, parent)
@@ -41,7 +41,7 @@ class ExportDialog(FormDialog):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show what would be written now."""
+        """Show the sketch's present settings."""
         studio = self._studio
         self.what.setText(f"{studio.environment.title}, as tuned in the panel")
         usual = sketch.usual_rate(studio.environment, studio.values)
@@ -54,14 +54,14 @@ class ExportDialog(FormDialog):
         self.show_limit()
 
     def show_limit(self) -> None:
-        """Say how stiff the sketch may be at its rate on its kit, and which lines of the law drift."""
+        """Show the stiffness limit at the sketch's rate on its kit, and remarks on lines that drift."""
         words, safe = self._limit()
         remarks = list(map(str, self._studio.environment.force.remarks))
         words = " ".join(["Not saved yet.", *filter(None, [words]), *remarks])
         self.verdict.say(words, *(() if safe and not remarks else ("triangle", "warn")))
 
     def _limit(self) -> tuple[str, bool]:
-        """Return limit and verdict in words, and whether the handle is calm."""
+        """Return the limit and verdict as text, and whether the handle is calm."""
         studio = self._studio
         kit, spec = self.kits.currentData(), spec_on_board(studio.loop.estimator)
         rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
@@ -69,7 +69,7 @@ class ExportDialog(FormDialog):
         return on_board.sketch_words(found, rate), found.calm
 
     def text(self) -> str:
-        """Return the sketch; raise ParameterError, LawError."""
+        """Return the sketch; raise ParameterError or LawError."""
         studio = self._studio
         return sketch.text(
             studio.environment,
@@ -82,7 +82,7 @@ class ExportDialog(FormDialog):
         )
 
     def write(self, wanted: str) -> None:
-        """Write to the path that a person has chosen, in the folder that the Arduino IDE wants."""
+        """Write the sketch into a folder of its name, as the Arduino IDE requires."""
         try:
             path = sketch.write_sketch(wanted, self.text(), over=True)
         except StudioError as error:
@@ -98,17 +98,17 @@ class ExportDialog(FormDialog):
         self.verdict.say(words if safe else f"{words} {limit}", *_SAVED[safe])
 
     def ask(self) -> None:
-        """Ask for the file beside the window: nothing waits for it."""
+        """Ask for the file in a non-modal dialog."""
         name = f"{self._studio.environment.key}.ino"
         choose_file(self, "Save the sketch", "Arduino sketch (*.ino)", self.write, save_as=name)
 
-    # putting together
+    # layout
 
     def _arrange(self) -> None:
         own = connected_kit(self._studio)
         if own is not None:
             state = "as calibrated" if own.calibrated else "not calibrated"
-            self.kits.addItem(f"The one connected: {own.board.label}, {state}", own)
+            self.kits.addItem(f"Connected kit: {own.board.label}, {state}", own)
         for kit in profiles.KITS:
             self.kits.addItem(kit.title, Kit(kit.board))
         for words, rate in (("", 0), *((f"{rate:,} Hz", rate) for rate in sketch.RATES)):
@@ -129,7 +129,7 @@ class ExportDialog(FormDialog):
 
 
 def connected_kit(studio: Studio) -> Kit | None:
-    """Return the kit of the board in use, as its settings say; None where they are unknown."""
+    """Return the kit of the connected board with its settings; None if they are unknown."""
     driver = studio.engine.driver if studio.engine is not None else None
     settings = driver.planner.settings if driver is not None and driver.planner is not None else None
     if settings is None:

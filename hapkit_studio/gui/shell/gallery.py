@@ -1,4 +1,4 @@
-"""The gallery: the library, below it a person's own environments, last the row for a new one."""
+"""The gallery: the library, the user's own environments, and the row for a new environment."""
 
 from functools import partial
 from pathlib import Path
@@ -35,33 +35,33 @@ from hapkit_studio.gui.widgets.parts import label, vbox
 from hapkit_studio.gui.widgets.text import plain_tip
 from hapkit_studio.gui.widgets.theme import theme
 
-# state: the icon that says it, the line that says it
+# by state: icon and text
 _SIGNS = {"foreign": "lock", "broken": "triangle"}
 _LINES = {"foreign": "Not written by you", "broken": "Does not run yet", "checking": "Checking line by line…"}
 _PENCIL, _RING, _LEAST = 30, 28, 120
 
 
 def initials(title: str) -> str:
-    """Return up to two letters that tell one title from another: "My two walls" is MW."""
+    """Return up to two initials of a title: "My two walls" is MW."""
     words = [word for word in title.split() if word[0].isalnum()]
     return "".join(word[0] for word in (words[:1] + words[1:][-1:])).upper()
 
 
 class OwnRow(GalleryRow):
-    """One own environment; pencil and menu lead to its law by the gallery's signals."""
+    """One own environment; the pencil and the menu emit the gallery's signals."""
 
     def __init__(self, file: OwnFile, gallery: "Gallery"):
         self.file, self._gallery = file, gallery
         super().__init__("circle", file.title, "")
         self.pencil = QToolButton(self)
-        self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys have the menu
+        self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # the menu is available by keyboard
         self.setAccessibleDescription("Use the menu key to edit, show or delete its file.")
         self.pencil.clicked.connect(lambda: gallery.edit_pressed.emit(self.file.path))
         icons.bind(self.pencil, "pencil", "ink2", 18)
         self.show_file(file)
 
     def show_file(self, file: OwnFile) -> None:
-        """Show how the file stands."""
+        """Show title, summary and state of the file."""
         self.file = file
         self.set_words(
             _SIGNS.get(file.state, icon_name(file.scene)), file.title, _LINES.get(file.state, file.summary)
@@ -77,11 +77,11 @@ class OwnRow(GalleryRow):
         return f"{self.title}\n{self.summary}\n{self.file.path.name}"
 
     def sizeHint(self) -> QSize:
-        """Take what the gallery gives: words of a stranger's length are cut, the tooltip has them whole."""
+        """Return a small size: long titles are cut, the tooltip shows them in full."""
         return super().sizeHint().boundedTo(QSize(_LEAST, theme.px(LEAST_ROW)))
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
-        """Draw a ring with initials where the file names no scene: a rail has no room for more."""
+        """Draw a circle with initials if the file names no scene."""
         if self.picture != "circle":
             super()._paint_icon(painter, color)
             return
@@ -102,7 +102,7 @@ class OwnRow(GalleryRow):
         self.menu().popup(event.globalPos())
 
     def menu(self) -> QMenu:
-        """Return what can be done with the file."""
+        """Return the actions for the file."""
         menu, gallery = QMenu(self), self._gallery
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         asks = {
@@ -117,7 +117,7 @@ class OwnRow(GalleryRow):
 
 
 class Gallery(QScrollArea):
-    """A click on an environment switches at once; own ones can be edited, shown, deleted."""
+    """A click on an environment selects it at once; own environments can be edited, revealed and deleted."""
 
     new_pressed = Signal()
     edit_pressed = Signal(object)
@@ -152,7 +152,7 @@ class Gallery(QScrollArea):
         self.show_own()
 
     def set_rail(self, rail: bool) -> None:
-        """Switch between the list and the rail."""
+        """Switch between the list and the narrow rail of icons."""
         self.rail = rail
         self.heading.setVisible(not rail)
         self.own_heading.setVisible(bool(self.own_rows) and not rail)
@@ -161,30 +161,30 @@ class Gallery(QScrollArea):
         self._share_height()
 
     def show_state(self) -> None:
-        """Mark the environment in force, whatever was clicked."""
-        row = self._row_in_force()
+        """Mark the present environment, whatever was clicked."""
+        row = self._present_row()
         if row is not None:
             row.setChecked(True)
             self.ensureWidgetVisible(row, 0, 0)
 
-    def _row_in_force(self) -> GalleryRow | None:
+    def _present_row(self) -> GalleryRow | None:
         key = self._studio.environment.key
         return self.rows.get(key) or self.own_rows.get(self._own.path_of(key))
 
     def show_readiness(self) -> None:
-        """Say which environments are being prepared or locked; a click on one does not put it in force."""
+        """Show which environments are being prepared or are locked; a click does not select these."""
         for key, row in self.rows.items():
             waiting = environment_library.WORDS.get(self._studio.readiness.state(key), "")
             if self._studio.permissions.lock.holds(("environment", key)):
                 waiting = LOCKED
             if waiting != row.waiting:
                 row.set_words(row.picture, row.title, row.summary, waiting)
-        in_force = self._row_in_force()
-        if in_force is not None:
-            in_force.setChecked(True)
+        present = self._present_row()
+        if present is not None:
+            present.setChecked(True)
 
     def show_own(self) -> None:
-        """Show the person's own environments as they now stand."""
+        """Update the rows of the user's own environments."""
         files = {file.path: file for file in self._own.files}
         for path in [p for p in self.own_rows if p not in files]:
             row = self.own_rows.pop(path)
@@ -205,7 +205,7 @@ class Gallery(QScrollArea):
         self.order()
 
     def order(self) -> None:
-        """Let Tab go from the library over the own environments to the new one."""
+        """Set the tab order: library, own environments, new environment."""
         before: QWidget = list(self.rows.values())[-1]
         for row in self.own_rows.values():
             QWidget.setTabOrder(before, row)
@@ -213,14 +213,14 @@ class Gallery(QScrollArea):
         QWidget.setTabOrder(before, self.new_row)
 
     def _share_height(self) -> None:
-        """Share the height among the rows; the row for a new one stays, the list scrolls under it."""
+        """Distribute the height among the rows; the row for a new environment stays below the list."""
         rows = (*self.rows.values(), *self.own_rows.values(), self.new_row)
         heading, own = (h.sizeHint().height() * (not h.isHidden()) for h in (self.heading, self.own_heading))
         heights = (LEAST_RAIL_ROW, RAIL_ROW) if self.rail else (LEAST_ROW, ROW)
         least, most = map(theme.px, heights)
         above, seen = heading + own, len(rows)
         scrolls = self.height() - above < least * seen
-        if scrolls:  # at its top the list ends with a whole row
+        if scrolls:  # the list ends with a complete row
             above, seen = heading, max((self.height() - heading) // least, 2)
         height = min(most, max(least, (self.height() - above) // seen))
         for row in rows:

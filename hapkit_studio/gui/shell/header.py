@@ -1,4 +1,4 @@
-"""The header: device list, views, Pause, Record, and the E-stop at the far right, the same in every view."""
+"""The header: device list, views, Pause, Record and, at the far right, the E-stop; the same in every view."""
 
 from collections.abc import Callable
 from functools import partial
@@ -17,7 +17,7 @@ from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.tabs import Tabs
 from hapkit_studio.gui.widgets.theme import theme
 
-_DOT = {"running": "ok", "failed": "danger"}  # warn else
+_DOT = {"running": "ok", "failed": "danger"}  # other states: warn
 _WORDS = {
     "preparing": "Preparing…",
     "connecting": "Connecting…",
@@ -28,7 +28,7 @@ _WORDS = {
 
 
 class StateDot(QWidget):
-    """A small disc, filled while the device is there, hollow while it is not."""
+    """A small disc: filled while the device is connected, otherwise hollow."""
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
@@ -52,7 +52,7 @@ class StateDot(QWidget):
 
 
 class DeviceList(QPushButton):
-    """Shows the device in use; its menu is read anew at every opening."""
+    """Shows the device in use; its menu is refilled each time it opens."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__(parent)
@@ -65,7 +65,7 @@ class DeviceList(QPushButton):
             part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.menu_of_devices = QMenu(self)
         self.menu_of_devices.aboutToShow.connect(lambda: fill_menu(self.menu_of_devices, studio))
-        # no leave event comes while a menu is open
+        # Qt sends no leave event while a menu is open
         self.menu_of_devices.aboutToHide.connect(
             lambda: self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
         )
@@ -76,11 +76,11 @@ class DeviceList(QPushButton):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show dot and words for the state of the link."""
+        """Show the state of the link."""
         link = self._studio.link
         words = _WORDS.get(link.state, "{}").format(link.title.partition(": ")[0])
         if link.state in ("connecting", "idle") and link.text:
-            words = link.text  # what it waits for, who has it
+            words = link.text  # what it waits for, or which program uses the port
         self.word.setText(words)
         self.setToolTip(link.text or "Choose a device")
         self.setAccessibleName(f"Device: {words}")
@@ -96,10 +96,10 @@ class DeviceList(QPushButton):
 
 
 def fill_menu(menu: QMenu, studio: Studio) -> None:
-    """Fill a menu with every device there is now, the one in use marked."""
+    """Fill a menu with all present devices; the one in use is checked."""
     menu.clear()
     own = studio.entry.key if studio.entry is not None else ""
-    if is_path(own) and studio.opened is not None:  # a board that came back may have a different port
+    if is_path(own) and studio.opened is not None:  # a reconnected board may have a different port
         own = studio.opened.port
     for entry in studio.device.entries():
         _add_choice(menu, entry.title, entry.key == own, partial(studio.device.open, entry))
@@ -113,7 +113,7 @@ def _add_choice(menu: QMenu, words: str, chosen: bool, choose: Callable[[], None
 
 
 class Header(QWidget):
-    """Emits ``pause_pressed``, ``record_pressed`` and ``panel_pressed``; the rest goes to the studio."""
+    """Emits ``pause_pressed``, ``record_pressed`` and ``panel_pressed``; other actions go to the studio."""
 
     pause_pressed = Signal()
     record_pressed = Signal()
@@ -146,8 +146,8 @@ class Header(QWidget):
         self._projected: tuple[QWidget, ...] = ()
         self._on_projector = False
 
-    def hold(self, title: QWidget, leave: QWidget) -> None:
-        """Take in what stands on a projector in place of device, views and Record; hidden until then."""
+    def add_projector_parts(self, title: QWidget, leave: QWidget) -> None:
+        """Add the parts that a projector shows instead of device, views and Record; hidden by default."""
         row = self._row
         row.insertWidget(0, title, 1)
         row.insertWidget(row.count() - 2, leave)
@@ -155,7 +155,7 @@ class Header(QWidget):
         self.project(False)
 
     def project(self, on: bool) -> None:
-        """Show what a projector shows, or the usual."""
+        """Switch between the projector's header and the usual one."""
         self._on_projector = on
         mark(self, "projected", on)
         for part in self._projected:
@@ -164,13 +164,13 @@ class Header(QWidget):
             part.setHidden(on)
 
     def show_paused(self, paused: bool) -> None:
-        """Offer Resume while the plots are held."""
+        """Show Resume instead of Pause while the picture is paused."""
         mark(self.pause, "resume", paused)
-        self.pause.set_look(*(("play", "Resume", "accent") if paused else ("pause", "Pause", "ink")))
+        self.pause.set_appearance(*(("play", "Resume", "accent") if paused else ("pause", "Pause", "ink")))
         self.pause.setAccessibleName("Resume the picture" if paused else "Pause the picture")
 
     def show_recording(self, time: str, possible: bool = True) -> None:
-        """Offer to stop while there is a recording, with the time it lasts; "": offer to record."""
+        """Show Stop with the recording's duration, or Record if ``time`` is empty."""
         state = time, possible, self._compact, self._has_caps
         if state == self._recording:
             return
@@ -178,7 +178,7 @@ class Header(QWidget):
         mark(self.record, "recording", bool(time))
         usual = "Record", "ink" if possible else "ink3"
         stop = "Stop" if self._compact else f"Stop {time}"
-        self.record.set_look("record", *((stop, "danger") if time else usual))
+        self.record.set_appearance("record", *((stop, "danger") if time else usual))
         self.record.set_cap(not time and self._has_caps)
         self.record.setEnabled(possible)
         self.record.setAccessibleName("Stop recording" if time else "Record")

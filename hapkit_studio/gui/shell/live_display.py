@@ -1,4 +1,4 @@
-"""Joins the live rows with what shows them: scene, plots, clamp light, status bar."""
+"""Connects the live rows with the widgets that show them: scene, plots, clamp light, status bar."""
 
 import math
 from pathlib import Path
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 _MAX_FORCE = 3.0
 _DRAWN = rows.POSITION, rows.APPLIED_FORCE, rows.FORCE, rows.HAND_TARGET
-_USUAL_S = 12.0  # how long the first compile takes on two processors
-_NEARLY = 0.95  # where the bar waits if it takes longer
+_USUAL_S = 12.0  # typical duration of the first compile on two processors
+_NEARLY = 0.95  # where the progress bar stops if it takes longer
 _BAR_MS = 250
-_RECORDED = ("position", "velocity", "force", "applied_force")  # the signals of a Recording
+_RECORDED = ("position", "velocity", "force", "applied_force")  # signals of a Recording
 _WORDS = {
     "preparing": "Preparing the loop. This happens only once.",
     "connecting": "Connecting…",
@@ -39,9 +39,9 @@ _WORDS = {
 
 
 class LiveDisplay(QObject):
-    """Passes every frame, parameter and state on to the widgets that draw them.
+    """Passes every frame, parameter and state to the widgets that draw them.
 
-    ``releasing``: a person is about to let the handle go where it is.
+    ``releasing``: a person is about to release the handle where it is.
     """
 
     releasing = Signal()
@@ -74,7 +74,7 @@ class LiveDisplay(QObject):
         centre.scene.hand_moved.connect(studio.move_hand)
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
         centre.toolbar.release.clicked.connect(self.release_here)
-        centre.toolbar.hold.clicked.connect(self.hold)
+        centre.toolbar.hold.clicked.connect(self.hold_traces)
         for plots in (centre.time, *centre.phase.beside):
             plots.back_pressed.connect(self.go_live)
         studio.environment_changed.connect(self.show_environment)
@@ -89,30 +89,30 @@ class LiveDisplay(QObject):
 
     @property
     def max_force(self) -> float:
-        """Return the force limit in force in N, or the one that was."""
+        """Return the present force limit in N; during a replay the recorded one."""
         engine, replayed = self._studio.engine, self._replay.max_force
         if replayed is not None:
             return replayed
         return engine.max_force if engine is not None else _MAX_FORCE
 
     def show_paused(self, paused: bool) -> None:
-        """Let scene, plots and their numbers stand at one sample, or go on; the status bar stays live.
+        """Pause or resume scene, plots and numbers; the status bar stays live.
 
-        A replay stands by itself, and can still be moved.
+        A replay pauses its own position, which can still be moved.
         """
         self._show_oscillation()
         self._centre.scene.set_paused(paused)
         self._centre.view.set_paused(paused and not self._live.replaying)
-        self._take_acting()
+        self._update_acting_force()
         self.show_values()
 
     @property
-    def _moves(self) -> bool:
-        """Say whether what is shown may change: while paused only where a replay is moved by hand."""
+    def _may_change(self) -> bool:
+        """Return whether the display may change: while paused only during a replay."""
         return self._live.replaying or not self._live.paused
 
     def show_source(self) -> None:
-        """Show what comes from the device, or a session in its place."""
+        """Show live data, or the replayed session."""
         replayed = self._replay.history
         history = self._live.history if replayed is None else replayed
         self._centre.trigger.disarm()
@@ -124,13 +124,13 @@ class LiveDisplay(QObject):
             self._show_scene(self._live.last)
 
     def show_live_frame(self, row: np.ndarray, clamped: bool) -> None:
-        """Show what has come from the device, unless a session is shown in its place."""
+        """Show a live row, unless a session is replayed."""
         if not self._live.replaying:
             self.show_frame(row, clamped)
 
     def show_frame(self, row: np.ndarray, clamped: bool) -> None:
-        """Show the newest row everywhere; while paused its force only, in the status bar."""
-        if self._moves:
+        """Show a row everywhere; while paused only its force, in the status bar."""
+        if self._may_change:
             self._show_scene(row)
         if self._live.replaying:
             self._show_delay()
@@ -150,39 +150,39 @@ class LiveDisplay(QObject):
         state = row[rows.STATE : rows.STATE + width]
         self._centre.scene.update_state(position, applied, asked, hand, clamped, stopped, state)
 
-    def _take_acting(self) -> None:
-        """Take the newest force for the status bar, at a rate at which it can be read."""
+    def _update_acting_force(self) -> None:
+        """Store the newest force for the status bar, at a readable rate."""
         last = self._live.last
         self._acting = float(last[rows.APPLIED_FORCE]) if self._live.paused and last is not None else None
 
-    def hold(self) -> None:
-        """Hold what the plots show of the environment in force, named by what is set."""
+    def hold_traces(self) -> None:
+        """Hold the plotted traces of the present environment, named by its settings."""
         view, words = self._centre.view, held.settings_name(self._studio.environment, self._studio.values)
         start, stop = view.stretch
         self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)
 
     def hold_recording(self, recording: "Recording", path: Path) -> None:
-        """Hold the end of a recording from a file, as much as the plots can show."""
+        """Hold the end of a recording from a file, up to the longest time window."""
         time = recording.time
         history = Samples.of(time, ((name, getattr(recording, name)) for name in _RECORDED))
         self._centre.held.hold(history, (max(time[0], time[-1] - KEPT_SECONDS), time[-1]), path.name)
 
     def go_live(self) -> None:
-        """Show what comes from the device; wait for no event any more."""
+        """Return to live data and disarm the trigger."""
         self._replay.close()
         self._centre.trigger.disarm()
         self._live.set_paused(False)
         self._centre.view.follow()
 
     def release_here(self) -> None:
-        """Let the simulated handle go at rest from where it is, whatever holds or moves it."""
+        """Release the simulated handle at rest where it is, whatever holds or moves it."""
         self.releasing.emit()
         self._live.set_paused(False)
         self._studio.release_at_rest()
         self._centre.scene.release()
 
     def _own_rate(self) -> tuple[float | None, bool]:
-        """Return the rate in Hz that the loop should have, and whether it is the board's own."""
+        """Return the nominal rate in Hz (None if unknown), and whether it is the board's own."""
         engine = self._studio.engine
         if engine is None or not engine.device.own_clock:
             return None, False
@@ -190,7 +190,7 @@ class LiveDisplay(QObject):
         return (engine.loop.rate, False) if plan is None else (float(plan.rate), True)
 
     def show_health(self, health: "Health") -> None:
-        """Show the loop's health in the status bar; without frames the pictures follow it as well."""
+        """Show the loop's health in the status bar; if no frames arrive, repaint the plots as well."""
         self._centre.view.keep_samples()
         self._measured_delay = health.delay
         self._show_delay()
@@ -202,12 +202,12 @@ class LiveDisplay(QObject):
             compute = math.nan if last is None else float(last[rows.COMPUTE])
             self._status.show_health(health, *self._own_rate(), compute)
             self._warnings.watch(highest_speed(self._live.history))
-            self._take_acting()
+            self._update_acting_force()
             if not self._live.paused:
                 self._show_oscillation()
 
     def _show_delay(self) -> None:
-        """Tell the plot of force and the held traces the delay of the samples that are shown."""
+        """Pass the delay of the shown samples to the force plot and the held traces."""
         delay = self._measured_delay
         if self._live.replaying:
             recorded = self._replay.settings.get("delay_s")
@@ -221,10 +221,10 @@ class LiveDisplay(QObject):
         self._centre.time.show_oscillation(oscillation.sustained(window.x, window.y["position"]))
 
     def show_environment(self) -> None:
-        """Show another environment; in a blind comparison the handle alone: the rest shows its values."""
+        """Show another environment; in a blind comparison only the handle is shown."""
         environment, values = self._studio.environment, self._studio.values
         self._centre.phase.hide_theory(bool(self._studio.hidden))
-        self._centre.toolbar.hold.setEnabled(not self._studio.hidden)  # named by what is set
+        self._centre.toolbar.hold.setEnabled(not self._studio.hidden)  # its name would reveal the settings
         if self._studio.hidden == BLIND:
             environment, values = self._studio.environments["free"], {}
         self._centre.scene.set_environment(environment, values)
@@ -232,8 +232,8 @@ class LiveDisplay(QObject):
         self.show_values()
 
     def show_values(self) -> None:
-        """Show changed parameters, in what stands while paused only afterwards."""
-        if not self._moves:
+        """Show changed parameters; while paused they are shown after resuming."""
+        if not self._may_change:
             return
         environment, values = self._studio.environment, self._studio.values
         if self._studio.hidden == BLIND:
@@ -244,7 +244,7 @@ class LiveDisplay(QObject):
         self._centre.phase.set_environment(environment, values, self.max_force)
 
     def show_link(self) -> None:
-        """Show whether there is a device."""
+        """Show whether a device is connected."""
         state = self._studio.link.state
         self._show_preparing()
         replaying = self._live.replaying
@@ -257,7 +257,7 @@ class LiveDisplay(QObject):
             self._status.show_nothing(waiting or _WORDS.get(state, ""))
 
     def _show_preparing(self) -> None:
-        """Show how far the loop's first compile usually is by now."""
+        """Show the estimated progress of the loop's first compile."""
         preparing = self._studio.link.state == "preparing" and not self._live.replaying
         fraction = min(1e-3 * self._since.elapsed() / _USUAL_S, _NEARLY)
         self._centre.scene.set_preparing(preparing, fraction if preparing else None)

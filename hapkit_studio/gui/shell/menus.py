@@ -1,4 +1,4 @@
-"""The menu bar: the actions by menu, the devices found, and a person's own environments."""
+"""The menu bar: actions by menu, devices found, and the user's own environments."""
 
 from functools import partial
 
@@ -12,7 +12,7 @@ from hapkit_studio.gui.state.studio import Studio
 
 
 def build_menus(bar: QMenuBar, actions: ActionSet, studio: Studio, own: OwnEnvironments) -> None:
-    """Fill the bar; order of menus and entries is the table's."""
+    """Fill the menu bar in the order of the action table."""
     menus: dict[str, QMenu] = {}
     for entry in actions.entries:
         menu = _menu(bar, menus, entry.menu)

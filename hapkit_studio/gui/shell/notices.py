@@ -1,4 +1,4 @@
-"""Which banners are shown: stopped, fault, device gone, delay unknown."""
+"""Which banners are shown: stopped, fault, device disconnected, delay unknown."""
 
 from contextlib import suppress
 from typing import TYPE_CHECKING
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 _STOP, _FAULT, _DEVICE, _LIMIT = range(4)
 NO_DATA_MS = 2000
 NO_DELAY_MS = 2000
-"""So long forces may go out without one whose delay the board has measured."""
-HOLD_MS = 2000
-"""So long a sensor that was silent is told of: what comes and goes can be read, and moves the plots once."""
+"""The banner appears if forces were sent this long without a measured delay."""
+STALE_SHOWN_MS = 2000
+"""How long the banner of a silent sensor stays, so that it is readable and moves the plots only once."""
 _STOPPED = "Stopped. Force is zero.", "Release when the handle is free.", "Release E-stop", "danger"
 _WAITS = (
     "The motor is off until you press Render.",
@@ -33,9 +33,9 @@ _STEPS = {"flash": "Flash firmware", "update": "Update firmware"}
 
 
 class Notices(QObject):
-    """Watches studio and frames, and puts banners up and takes them down.
+    """Watches studio and frames, and shows or removes banners.
 
-    ``flash``: the device in use is to be flashed.
+    ``flash``: the user wants to flash the device in use.
     """
 
     flash = Signal()
@@ -57,29 +57,29 @@ class Notices(QObject):
         live.health.connect(self.on_health)
 
     def show_stop(self) -> None:
-        """Show or take down the banner of the E-stop, or of a motor that waits."""
+        """Show or remove the banner of the E-stop or of a motor that waits for *Render*."""
         title, text, release, tone = _WAITS if self._studio.held else _STOPPED
         ways = ((release, self._studio.release_stop),)
         self._show(self._studio.stopped, "stop", _STOP, (title, text), ways, tone, "octagon")
 
     def on_row(self, row: np.ndarray, _clamped: bool) -> None:
-        """Notice a fault in the very frame it happens in."""
+        """Show a fault in the frame in which it occurs."""
         self._heard = True
         if int(row[rows.FLAGS]) & rows.FAULT or self._banners.get("fault") is not None:
             self.show_fault()
 
     def on_health(self, health: "Health") -> None:
-        """Notice a fault, or a sensor that is silent for now, while no rows come."""
+        """Show faults, a silent sensor or an unmeasured delay, also while no rows arrive."""
         self.show_fault()
         self.show_silence(health)
         self.show_unmeasured(health)
         if health.stale:
             self._stale.start()
             self._stale_reason = health.stale
-        held = self._stale.isValid() and self._stale.elapsed() < HOLD_MS
-        # if the board never sent a sample, the banner on that says what to do
-        held = held and self._banners.get("silence") is None
-        silent = held and self._studio.fault is None and self._studio.link.state == "running"
+        recent = self._stale.isValid() and self._stale.elapsed() < STALE_SHOWN_MS
+        # if the board never sent a sample, the banner of show_silence says what to do
+        recent = recent and self._banners.get("silence") is None
+        silent = recent and self._studio.fault is None and self._studio.link.state == "running"
         words = (
             f"Fault: {self._stale_reason}.",
             "The force is zero. It comes back by itself when the sensor answers again.",
@@ -87,18 +87,18 @@ class Notices(QObject):
         self._show(silent, "stale", _FAULT, words, tone="danger")
 
     def show_fault(self) -> None:
-        """Show the latched fault, unless it only says what the device's own banner says better."""
+        """Show the latched fault, unless the banner of a disconnected device explains it."""
         fault: Fault | None = self._studio.fault
         if fault is None or self._studio.link.state == "gone":
             self._banners.set("fault", None)
             return
         slow = fault.code == arrays.SLOW_LINK
         ways = (*(self._board_button() if slow else ()), ("Clear fault", self._studio.clear_fault))
-        self._banners.set("stale", None)  # it says that the force comes back by itself
+        self._banners.set("stale", None)  # remove the banner that says that the force comes back by itself
         self._show(True, "fault", _FAULT, (fault.text, fault.detail), ways, "danger")
 
     def show_silence(self, health: "Health") -> None:
-        """Show that a board said hello and then sent nothing: no row since it was opened."""
+        """Show that a board answered but has sent no row since it was opened."""
         link = self._studio.link
         silent = not self._heard and self._silent.elapsed() > NO_DATA_MS and health.running
         words = (
@@ -109,7 +109,7 @@ class Notices(QObject):
         self._show(silent and link.state == "running", "silence", _DEVICE, words, ways, icon="unplugged")
 
     def show_unmeasured(self, health: "Health") -> None:
-        """Show that the delay, and so the limit, is unknown although forces have gone out for a while."""
+        """Show that the delay, and therefore the limit, is unknown although forces are being sent."""
         studio = self._studio
         measures = studio.opened is not None and studio.opened.measures_delay
         forces = health.running and self._heard and measures and studio.link.state == "running"
@@ -137,18 +137,18 @@ class Notices(QObject):
         self._banners.set(key, Notice(key, rank, tone, icon, *words, ways) if shown else None)
 
     def _board_button(self) -> tuple[Button, ...]:
-        """Return the way out of a slow link, where there is one."""
+        """Return a button that moves a slow link's law to the board, if that is possible."""
         engine = self._studio.engine
         if engine is None or engine.where == "board" or not engine.possible_plan or engine.board_refusal():
             return ()
         return (("Render on the board", self._render_on_board),)
 
     def _render_on_board(self) -> None:
-        with suppress(ParameterError):  # a setting has changed meanwhile; the switch says what
+        with suppress(ParameterError):  # a setting changed meanwhile; the switch in the panel shows why
             self._studio.set_loop(where="board")
 
     def _listen(self) -> None:
-        """Begin to wait for the first row of another engine."""
+        """Start waiting for the first row of a new engine."""
         self._heard = False
         self._silent.restart()
         self._stale.invalidate()
@@ -157,7 +157,7 @@ class Notices(QObject):
             self._banners.set(key, None)
 
     def show_link(self) -> None:
-        """Show why there is no device, the next steps, the likeliest first, and the simulated one."""
+        """Show why no device is connected, with buttons for the next steps and the simulated device."""
         link = self._studio.link
         title, _, rest = link.text.partition(". ")
         ways: list[Button] = []

@@ -1,4 +1,4 @@
-"""Pictures of the window with every environment: ``python -m hapkit_studio.gui.shell.portraits FOLDER``."""
+"""Screenshots of every environment: ``python -m hapkit_studio.gui.shell.portraits FOLDER``."""
 
 import argparse
 import sys
@@ -22,7 +22,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 FRAME_MS = 16
 RELEASED = "released"
-# six taps, two strokes; what a hand does only once it does again, so that the plots show it
+# a hand's movement is repeated after six taps or two strokes, so that the plots show one-time actions again
 AGAIN_SECONDS = 4.8
 
 
@@ -30,20 +30,22 @@ def options(argv: Sequence[str] | None = None) -> argparse.Namespace:
     """Return the checked options."""
     parser = LineParser(prog="python -m hapkit_studio.gui.shell.portraits", description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--seconds", type=float, default=11.0, help="how long each is in use before")
+    parser.add_argument(
+        "--seconds", type=float, default=11.0, help="how long each environment is used before its screenshot"
+    )
     parser.add_argument("--size", type=size, default=(1280, 800), metavar="WxH")
     parser.add_argument("--theme", choices=("light", "dark", "contrast"), default="light")
-    parser.add_argument("environments", nargs="*", metavar="ENVIRONMENT", help="all of them if none is named")
+    parser.add_argument("environments", nargs="*", metavar="ENVIRONMENT", help="default: all")
     return parser.parse_intermixed_args(argv)
 
 
 def usual_hand(environment: Environment) -> str:
-    """Return the first hand that an environment names as its own, whose movement shows what it is."""
+    """Return the first hand declared by an environment that moves it."""
     return next((hand for hand in environment.hands if hand != RELEASED), "stroke")
 
 
 class Portraits(QObject):
-    """Leads a hand through one environment after the other; saves the window and the scene of each."""
+    """Moves a hand in one environment after the other; saves the window and the scene of each."""
 
     def __init__(self, window: MainWindow, keys: Sequence[str], folder: Path, seconds: float):
         super().__init__(window)
@@ -82,7 +84,7 @@ class Portraits(QObject):
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Show the window, prepare the loop, take every picture, leave."""
+    """Show the window, prepare the loop, save every screenshot, quit."""
     chosen = options(argv)
     chosen.folder.mkdir(parents=True, exist_ok=True)
     application = QApplication.instance() or QApplication(["hapkit-studio"])

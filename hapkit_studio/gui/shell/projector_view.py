@@ -16,7 +16,7 @@ THEME = "contrast"
 
 
 class Projector(QObject):
-    """Switches the window between its usual view and the projector's; what was set before comes back."""
+    """Switches to the projector's view, and back to the previous view, theme and window state."""
 
     on: bool
 
@@ -43,11 +43,11 @@ class Projector(QObject):
         self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         icons.bind(self.leave, "close", "ink2", 18)
         self.leave.clicked.connect(self.toggle)
-        header.hold(self.title, self.leave)
+        header.add_projector_parts(self.title, self.leave)
         centre.add_values_card(self.card)
 
     def toggle(self) -> None:
-        """Switch the projector's view on, or back to the view before it."""
+        """Switch the projector's view on, or restore the previous view."""
         window = self._window
         self.on = not self.on
         if self.on:

@@ -1,4 +1,4 @@
-"""Shows a recording in the header, the status bar and a banner."""
+"""Shows a recording in the header, in the status bar and in a banner."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -17,13 +17,13 @@ from hapkit_studio.sessions.folder import chosen_folder, folder
 if TYPE_CHECKING:
     from hapkit_studio.sessions.recorder import Progress
 
-SAID_MS = 5000  # how long the status bar says what was written
+MESSAGE_MS = 5000  # how long the status bar shows what was written
 _RANK = 5
-_WHOLE_S = 1.0  # what is kept ends with a chunk, not with the second
+_WHOLE_S = 1.0  # s: tolerance of the displayed length, because the stored past ends with a chunk
 
 
 class RecordingDisplay(QObject):
-    """Shows a recording in the header, what is kept in the status bar, and what failed as a banner."""
+    """Shows a recording in the header, the stored past in the status bar, and failures as a banner."""
 
     def __init__(
         self,
@@ -34,12 +34,12 @@ class RecordingDisplay(QObject):
         banners: BannerStack,
         show: Callable[[], Any],
     ):
-        """show: brings the sessions into sight."""
+        """show: shows the view *Sessions*."""
         super().__init__(recording)
         self._recording, self._live = recording, live
         self._header, self._status, self._banners = header, status, banners
-        self._said, self._quiet = "", QTimer(self, interval=SAID_MS, singleShot=True)
-        self._quiet.timeout.connect(lambda: self.say(""))
+        self._message, self._quiet = "", QTimer(self, interval=MESSAGE_MS, singleShot=True)
+        self._quiet.timeout.connect(lambda: self.show_message(""))
         header.record_pressed.connect(recording.toggle)
         status.show_sessions.connect(lambda: self._show_newest(show))
         recording.changed.connect(self.show_state)
@@ -52,23 +52,23 @@ class RecordingDisplay(QObject):
             self.show_failure(f"Recordings go into {folder()}.", str(error))
 
     def show_state(self) -> None:
-        """Show whether it records and for how long, how much is kept, what was written last."""
+        """Show the recording's duration, the length of the stored past, or what was written last."""
         progress = self._recording.progress
         time = clock(progress.seconds) if progress is not None else ""
         self._header.show_recording(time, self._recording.possible)
-        self._status.show_kept(*self._words(progress))
+        self._status.show_kept(*self._status_field(progress))
         if progress is not None:
             self._banners.set("recording", None)
 
-    def _words(self, progress: "Progress | None") -> tuple:
-        """Return words for the status bar, a sign, its token, and whether the sessions are offered."""
+    def _status_field(self, progress: "Progress | None") -> tuple:
+        """Return text, sign, token, and whether the sessions are offered, for the status bar."""
         lost, newest = self._live.lost, self._recording.newest
         paused = "Paused. " if self._live.paused else ""
         if progress is not None:
             words = f"Recording {clock(progress.seconds)}, {megabytes(progress.size)}"
             return f"{paused}{words}", "record", "danger"
-        if self._said:
-            return self._said, "check", "ok"
+        if self._message:
+            return self._message, "check", "ok"
         if newest is not None:
             return f"{newest[0].stem}, {megabytes(newest[1])}", "check", "ok", True
         if lost:
@@ -78,18 +78,18 @@ class RecordingDisplay(QObject):
 
     def _show_newest(self, show: Callable[[], Any]) -> None:
         show()
-        self._recording.newest = None  # it was seen: the status bar is free for what is kept
+        self._recording.newest = None  # seen: the status bar shows the stored past again
         self.show_state()
 
-    def say(self, words: str) -> None:
-        """Say for a while in the status bar what was done."""
-        self._said = words
+    def show_message(self, words: str) -> None:
+        """Show what was done in the status bar for MESSAGE_MS."""
+        self._message = words
         self._quiet.start()
         self._banners.set("recording", None)
         self.show_state()
 
     def show_failure(self, what: str, why: str) -> None:
-        """Say in two sentences what was not done, and why."""
+        """Show a banner that says what was not done, and why."""
         self._banners.warn("recording", what, why, _RANK)
 
 

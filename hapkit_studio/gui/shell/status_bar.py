@@ -1,4 +1,4 @@
-"""The status bar: whether the loop is in time, its figures on a click, whether the force is clamped."""
+"""The status bar: whether the loop is in time, details on a click, clamp light, stability, recording."""
 
 import math
 import time
@@ -12,10 +12,10 @@ from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.haptics.health import WINDOW_SECONDS
 
-HOLD_S = 0.5
+CLAMP_SHOWN_S = 0.5
 _MARGIN, _SPACING = 14, 12
 _RATE_OFF = 0.02
-_MOST_MISSED = 1e-3  # of the ticks lately: a single one among thousands is not felt
+_MOST_MISSED = 1e-3  # fraction of recent ticks: fewer missed ticks are not felt
 _JUMPS = "How often the board's clock went back, stopped or jumped ahead since the device was connected"
 _MISSED = (
     "Ticks whose force came too late or not at all, and frames lost on the USB line, since the "
@@ -24,7 +24,7 @@ _MISSED = (
 
 
 class Field(QWidget):
-    """Sign and words, with a hairline before them unless they are the first; width follows the words."""
+    """A sign and a text, with a line before them unless ``edged`` is off; as wide as the text."""
 
     def __init__(self, name: str, edged: bool = True):
         super().__init__()
@@ -41,10 +41,10 @@ class Field(QWidget):
             edge.setProperty("rule", True)
             parts.insertWidget(0, edge)
             parts.insertSpacing(1, 6)
-        self.show_words("…")
+        self.show_text("…")
 
-    def show_words(self, words: str, sign: str = "", token: str = "ink2") -> None:
-        """Show words, a sign before them, and the token both are coloured with."""
+    def show_text(self, words: str, sign: str = "", token: str = "ink2") -> None:
+        """Show a text with a sign before it, both in the colour of a token."""
         if words != self.words.text():
             self.words.setText(words)
             self.words.setVisible(bool(words))
@@ -56,18 +56,18 @@ class Field(QWidget):
 
 
 def late(microseconds: float) -> str:
-    """Write a lateness in ms with two decimals, one from 10 ms on."""
+    """Format a lateness in ms with two decimals, or one from 10 ms on."""
     value = microseconds / 1000.0
     return f"{number(value, 2 if value < 9.95 else 1)} ms"
 
 
 def _is_off(rate: float, nominal: float | None) -> bool:
-    """Say whether a rate in Hz, 0 while it is not known, is another than it should be."""
+    """Return whether a rate in Hz (0: unknown) differs from the nominal rate."""
     return bool(rate) and nominal is not None and abs(rate - nominal) > _RATE_OFF * nominal
 
 
 def rate_words(rate: float, nominal: float | None, on_board: bool) -> str:
-    """Write a rate as measured in Hz; where it is another than it should be, both, each with its name."""
+    """Format a measured rate in Hz; if it differs from the nominal rate, both."""
     measured = f"{rate:,.0f} Hz" if rate else "– Hz"
     if nominal is None:
         return measured
@@ -79,9 +79,9 @@ def rate_words(rate: float, nominal: float | None, on_board: bool) -> str:
 
 
 class StatusBar(QWidget):
-    """Fields from left to right; the less important give way first where the window is narrow.
+    """Fields from left to right; in a narrow window the less important ones are hidden.
 
-    ``figures`` stands above the bar once the word for the loop was clicked, until it is clicked again.
+    ``figures`` is a card above the bar that a click on the loop's field shows and hides.
     """
 
     how_to_fix = Signal()
@@ -120,15 +120,15 @@ class StatusBar(QWidget):
         self.show_nothing("Preparing the loop. This happens only once.")
 
     def show_nothing(self, words: str) -> None:
-        """Show that no loop runs."""
-        self.loop.show_words(words)
+        """Show that no loop is running."""
+        self.loop.show_text(words)
         self.loop.link.hide()
         self.show_figures(False)
-        self.clamp.show_words("No force", "circle")
+        self.clamp.show_text("No force", "circle")
         self._hide_least_important()
 
     def show_figures(self, on: bool) -> None:
-        """Show the figures behind the word for the loop, or hide them."""
+        """Show or hide the card with the loop's figures."""
         self.figures.setVisible(on)
         QWidget.setTabOrder(self.loop.link, self.priority.link)
         self._place_figures()
@@ -136,67 +136,67 @@ class StatusBar(QWidget):
     def show_health(
         self, health, nominal: float | None = None, on_board: bool = False, compute: float = math.nan
     ) -> None:
-        """Show the loop's health; nominal: its rate in Hz as it should be, on_board: the board's own.
+        """Show the loop's health; nominal: nominal rate in Hz, on_board: it is the board's own rate.
 
-        compute: what the newest tick took to compute, in s.
+        compute: computing time of the newest tick in s.
         """
         us = health.lateness_us
-        self.rate.show_words(rate_words(health.rate, nominal, on_board), "", "ink")
-        self.late.show_words(f"Late: 99 % below {late(us['p99'])}, worst {late(us['max'])}")
+        self.rate.show_text(rate_words(health.rate, nominal, on_board), "", "ink")
+        self.late.show_text(f"Late: 99 % below {late(us['p99'])}, worst {late(us['max'])}")
         lost = health.missed + health.link.lost_frames
         lately = health.missed_lately > 0
         often = health.missed_lately > _MOST_MISSED * WINDOW_SECONDS * (nominal or health.rate)
         late_now = often or (not on_board and _is_off(health.rate, nominal))
         word, *sign = ("Loop late", "triangle", "warn") if late_now else ("Loop in time", "check", "ok")
-        self.loop.show_words("", *sign)
+        self.loop.show_text("", *sign)
         self.loop.link.setText(word)
         mark(self.loop.link, "ink", sign[1])
         self.loop.link.show()
         self.compute.setHidden(on_board or math.isnan(compute))
-        self.compute.show_words(f"Computing {number(1e6 * compute, 1)} µs")
-        self.missed.show_words(f"Missed {lost:,}", "triangle" if lately else "", "warn" if lately else "ink2")
+        self.compute.show_text(f"Computing {number(1e6 * compute, 1)} µs")
+        self.missed.show_text(f"Missed {lost:,}", "triangle" if lately else "", "warn" if lately else "ink2")
         jumps = health.link.clock_jumps
-        self.jumps.show_words(f"Board's clock jumps {jumps:,}, corrected", "triangle", "warn")
+        self.jumps.show_text(f"Board's clock jumps {jumps:,}, corrected", "triangle", "warn")
         self.jumps.setVisible(jumps > 0)
         priority = health.priority
         words = f"{priority.text}, late up to {late(us['max'])}."
         said = (priority.text, "check", "ok") if priority.realtime else (words, "triangle", "warn")
-        self.priority.show_words(*said)
+        self.priority.show_text(*said)
         self.priority.link.setVisible(not priority.realtime)
         self.priority.setToolTip(priority.how)
         self._place_figures()
         self._hide_least_important()
 
     def show_clamp(self, clamped: bool, limit: float, acting: float | None = None) -> None:
-        """Show the clamp light; once lit it stays for half a second so that it can be read.
+        """Show the clamp light; it stays lit for half a second so that it is visible.
 
-        acting: the force in N that acts now, where nothing else in the window shows it.
+        acting: the present force in N if nothing else in the window shows it.
         """
         now = time.monotonic()
         if clamped:
-            self._clamped_until = now + HOLD_S
+            self._clamped_until = now + CLAMP_SHOWN_S
         if now < self._clamped_until:
-            self.clamp.show_words(f"Clamped at {number(limit, 1)} N", "triangle", "warn")
+            self.clamp.show_text(f"Clamped at {number(limit, 1)} N", "triangle", "warn")
         else:
             now_acts = "Force within" if acting is None else f"Now {number(acting, 1, sign=True)} N, within"
-            self.clamp.show_words(f"{now_acts} {number(limit, 1)} N", "circle")
+            self.clamp.show_text(f"{now_acts} {number(limit, 1)} N", "circle")
 
     def show_margin(self, words: str, sign: str, token: str) -> None:
-        """Show the stability margin in a few words, with its icon, which may be none, and token."""
-        self.margin.show_words(words, sign, token)
+        """Show the verdict on stability, with a sign (may be empty) and a token."""
+        self.margin.show_text(words, sign, token)
         self._hide_least_important()
 
     def show_energy(self, words: str, tip: str = "", token: str = "ink2", remedy: bool = False) -> None:
-        """Show energy given in excess, nothing without words; remedy: whether the controller would help."""
-        self.energy.show_words(words, "triangle" if token == "warn" else "circle", token)
+        """Show a message about excess energy, "" for none; remedy: offer to switch the controller on."""
+        self.energy.show_text(words, "triangle" if token == "warn" else "circle", token)
         self.energy.setToolTip(tip)
         self.energy.link.setVisible(remedy)
         self.energy.setVisible(bool(words))
         self._hide_least_important()
 
     def show_kept(self, words: str, sign: str = "", token: str = "ink2", written: bool = False) -> None:
-        """Show what is recorded or kept, with its sign and token; written: offer to show it."""
-        self.kept.show_words(words, sign, token)
+        """Show the recording or the stored past; written: offer to show the sessions."""
+        self.kept.show_text(words, sign, token)
         self.kept.link.setVisible(written)
         self._hide_least_important()
 
@@ -206,13 +206,13 @@ class StatusBar(QWidget):
         self._place_figures()
 
     def _place_figures(self) -> None:
-        """Let the figures stand on the bar, in the room that they need."""
+        """Place the card of figures above the bar, in its natural size."""
         self.figures.resize(self.figures.sizeHint())
         self.figures.move(_MARGIN, self.y() - self.figures.height() - 4)
         self.figures.raise_()
 
     def _hide_least_important(self) -> None:
-        """Hide fields, least important first, until the rest fits whole."""
+        """Hide the least important fields until the others fit."""
         fields = (
             self.loop,
             self.clamp,

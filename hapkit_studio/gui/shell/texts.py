@@ -1,6 +1,6 @@
-"""All texts of the window: those of its widgets in every view, environment and dialog, and all messages.
+"""Lists all texts of the window: those of all widgets in all views and dialogs, and all messages.
 
-A text in sight is read from the widgets of a window without a device. A text that needs an event (a fault, a
+Texts of widgets are read from a window without a device. A text that appears only after an event (a fault, a
 result, a refusal) is read from the program's source, with its values in braces.
 """
 
@@ -40,7 +40,7 @@ _FOLDERS = ("gui", "analysis", "charts", "haptics", "devices", "environments", "
 
 
 class Text(NamedTuple):
-    """A text of the window and where it is shown: a view, a dialog, or the file of a message."""
+    """A text and where it is shown: a view, a dialog, or the source file of a message."""
 
     place: str
     words: str
@@ -82,7 +82,7 @@ def _in_window(window: MainWindow) -> Iterator[Text]:
 
 
 def _of_dialogs(place: str, window: MainWindow) -> Iterator[Text]:
-    """Read the dialogs in sight, and close them."""
+    """Yield the texts of the visible dialogs, and close these."""
     for dialog in window.findChildren(QDialog):
         if dialog.isVisible():
             if isinstance(dialog, QFileDialog):
@@ -94,7 +94,7 @@ def _of_dialogs(place: str, window: MainWindow) -> Iterator[Text]:
 
 
 def _of_widgets(place: str, top: QWidget) -> Iterator[Text]:
-    """Read the texts, tooltips and accessible names of a widget and all in it, hidden ones included."""
+    """Yield texts, tooltips and accessible names of a widget and its children, including hidden ones."""
     for widget in (top, *top.findChildren(QWidget)):
         if isinstance(widget, QLabel | QAbstractButton | QLineEdit):
             yield Text(place, re.sub(r"<[^>]+>", "", widget.text()))
@@ -125,7 +125,7 @@ def _demos() -> Iterator[Text]:
 
 
 def messages() -> Iterator[Text]:
-    """Read the texts of several words in the source, docstrings and style sheets left out."""
+    """Yield the texts of several words in the source, except docstrings and style sheets."""
     top = Path(str(files("hapkit_studio")))
     for path in sorted(path for folder in _FOLDERS for path in (top / folder).rglob("*.py")):
         tree = ast.parse(path.read_text("utf-8"))
@@ -138,7 +138,7 @@ def messages() -> Iterator[Text]:
 
 
 def _literal(node: ast.AST) -> str:
-    """Return a literal's text, its values in braces; "" for what is no text of several words."""
+    """Return a literal's text with its values in braces; "" if it is not a text of several words."""
     words = ""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         words = node.value

@@ -1,4 +1,4 @@
-"""The main window: its parts, how they share the room, and how they are connected."""
+"""The main window: its parts, their layout and their connections."""
 
 import gc
 from pathlib import Path
@@ -74,7 +74,7 @@ _PRESS, _OVERRIDE, _RELEASE = QEvent.Type.KeyPress, QEvent.Type.ShortcutOverride
 
 
 class MainWindow(QMainWindow):
-    """The main window; its menus offer the actions given. ``closed``: it is about to close."""
+    """The main window; its menus offer the given actions. ``closed``: it is about to close."""
 
     closed = Signal()
     studio: Studio
@@ -107,7 +107,7 @@ class MainWindow(QMainWindow):
         self.setWindowTitle("Hapkit Studio")
         self.setMinimumSize(*_SMALLEST)
         self.studio = studio
-        studio.setParent(self)  # its signals hold what they are connected to for as long as it lives
+        studio.setParent(self)  # parented here so that its connections die with the window
         Collector(self)
         self.settings = settings or StoredSettings()
         studio.device.padding = self.settings.choice("padding", 0, (0, PACKET))
@@ -161,7 +161,7 @@ class MainWindow(QMainWindow):
         )
         self.state = WindowState(studio, self.settings, self.views, self.presets, self.centre.trigger)
         self.export = LiveExport(studio, self.centre)
-        self.export.said.connect(self.record_display.say)
+        self.export.said.connect(self.record_display.show_message)
         self.export.failed.connect(lambda why: self.record_display.show_failure("Nothing was written.", why))
         self.opener = RecordingOpener(self)
         self.opener.opened.connect(self._hold_recording)
@@ -172,20 +172,20 @@ class MainWindow(QMainWindow):
         self._connect()
         self._keep_actions_fresh()
 
-    # what the actions call
+    # called by the actions
 
     @property
     def panel_open(self) -> bool:
-        """Say whether the panel, or what a page put in its place, is seen."""
+        """Return whether the side panel is visible."""
         return not self.body.side.isHidden()
 
     def fit_axes(self) -> None:
-        """Narrow the axes of every plot to what is shown."""
+        """Fit the axes of every plot to the shown data."""
         self.centre.time.fit()
         self.centre.phase.fit()
 
     def set_theme(self, mode: str) -> None:
-        """Choose the theme and remember it."""
+        """Choose the theme and store it."""
         theme.set_mode(mode)
         self.settings.setValue("theme", mode)
 
@@ -194,20 +194,20 @@ class MainWindow(QMainWindow):
         self.body.open_drawer(not self.panel_open)
 
     def toggle_single_keys(self) -> None:
-        """Let keys without modifiers act, or not."""
+        """Enable or disable the shortcuts without modifiers."""
         self.single_keys = not self.single_keys
         self.settings.setValue("single_keys", self.single_keys)
         self.actions_by_key.set_single_keys(self.single_keys)
 
     def toggle_grid(self) -> None:
-        """Draw the plots' grid, or leave it out."""
+        """Show or hide the grid of the plots."""
         theme.grid = not theme.grid
         self.settings.setValue("grid", theme.grid)
         for canvas in self.findChildren(Canvas):
             canvas.viewport().update()
 
     def quit(self) -> None:
-        """Close the window, or first ask what becomes of a law that is not saved."""
+        """Close the window; ask first if a law is not saved."""
         if self.editor.ask_to_quit(self.close):
             self.close()
 
@@ -216,13 +216,13 @@ class MainWindow(QMainWindow):
         KeysDialog(self.actions_by_key.entries, self).show()
 
     def show_law_language(self, word: str = "") -> None:
-        """Open the reference page of the law language, at a word."""
-        from hapkit_studio.gui.editor.language import LanguageDialog  # late: the page takes time to lay out
+        """Open the reference page of the law language at a word."""
+        from hapkit_studio.gui.editor.language import LanguageDialog  # imported late: its layout takes time
 
         LanguageDialog(word, self).show()
 
     def show_commands(self) -> None:
-        """Open the list of every action."""
+        """Open the command palette."""
         CommandPalette(self.actions_by_key, self).show()
 
     def show_priority(self) -> None:
@@ -231,7 +231,7 @@ class MainWindow(QMainWindow):
             priority_dialog(self.studio.engine.health().priority, self).show()
 
     def show_marker(self) -> None:
-        """Open the dialog that notes a marker at this moment."""
+        """Open a dialog that adds a marker at this moment."""
         MarkerDialog(self.studio.recording, self.live, self).show()
 
     def show_lock(self) -> None:
@@ -239,7 +239,7 @@ class MainWindow(QMainWindow):
         LockDialog(self.studio, self.settings, self).show()
 
     def show_trigger(self) -> None:
-        """Open the dialog on when the time plots stand by themselves."""
+        """Open the dialog of the trigger's settings."""
         TriggerDialog(self.centre.trigger, self).show()
 
     def show_flash(self) -> None:
@@ -248,12 +248,12 @@ class MainWindow(QMainWindow):
 
     def show_export(self) -> None:
         """Open the dialog that writes the environment as an Arduino sketch."""
-        from hapkit_studio.gui.shell.export_dialog import ExportDialog  # late: keeps start-up fast
+        from hapkit_studio.gui.shell.export_dialog import ExportDialog  # imported late to keep start-up fast
 
         ExportDialog(self.studio, self).show()
 
     def play_demo(self, path: str | Path) -> None:
-        """Play the demo in a file where it can be seen, or say what is wrong with it."""
+        """Play a demo in the Live view, or show what is wrong with its file."""
         try:
             self.demos.play(read_demo(path, self.studio.environments))
         except ParameterError as error:
@@ -263,19 +263,19 @@ class MainWindow(QMainWindow):
         self.live.set_paused(False)
 
     def open_demo(self) -> None:
-        """Ask for a demo's file, and play it."""
+        """Ask for a demo's file and play it."""
         choose_file(self, "Open demo", "Demos (*.toml)", self.play_demo)
 
     @property
     def has_picture(self) -> bool:
-        """Say whether what is in sight can be copied as a picture."""
+        """Return whether the visible view can be copied as a picture."""
         page = self.views.shown
         if isinstance(page, MeasuringPage):
             return page.bar.export.isEnabled()
         return page is None and not self.centre.view.history.empty and not self.studio.hidden
 
     def copy_picture(self) -> None:
-        """Put a picture of what is in sight, a result or the live plots, on the clipboard."""
+        """Copy the visible result or the live plots to the clipboard as a picture."""
         page = self.views.shown
         if isinstance(page, MeasuringPage):
             self.export.copy_picture(page.exports()[0])
@@ -283,24 +283,24 @@ class MainWindow(QMainWindow):
             self.export.copy()
 
     def show_about(self) -> None:
-        """Open the dialog on the studio itself."""
+        """Open the About dialog."""
         about_dialog(self).show()
 
     def _hold_recording(self, recording: "Recording", path: Path) -> None:
-        """Hold a recording from a file where it can be seen."""
+        """Hold a recording from a file and show the Live view."""
         self.views.show(LIVE)
         self.display.hold_recording(recording, path)
 
     def _show_replay(self) -> None:
-        """Go where a session is replayed."""
+        """Show the Live view when a replay starts."""
         self.banners.set("replay", None)
         if self.replay.history is not None:
             self.views.show(LIVE)
 
-    # keys, room and life
+    # events
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """After Enter in a number give the keyboard back to the scene, unless it was refused."""
+        """Move the focus from a number box to the view after Enter, unless the number was refused."""
         box = QApplication.focusWidget()
         accepted = isinstance(box, NumberBox) and not box.property("invalid")
         if accepted and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
@@ -328,7 +328,7 @@ class MainWindow(QMainWindow):
             self.file_watcher.check_files()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """End the loop with its zero command before the window goes; ask first for what is not saved."""
+        """Ask about unsaved changes, then stop the loop with a zero command before the window closes."""
         if event.spontaneous() and not self.editor.ask_to_quit(self.close):
             event.ignore()
             return
@@ -367,7 +367,7 @@ class MainWindow(QMainWindow):
         self.status.how_to_fix.connect(self.show_priority)
         for signal in (self.history.changed, self.studio.hidden_changed):
             signal.connect(lambda: self.banners.set("undo", None))
-        for signal in (self.history.refused, self.studio.refused):  # said until something else is changed
+        for signal in (self.history.refused, self.studio.refused):  # shown until the next change of a setting
             signal.connect(lambda why: self.banners.warn("undo", "Nothing was changed.", why))
         for taken in (self.centre.scene.grabbed, self.display.releasing):
             taken.connect(self.demos.end)
@@ -386,7 +386,7 @@ class MainWindow(QMainWindow):
         application.installEventFilter(self.stop_filter)
 
     def _keep_actions_fresh(self) -> None:
-        """Bring marks and greyness of the actions up to date with whatever they depend on."""
+        """Refresh the actions after every change that they depend on."""
         studio = self.studio
         for signal in (
             studio.environment_changed, studio.stop_changed, studio.link_changed, studio.hidden_changed,
@@ -398,12 +398,12 @@ class MainWindow(QMainWindow):
 
 
 class StopFilter(QObject):
-    """Application-wide event filter; it sees every event, so all others leave it after one comparison.
+    """Application-wide event filter; it sees every event, so it rejects most after one comparison.
 
-    Every Esc stops first and then does what it always does; only where no motor is to be stopped, with the
-    simulated device, one that closes what is in front of the window does no more. Space on a button of the
-    window is swallowed: it is the pause key, and must not press what happens to have the focus while the
-    motor pushes. With every press and release another gesture begins, whose changes are another step of undo.
+    Every Esc stops first and then has its usual effect. Only with the simulated device, which has no motor,
+    an Esc that closes a dialog or popup does not stop. Space on a button of the window is ignored: it is the
+    pause key and must not press the focused button while the motor pushes. Every press and release starts a
+    new gesture, whose changes become a separate undo step.
     """
 
     def __init__(self, studio: Studio, history: UndoHistory, window: QWidget):
@@ -429,15 +429,17 @@ class StopFilter(QObject):
         return False
 
     def _stop_unless_closed(self, front: QWidget) -> None:
-        if isValid(front) and front.isVisible():  # a dialog may refuse, as one that writes to a board does
+        # a dialog may refuse to close, e.g. while it writes to a board
+        if isValid(front) and front.isVisible():
             self._studio.stop()
 
 
 class Collector(QObject):
-    """Collects garbage by a timer in the window's thread; automatic collection is off from now on.
+    """Collects garbage by a timer in the window's thread; automatic collection is switched off.
 
-    Python collects in whichever thread allocates: one that compiles a law would free widgets there, and Qt
-    crashes. It stays off afterwards: a collection within Qt's own destruction locks Qt up.
+    Automatic collection runs in whichever thread allocates: a thread that compiles a law would delete
+    widgets, and Qt would crash. It stays off, because a collection during Qt's destructors causes a
+    deadlock.
     """
 
     def __init__(self, parent: QObject):
@@ -449,7 +451,7 @@ class Collector(QObject):
 
 
 def collect() -> None:
-    """Collect the oldest generation whose turn it is."""
+    """Collect the oldest generation that is due."""
     for generation in (2, 1, 0):
         if gc.get_count()[generation] > gc.get_threshold()[generation]:
             gc.collect(generation)

@@ -1,4 +1,4 @@
-"""Dialogs that one command of the window opens: keys and words, priority, about, marker."""
+"""Small dialogs of the window: keys and words, priority, about, marker."""
 
 from collections.abc import Iterable
 from importlib.metadata import version
@@ -30,11 +30,11 @@ HAND_KEYS = (
     ("Code: the law language", "F1"),
 )
 _SHEET_WIDE, _SHEET_HIGH = 520, 440
-_LONGEST = 40  # letters of a marker: what finds room beside its divider
+_LONGEST = 40  # letters of a marker: fits beside its divider
 
 
 class KeysDialog(TextDialog):
-    """All keys, in groups as in the menus, and the window's words; a search leaves what has its words."""
+    """All keys, grouped by menu, and the window's terms; a search field filters the lines."""
 
     def __init__(self, actions: Iterable[Action], parent: QWidget | None = None):
         super().__init__("Keys", parent)
@@ -56,7 +56,7 @@ class KeysDialog(TextDialog):
         self._arrange()
 
     def seek(self, words: str) -> None:
-        """Leave only the lines that have the words, and the heads of their groups."""
+        """Show only the lines that match, with the headings of their groups."""
         for head, lines in self._groups:
             found = [matches(words, text) for _, text in lines]
             for (row, _), shown in zip(lines, found, strict=True):
@@ -64,7 +64,7 @@ class KeysDialog(TextDialog):
             self._form.setRowVisible(head, any(found))
 
     def _add(self, title: str, lines: Iterable[tuple[str, str]], explained: bool = False) -> None:
-        """Add a group: keys stand beside what they do, an explanation below its word."""
+        """Add a group: keys beside their actions, or explanations below their words."""
         form, rows = self._form, []
         name = label(title, "section")
         name.setContentsMargins(0, 10, 0, 2)
@@ -92,19 +92,19 @@ class KeysDialog(TextDialog):
 
 
 def priority_dialog(found: "Priority", parent: QWidget) -> TextDialog:
-    """Return the dialog on what the loop has obtained from the system, and how to get more."""
+    """Return the dialog on the loop's real-time priority and how to improve it."""
     more = found.how or "This system allows no more."
     return text_dialog("Real-time priority", [f"The loop has obtained: {found.text}.", more], parent)
 
 
 def about_dialog(parent: QWidget) -> TextDialog:
-    """Return the dialog on the studio itself."""
+    """Return the About dialog."""
     text = "Feel, tune and measure virtual environments on a Hapkit, real or simulated."
     return text_dialog("Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], parent)
 
 
 class MarkerDialog(WordsDialog):
-    """Notes the moment in which it was opened, however long the words take."""
+    """Adds a marker at the moment at which it was opened, however long typing takes."""
 
     def __init__(self, recording: Recording, live: Live, parent: QWidget | None = None):
         super().__init__("Marker", "A few words, or none", _LONGEST, self._note, parent)

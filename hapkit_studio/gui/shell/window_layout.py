@@ -1,4 +1,4 @@
-"""How the parts of the window share its room."""
+"""Layout of the window's parts."""
 
 from PySide6.QtWidgets import QMainWindow, QSplitter, QStackedWidget, QWidget
 
@@ -11,9 +11,9 @@ from hapkit_studio.gui.widgets.theme import theme
 
 
 class WindowLayout(QWidget):
-    """Header, gallery | centre | panel in a splitter, status bar; the panel is a drawer where room is short.
+    """Header, gallery | centre | panel in a splitter, status bar; in a small window the panel is a drawer.
 
-    A person may drag the borders; the widths are remembered.
+    The borders can be dragged; their positions are stored.
     """
 
     def __init__(self, window: QMainWindow, settings: StoredSettings):
@@ -23,7 +23,7 @@ class WindowLayout(QWidget):
         self.projected = self.side_fixed = False
         self._gallery_width = settings.pixels("gallery_width", breakpoints.GALLERY)
         self._panel_width = settings.pixels("panel_width", breakpoints.PANEL)
-        # each part is made inside its place: moved there later, all of it would be styled once more
+        # each part is created inside its final parent: moving it would style it twice
         self.borders = QSplitter(self)
         self._left, self.side = QWidget(self.borders), QStackedWidget(self.borders)
         self.inner = QSplitter(self._left)
@@ -39,7 +39,7 @@ class WindowLayout(QWidget):
         status: QWidget,
         banners: QWidget,
     ) -> None:
-        """Put the parts, each made inside this widget, in their places."""
+        """Put the parts, each created inside this widget, in their places."""
         self._header, self._gallery, self._centre, self._banners = header, gallery, centre, banners
         self._panel = panel
         self.side.addWidget(panel)
@@ -52,22 +52,22 @@ class WindowLayout(QWidget):
         self.borders.splitterMoved.connect(self._panel_dragged)
 
     def open_drawer(self, on: bool) -> None:
-        """Show or hide the panel, whatever the size."""
+        """Show or hide the panel, whatever the window's size."""
         self._drawer_open = on
         self.share()
 
     def show_side(self, side: QWidget | None, fixed: bool = False) -> None:
-        """Show a page's side panel, or with None the parameter panel; fixed: it cannot be hidden."""
+        """Show a page's side panel, or (None) the parameter panel; fixed: it cannot be hidden."""
         self.side_fixed = fixed
         shown = side or self._panel
         if self.side.indexOf(shown) < 0:
             self.side.addWidget(shown)
         self.side.setCurrentWidget(shown)
         self.share()
-        shown.resize(self.side.size())  # at once: a page asks for its side's width next
+        shown.resize(self.side.size())  # at once: a page reads its side panel's width next
 
     def set_scale(self) -> None:
-        """Draw everything as large as the window's size asks for."""
+        """Set the scale of all drawing for the window's size."""
         window = self._window
         if self.projected:
             theme.set_scale(breakpoints.projected_scale(window.width(), window.height()), breakpoints.FRAME)
@@ -75,7 +75,7 @@ class WindowLayout(QWidget):
             theme.set_scale(breakpoints.scale(window.width(), window.height()))
 
     def share(self) -> None:
-        """Decide what gives way at this size."""
+        """Lay out the window; hide parts that do not fit."""
         self.set_scale()
         window, wide, px = self._window, self._window.width(), theme.px
         self._gallery.setHidden(self.projected)
@@ -89,7 +89,7 @@ class WindowLayout(QWidget):
         self._header.panel.setVisible(small and not self.projected and not self.side_fixed)
         self.side.setVisible(opened)
         self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)
-        self._column.activate()  # at once: else a frame is painted with parts of two sizes
+        self._column.activate()  # at once: otherwise one frame would show parts of two sizes
         usual = breakpoints.gallery_width(wide / theme.scale, self._gallery_width, self._panel_width)
         narrow = usual == breakpoints.RAIL != self._gallery_width
         gallery, panel = px(usual), px(breakpoints.PANEL_NARROW if narrow else self._panel_width)
@@ -99,7 +99,7 @@ class WindowLayout(QWidget):
         self._centre.lay_out()
 
     def _gallery_dragged(self, place: int, _handle: int) -> None:
-        """Take a width that shows all words, or a rail."""
+        """Snap to a width that shows all titles, or to the narrow rail."""
         half, usual = (breakpoints.RAIL + breakpoints.GALLERY) / 2, place / theme.scale
         self._gallery_width = breakpoints.RAIL if usual < half else max(usual, breakpoints.GALLERY)
         gallery = theme.px(self._gallery_width)
@@ -111,7 +111,7 @@ class WindowLayout(QWidget):
         self._settings.setValue("panel_width", self._panel_width)
 
     def _place_banners(self, across: bool) -> None:
-        """Put the banners beside the panel, so that a slider being dragged stays put; across if narrow."""
+        """Put the banners beside the panel, so that a dragged slider does not move; across if narrow."""
         if across:
             self._column.insertWidget(1, self._banners)
         else:

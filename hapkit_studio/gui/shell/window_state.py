@@ -1,4 +1,4 @@
-"""What the next start finds as it was left: environment, values, presets, loop, hand, view and trigger."""
+"""Saves the window's state at closing and restores it at the next start."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -17,12 +17,12 @@ from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.parameters import AnyParameter, Choice
 
 _ENVIRONMENT, _VALUES, _LOOP, _VIEW, _PRESETS = "environment", "values", "loop", "view", "presets"
-_FORMER_VIEWS = {"chain": "accuracy", "fidelity": "accuracy"}  # merged into the view that they name
+_FORMER_VIEWS = {"chain": "accuracy", "fidelity": "accuracy"}  # views that were merged into another one
 _TRIGGER = "trigger"
 
 
 class WindowState:
-    """Saves what is chosen and shown to the settings, and restores it at the next start."""
+    """Saves and restores environment, values, presets, loop, hand, view and trigger."""
 
     def __init__(
         self, studio: Studio, settings: StoredSettings, views: Views, presets: Presets, trigger: Trigger
@@ -31,7 +31,7 @@ class WindowState:
         self._presets, self._trigger = presets, trigger
 
     def save(self) -> None:
-        """Store environment, values, loop, hand, view, presets and trigger; choices by their names."""
+        """Store the state; choices are stored by the names of their options."""
         studio, settings = self._studio, self._settings
         values = {
             key: _by_name(environment.parameters, studio.values_of(key))
@@ -45,7 +45,7 @@ class WindowState:
         settings.setValue(_TRIGGER, json.dumps(_by_name(trigger.PARAMETERS, self._trigger.values)))
 
     def restore(self) -> None:
-        """Restore what is stored and valid, locked settings included; a motor waits for *Render*."""
+        """Restore everything stored and valid, including locked settings; a motor waits for *Render*."""
         with self._studio.temporarily():
             self._restore()
 
@@ -86,12 +86,12 @@ def _by_name(parameters: Iterable[AnyParameter], values: Mapping[str, Any]) -> d
 
 
 def _rejection(settings: StoredSettings, name: str, place: str = "") -> Reject:
-    """Return a callback that notes an error as the reason why a part of a setting is not used."""
+    """Return a callback that reports why a part of a stored setting is not used."""
     return lambda error: settings.reject(name, f"{place or name}: {error}")
 
 
 def _table(given: object, reject: Reject) -> Mapping[str, Any]:
-    """Return a table that was written down, {} where it is none."""
+    """Return a stored table; {} and a report if it is not one."""
     if isinstance(given, dict):
         return given
     reject(ParameterError("it must be a table of names and values."))

@@ -10,7 +10,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.parameters import AnyParameter, Choice
 
-LOOK_MS = 100
+POLL_MS = 100
 # What a row says instead of its summary.
 WORDS = {"preparing": "Preparing…", "next": "Preparing, comes next…", "broken": "Its law cannot be compiled"}
 
@@ -93,7 +93,7 @@ class Readiness(QObject):
         self._broken: set[str] = set()
         self._programs: Sequence[Popen] | None = None
         self.requested: str | None = None
-        self._watch = QTimer(self, interval=LOOK_MS)
+        self._watch = QTimer(self, interval=POLL_MS)
         self._watch.timeout.connect(self.refresh)
 
     @property

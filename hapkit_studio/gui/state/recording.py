@@ -17,7 +17,7 @@ from hapkit_studio.sessions.folder import new_path
 if TYPE_CHECKING:
     from hapkit_studio.sessions.recorder import Progress, Recorder
 
-LOOK_MS = 250
+POLL_MS = 250
 
 
 class Recording(QObject):
@@ -39,7 +39,7 @@ class Recording(QObject):
         self.newest: tuple[Path, int] | None = None
         self._turn = self._job("Recording failed.")
         self._save = self._job("Nothing was saved.")
-        self._looks = QTimer(self, interval=LOOK_MS)
+        self._looks = QTimer(self, interval=POLL_MS)
         self._looks.timeout.connect(self._refresh)
         device.engine_changed.connect(self._follow)
 

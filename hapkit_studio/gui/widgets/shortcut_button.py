@@ -31,7 +31,7 @@ class ShortcutButton(QPushButton):
         theme.changed.connect(self.show_look)
         self.show_look()
 
-    def set_look(self, icon: str, text: str, color: str, cap_color: str = "ink3") -> None:
+    def set_appearance(self, icon: str, text: str, color: str, cap_color: str = "ink3") -> None:
         """Set icon, text, their colour token and that of the key cap."""
         self._icon, self._color, self._cap_color = icon, color, cap_color
         self.word.setText(text)

@@ -211,7 +211,7 @@ def test_the_divider_parts_what_two_environments_asked_for(window, qtbot):
     assert before.y["force"] == pytest.approx(-250.0 * depth, abs=1e-9)
     stiffness, centre = (studio.values[key] for key in ("stiffness", "center"))
     assert after.y["force"] == pytest.approx(-stiffness * (after.y["position"] - centre), abs=1e-9)
-    window.display.hold()  # named by the spring, it holds nothing of the wall
+    window.display.hold_traces()  # named by the spring, it holds nothing of the wall
     ((place, held),) = window.centre.held.traces.items()
     window.centre.held.remove(place)
     assert live.history.now + held.time[0] == pytest.approx(live.history.begin, abs=2e-3)

@@ -212,7 +212,7 @@ def test_scene_plots_and_bar_show_the_sample_where_it_stands(replay, kept_idle_w
     for index, after in enumerate((1.0005, 2.0005)):
         cursors.move(index, START + after)
     assert len(cursors.between()["time"]) == 1001
-    window.display.hold()
+    window.display.hold_traces()
     assert len(window.centre.held.traces) == 1
     window.centre.held.remove(0)
 

@@ -149,7 +149,7 @@ def test_a_held_trace_lies_where_it_did_from_the_event_on(window, qtbot):
     trigger.set_value(AGAIN.key, AGAIN.check("repeated"))
     trigger.arm()
     come(view, trigger, 1.5)
-    window.display.hold()
+    window.display.hold_traces()
     come(view, trigger, 3.5, start=1.5)
     window.centre.time.refresh()
     (held,) = window.centre.held.traces.values()

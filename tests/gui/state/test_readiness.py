@@ -131,7 +131,7 @@ def test_nothing_is_looked_at_once_everything_is_ready(window, compiler, qtbot):
     compiler.finish(*window.gallery.rows)
     qtbot.waitUntil(lambda: window.studio.readiness.waiting == ())
     compiler.looks.clear()
-    qtbot.wait(4 * environment_library.LOOK_MS)
+    qtbot.wait(4 * environment_library.POLL_MS)
     window.studio.choose("cat")
     assert window.studio.environment.key == "cat"
     assert compiler.looks == []
