@@ -98,5 +98,5 @@ def test_the_connected_board_comes_first_as_calibrated(window, monkeypatch):
     monkeypatch.setattr("hapkit_studio.gui.shell.export_dialog.connected_kit", lambda studio: kit)
     window.show_export()
     sheet = window.findChildren(ExportDialog)[-1]
-    assert sheet.kits.currentText() == "The one connected: Hapkit short, as calibrated"
+    assert sheet.kits.currentText() == "Connected kit: Hapkit short, as calibrated"
     assert "kZero = 0" in sheet.text()
