@@ -40,7 +40,7 @@ def main(seconds: float) -> None:
     application, window = open_window("--device=virtual-board")
     engine = window.studio.engine
     timer, trips = keep_busy(window), RoundTrips(window)
-    if window.studio.held:
+    if window.studio.waits_for_render:
         window.studio.release_stop()
     look = QTimer(window, interval=500)
     look.timeout.connect(trips.read)

@@ -230,7 +230,7 @@ class EditorController(QObject):
 
     def _leave_for_the_library(self) -> None:
         """Close another person's source if the library was chosen instead; a trial may still end."""
-        if self.own.in_force is None:
+        if self.own.active is None:
             self._leave_source()
 
     def _leave_what_is_gone(self) -> None:
@@ -356,7 +356,7 @@ class FileWatcher(QObject):
         self._fault = fault.text
         line = _LINE.search(fault.text)
         controller = self._controller
-        if line is None or controller.path is None or controller.path != controller.own.in_force:
+        if line is None or controller.path is None or controller.path != controller.own.active:
             return
         if not controller.page.unsaved:  # otherwise line numbers differ from the law in the loop
             controller.page.code.mark([(int(line[1]), fault.text.removeprefix("Fault: "))])

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
-from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, UndoHistory, joined, settings_of, words
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, UndoHistory, change_text, joined, settings_of
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
@@ -55,6 +55,6 @@ class Dividers(QObject):
         change, instead = ({where: last[where] for where in after}, after), None
         if self._gesture == self._undo.gesture and self._live.history.now - self._at < _RESTED:
             change, instead = joined(self._change, change), self._at
-        said = words(self._studio, *change) if change[1] else ""
+        said = change_text(self._studio, *change) if change[1] else ""
         self._at = self._live.note(f"{said[:1].upper()}{said[1:]}", instead)
         self._gesture, self._change = self._undo.gesture, change

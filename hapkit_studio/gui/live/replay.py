@@ -237,7 +237,7 @@ class Replay(QObject):
         lock = self._studio.permissions.lock
         places = ((*place, value) if place == ENVIRONMENT else place
                   for place, value in self._differing(wanted).items())  # fmt: skip
-        if any(map(lock.holds, places)):
+        if any(map(lock.covers, places)):
             raise ParameterError(
                 "Some of these settings are locked, so the scene and the verdict stay as they were."
             )

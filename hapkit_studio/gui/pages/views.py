@@ -125,7 +125,7 @@ class Views(QObject):
         if code.isVisible() and code.hasFocus():
             self._centre.scene.setFocus()
             return
-        path = self._editor.path or self._editor.own.in_force
+        path = self._editor.path or self._editor.own.active
         if path is not None:
             self._editor.edit(path)
 

@@ -20,7 +20,7 @@ from hapkit_studio.gui.state.undo import (
     Settings,
     UndoHistory,
     differences,
-    not_in_force,
+    differing,
     put,
     settings_of,
     settings_of_scene,
@@ -52,7 +52,7 @@ class Presets(QObject):
     @property
     def different(self) -> Settings:
         """Return what of the preset chosen last is not in force now."""
-        return not_in_force(self._studio, self._chosen.get(self._studio.environment.key, ("", {}))[1])
+        return differing(self._studio, self._chosen.get(self._studio.environment.key, ("", {}))[1])
 
     @property
     def names(self) -> dict[str, str]:
@@ -124,7 +124,7 @@ class Presets(QObject):
 
     def _put(self, name: str, settings: Settings) -> None:
         with self._history.named(f"preset {name}"):
-            put(self._studio, not_in_force(self._studio, settings))
+            put(self._studio, differing(self._studio, settings))
         self._chosen[self._studio.environment.key] = name, settings
         self.changed.emit()
 

@@ -74,7 +74,7 @@ def _demo(name: str, path: Path) -> Action:
 def _may_play(window: MainWindow) -> bool:
     studio = window.studio
     free = window.demos.possible and studio.fault is None and not _replays(window)
-    return free and (not studio.stopped or studio.held)
+    return free and (not studio.stopped or studio.waits_for_render)
 
 
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
@@ -367,7 +367,7 @@ _ENVIRONMENT = (
     Action("environment.export", "Export as sketch…", lambda w: w.show_export()),
     Action(
         "environment.law", "Switch between law and scene", lambda w: w.views.toggle_law(), "Ctrl+E",
-        enabled=lambda w: w.editor.path is not None or w.editor.own.in_force is not None,
+        enabled=lambda w: w.editor.path is not None or w.editor.own.active is not None,
     ),
     Action("environment.save", "Save law and run", lambda w: w.editor.save(), "Ctrl+S", enabled=_has_law),
     Action(

@@ -175,7 +175,7 @@ class Gallery(QScrollArea):
         """Show which environments are being prepared or are locked; a click does not select these."""
         for key, row in self.rows.items():
             waiting = environment_library.WORDS.get(self._studio.readiness.state(key), "")
-            if self._studio.permissions.lock.holds(("environment", key)):
+            if self._studio.permissions.lock.covers(("environment", key)):
                 waiting = LOCKED
             if waiting != row.waiting:
                 row.set_words(row.picture, row.title, row.summary, waiting)

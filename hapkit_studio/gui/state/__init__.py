@@ -1,1 +1,1 @@
-"""What is chosen and what the device does, without widgets."""
+"""The user's choices and the state of the device, without widgets."""

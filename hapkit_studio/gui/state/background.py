@@ -1,4 +1,4 @@
-"""Work off the window's thread: a long job with progress and cancel, and the newest question's answer."""
+"""Background work: long jobs with progress and cancel, and quick answers to the newest request."""
 
 import threading
 import time
@@ -15,22 +15,22 @@ from hapkit_studio.gui.state import prepare
 Progress = Callable[[int, int], None]
 Work = Callable[[Progress], Any]
 
-_SAY_SECONDS = 0.05
-_LOOK_SECONDS = 0.05
+_PROGRESS_SECONDS = 0.05
+_POLL_SECONDS = 0.05
 LATE_MS = 100
-"""An answer that takes longer is late: so long the one before may stand without anybody minding."""
+"""After this many ms without an answer, ``late`` is emitted and the previous answer is shown as stale."""
 
 
-class _Over(StudioError):
-    """Ends work that was cancelled."""
+class _Cancelled(StudioError):
+    """Raised in a job that was cancelled."""
 
 
 class Job(QObject):
-    """Does one piece of work at a time in a thread of its own; a new one replaces the old.
+    """Runs one job at a time in its own thread; a new job replaces the running one.
 
-    work(progress) returns the result; progress(done, of) is to be called often, and ends the work once it is
-    cancelled. needs is the part that must be compiled before, "" for none; ``preparing``: a program is still
-    at it. must_finish: ``end`` waits without cancelling, as half a written file is useless.
+    work(progress) returns the result; it must call progress(done, of) often, which raises once the job is
+    cancelled. needs: the part that must be compiled before, "" for none; ``preparing``: it is still being
+    compiled. must_finish: ``end`` waits instead of cancelling, as half a written file is useless.
     """
 
     preparing = Signal()
@@ -49,11 +49,11 @@ class Job(QObject):
 
     @property
     def running(self) -> bool:
-        """Return whether work is running and not cancelled."""
+        """Return whether a job is running and not cancelled."""
         return self._wanted is not None
 
     def start(self, work: Work) -> None:
-        """Start work; cancel what is running."""
+        """Start a job; cancel the running one."""
         token = self._wanted = object()
         thread = threading.Thread(target=self._work, args=(work, token), name="measuring", daemon=True)
         self._threads = [*(one for one in self._threads if one.is_alive()), thread]
@@ -61,47 +61,47 @@ class Job(QObject):
         self.running_changed.emit(True)
 
     def cancel(self) -> None:
-        """Cancel: the work ends at its next call of progress."""
+        """Cancel the job at its next call of progress."""
         if self._wanted is not None:
             self._wanted = None
             self.running_changed.emit(False)
 
     def wait(self) -> None:
-        """Wait until the thread has ended, for tests and for closing."""
+        """Wait until the thread has ended (for tests and closing)."""
         while self._threads:
             self._threads.pop().join()
 
     def end(self) -> None:
-        """Cancel, unless the work must finish, and wait for the thread."""
+        """Cancel the job unless it must finish, and wait for the thread."""
         if not self._must_finish:
             self.cancel()
         self.wait()
 
     def _work(self, work: Work, token: object) -> None:
-        said = 0.0
+        reported = 0.0
 
         def progress(done: int, of: int) -> None:
-            nonlocal said
+            nonlocal reported
             if self._wanted is not token:
-                raise _Over("cancelled")
+                raise _Cancelled("cancelled")
             now = time.monotonic()
-            if done >= of or now - said > _SAY_SECONDS:
-                said = now
+            if done >= of or now - reported > _PROGRESS_SECONDS:
+                reported = now
                 self.progressed.emit(done, of)
 
         try:
             self._prepare(token)
             self._done.emit(token, work(progress), "")
-        except _Over:
+        except _Cancelled:
             pass
         except StudioError as error:
             self._done.emit(token, None, str(error))
-        except Exception as error:  # a defect: it is said, and the window goes on
+        except Exception as error:  # a defect: report it and keep the window running
             traceback.print_exc()
             self._done.emit(token, None, f"This went wrong: {error}")
 
     def _prepare(self, token: object) -> None:
-        """Wait until what measuring needs is compiled: a compile in a thread would freeze the window."""
+        """Wait until a program has compiled the needed part: a compile in a thread freezes the window."""
         program = prepare.begin(self._needs) if self._needs else None
         if program is None:
             return
@@ -110,8 +110,8 @@ class Job(QObject):
             if self._wanted is not token:
                 program.kill()
                 program.wait()
-                raise _Over("cancelled")
-            time.sleep(_LOOK_SECONDS)
+                raise _Cancelled("cancelled")
+            time.sleep(_POLL_SECONDS)
 
     def _deliver(self, token: object, result: object, text: str) -> None:
         if token is not self._wanted:
@@ -125,9 +125,9 @@ class Job(QObject):
 
 
 class LatestResult(QObject):
-    """Answers the newest question in a thread and emits ``answered``; asking again replaces the question.
+    """Answers the newest request in a thread and emits ``answered``; a new request replaces the old one.
 
-    ``late``: what was asked first since the last answer waits for too long, and what is shown holds no more.
+    ``late``: no answer for LATE_MS, so that the result shown is out of date.
     """
 
     answered = Signal(object)
@@ -144,19 +144,19 @@ class LatestResult(QObject):
         self._waiting.timeout.connect(self.late)
         self._done.connect(self._deliver)
 
-    def ask(self, question: Any) -> None:
-        """Ask, unless this very question was the last one."""
-        if question == self._newest:
+    def ask(self, request: Any) -> None:
+        """Add a request, unless it equals the last one."""
+        if request == self._newest:
             return
         self._drop()
-        self._newest = question
+        self._newest = request
         if not self._waiting.isActive():
             self._waiting.start()
-        self._job = self._worker.submit(self._solve, question)
+        self._job = self._worker.submit(self._solve, request)
         self._job.add_done_callback(self._done.emit)
 
     def forget(self) -> None:
-        """Drop the question that is not answered yet."""
+        """Drop the pending request."""
         self._waiting.stop()
         self._drop()
 
@@ -166,18 +166,18 @@ class LatestResult(QObject):
             job.cancel()
 
     def wait(self) -> None:
-        """Wait until everything asked is answered."""
+        """Wait until every request is answered."""
         self._worker.submit(int).result()
 
     def end(self) -> None:
-        """Drop the question that is not answered yet and end the thread."""
+        """Drop the pending request and end the thread."""
         self.forget()
         self._worker.shutdown(wait=True)
 
     def _deliver(self, job: Future[Any]) -> None:
         if job is self._job:
             self._waiting.stop()
-            if not isinstance(job.exception(), StudioError):  # a law that is too slow has no answer
+            if not isinstance(job.exception(), StudioError):  # a law that is too slow gives no answer
                 self.answered.emit(job.result())
 
 

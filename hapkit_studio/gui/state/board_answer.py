@@ -1,4 +1,4 @@
-"""Polls how the board renders the settings in force, or why not: laws are compiled in the background."""
+"""Polls how the board renders the present settings, or why it refuses, while laws are compiled."""
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -21,7 +21,7 @@ class BoardAnswer(QObject):
         device.engine_changed.connect(self.poll_soon)
 
     def poll_soon(self) -> None:
-        """Poll after POLL_MS: a setting was changed."""
+        """Poll after POLL_MS because a setting was changed."""
         self._timer.start()
 
     def poll(self) -> None:
@@ -40,7 +40,7 @@ class BoardAnswer(QObject):
 
     @property
     def known(self) -> bool:
-        """Return whether the loop in force uses what is known of the board: its plan, or its refusal."""
+        """Return whether the board's plan or its refusal is known for the present loop."""
         engine = self._device.engine
         if engine is None or engine.board_refusal():
             return engine is not None

@@ -1,4 +1,4 @@
-"""The device in use: opened and closed in a thread, lost and looked for again."""
+"""The device in use: opened and closed in a thread, and reconnected after a loss."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 Build = Callable[["DeviceEntry"], "Engine"]
-LOOK_AGAIN_MS = 1000
+RETRY_MS = 1000
 TRIES = 3
-"""How often a port that came back may refuse before that is said: its rights come a little late."""
+"""Refusals of a reconnected port before they are reported: its access rights come with a delay."""
 
 
 @dataclass(frozen=True)
 class LinkStatus:
-    """How the device is reached: state is preparing, connecting, running, idle, gone or failed.
+    """State of the connection: preparing, connecting, running, idle, gone or failed.
 
-    step, command: the next step and the line to copy of a DeviceError.
+    step, command: next step and command line of a DeviceError.
     """
 
     state: str
@@ -37,16 +37,16 @@ class LinkStatus:
 
 def build_engine(entry: "DeviceEntry") -> "Engine":
     """Make an entry's device and an engine for it; raise DeviceError."""
-    from hapkit_studio.haptics.engine import Engine  # numba: only once the first picture is up
+    from hapkit_studio.haptics.engine import Engine  # imports numba: only after the first picture
 
     return Engine(entry.make())
 
 
 class DeviceLink(QObject):
-    """Keeps the device in use open and looks for it again when it is gone; ``engine`` is None meanwhile.
+    """Keeps the device in use open and reconnects it after a loss; ``engine`` is None meanwhile.
 
     Engines are opened and closed in a thread, and only the newest request counts. before_start(engine) runs
-    there, configure(engine) in the window once the engine has started.
+    in that thread, configure(engine) in the window's thread after the start.
     """
 
     engine_changed = Signal()
@@ -75,11 +75,11 @@ class DeviceLink(QObject):
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="connect")
         self._finished.connect(self._deliver)
         self._waits.connect(self._note_waiting)
-        self._again = QTimer(self, interval=LOOK_AGAIN_MS)
-        self._again.timeout.connect(self._look_again)
+        self._again = QTimer(self, interval=RETRY_MS)
+        self._again.timeout.connect(self._retry)
 
     def open(self, entry: "DeviceEntry") -> None:
-        """Leave the device in use and open another in the worker; force is zero meanwhile."""
+        """Close the device in use and open another one in the worker; the force is zero meanwhile."""
         self.entry = entry
         self._again.stop()
         self._refusals = 0
@@ -87,16 +87,16 @@ class DeviceLink(QObject):
         self._open(entry)
 
     def open_simulated(self) -> None:
-        """Go back to the device that needs nothing."""
+        """Open the simulated device."""
         self.open(next(entry for entry in self.entries() if entry.key == "simulated"))
 
     def reconnect(self) -> None:
-        """Open the device in use once more."""
+        """Close and open the device in use."""
         if self.entry is not None:
             self.open(self.entry)
 
-    def let_go(self, user: str = "") -> None:
-        """Close the device in use, so that its port is free for others; ``reconnect`` opens it again."""
+    def release_port(self, user: str = "") -> None:
+        """Close the device so that others can use its port; ``reconnect`` opens it again."""
         self._again.stop()
         text = f"In use: {user}" if user else ""
         self._set_link(LinkStatus("idle", self.entry.title if self.entry else "", text))
@@ -105,13 +105,13 @@ class DeviceLink(QObject):
             self._submit(old.close)
 
     def set_padding(self, size: int) -> None:
-        """Choose to how many bytes a board fills its frames, 0 not at all; in force at once."""
+        """Set the number of bytes to which a board pads its frames, 0 for none; takes effect at once."""
         self.padding = size
         if self.engine is not None:
             self.engine.device.pad_frames(size)
 
     def note_health(self, health: "Health") -> None:
-        """Notice that the device went away."""
+        """Detect the loss of the device."""
         if self.link.state == "running" and not health.running and self.entry is not None:
             name = self.engine.device.name if self.engine is not None else self.entry.title
             gone = f"{name} is disconnected. The force is zero. Trying to reconnect every second."
@@ -119,7 +119,7 @@ class DeviceLink(QObject):
             self._again.start()
 
     def close(self) -> None:
-        """Stop the loop and wait for its last zero command; serve no request any more."""
+        """Stop the loop, wait for its last zero command, and ignore further requests."""
         self._again.stop()
         self._request += 1
         engine, self.engine = self.engine, None
@@ -129,7 +129,7 @@ class DeviceLink(QObject):
         while self._started:
             self._started.pop().close()
 
-    # --- opening, in the worker
+    # opening, in the worker
 
     def _open(self, entry: "DeviceEntry") -> None:
         self._submit(self._start, entry, self._detach(), self._request + 1)
@@ -140,7 +140,7 @@ class DeviceLink(QObject):
         job.add_done_callback(partial(self._finished.emit, self._request))
 
     def _start(self, entry: "DeviceEntry", old: "Engine | None", request: int) -> "Engine | None":
-        """Close the old engine and start a new one, unless a newer request has come."""
+        """Close the old engine and start a new one, unless a newer request has arrived."""
         if old is not None:
             old.close()
         if request != self._request:
@@ -157,7 +157,7 @@ class DeviceLink(QObject):
         self._started.append(engine)
         return engine
 
-    # --- what comes of it
+    # results
 
     def _deliver(self, request: int, job: "Future[Engine | None]") -> None:
         self._served = max(self._served, request)
@@ -176,8 +176,8 @@ class DeviceLink(QObject):
         else:
             self._adopt(engine)
 
-    def _look_again(self) -> None:
-        """Try once more, but never while a board is still starting: that would start it anew for ever."""
+    def _retry(self) -> None:
+        """Try to reconnect, unless an attempt is running: a board that is starting would be reset again."""
         if self.entry is not None and self._served == self._request:
             self._open(self.entry)
 
@@ -188,7 +188,7 @@ class DeviceLink(QObject):
         return old
 
     def _note_waiting(self, request: int, words: str) -> None:
-        """Say what opening waits for; a board that was gone has come back by then."""
+        """Show what opening waits for; a lost board is present again by then."""
         link = self.link
         if request != self._request:
             return
@@ -210,17 +210,17 @@ class DeviceLink(QObject):
         self.engine_changed.emit()
 
     def _fail(self, error: DeviceError) -> None:
-        """Say why there is no device; one that went away is looked for, and so is what is only in use."""
+        """Show why there is no device; keep reconnecting to a lost device or a busy port."""
         if self.link.state in ("gone", "failed") and self._again.isActive():
-            if not self._gives_up(error):
+            if not self._should_report(error):
                 return
         elif isinstance(error, PortGoneError):
             self._again.start()
         title = self.entry.title if self.entry else ""
         self._set_link(LinkStatus("failed", title, error.brief, error.step, error.command))
 
-    def _gives_up(self, error: DeviceError) -> bool:
-        """Tell whether what is looked for has refused often enough; what may end by itself is tried on."""
+    def _should_report(self, error: DeviceError) -> bool:
+        """Return whether a failed retry is to be reported; busy and permission errors are retried further."""
         if isinstance(error, PortGoneError):
             self._refusals = 0
             self._set_link(replace(self.link, text=error.brief, step="", command=""))

@@ -1,4 +1,4 @@
-"""The environments that can be chosen, the values of each, and which are compiled already."""
+"""The environments that can be chosen, their values, and which of them are compiled."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from subprocess import Popen
@@ -11,32 +11,32 @@ from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.parameters import AnyParameter, Choice
 
 POLL_MS = 100
-# What a row says instead of its summary.
+# shown in the gallery instead of the summary
 WORDS = {"preparing": "Preparing…", "next": "Preparing, comes next…", "broken": "Its law cannot be compiled"}
 
 
 class EnvironmentLibrary:
-    """Every environment that can be chosen and the values it was left with, by key; values are SI."""
+    """Every available environment and its last values, by key; values are SI."""
 
     def __init__(self, library: Mapping[str, Environment]):
         self.environments = dict(library)
         self.values = {key: environment.values() for key, environment in library.items()}
 
     def put(self, environment: Environment) -> None:
-        """Take an environment in; one of the same key leaves it its values."""
+        """Add an environment; it takes over the values of an older version with the same key."""
         key = environment.key
         kept = carried(self.environments[key], self.values[key], environment) if key in self.values else {}
         self.values[key] = usable(environment, kept)
         self.environments[key] = environment
 
     def drop(self, key: str) -> None:
-        """Forget an environment and its values."""
+        """Remove an environment and its values."""
         self.environments.pop(key, None)
         self.values.pop(key, None)
 
 
 def carried(old: Environment, values: Mapping[str, float], new: Environment) -> dict[str, object]:
-    """Return an older version's values that still mean something; one never moved follows its default."""
+    """Return an older version's values that are still valid, except those at their defaults."""
     before = {p.key: p for p in old.parameters}
     kept: dict[str, object] = {}
     for parameter in new.parameters:
@@ -51,7 +51,7 @@ def checked(
     given: Mapping[str, object],
     reject: Reject = ignore,
 ) -> dict[str, float]:
-    """Return the valid ones of some values by key; ``reject`` gets the error of each of the others."""
+    """Return the valid values among those given, by key; ``reject`` receives the error of each other one."""
     kept: dict[str, float] = {}
     for parameter in parameters:
         if parameter.key in given:
@@ -67,7 +67,7 @@ def usable(
     given: Mapping[str, object],
     reject: Reject = ignore,
 ) -> dict[str, float]:
-    """Return an environment's values, with what it can use of others; with none where they do not agree."""
+    """Return an environment's values, updated with the valid ones given; the defaults if they disagree."""
     try:
         return environment.values(checked(environment.parameters, given, reject))
     except ParameterError as error:
@@ -76,11 +76,11 @@ def usable(
 
 
 class Readiness(QObject):
-    """Knows each environment's state: "ready", "preparing", "next" (it is requested) or "broken".
+    """Knows each environment's state: "ready", "preparing", "next" (requested) or "broken".
 
-    Nothing is looked at once everything is ready. Where the programs that compile have ended, or died, and a
-    law is not there, it is compiled in the window when it is chosen: late rather than never.
-    ``changed``: a state; ``request_ready(key)``: what was requested last is compiled now.
+    Polling stops once everything is ready. If the compiling programs have ended and a law is still missing,
+    it is compiled in the window when it is chosen. ``changed``: a state has changed; ``request_ready(key)``:
+    the requested environment is compiled.
     """
 
     changed = Signal()
@@ -98,11 +98,11 @@ class Readiness(QObject):
 
     @property
     def waiting(self) -> tuple[str, ...]:
-        """Return the keys of what is still being compiled."""
+        """Return the keys of the environments still being compiled."""
         return tuple(self._waiting)
 
     def state(self, key: str) -> str:
-        """Return how an environment stands."""
+        """Return an environment's state."""
         if key in self._broken:
             return "broken"
         if key in self._waiting:
@@ -110,19 +110,19 @@ class Readiness(QObject):
         return "ready"
 
     def expect(self, library: Mapping[str, Environment], soon: Collection[str]) -> None:
-        """Wait from now on for what is not compiled, but for those that the loop begins with."""
+        """Start waiting for all environments that are not compiled, except those compiled with the loop."""
         self._waiting = {k: e for k, e in library.items() if k not in soon and not e.force.is_compiled()}
         if self._waiting:
             self._watch.start()
             self.changed.emit()
 
     def follow(self, programs: Sequence[Popen]) -> None:
-        """Wait for these programs, which compile what is expected, and no longer."""
+        """Wait only until these programs, which compile the expected environments, have ended."""
         self._programs = programs
         self.refresh()
 
     def request(self, key: str) -> bool:
-        """Return whether an environment is ready; if not, it is requested, in place of an older request."""
+        """Return whether an environment is ready; if not, request it instead of an earlier request."""
         environment = self._late.pop(key, None)
         if environment is not None:
             try:
@@ -136,17 +136,17 @@ class Readiness(QObject):
         return ready
 
     def drop_request(self) -> None:
-        """Drop the request: something else was put in force."""
+        """Drop the request: another environment was selected."""
         if self.requested is not None:
             self.requested = None
             self.changed.emit()
 
     def stop(self) -> None:
-        """Stop waiting."""
+        """Stop polling."""
         self._watch.stop()
 
     def refresh(self) -> None:
-        """See what has been compiled; announce the requested one if it has."""
+        """Update the states; announce the requested environment once it is compiled."""
         done = self._programs is not None and all(p.poll() is not None for p in self._programs)
         ready = [key for key, e in self._waiting.items() if e.force.is_compiled()]
         for key in ready:

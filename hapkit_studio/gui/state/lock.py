@@ -1,5 +1,7 @@
-"""What an instructor has locked, and the code that unlocks it. It keeps order, not secrets: its settings
-entry can be deleted by whoever owns the machine."""
+"""The settings locked by an instructor, and the code that unlocks them.
+
+It is no protection against an attack: whoever owns the machine can delete its entry in the stored settings.
+"""
 
 import hashlib
 import hmac
@@ -16,15 +18,16 @@ Place = tuple[str, ...]
 """A setting: ("environment", key), ("value", environment, parameter), LOOP with the grip, or DEVICE."""
 LOOP, GRIP, DEVICE = ("loop",), ("grip",), ("device",)
 ENTRY = "lock"
-"""Under which it stands in the settings."""
+"""Name of its entry in the stored settings."""
 _COST = {"n": 2**14, "r": 8, "p": 1}
 _SALT, _DIGEST = 16, 64  # bytes
-_LENGTHS = {"environment": 2, "value": 3, "loop": 1, "grip": 1, "device": 1}  # of places, by their first part
+# lengths of places by their first element
+_LENGTHS = {"environment": 2, "value": 3, "loop": 1, "grip": 1, "device": 1}
 
 
 @dataclass(frozen=True)
 class Lock:
-    """The settings that are fixed, and the salted hash of the code; without settings it is open."""
+    """The locked settings and the salted hash of the code; without settings it is open."""
 
     places: frozenset[Place] = frozenset()
     salt: bytes = b""
@@ -32,22 +35,22 @@ class Lock:
 
     @classmethod
     def closed(cls, places: Iterable[Place], code: str) -> "Lock":
-        """Return a lock of some settings with a new salt."""
+        """Return a lock for some settings with a new salt."""
         salt = secrets.token_bytes(_SALT)
         return cls(frozenset(places), salt, _digest(code, salt))
 
     def opens(self, code: str) -> bool:
-        """Say whether a code is the right one."""
+        """Return whether a code is right."""
         return hmac.compare_digest(_digest(code, self.salt), self.digest)
 
-    def holds(self, place: Place) -> bool:
-        """Say whether a setting is fixed."""
-        hand = place in (GRIP, ("loop", "hand"))  # the grip has a lock of its own, and belongs to the loop
+    def covers(self, place: Place) -> bool:
+        """Return whether a setting is locked."""
+        hand = place in (GRIP, ("loop", "hand"))  # the grip can be locked separately, and with the loop
         own = place in self.places or place[:1] in self.places
         return own or (hand and bool({GRIP, LOOP} & set(self.places)))
 
     def text(self) -> str:
-        """Return it as the settings keep it, "" for an open one."""
+        """Return the lock as a string for the stored settings, "" for an open lock."""
         if not self.places:
             return ""
         places = sorted(self.places)
@@ -55,7 +58,7 @@ class Lock:
 
     @classmethod
     def read(cls, text: object) -> "Lock":
-        """Return what ``text`` wrote; raise FileError where no code would open it."""
+        """Return the lock stored by ``text``; raise FileError if the entry is damaged."""
         if text == "":
             return cls()
         stored = checked_table(parse_json(str(text), ENTRY), ENTRY)
@@ -70,7 +73,7 @@ class Lock:
 
 
 def _place(given: object) -> Place | None:
-    """Return a setting that can be locked, None for anything else."""
+    """Return a place that can be locked; None for anything else."""
     if not isinstance(given, list) or not given or not all(isinstance(part, str) for part in given):
         return None
     return tuple(given) if len(given) == _LENGTHS.get(given[0]) else None

@@ -1,6 +1,6 @@
-"""A person's own environments: which files there are, trying them out, loading them, putting them in force.
+"""The user's own environments: list of files, trial, loading and selection.
 
-Nothing of a file is executed in this process before a trial of the very same text went well in another one.
+No code of a file is executed in this process before a trial of the same text has passed in another process.
 """
 
 import ast
@@ -24,13 +24,13 @@ from hapkit_studio.workshop.trying import TrialResult, failed, remarks
 
 _LONGEST = 60
 BARE = "bare handle"
-LOOK_SECONDS = 0.02
+POLL_SECONDS = 0.02
 _WAIT_MS = 10
 
 
 @dataclass(frozen=True)
 class OwnFile:
-    """One file of the folder; state is ready, checking, broken, or foreign: not trusted yet."""
+    """One file of the folder; state is ready, checking, broken, or foreign (not trusted yet)."""
 
     path: Path
     title: str
@@ -40,7 +40,7 @@ class OwnFile:
 
 
 def describe(path: Path, text: str, state: str) -> OwnFile:
-    """Return a file by the words it declares; by its name if it declares none that can be read."""
+    """Return a file with its declared title, summary and scene; titled by its name if it declares none."""
     words = declared_words(text)
     title = words.get("title") or path.stem.replace("_", " ").capitalize()
     return OwnFile(path, title[:_LONGEST], words.get("summary", "")[:_LONGEST], words.get("scene", ""), state)
@@ -48,7 +48,7 @@ def describe(path: Path, text: str, state: str) -> OwnFile:
 
 @lru_cache(maxsize=64)
 def declared_words(text: str) -> Mapping[str, str]:
-    """Return title, summary and scene as they stand in ``Environment(…)``, read but not executed."""
+    """Return title, summary and scene from the text of ``Environment(…)``, without executing it."""
     try:
         tree = parse(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -62,10 +62,10 @@ def declared_words(text: str) -> Mapping[str, str]:
 
 
 def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
-    """Return it with the scene it names, or with the bare handle where that was drawn for something else.
+    """Return the environment with the scene it names, or with the bare handle if that scene does not fit.
 
-    A scene reads the parameters and the state of its own environment: of another one they must have the
-    same names, and stay within the limits the drawing was made for.
+    A scene reads parameters and state by name: the environment must have the same state names, and limits
+    within those for which the scene was drawn.
     """
     theirs = built_in().get(environment.scene)
     if theirs is None:
@@ -82,7 +82,7 @@ def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
 
 
 def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
-    """Return a text with the verdict on it; its program ends where it takes too long or is not wanted."""
+    """Try a text in another process and return the result; the process is stopped on time-out or cancel."""
     try:
         process = trial.begin(source)
     except OSError as error:
@@ -90,8 +90,8 @@ def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
     end = time.monotonic() + trial.TIMEOUT
     try:
         while process.poll() is None and time.monotonic() < end:
-            progress(0, 0)  # ends this where the trial was cancelled
-            time.sleep(LOOK_SECONDS)
+            progress(0, 0)  # raises if the trial was cancelled
+            time.sleep(POLL_SECONDS)
         return source, trial.result(process, 0.0)
     finally:
         if process.poll() is None:
@@ -99,11 +99,11 @@ def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
 
 
 class OwnEnvironments(QObject):
-    """Nothing of a file is executed here before a trial of the very same text went well elsewhere.
+    """The user's own environments; nothing is executed here before a trial elsewhere has passed.
 
-    ``asked(source)``: it was chosen, but its text is not trusted. ``chosen``: one that may run
-    was, or one of the library. ``began(path)``, then ``judged(path, verdict)``: a trial. ``changed``: other
-    files, or one that stands differently.
+    ``asked(source)``: an untrusted file was chosen. ``chosen``: a trusted or a built-in environment was
+    chosen. ``began(path)`` and ``judged(path, verdict)``: start and end of a trial. ``changed``: the files
+    or their states have changed.
     """
 
     changed = Signal()
@@ -122,13 +122,13 @@ class OwnEnvironments(QObject):
         self.runner = Job(self, needs="")
         self.runner.finished.connect(lambda found: self._judge(*found))
         self.checking: Path | None = None
-        self._latest: dict[Path, Source] = {}  # what is to be loaded
+        self._latest: dict[Path, Source] = {}  # the newest text to be loaded, by file
         self.refresh()
 
-    # what there is
+    # files
 
     def refresh(self) -> None:
-        """Look at the folder again: files come, go, and are changed by others."""
+        """Read the folder again: files may be added, removed or changed by other programs."""
         found = [self._describe(path) for path in folder.own_files()]
         for path in [p for p in self._loaded if p not in {file.path for file in found}]:
             self._forget(path)
@@ -137,29 +137,29 @@ class OwnEnvironments(QObject):
             self.changed.emit()
 
     def seen(self, path: Path) -> Source:
-        """Return a file as it was when it last changed, read once; raise LawError."""
+        """Return a file's text, cached until the file changes; raise LawError."""
         stamp = _stamp(path)
         if path not in self._seen or self._seen[path][0] != stamp:
             self._seen[path] = stamp, read(path)
         return self._seen[path][1]
 
     def path_of(self, key: str) -> Path | None:
-        """Return the file of an environment, None for one of the library."""
+        """Return the file of an environment; None for a built-in one."""
         return next((path for path, e in self._loaded.items() if e.key == key), None)
 
     def loaded(self, path: Path) -> OwnEnvironment | None:
-        """Return the environment of a file as it was loaded last, None where it never was."""
+        """Return the environment loaded last from a file; None if there is none."""
         return self._loaded.get(path)
 
     @property
-    def in_force(self) -> Path | None:
-        """Return the file of the environment in force, None for one of the library."""
+    def active(self) -> Path | None:
+        """Return the file of the present environment; None for a built-in one."""
         return self.path_of(self._studio.environment.key)
 
-    # bringing them in force
+    # selecting
 
     def choose(self, path: Path) -> None:
-        """Switch to a file's environment: at once if it is loaded, after a trial, or after asking."""
+        """Select a file's environment: at once if it is loaded, otherwise after a trial or a question."""
         try:
             source = read(path)
         except LawError as error:
@@ -180,12 +180,12 @@ class OwnEnvironments(QObject):
             self.run(source)
 
     def choose_built_in(self, key: str) -> None:
-        """Switch to an environment of the library, even where it is in force already."""
+        """Select a built-in environment, even if it is the present one."""
         self.chosen.emit()
         self._studio.choose(key)
 
     def run(self, source: Source) -> None:
-        """Try out a text that may run, in a program of its own; the law in force goes on meanwhile."""
+        """Try a trusted text in another process; the present law keeps running."""
         self._seen[source.path] = _stamp(source.path), source
         self.checking = source.path
         self.runner.start(partial(_tried, source))
@@ -201,17 +201,17 @@ class OwnEnvironments(QObject):
             self._refuse(source, verdict)
 
     def _load(self, source: Source, verdict: TrialResult) -> None:
-        """Load the very text whose trial went well; an older one of its file is not wanted any more."""
+        """Load the text that passed its trial; an older text of the same file is dropped."""
         self._latest[source.path] = source
         self._go_on(self._steps(source, verdict))
 
-    def _go_on(self, pieces: Iterator[int]) -> None:
-        wait = next(pieces, None)
+    def _go_on(self, steps: Iterator[int]) -> None:
+        wait = next(steps, None)
         if wait is not None:
-            QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
+            QTimer.singleShot(wait, self, lambda: self._go_on(steps))
 
     def _steps(self, source: Source, verdict: TrialResult) -> Iterator[int]:
-        """Load a text and put it in force, or refuse it; yield how many ms the window may have in between."""
+        """Load a text and select its environment, or refuse it; yields the ms until the next step."""
         try:
             environment = with_fitting_scene(load_source(source))
             functions = environment.functions
@@ -223,27 +223,27 @@ class OwnEnvironments(QObject):
         except LawError as error:
             self._refuse(source, failed(without_line(error), error.line))
             return
-        if other := self._holder(environment.key, source.path):
-            words = f'the key "{environment.key}" is that of {other} too: choose another one'
+        if other := self._key_owner(environment.key, source.path):
+            words = f'the key "{environment.key}" is already used by {other}: choose another one'
             self._refuse(source, failed(words))
             return
         while functions and not functions.ready:
             yield _WAIT_MS
         if self._latest[source.path] is source:
-            self._put_in_force(environment, verdict)
+            self._activate(environment, verdict)
 
     def _refuse(self, source: Source, verdict: TrialResult) -> None:
         self._broken[source.path] = source.digest
-        self._tell(source.path, verdict)
+        self._publish(source.path, verdict)
 
-    def _tell(self, path: Path, verdict: TrialResult) -> None:
+    def _publish(self, path: Path, verdict: TrialResult) -> None:
         self.refresh()
         self.judged.emit(path, verdict)
 
-    def _put_in_force(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
-        """Put a loaded environment in force, in the place of its older version."""
+    def _activate(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
+        """Select a loaded environment instead of its older version."""
         path = environment.source.path
-        if verdict == TrialResult():  # it was tried before
+        if verdict == TrialResult():  # the trial was an earlier one, without remarks
             verdict = TrialResult(remarks=remarks(environment))
         old = self._loaded.get(path)
         self._loaded[path] = environment
@@ -251,16 +251,16 @@ class OwnEnvironments(QObject):
         self._studio.adopt(environment)
         if old is not None and old.key != environment.key:
             self._studio.drop(old.key)
-        QTimer.singleShot(0, self, lambda: self._tell(path, verdict))  # a frame may come in between
+        QTimer.singleShot(0, self, lambda: self._publish(path, verdict))  # after the next frame
 
-    def _holder(self, key: str, path: Path) -> str:
-        """Return the other holder of a key, "" for none."""
+    def _key_owner(self, key: str, path: Path) -> str:
+        """Return the other file or environment that uses a key, "" for none."""
         if key not in self._studio.environments:
             return ""
-        holder = self.path_of(key)
-        if holder == path:
+        owner = self.path_of(key)
+        if owner == path:
             return ""
-        return holder.name if holder else self._studio.environments[key].title
+        return owner.name if owner else self._studio.environments[key].title
 
     def _describe(self, path: Path) -> OwnFile:
         try:
@@ -279,7 +279,7 @@ class OwnEnvironments(QObject):
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
-    """Return what changes with a file, () where there is none."""
+    """Return a value that changes with a file's content, () without a file."""
     try:
         found = path.stat()
     except OSError:

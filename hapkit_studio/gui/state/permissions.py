@@ -1,4 +1,4 @@
-"""What may be changed: the instructor's lock, hidden values, and changes that are taken back."""
+"""Which settings may be changed: the instructor's lock, hidden values, and temporary changes."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -9,14 +9,14 @@ from hapkit_studio.gui.state.lock import Lock
 
 LOCKED = "Locked by the instructor"
 BLIND, QUIZ = "Hidden during the blind comparison", "Hidden during the quiz"
-"""Why values are hidden: BLIND hides scene and plots as well, QUIZ shows them."""
+"""Reasons for hidden values: BLIND also hides scene and plots, QUIZ shows them."""
 
 
 class Permissions(QObject):
-    """Answers why a setting cannot be changed now.
+    """Determines why a setting cannot be changed now.
 
-    hidden: why other values are rendered than the window shows, "" if they are the same; hidden_values: the
-    values that are rendered then. temporary: a measurement changes settings and takes them back.
+    hidden: the reason why the rendered values differ from those shown, "" if they do not; hidden_values: the
+    rendered values in that case. temporary: a measurement has changed settings and will restore them.
     """
 
     lock_changed = Signal()
@@ -36,7 +36,7 @@ class Permissions(QObject):
 
     @contextmanager
     def temporarily(self) -> Iterator[None]:
-        """Allow every change, which is not a person's and is not undone."""
+        """Allow every change within the context; it is no user change and has no undo step."""
         before, self.temporary = self.temporary, True
         try:
             yield
@@ -44,13 +44,13 @@ class Permissions(QObject):
             self.temporary = before
 
     def why_fixed(self, *place: str) -> str:
-        """Return why the setting at a place cannot be changed now, "" if it can."""
+        """Return why a setting cannot be changed now, "" if it can."""
         if self.temporary:
             return ""
-        return self.hidden or (LOCKED if self.lock.holds(place) else "")
+        return self.hidden or (LOCKED if self.lock.covers(place) else "")
 
     def hide(self, values: Mapping[str, float] | None, why: str) -> bool:
-        """Hide the values that are rendered, None to show them again; return whether they differ now."""
+        """Hide the rendered values, or (None) show them again; return whether they have changed."""
         before, self.hidden_values = self.hidden_values, None if values is None else dict(values)
         self.hidden = "" if values is None else why
         return before != self.hidden_values

@@ -1,8 +1,8 @@
-"""Compiles what the loops need into numba's cache. Its own program: a compile in a thread freezes the window.
+"""Compiles the loops into numba's cache, in a separate program: a compile in a thread freezes the window.
 
-Knows no Qt, so that it is up and done sooner. Part "loop" is what the first picture waits for, "verdict" what
-the stability card does; then come the "laws" of the other environments, from the lowest up, "boards", what a
-board waits for, and "analysis", what the measuring views wait for. Part "all" is all of these.
+This module does not import Qt, so it starts quickly. Parts, in order: "loop" for the first picture,
+"verdict" for the stability card, "laws" of the other environments, "boards" for real boards, and "analysis"
+for the measuring views. Part "all" is all of these.
 """
 
 import hashlib
@@ -19,12 +19,12 @@ from hapkit_studio.dynamics import nominal
 from hapkit_studio.formatting import printable
 from hapkit_studio.resources import sources_stamp
 
-# What the loop begins with in any case: no force for the first tick, and the engine's own environment.
+# laws that the loop always starts with: the engine's own, and zero force for the first tick
 ALWAYS = ("free", "wall")
 FIRST = "wall"
 _SOURCES = ("analysis", "devices", "dynamics", "environments", "haptics", "laws", "protocol")
 _STAMPED = ("loop", "verdict", "boards", "analysis")
-# How much a part gives way to the window and the running loop, where nobody waits for it.
+# nice values of parts that nobody waits for
 _NICE = {"laws": 10, "boards": 19, "analysis": 10}
 _GENTLY = "--gently"
 _MOST_PROGRAMS = 2
@@ -34,27 +34,27 @@ _MODULE = "hapkit_studio.gui.state.prepare"
 
 
 def stamp(part: str) -> Path:
-    """Return the file that says: for these sources, this Python and this cache, a part is compiled."""
+    """Return the file that exists once a part is compiled for these sources, this Python and cache."""
     facts = [sources_stamp(*_SOURCES), sys.version, os.environ.get("NUMBA_CACHE_DIR", ""), sys.prefix]
     name = hashlib.sha256("\n".join(facts).encode()).hexdigest()[:16]
     return Path(platformdirs.user_cache_dir("hapkit-studio")) / f"prepared-{part}-{name}"
 
 
 def prepared(part: str) -> bool:
-    """Say whether a part was compiled before; laws have no stamp, each knows by itself."""
+    """Return whether a part was compiled before; laws have no stamp, as each law knows its own state."""
     return stamp(part).exists()
 
 
 def possible() -> bool:
-    """Say whether there is anything to compile, and a Python to do so."""
+    """Return whether compiling is enabled and a Python interpreter is available."""
     interpreted = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
     return not interpreted and not getattr(sys, "frozen", False)
 
 
 def begin(part: str, key: str = FIRST, gently: bool = True) -> "subprocess.Popen | None":
-    """Start compiling a part in a program of its own; None where that was done before or cannot be.
+    """Start a program that compiles a part; None if that was done before or is not possible.
 
-    key is the environment that the loop begins with. gently: it gives way to the window and the loop.
+    key: the loop's first environment. gently: run at low priority.
     """
     if not possible() or (prepared(part) and (part != "loop" or _has_law(key))):
         return None
@@ -62,9 +62,9 @@ def begin(part: str, key: str = FIRST, gently: bool = True) -> "subprocess.Popen
 
 
 def begin_laws(keys: Iterable[str], gently: bool = True) -> "list[subprocess.Popen]":
-    """Start compiling the laws of environments, cheap ones first; none where that cannot be.
+    """Start compiling the laws of environments, simple laws first; [] if that is not possible.
 
-    Each can be used as soon as it is done. On several processors two programs share them.
+    Each law can be used once it is compiled. On several processors two programs share the work.
     """
     from hapkit_studio.environments import discover
 
@@ -91,7 +91,7 @@ def _has_law(key: str) -> bool:
 
 
 def compile_loop(key: str) -> None:
-    """Compile the loop on the simulated device, on two processors: paddle and laws aside, the tick here."""
+    """Compile the loop of the simulated device in two programs: the tick here, the rest in the other."""
     with _program("paddle", key):
         from hapkit_studio.devices.simulated import SimulatedHapkit
         from hapkit_studio.environments import named
@@ -111,9 +111,9 @@ def compile_loop(key: str) -> None:
 
 
 def compile_paddle(key: str) -> None:
-    """Compile the simulated paddle, what else the loop calls beside the tick, and the laws it begins with.
+    """Compile the simulated paddle, the loop's functions besides the tick, and its first laws.
 
-    First the end of the tick, before the other program gets there: both take the same time then.
+    It starts with the end of the tick, before the other program gets there, to balance the load.
     """
     from numba import typeof
 
@@ -139,7 +139,7 @@ def compile_paddle(key: str) -> None:
 
 
 def compile_laws(*keys: str) -> None:
-    """Compile the laws of environments; one that cannot be, or is not there, keeps no other back."""
+    """Compile the laws of environments; an invalid or missing one does not stop the others."""
     from hapkit_studio.environments import discover
     from hapkit_studio.errors import LawError
 
@@ -153,7 +153,7 @@ def compile_laws(*keys: str) -> None:
 
 
 def compile_verdict(*_keys: str) -> None:
-    """Compile what judges a scene."""
+    """Compile the verdict on a scene."""
     from hapkit_studio.analysis.stability.objects import OBJECTS, contact_limit
     from hapkit_studio.analysis.stability.verdict import of_spring
     from hapkit_studio.dynamics.loop_settings import LoopSettings
@@ -163,7 +163,7 @@ def compile_verdict(*_keys: str) -> None:
 
 
 def compile_boards(*_keys: str) -> None:
-    """Compile the loop on a serial port, by calling it with the quit word set and no port."""
+    """Compile the loop of a serial port, by calling it with a closed port and the quit flag set."""
     from hapkit_studio.haptics import arrays, block, health, link, rows, serial_loop
 
     r = arrays.new_arrays(block.new_block())
@@ -173,14 +173,14 @@ def compile_boards(*_keys: str) -> None:
 
 
 def compile_analysis(*_keys: str) -> None:
-    """Compile what the measuring views call."""
+    """Compile the functions of the measuring views."""
     from hapkit_studio.analysis.warm import warm_up
 
     warm_up()
 
 
 def compile_all(*_keys: str) -> None:
-    """Compile every part that is not there yet, and say so: after an installation, before the first start."""
+    """Compile every missing part with progress messages, e.g. after an installation."""
     from hapkit_studio.environments import discover
 
     steps: list[tuple[str, Callable[[], Iterable[subprocess.Popen | None]]]] = [
@@ -213,7 +213,7 @@ _COMPILE: dict[str, Callable[..., None]] = {
 
 
 def main(*words: str) -> None:
-    """Compile a part, for some environments; then leave its stamp and clear older ones away."""
+    """Compile a part for some environments, write its stamp, and delete older stamps."""
     part, *keys = [word for word in words if word != _GENTLY]
     if _GENTLY in words and hasattr(os, "nice"):
         os.nice(_NICE[part])

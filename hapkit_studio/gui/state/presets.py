@@ -1,4 +1,4 @@
-"""Presets: named settings of one environment as TOML files in the person's own folder."""
+"""Presets: named settings of one environment, stored as TOML files in the user's folder."""
 
 import json
 import os
@@ -18,13 +18,13 @@ from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings
 from hapkit_studio.parameters import AnyParameter, Choice
 
 FOLDER = "presets"
-_LONGEST = 160  # letters of a line that says what is wrong
+_LONGEST = 160  # letters of an error line
 _NAME = re.compile(r"\w[\w ,.()+-]{0,23}")
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 class PresetError(ParameterError):
-    """A file is no preset, or no demo; ``lines`` says why, one line for each thing that is wrong."""
+    """A file is not a valid preset or demo; ``lines`` has one line per error."""
 
     def __init__(self, lines: list[str]):
         self.lines = [line if len(line) <= _LONGEST else f"{line[:_LONGEST]}…" for line in lines]
@@ -32,26 +32,28 @@ class PresetError(ParameterError):
 
 
 def folder(environment: str) -> Path:
-    """Return the folder of an environment's presets, which may not exist yet."""
+    """Return the folder of an environment's presets, which may not exist."""
     return calibration_file.folder().parent / FOLDER / re.sub(r"[^\w-]+", "-", environment)
 
 
 def found(environment: str) -> dict[str, Path]:
-    """Return the files of an environment's presets by their names."""
+    """Return the files of an environment's presets by name."""
     found = sorted(folder(environment).glob("*.toml"))
     return {path.stem: path for path in found if path.stem.isprintable()}
 
 
 def checked_name(name: str) -> str:
-    """Return a name that a file can have on any system; raise ParameterError."""
+    """Return a name that is a valid file name on any system; raise ParameterError."""
     name = name.strip().rstrip(".")
     if not _NAME.fullmatch(name):
-        raise ParameterError("A preset's name has 1 to 24 letters, figures, spaces and , . ( ) + -")
+        raise ParameterError(
+            "A preset's name must have 1 to 24 characters: letters, digits, spaces and , . ( ) + -"
+        )
     return name
 
 
 def write(environment: Environment, name: str, settings: Settings) -> Path:
-    """Write settings of an environment under a name; return the file; raise OSError, ParameterError."""
+    """Write settings of an environment under a name and return the file; raise OSError, ParameterError."""
     path = folder(environment.key) / f"{checked_name(name)}.toml"
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part")
@@ -61,17 +63,17 @@ def write(environment: Environment, name: str, settings: Settings) -> Path:
 
 
 def read(path: str | Path, environments: Mapping[str, Environment]) -> Settings:
-    """Return the settings in a preset, checked against its environment; raise PresetError."""
+    """Return the settings of a preset, checked against its environment; raise PresetError."""
     path = Path(path)
     table = load(path)
     key = table.pop("environment", None)
     if not isinstance(key, str) or key not in environments:
-        raise PresetError([f"{path.name} is no preset: the environment {quoted(key)} is not known here."])
+        raise PresetError([f"{path.name} is not a preset of an installed environment: {quoted(key)}."])
     return checked(table, environments[key])
 
 
 def load(path: Path) -> dict[str, Any]:
-    """Return the table in a preset or a demo; raise PresetError."""
+    """Return the table of a preset or demo; raise PresetError."""
     try:
         return read_toml(path)
     except FileError as error:
@@ -79,8 +81,8 @@ def load(path: Path) -> dict[str, Any]:
 
 
 def checked(table: dict[str, Any], environment: Environment) -> Settings:
-    """Return what a table sets; raise PresetError with everything that is wrong in it."""
-    wrong = [f"{quoted(key)} is not known in a preset." for key in table if key not in ("values", "loop")]
+    """Return the settings of a table; raise PresetError with all its errors."""
+    wrong = [f"A preset has no entry {quoted(key)}." for key in table if key not in ("values", "loop")]
     settings: Settings = {ENVIRONMENT: environment.key}
     known = {p.key: p for p in environment.parameters}
     given: dict[str, float] = {}
@@ -106,21 +108,21 @@ def checked(table: dict[str, Any], environment: Environment) -> Settings:
 def _items(table: dict[str, Any], name: str, wrong: list[str]) -> Iterator[tuple[str, Any]]:
     part = table.get(name, {})
     if not isinstance(part, dict):
-        wrong.append(f"{name} is a table [{name}], not {quoted(part)}.")
+        wrong.append(f"{name} must be a table [{name}], not {quoted(part)}.")
         return
     yield from part.items()
 
 
 def number(parameter: AnyParameter, value: object) -> float:
-    """Return a value as the law takes it: options stand in a file by their names; raise ParameterError."""
+    """Return a value as the law takes it; options are stored by name; raise ParameterError."""
     if isinstance(parameter, Choice) != isinstance(value, str):
         wanted = f"one of {', '.join(parameter.options)}" if isinstance(parameter, Choice) else "a number"
-        raise ParameterError(f"{parameter.label} takes {wanted}, not {quoted(value)}.")
+        raise ParameterError(f"{parameter.label} must be {wanted}, not {quoted(value)}.")
     return parameter.check(value)
 
 
 def _lines(environment: Environment, settings: Settings) -> Iterator[str]:
-    """Give the lines of a preset's file: values in SI with their units, options by their names."""
+    """Yield the lines of a preset's file: values in SI with their units, options by name."""
     yield f"# A preset of Hapkit Studio for {environment.title}. Import it with: Environment, Import preset…"
     yield f"environment = {_toml(environment.key)}"
     yield "\n[values]"
@@ -146,5 +148,5 @@ def _key(name: str) -> str:
 
 
 def _toml(value: str | bool | float) -> str:
-    """Return a value as TOML writes it: text and truth as JSON does."""
+    """Format a value for TOML: strings and booleans as in JSON."""
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(float(value))

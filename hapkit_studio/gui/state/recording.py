@@ -1,4 +1,4 @@
-"""Recording in the window: one recorder follows the device in use."""
+"""Recording: one recorder follows the device in use."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -21,46 +21,46 @@ POLL_MS = 250
 
 
 class Recording(QObject):
-    """Keeps what comes from the device in use, and records it; all that touches the disk is done in threads.
+    """Buffers the data of the device in use, and records them; all disk access happens in threads.
 
-    ``changed``: look at it anew. ``failed``: in two sentences what was not done, and why. ``newest`` is the
-    file written last, with its bytes.
+    ``changed``: progress or files have changed. ``failed``: what was not done, and why, as two sentences.
+    ``newest``: the file written last, with its size in bytes.
     """
 
     changed = Signal()
     failed = Signal(str, str)
 
     def __init__(self, device: DeviceLink, environment: Callable[[], str], parent: QObject):
-        """environment: returns the key of the environment in force, with which names of files begin."""
+        """environment: returns the key of the present environment, with which file names begin."""
         super().__init__(parent)
         self._device, self._environment = device, environment
         self._recorder: Recorder | None = None
-        self._ended: Progress | None = None  # the recording whose end by itself was said
+        self._ended: Progress | None = None  # the recording whose unexpected end was reported
         self.newest: tuple[Path, int] | None = None
         self._turn = self._job("Recording failed.")
         self._save = self._job("Nothing was saved.")
-        self._looks = QTimer(self, interval=POLL_MS)
-        self._looks.timeout.connect(self._refresh)
+        self._poll = QTimer(self, interval=POLL_MS)
+        self._poll.timeout.connect(self._refresh)
         device.engine_changed.connect(self._follow)
 
     @property
     def progress(self) -> "Progress | None":
-        """Return how far the recording is, None while there is none."""
+        """Return the recording's progress, None without a recording."""
         progress = self._recorder.progress if self._recorder is not None else None
         return None if progress is None or progress.error else progress
 
     @property
     def kept(self) -> float:
-        """Return how many s ``save_kept`` would write."""
+        """Return the length in s of the buffered past that ``save_kept`` would write."""
         return self._recorder.kept if self._recorder is not None else 0.0
 
     @property
     def possible(self) -> bool:
-        """Say whether there is anything to record, or a recording to end."""
+        """Return whether a recording can be started or stopped."""
         return self._device.engine is not None or self.progress is not None
 
     def toggle(self) -> None:
-        """Begin to record into a new file, or end the file."""
+        """Start a recording in a new file, or end the present one."""
         recorder, key = self._recorder, self._environment()
         if recorder is None or self._turn.running:
             return
@@ -70,7 +70,7 @@ class Recording(QObject):
             self._turn.start(lambda _progress: _written(recorder.stop()))
 
     def save_kept(self) -> None:
-        """Write what already happened into a new file."""
+        """Write the buffered past into a new file."""
         recorder, key = self._recorder, self._environment()
         if recorder is None or self._save.running:
             return
@@ -83,17 +83,17 @@ class Recording(QObject):
         self._save.start(save)
 
     def mark(self, text: str, when: float) -> None:
-        """Note a marker at a time in s of the rows' clock."""
+        """Add a marker at a time in s of the rows' clock."""
         if self._recorder is not None:
             self._recorder.note(MARKER, {"text": text}, when)
 
     def close(self) -> None:
-        """End the recording, its file whole, and the recorder."""
-        self._looks.stop()
+        """End the recording with a complete file, and close the recorder."""
+        self._poll.stop()
         for job in (self._turn, self._save):
             job.wait()
         if self._recorder is not None:
-            with suppress(StudioError):  # nobody is left to be told
+            with suppress(StudioError):  # the window is closing; there is nowhere to show the error
                 self._recorder.close()
 
     def _job(self, failure: str) -> Job:
@@ -105,10 +105,10 @@ class Recording(QObject):
     def _follow(self) -> None:
         engine = self._device.engine
         if self._recorder is None and engine is not None:
-            from hapkit_studio.sessions.recorder import Recorder  # late: keeps start-up fast
+            from hapkit_studio.sessions.recorder import Recorder  # imported late to keep start-up fast
 
             self._recorder = Recorder()
-            self._looks.start()
+            self._poll.start()
         if self._recorder is not None:
             self._recorder.follow(engine)
 
@@ -117,14 +117,14 @@ class Recording(QObject):
         self.changed.emit()
 
     def _refresh(self) -> None:
-        """Say it once where a recording has ended by itself."""
+        """Report once that a recording has ended with an error."""
         progress = self._recorder.progress if self._recorder is not None else None
         if progress is not None and progress.error and progress != self._ended:
             self._ended = progress
             self.newest = _written(progress.path)
             why = progress.error
             if self.newest is None:
-                why = f"{why} Save the last 10 minutes (Ctrl+Shift+S) writes what is still kept."
+                why = f"{why} Save the last 10 minutes (Ctrl+Shift+S) still saves the buffered data."
             self.failed.emit(f"Recording stopped at {clock(progress.seconds)}.", why)
         self.changed.emit()
 

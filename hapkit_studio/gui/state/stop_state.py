@@ -1,4 +1,4 @@
-"""The E-stop, and a motor that waits until a person presses *Render*."""
+"""The E-stop, and a motor that waits until *Render* is pressed."""
 
 from typing import TYPE_CHECKING
 
@@ -11,9 +11,9 @@ if TYPE_CHECKING:
 
 
 class StopState(QObject):
-    """Latches the E-stop over a change of device.
+    """Latches the E-stop across a change of device.
 
-    restored: no person has chosen the present settings since the start, so a motor waits for *Render*.
+    restored: the present settings come from an earlier start, so a motor waits for *Render*.
     """
 
     changed = Signal()
@@ -45,20 +45,20 @@ class StopState(QObject):
 
     @property
     def waiting(self) -> bool:
-        """Return True while a motor waits for *Render*."""
+        """Return whether a motor waits for *Render*."""
         return self.stopped and self._engine is not None and self.waits(self._engine)
 
     def wait_for_render(self) -> None:
-        """Stop a motor until a person presses *Render*."""
+        """Stop a motor until *Render* is pressed."""
         self.restored = True
         if self._engine is not None and self.waits(self._engine):
             self.stop()
 
     def waits(self, engine: "Engine") -> bool:
-        """Return whether an engine's motor may not render before *Render* is pressed."""
+        """Return whether an engine's motor must wait for *Render*."""
         return self.restored and engine.device.motor
 
-    def hold(self, engine: "Engine") -> None:
-        """Keep an engine's force at zero from its first tick on if it is stopped or waits."""
+    def stop_if_needed(self, engine: "Engine") -> None:
+        """Keep an engine's force at zero from its first tick on if it is stopped or waits for *Render*."""
         if self.stopped or self.waits(engine):
             engine.stop()

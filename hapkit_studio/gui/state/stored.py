@@ -1,4 +1,4 @@
-"""The window's stored settings; one that cannot be used gives its default, and is named in one notice."""
+"""The window's stored settings; invalid ones are replaced by their defaults and named in one notice."""
 
 from collections.abc import Callable, Collection
 from typing import Any, TypeVar
@@ -10,20 +10,20 @@ from hapkit_studio.files import checked_number, checked_table, parse_json
 from hapkit_studio.formatting import quoted
 
 T = TypeVar("T")
-_TOLD = "rejected"  # the notice shown last, so that the same one is not shown at every start
+_LAST_NOTICE = "rejected"  # the notice shown last, so that it is not repeated at every start
 _LONGEST = 160  # characters of a notice
-_MOST_PX = 10_000.0  # of a stored width or height
+_MOST_PX = 10_000.0  # limit of a stored width or height
 
 
 class StoredSettings(QSettings):
-    """What the window stores between starts; ``rejected`` holds the reason of each setting not used."""
+    """Stored settings; ``rejected`` holds the reason for each setting that is not used."""
 
     def __init__(self) -> None:
         super().__init__("hapkit-studio", "hapkit-studio")
         self.rejected: dict[str, str] = {}
 
     def read(self, name: str, default: T, check: Callable[[object], T]) -> T:
-        """Return what ``check`` makes of a stored value, the default where there is none or it is rejected.
+        """Return the stored value as converted by ``check``; the default if there is none or it is rejected.
 
         check raises ParameterError.
         """
@@ -36,27 +36,27 @@ class StoredSettings(QSettings):
             return default
 
     def reject(self, name: str, reason: object) -> None:
-        """Note why a setting, or a part of it, is not used."""
+        """Store the reason why a setting, or a part of it, is not used."""
         self.rejected.setdefault(name, str(reason))
 
     def flag(self, name: str, default: bool) -> bool:
-        """Return a stored truth value; INI files hold it as text."""
+        """Return a stored boolean; INI files store it as text."""
         return self.read(name, default, lambda value: _one_of(value, name, (False, True)))
 
     def choice(self, name: str, default: T, options: Collection[T]) -> T:
-        """Return one of a few options."""
+        """Return a stored value that must be one of the options."""
         return self.read(name, default, lambda value: _one_of(value, name, options))
 
     def pixels(self, name: str, default: float) -> float:
-        """Return a length in px at the usual scale."""
+        """Return a stored length in px at scale 1."""
         return self.read(name, default, lambda value: checked_number(_parsed(value), name, 0, _MOST_PX, "px"))
 
     def table(self, name: str) -> dict[str, Any]:
-        """Return the object in a stored JSON text, {} by default."""
+        """Return the object of a stored JSON text, {} by default."""
         return self.read(name, {}, lambda value: checked_table(parse_json(str(value), name), name))
 
     def geometry(self, name: str, restore: Callable[[QByteArray], bool]) -> bool:
-        """Return whether ``restore`` put a stored geometry in force."""
+        """Return whether ``restore`` has applied a stored geometry."""
 
         def check(value: object) -> bool:
             if not isinstance(value, QByteArray) or not restore(value):
@@ -66,20 +66,20 @@ class StoredSettings(QSettings):
         return self.read(name, False, check)
 
     def new_notice(self) -> str:
-        """Return in one line what was rejected, "" where nothing was or the last notice said the same."""
+        """Return one line about all rejected settings; "" if there are none or the line was shown before."""
         reasons = list(self.rejected.values())
         words = (
             reasons[0] if len(reasons) == 1 else f"Not used: {', '.join(self.rejected)}." if reasons else ""
         )
         words = words if len(words) <= _LONGEST else f"{words[:_LONGEST]}…"
-        if words == self.value(_TOLD, ""):
+        if words == self.value(_LAST_NOTICE, ""):
             return ""
-        self.setValue(_TOLD, words)
+        self.setValue(_LAST_NOTICE, words)
         return words
 
 
 def _one_of(value: object, name: str, options: Collection[T]) -> T:
-    """Return the option that a value is, or whose text it is; raise FileError."""
+    """Return the option equal to a value or to its text; raise FileError."""
     for option in options:
         if (type(value) is type(option) and value == option) or value == str(option).lower():
             return option
@@ -88,7 +88,7 @@ def _one_of(value: object, name: str, options: Collection[T]) -> T:
 
 
 def _parsed(value: object) -> object:
-    """Return the number in a text, which is how an INI file holds it; anything else as it is."""
+    """Return the number in a text, as INI files store it; other values unchanged."""
     try:
         return float(value) if isinstance(value, str) else value
     except ValueError:

@@ -1,4 +1,4 @@
-"""What the person has chosen, and the engine that plays it: the window's only way to the engine."""
+"""The user's choices and the engine that renders them: the window's only access to the engine."""
 
 import math
 import time
@@ -30,18 +30,19 @@ _FIRST = "wall"
 
 
 class Studio(QObject):
-    """Keeps every choice over a change of device; values are SI and checked before they are kept.
+    """Keeps the user's choices when the device changes; values are SI and checked before they are stored.
 
     A facade: ``library`` holds the environments and their values, ``device`` the link to the device in use,
-    ``permissions`` what may be changed, ``stop_state`` the E-stop, ``board_answer`` how the board renders,
-    ``recording`` the recorder. ``refused``: why an environment or its defaults are not in force.
+    ``permissions`` which settings may be changed, ``stop_state`` the E-stop, ``board_answer`` how the board
+    renders, ``recording`` the recorder. ``refused``: the reason why an environment or its defaults were
+    refused.
     """
 
     environment_changed = Signal()
     values_changed = Signal()
     loop_changed = Signal()
     settings_changed = Signal()
-    """Any of these three."""
+    """Emitted with any of the three signals above."""
     stop_changed = Signal()
     engine_changed = Signal()
     link_changed = Signal()
@@ -62,11 +63,11 @@ class Studio(QObject):
         first = _FIRST if _FIRST in self.environments else next(iter(self.environments))
         self.environment = self.environments[first]
         self.environment_since = -math.inf
-        """When it was put in force, by the rows' clock in s."""
+        """When it was selected, by the rows' clock in s."""
         self.readiness = Readiness(self)
         self.readiness.request_ready.connect(self.choose)
         self.permissions, self.stop_state = Permissions(self), StopState(self)
-        self.device = DeviceLink(entries, build, self.stop_state.hold, self._configure, self)
+        self.device = DeviceLink(entries, build, self.stop_state.stop_if_needed, self._configure, self)
         self.stop_state.device = self.device
         self.recording = Recording(self.device, lambda: self.environment.key, self)
         self.device.engine_changed.connect(self.engine_changed)
@@ -74,7 +75,7 @@ class Studio(QObject):
         self.loop = USUAL_LOOP
         self.board_answer = BoardAnswer(self.device)
         self.unstable_ranges: Mapping[str, Sequence[tuple[float, float]]] = {}
-        """The ranges of each parameter, SI, that are more than the loop can take, as far as is known."""
+        """Known unstable ranges of each parameter in SI for the present loop."""
         for changed in (self.environment_changed, self.values_changed, self.loop_changed):
             changed.connect(self.settings_changed)
         for changed in (self.values_changed, self.loop_changed):
@@ -90,24 +91,24 @@ class Studio(QObject):
         self.device.close()
         self.recording.close()
 
-    # what may be changed
+    # permissions
 
     @property
     def hidden(self) -> str:
-        """Return why other values are rendered than the window shows, "" if they are the same."""
+        """Return why the rendered values differ from those shown, "" if they do not."""
         return self.permissions.hidden
 
     @property
     def temporary(self) -> bool:
-        """Return whether a measurement changes settings now and takes them back."""
+        """Return whether a measurement has changed settings and will restore them."""
         return self.permissions.temporary
 
     def temporarily(self) -> AbstractContextManager[None]:
-        """Let a measurement change settings or take them back: no person's choice, so nothing to undo."""
+        """Allow a measurement to change and restore settings, without undo steps."""
         return self.permissions.temporarily()
 
     def why_fixed(self, *place: str) -> str:
-        """Return why the setting at a place cannot be changed now, "" if it can."""
+        """Return why a setting cannot be changed now, "" if it can."""
         return self.permissions.why_fixed(*place)
 
     def check_free(self, places: Iterable[Place]) -> None:
@@ -126,11 +127,11 @@ class Studio(QObject):
 
     @property
     def values(self) -> dict[str, float]:
-        """Return the values in force of the environment in force."""
+        """Return the values of the present environment."""
         return self.library.values[self.environment.key]
 
     def choose(self, key: str) -> None:
-        """Switch the environment, or as soon as it is ready; its values are those it was left with."""
+        """Select an environment with its last values, now or as soon as it is compiled."""
         try:
             if key != self.environment.key:
                 self.check_free([("environment", key)])
@@ -138,21 +139,21 @@ class Studio(QObject):
             self.refused.emit(str(error))
             return
         if self.readiness.request(key) and key != self.environment.key:
-            self._put_in_force(self.environments[key])
+            self._activate(self.environments[key])
 
     def adopt(self, environment: "Environment") -> None:
-        """Take an environment in, or a newer version of it, and put it in force; it is compiled already."""
+        """Add a compiled environment, or a newer version of it, and select it."""
         self.library.put(environment)
         self.readiness.drop_request()
-        self._put_in_force(environment)
+        self._activate(environment)
 
     def drop(self, key: str) -> None:
-        """Forget an environment; raise KeyError if it is in force."""
+        """Remove an environment; raise KeyError if it is the present one."""
         if key == self.environment.key:
             raise KeyError(key)
         self.library.drop(key)
 
-    def _put_in_force(self, environment: "Environment") -> None:
+    def _activate(self, environment: "Environment") -> None:
         self.environment, self.environment_since = environment, time.perf_counter()
         self.unstable_ranges = {}
         self.hide_values(None)
@@ -162,19 +163,19 @@ class Studio(QObject):
         self.values_changed.emit()
 
     def set_value(self, key: str, value: float) -> None:
-        """Change one parameter; raise ParameterError and keep the last good values if it is bad."""
+        """Change one parameter; raise ParameterError, with no change, if it is invalid."""
         self.set_values({key: value})
 
     def set_values(self, changes: Mapping[str, float]) -> None:
-        """Change several parameters at once; raise ParameterError and keep all as they are if one is bad."""
+        """Change several parameters at once; raise ParameterError, with no change, if one is invalid."""
         self._set_values(self.environment.changed(self.values, changes))
 
     def values_of(self, key: str) -> dict[str, float]:
-        """Return the values an environment has, or would be played with."""
+        """Return the present or last values of an environment."""
         return dict(self.library.values[key])
 
     def set_values_of(self, key: str, changes: Mapping[str, float]) -> None:
-        """Change several parameters of any environment, in force or not; raise ParameterError."""
+        """Change several parameters of any environment; raise ParameterError."""
         if key == self.environment.key:
             self.set_values(changes)
         else:
@@ -183,23 +184,23 @@ class Studio(QObject):
             self.library.values[key].update(numbers)
 
     def note_ranges(self, unstable_ranges: Mapping[str, Sequence[tuple[float, float]]]) -> None:
-        """Take over which values are more than the loop can take, for every slider in the window."""
+        """Set the unstable ranges for all sliders of the window."""
         self.unstable_ranges = unstable_ranges
         self.ranges_changed.emit()
 
     def reset_values(self) -> None:
-        """Put every parameter of the environment that is free back to its default, all at once."""
+        """Reset all parameters that are not locked to their defaults, at once."""
         key = self.environment.key
         try:
             locked = {p: v for p, v in self.values.items() if self.why_fixed("value", key, p)}
             self._set_values(self.environment.values(locked))
-        except ParameterError as error:  # they do not go with those that are locked
+        except ParameterError as error:  # the defaults do not agree with the locked values
             self.refused.emit(str(error))
 
     def hide_values(self, values: Mapping[str, float] | None, why: str = BLIND) -> None:
-        """Render other values than the window shows and keeps; None renders those again.
+        """Render other values than the window shows; None renders the shown ones again.
 
-        Nothing can be changed meanwhile by a person; a measurement's values or another environment end it.
+        Meanwhile the user cannot change settings; a measurement's values or another environment end it.
         Raise ParameterError.
         """
         numbers = None if values is None else self.environment.values(values)
@@ -228,7 +229,7 @@ class Studio(QObject):
 
     @property
     def grip(self) -> str:
-        """Return how firmly the simulated hand holds."""
+        """Return the grip of the simulated hand."""
         return self.loop.hand
 
     def set_loop(self, **changes: Any) -> None:
@@ -247,12 +248,12 @@ class Studio(QObject):
         self.loop_changed.emit()
 
     def move_hand(self, target: float | None) -> None:
-        """Pull the handle towards a place in m; None lets go."""
+        """Pull the handle towards a position in m; None releases it."""
         if self.engine is not None:
             self.engine.move_hand(target)
 
     def release_at_rest(self) -> None:
-        """Let a simulated handle go where it is, without the speed that it has."""
+        """Release a simulated handle where it is, with zero velocity."""
         if self.engine is not None:
             self.engine.release_at_rest()
 
@@ -264,7 +265,7 @@ class Studio(QObject):
         return self.stop_state.stopped
 
     def stop(self) -> None:
-        """Set the force to zero at the next tick, whatever else is going on."""
+        """Set the force to zero at the next tick."""
         self.stop_state.stop()
 
     def release_stop(self) -> None:
@@ -272,8 +273,8 @@ class Studio(QObject):
         self.stop_state.release()
 
     @property
-    def held(self) -> bool:
-        """Return True while a motor waits for *Render*."""
+    def waits_for_render(self) -> bool:
+        """Return whether a motor waits for *Render*."""
         return self.stop_state.waiting
 
     @property
@@ -290,37 +291,37 @@ class Studio(QObject):
 
     @property
     def engine(self) -> "Engine | None":
-        """Return the engine of the device in use, None while there is none."""
+        """Return the engine of the device in use; None without a device."""
         return self.device.engine
 
     @property
     def link(self) -> LinkStatus:
-        """Return how the device in use is reached."""
+        """Return the state of the connection to the device in use."""
         return self.device.link
 
     @property
     def entry(self) -> "DeviceEntry | None":
-        """Return what was opened last, from the list of devices."""
+        """Return the entry opened last from the list of devices."""
         return self.device.entry
 
     def note_health(self, health: "Health") -> None:
-        """Notice that the device went away, or what its board answers."""
+        """Detect the loss of the device, and poll the board's answer."""
         self.device.note_health(health)
         self.board_answer.poll()  # the board may have refused its law
 
     @property
     def opened(self) -> "Device | None":
-        """Return the device in use and its capabilities, None while there is none."""
+        """Return the device in use with its capabilities; None without a device."""
         return self.engine.device if self.engine is not None else None
 
     @property
     def models_handle(self) -> bool:
-        """Return whether the loop simulates the handle, so that its true motion is known and can be set."""
+        """Return whether the handle is simulated, so that its true motion is known and can be set."""
         return self.opened is not None and self.opened.model is not None
 
     @property
     def hand_is_ours(self) -> bool:
-        """Return whether mouse and keys are the hand; on a real board a person's is."""
+        """Return whether mouse and keys move the hand; on a real board a person's hand does."""
         return self.opened is not None and self.opened.simulated_hand
 
     def zero_here(self) -> None:
@@ -329,15 +330,15 @@ class Studio(QObject):
             self.engine.zero_here()
 
     def flip_direction(self) -> None:
-        """Turn a real board's positive direction around."""
+        """Reverse the positive direction of a real board."""
         if self.engine is not None and not self.why_fixed(*DEVICE):
             self.engine.flip_direction()
 
-    # what the device in use is told
+    # a new device
 
     def _configure(self, engine: "Engine") -> None:
-        """Tell a started engine everything that is chosen."""
-        self.stop_state.hold(engine)
+        """Apply all choices to a started engine."""
+        self.stop_state.stop_if_needed(engine)
         if self.stop_state.waits(engine):
             self.stop()
         engine.set_environment(self.environment, self.permissions.hidden_values or self.values)

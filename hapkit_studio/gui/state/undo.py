@@ -1,4 +1,4 @@
-"""Undo and redo of every setting; what one press of a button or key has changed is one step."""
+"""Undo and redo of all settings; the changes of one press of a button or key are one step."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
@@ -15,12 +15,12 @@ from hapkit_studio.gui.state.studio import Studio
 Settings = dict[tuple[str, ...], Any]
 """Keys: ("environment",), ("loop", name in LoopSettings) or ("value", environment, parameter)."""
 MOST = 200
-"""Steps that are kept."""
+"""Maximum number of steps."""
 ENVIRONMENT, HAND = ("environment",), ("loop", "hand")
 
 
 def settings_of(studio: Studio) -> Settings:
-    """Return everything that can be undone, as it is."""
+    """Return all settings that can be undone."""
     found: Settings = {ENVIRONMENT: studio.environment.key}
     for name in FIELDS:
         found["loop", name] = getattr(studio.loop, name)
@@ -31,33 +31,34 @@ def settings_of(studio: Studio) -> Settings:
 
 
 def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
-    """Return what is set of the environment in force, and of the loop what is no matter of the device."""
+    """Return the present environment's settings, and the loop settings independent of the device."""
     key, now = studio.environment.key, settings_of(studio)
-    kept = {place: value for place, value in now.items() if place[:2] == ("value", key)}
+    values = {place: value for place, value in now.items() if place[:2] == ("value", key)}
     places = [("loop", name) for name in WITH_SCENE] if with_loop else []
-    return {ENVIRONMENT: key, **kept, **{place: now[place] for place in places}}
+    return {ENVIRONMENT: key, **values, **{place: now[place] for place in places}}
 
 
-def not_in_force(studio: Studio, settings: Settings) -> Settings:
-    """Return those of some settings that are not in force."""
+def differing(studio: Studio, settings: Settings) -> Settings:
+    """Return the given settings that differ from the present ones."""
     now = settings_of(studio)
     return {place: value for place, value in settings.items() if now.get(place) != value}
 
 
 def put(studio: Studio, settings: Settings) -> None:
-    """Put settings in force, all of them or none; raise ParameterError."""
+    """Apply settings, all or none; raise ParameterError."""
     loop = {names[0]: value for (kind, *names), value in settings.items() if kind == "loop"}
     values: dict[str, dict[str, float]] = defaultdict(dict)
     for (kind, *names), value in settings.items():
         if kind == "value":
             values[names[0]][names[1]] = value
-    chosen, changed = settings.get(ENVIRONMENT, studio.environment.key), not_in_force(studio, settings)
+    chosen, changed = settings.get(ENVIRONMENT, studio.environment.key), differing(studio, settings)
     studio.check_free((*place, chosen) if place == ENVIRONMENT else place for place in changed)
     for key in (*values, chosen):
         if key not in studio.environments:
-            raise ParameterError(f"The environment {key} is no longer there.")
+            raise ParameterError(f"The environment {key} is no longer installed.")
     for key, changes in values.items():
-        studio.environments[key].values({**studio.values_of(key), **changes})  # refused before any is set
+        # raises before anything is changed
+        studio.environments[key].values({**studio.values_of(key), **changes})
     if loop:
         studio.set_loop(**loop)
     for key, changes in values.items():
@@ -65,12 +66,13 @@ def put(studio: Studio, settings: Settings) -> None:
     studio.choose(chosen)
 
 
-def words(studio: Studio, before: Settings, after: Settings) -> str:
-    """Name a change for a menu: "stiffness 300 → 500 N/m"; another velocity filter brings its options."""
+def change_text(studio: Studio, before: Settings, after: Settings) -> str:
+    """Describe a change for a menu: "stiffness 300 → 500 N/m"; a new velocity filter includes its options."""
     if ENVIRONMENT in after:
         known = studio.environments
         keys = (settings[ENVIRONMENT] for settings in (before, after))
-        return " → ".join(known[key].title if key in known else key for key in keys)  # its file may be gone
+        # its file may be deleted
+        return " → ".join(known[key].title if key in known else key for key in keys)
     if len(after) == 1:
         ((where, new),) = after.items()
         return str(_difference(studio, where, before[where], new))
@@ -78,14 +80,14 @@ def words(studio: Studio, before: Settings, after: Settings) -> str:
 
 
 def joined(first: tuple[Settings, Settings], then: tuple[Settings, Settings]) -> tuple[Settings, Settings]:
-    """Return two changes (before, after) as one, without what ends as it began."""
+    """Merge two consecutive changes (before, after), without settings that end as they began."""
     before, after = then[0] | first[0], first[1] | then[1]
     changed = [where for where in after if before[where] != after[where]]
     return {where: before[where] for where in changed}, {where: after[where] for where in changed}
 
 
 def differences(studio: Studio, before: Settings, after: Settings) -> list[Difference]:
-    """Name what differs between two settings, as far as both have it; not which environment it is."""
+    """Return the differences of settings that both have, except the environment."""
     return [
         _difference(studio, place, before[place], value)
         for place, value in after.items()
@@ -102,34 +104,34 @@ def _difference(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> D
 
 
 class Step(QUndoCommand):
-    """What was changed in one gesture: only what differs, so that the rest stays as it is now."""
+    """The changes of one gesture: only settings that differ, so that all others keep their present values."""
 
     def __init__(self, history: "UndoHistory", before: Settings, after: Settings, name: str):
         super().__init__()
         self._history, self.gesture, self.name = history, history.gesture, name
         self.before, self.after = before, after
         self._done = True
-        self.setText(name or words(history.studio, before, after))
+        self.setText(name or change_text(history.studio, before, after))
 
     def id(self) -> int:
         return 1
 
     def mergeWith(self, other: QUndoCommand) -> bool:
-        """Take in a later change of the same gesture; one that ends where it began is no step."""
+        """Merge a later change of the same gesture; a step without effect is removed."""
         if not isinstance(other, Step) or other.gesture != self.gesture:
             return False
         self.before, self.after = joined((self.before, self.after), (other.before, other.after))
         self.name = self.name or other.name
         self.setObsolete(not self.after)
         if self.after:
-            self.setText(self.name or words(self._history.studio, self.before, self.after))
+            self.setText(self.name or change_text(self._history.studio, self.before, self.after))
         return True
 
     def undo(self) -> None:
         self._put(self.before)
 
     def redo(self) -> None:
-        """Do it again: the first time, when it comes onto the stack, it is done already."""
+        """Redo the step; no-op the first time, when QUndoStack pushes it."""
         if self._done:
             self._done = False
         else:
@@ -144,9 +146,9 @@ class Step(QUndoCommand):
 
 
 class UndoHistory(QObject):
-    """Watches the studio's settings. ``changed``: another step is next; ``refused``: one cannot be put back.
+    """Records changes of the studio's settings. ``changed``: another step is next; ``refused``: undo failed.
 
-    gesture counts presses of buttons and keys: changes within one are one step.
+    gesture counts presses of buttons and keys: changes within one gesture form one step.
     """
 
     changed = Signal()
@@ -163,11 +165,11 @@ class UndoHistory(QObject):
         studio.settings_changed.connect(self._refresh)
 
     def undo(self) -> None:
-        """Put the settings back as they were before the last step, or say why they cannot be."""
+        """Undo the last step, or emit why that is not possible."""
         self._move(self.stack.undo)
 
     def redo(self) -> None:
-        """Do the next step again."""
+        """Redo the next step."""
         self._move(self.stack.redo)
 
     def _move(self, move: Callable[[], None]) -> None:
@@ -177,13 +179,13 @@ class UndoHistory(QObject):
             self.refused.emit(self.refusal)
 
     def forget(self) -> None:
-        """Begin anew with what is in force."""
+        """Clear the history; the present settings are the new start."""
         self.stack.clear()
-        self._take()
+        self._snapshot()
 
     @contextmanager
     def named(self, name: str) -> Iterator[None]:
-        """Give the step that is made within a name, and let it be one."""
+        """Name the step made within the context, and make it a single step."""
         self.gesture += 1
         self._name = name
         try:
@@ -192,23 +194,23 @@ class UndoHistory(QObject):
             self._name = ""
 
     def apply(self, settings: Settings) -> None:
-        """Put settings in force without a new step; raise ParameterError."""
+        """Apply settings without a new step; raise ParameterError."""
         self._applying = True
         try:
             put(self.studio, settings)
         finally:
             self._applying = False
-            self._take()
+            self._snapshot()
 
-    def _take(self) -> None:
+    def _snapshot(self) -> None:
         self._last, self._environments = settings_of(self.studio), dict(self.studio.environments)
 
     def _refresh(self) -> None:
-        """Make a step of what a person has changed; a newer version of a law brings values of its own."""
+        """Push an undo command for user changes; ignore values that a reloaded law brings."""
         if self._applying:
             return
         last, environments = self._last, self._environments
-        self._take()
+        self._snapshot()
         if self.studio.temporary:
             return
         after = {

@@ -1,1 +1,1 @@
-"""Projector, quiz, blind comparison, demos and locks: what an instructor uses."""
+"""Tools for instructors: projector, quiz, blind comparison, demos and locks."""

@@ -1,4 +1,4 @@
-"""A and B without their names: which is which is mixed anew for each answer, the score stays hidden too."""
+"""Blind comparison of A and B: shuffled for each answer; the score is shown at the end."""
 
 import random
 
@@ -25,15 +25,15 @@ _OTHERS = "The demo has ended. A and B belong to its environment."
 
 
 def score(right: int, answers: int) -> str:
-    """Say how many answers were right, and how many guessing gives on average."""
+    """Describe how many answers were right, and the average of guessing."""
     guessed = number(answers / 2.0, answers % 2)
     return f"{right} of {answers} right; guessing gives {guessed}." if answers else "No answer was given."
 
 
 class BlindPage(Page):
-    """Stands in the plots' place until ``ended`` with the score in words.
+    """Replaces the plots until ``ended`` is emitted with the score as text.
 
-    What is rendered is hidden from the window; a person's other environment ends it.
+    The rendered values are hidden from the window; choosing another environment ends the comparison.
     """
 
     ended = Signal(str)
@@ -59,7 +59,7 @@ class BlindPage(Page):
         studio.hidden_changed.connect(self._refresh)
 
     def begin(self) -> None:
-        """Mix A and B, and render the first."""
+        """Shuffle A and B, and render the first."""
         self._order = self._source.sample((0, 1), 2)
         self.shown = 0
         self._render()
@@ -70,13 +70,13 @@ class BlindPage(Page):
         self._render()
 
     def answer(self, place: int) -> None:
-        """Take an answer, 0 for the first, and mix anew."""
+        """Count an answer (0: the first is the one asked for), and shuffle again."""
         self.answers += 1
         self.right += self._order[place] == self._wanted
         self.begin()
 
     def finish(self) -> None:
-        """Render what the window shows, and tell the score."""
+        """Render the values that the window shows, which ends the comparison with the score."""
         self._studio.hide_values(None)
 
     def _refresh(self) -> None:
@@ -90,7 +90,7 @@ class BlindPage(Page):
         self.count.setText(f"Answers: {self.answers}")
 
     def _ask(self) -> tuple[int, str]:
-        """Return which is to be found, and the question: about the one number that differs, if it is one."""
+        """Return the index of the answer, and the question, e.g. about the only number that differs."""
         a, b = self._values
         differ = [p for p in self._studio.environment.parameters if a[p.key] != b[p.key]]
         if len(differ) == 1 and isinstance(differ[0], Parameter):
@@ -111,10 +111,10 @@ class BlindPage(Page):
 
 
 class BlindComparison(QObject):
-    """Brings the page into sight and tells the score when it ends; ``step`` is what the key does."""
+    """Shows the page, and its score when it ends; ``step`` is called by the key X."""
 
     beginning = Signal()
-    """Whatever else moves settings is to end now: putting them back later would end the comparison."""
+    """Emitted before the start: other temporary changes of settings must be restored first."""
 
     def __init__(self, studio: Studio, two: TwoSettings, views: Views, window: QWidget):
         super().__init__(window)
@@ -122,33 +122,33 @@ class BlindComparison(QObject):
         self.page: BlindPage | None = None
 
     def step(self) -> None:
-        """Render the other one of two, or keep what is set as one."""
+        """Render the other settings of a running comparison, or store the present settings as A or B."""
         if self.page is not None:
             self.page.turn()
         else:
             self._two.step()
 
     def show_settings(self) -> None:
-        """Open the dialog of what A and B are."""
+        """Open the dialog of the settings A and B."""
         dialog = TwoSettingsDialog(self._two, self._window)
         dialog.blind.connect(self.begin)
         dialog.show()
 
     def begin(self, source: random.Random | None = None) -> None:
-        """Begin to compare A and B; source mixes them."""
+        """Start the comparison of A and B, shuffled by ``source``."""
         if not self._two.comparable:
             return
         if self._studio.hidden:
             self._studio.refused.emit(f"{self._studio.hidden}.")
             return
         self.beginning.emit()
-        if not self._two.comparable:  # what has ended was in another environment
+        if not self._two.comparable:  # what has just ended belonged to another environment
             self._studio.refused.emit(_OTHERS)
             return
         page = BlindPage(self._studio, self._two, source)
         try:
             page.begin()
-        except ParameterError as error:  # one of them is locked by now
+        except ParameterError as error:  # settings were locked meanwhile
             self._studio.refused.emit(str(error))
             return
         self.page = page

@@ -1,4 +1,4 @@
-"""Plays a demo in the window, round after round, and shows its caption below everything else."""
+"""Plays a demo in a loop and shows its captions at the bottom of the window."""
 
 import time
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.state.studio import Studio
-from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, not_in_force, put, settings_of
+from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings, differing, put, settings_of
 from hapkit_studio.gui.teach.demos import Demo, Step
 from hapkit_studio.gui.widgets.parts import Sign, hbox, hint, label, vbox
 from hapkit_studio.gui.widgets.theme import theme
@@ -21,10 +21,10 @@ _RATE = "loop", "rate"
 
 
 class DemoPlayer(QObject):
-    """Moves settings and the virtual hand by a demo, until a person takes over or ends it.
+    """Changes settings and moves the virtual hand as a demo prescribes, until a person takes over or ends it.
 
-    What was set before comes back then. It never stops or releases anything but a real motor, which waits for
-    "Render". ``changed``: another demo, caption or none. clock() in s counts once everything is ready.
+    The previous settings are then restored. A real motor waits for *Render*; otherwise the player stops and
+    releases nothing. ``changed``: another demo or caption, or none. clock(): time in s.
     """
 
     changed = Signal()
@@ -48,26 +48,28 @@ class DemoPlayer(QObject):
 
     @property
     def caption(self) -> str:
-        """Return what the demo says now."""
+        """Return the present caption."""
         if self.demo is None:
             return ""
         return self._step.caption if self._step else "The demo begins as soon as everything is ready."
 
     @property
     def note(self) -> str:
-        """Return why a demo moves no hand, where it does not."""
+        """Return why the demo does not move the hand; "" if it does."""
         studio = self._studio
         if self.demo is None or studio.engine is None or studio.hand_is_ours:
             return ""
-        return f"{_NO_HAND}; zero force until you press Render." if studio.held else f"{_NO_HAND}."
+        return (
+            f"{_NO_HAND}; zero force until you press Render." if studio.waits_for_render else f"{_NO_HAND}."
+        )
 
     @property
     def possible(self) -> bool:
-        """Say whether a demo may change every setting."""
+        """Return whether a demo may change every setting."""
         return not (self._studio.hidden or self._studio.permissions.lock.places)
 
     def play(self, demo: Demo) -> None:
-        """Begin a demo, in place of another; raise ParameterError where settings are locked or hidden."""
+        """Start a demo instead of a running one; raise ParameterError if settings are locked or hidden."""
         if not self.possible:
             raise ParameterError("A demo cannot play while settings are locked or hidden.")
         self.end()
@@ -79,21 +81,21 @@ class DemoPlayer(QObject):
         self.tick()
 
     def end(self) -> None:
-        """Let the handle go and put back what was set before, but for what a person has set since."""
+        """Release the handle and restore the previous settings, except those that a person changed."""
         if self.demo is None:
             return
         self.demo = None
         self._frames.stop()
         if self._hand is not None:
             self._studio.move_hand(None)
-        person_set = not_in_force(self._studio, self._ours)
+        person_set = differing(self._studio, self._ours)
         back = {place: value for place, value in self._before.items() if place not in person_set}
-        with self._studio.temporarily(), suppress(ParameterError):  # a file or a device may be gone
-            put(self._studio, not_in_force(self._studio, back))
+        with self._studio.temporarily(), suppress(ParameterError):  # a file or a device may be missing
+            put(self._studio, differing(self._studio, back))
         self.changed.emit()
 
     def tick(self) -> None:
-        """Go on to where the demo is by the clock."""
+        """Advance the demo to the present time."""
         studio, demo = self._studio, self.demo
         if demo is None or not self._is_ready(demo):
             return
@@ -117,8 +119,8 @@ class DemoPlayer(QObject):
         return studio.engine is not None and not any(waiting)
 
     def _apply(self, step: Step) -> None:
-        """Put a step's settings in force; a demo that cannot go on as it says ends."""
-        studio, changes = self._studio, not_in_force(self._studio, step.settings)
+        """Apply a step's settings; end the demo if they are refused."""
+        studio, changes = self._studio, differing(self._studio, step.settings)
         if studio.opened is None or studio.opened.own_clock:
             changes.pop(_RATE, None)
         try:
@@ -134,23 +136,23 @@ class DemoPlayer(QObject):
         self.changed.emit()
 
     def _refresh(self) -> None:
-        """End where a person has changed a setting."""
+        """End the demo if a person has changed a setting."""
         if self.demo is not None and not self._studio.temporary and settings_of(self._studio) != self._ours:
             self.end()
 
     def _end_if_stopped(self) -> None:
-        if self._studio.stopped and not self._studio.held:
+        if self._studio.stopped and not self._studio.waits_for_render:
             self.end()
         self.changed.emit()
 
     def _end_if_begun(self) -> None:
-        """End with the device: another one may have no hand, or a motor."""
+        """End the demo with the device: another device may have no hand, or a motor."""
         if self._start is not None:
             self.end()
 
 
 class CaptionBar(QWidget):
-    """Says what the demo shows, large, in a strip of its own; away while there is none."""
+    """Shows the demo's caption in large letters; hidden without a demo."""
 
     def __init__(self, player: DemoPlayer, parent: QWidget):
         super().__init__(parent)
@@ -163,16 +165,16 @@ class CaptionBar(QWidget):
         self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.leave.setToolTip("End the demo. Your settings come back, as they do when you take the handle")
         self.leave.clicked.connect(player.end)
-        said = vbox(None, self.words, self.note, None)
+        texts = vbox(None, self.words, self.note, None)
         beside = vbox(None, self.title, self.leave, None, gap=4)
-        hbox(Sign(24, "play", "accent"), (said, 1), beside, into=self, margins=(14, 0, 12, 0), gap=12)
+        hbox(Sign(24, "play", "accent"), (texts, 1), beside, into=self, margins=(14, 0, 12, 0), gap=12)
         player.changed.connect(self.show_state)
         theme.changed.connect(self._fit)
         self._fit()
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the caption in force."""
+        """Show the present caption."""
         demo, note = self._player.demo, self._player.note
         self.words.setText(self._player.caption)
         self.note.setText(note)
@@ -182,4 +184,5 @@ class CaptionBar(QWidget):
         self.setVisible(demo is not None)
 
     def _fit(self) -> None:
-        self.setFixedHeight(theme.px(HEIGHT))  # of two lines, so that nothing moves with the words
+        # fits two lines, so that a longer caption does not move the layout
+        self.setFixedHeight(theme.px(HEIGHT))

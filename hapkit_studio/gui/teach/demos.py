@@ -1,4 +1,4 @@
-"""Demos: stories in TOML files of settings, a hand's path and captions; nothing in a file is executed."""
+"""Demos: TOML files with settings, a hand's path and captions over time; nothing in them is executed."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -29,9 +29,9 @@ Path_ = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True)
 class Step:
-    """What is so from ``at`` s of a round on: settings, caption, and the hand's path as (s of the round, m).
+    """The state from ``at`` s on: settings, caption, and the hand's path as (time in s, position in m).
 
-    Without a path no hand holds.
+    Without a path the handle is released.
     """
 
     at: float
@@ -40,7 +40,7 @@ class Step:
     path: Path_
 
     def hand(self, time: float) -> float | None:
-        """Return where the hand is in m at a time in s of the round, None where there is none."""
+        """Return the hand's position in m at a time in s; None without a path."""
         if not self.path:
             return None
         times, places = zip(*self.path, strict=True)
@@ -49,45 +49,43 @@ class Step:
 
 @dataclass(frozen=True)
 class Demo:
-    """A story told in rounds of so many seconds; its first step is at 0 s."""
+    """A demo that repeats every ``seconds``; its first step is at 0 s."""
 
     title: str
     seconds: float
     steps: tuple[Step, ...]
 
     def step(self, time: float) -> Step:
-        """Return the step at a time in s of the round."""
+        """Return the step at a time in s."""
         return next(step for step in reversed(self.steps) if step.at <= time)
 
     @property
     def environments(self) -> set[str]:
-        """Return the keys of the environments that it needs."""
+        """Return the keys of the required environments."""
         return {step.settings[ENVIRONMENT] for step in self.steps}
 
 
 def shipped() -> dict[str, Path]:
-    """Return the files of the demos that ship with the studio, by their names."""
+    """Return the files of the shipped demos by name."""
     return {path.stem: path for path in sorted(resources.path("demos").glob("*.toml"))}
 
 
 def title(path: Path) -> str:
-    """Return the title of a demo that ships with the studio."""
+    """Return the title of a shipped demo."""
     return str(presets.load(path)["title"])
 
 
 def named(name: str) -> Path:
-    """Return the file of a shipped demo, "" for the first, or of a path to one; raise ParameterError."""
+    """Return the file of a shipped demo ("": the first) or a path; raise ParameterError."""
     known = shipped()
     name = name or next(iter(known))
     if name not in known and not Path(name).is_file():
-        raise ParameterError(
-            f"There is no demo {quoted(name)}, nor such a file; there are: {', '.join(known)}."
-        )
+        raise ParameterError(f"There is no demo or file {quoted(name)}. The demos are: {', '.join(known)}.")
     return known.get(name, Path(name))
 
 
 def read(path: str | Path, environments: Mapping[str, Environment]) -> Demo:
-    """Return the demo in a file, all of it checked; raise PresetError."""
+    """Return the checked demo of a file; raise PresetError."""
     table = presets.load(Path(path))
     try:
         _check_keys(table, _DEMO, "demo")
@@ -95,14 +93,14 @@ def read(path: str | Path, environments: Mapping[str, Environment]) -> Demo:
         seconds = number(_SECONDS, table.get("seconds"))
         given = table.get("step")
         if not given or not isinstance(given, list) or not all(isinstance(step, dict) for step in given):
-            raise ParameterError("A demo has steps, each begun by [[step]].")
+            raise ParameterError("A demo needs steps, each starting with [[step]].")
     except ParameterError as error:
         raise PresetError([str(error)]) from None
     steps: list[Step] = []
-    told: dict[str, Any] = {"values": {}, "loop": {}, "caption": "", "hand": ()}
+    state: dict[str, Any] = {"values": {}, "loop": {}, "caption": "", "hand": ()}
     for count, entry in enumerate(given, 1):
         try:
-            steps.append(_step(entry, steps[-1].at if steps else None, seconds, told, environments))
+            steps.append(_step(entry, steps[-1].at if steps else None, seconds, state, environments))
         except PresetError as error:
             raise PresetError([f"Step {count}: {line}" for line in error.lines]) from None
         except ParameterError as error:
@@ -111,30 +109,30 @@ def read(path: str | Path, environments: Mapping[str, Environment]) -> Demo:
 
 
 def _step(
-    entry: dict[str, Any], before: float | None, seconds: float, told: dict[str, Any],
+    entry: dict[str, Any], before: float | None, seconds: float, state: dict[str, Any],
     environments: Mapping[str, Environment],
 ) -> Step:  # fmt: skip
-    """Return a step, and note in ``told`` what holds on after it; raise ParameterError."""
+    """Return a step, and update ``state`` with the entries that later steps inherit; raise ParameterError."""
     _check_keys(entry, _STEP, "step")
     at = number(_AT, entry.get("at"))
     if before is None and at != 0.0:
-        raise ParameterError(f"The first step is at 0 s, not {at:g} s.")
+        raise ParameterError(f"The first step must be at 0 s, not {at:g} s.")
     if before is not None and not before < at < seconds:
-        raise ParameterError(f"at goes up from {before:g} s and ends before {seconds:g} s; this is {at:g} s.")
-    key = entry.get("environment", told.get("environment"))
+        raise ParameterError(f"at must be between {before:g} s and {seconds:g} s, not {at:g} s.")
+    key = entry.get("environment", state.get("environment"))
     if not isinstance(key, str) or key not in environments:
-        raise ParameterError(f"The environment {quoted(key)} is not known here.")
+        raise ParameterError(f"The environment {quoted(key)} is not installed.")
     if "environment" in entry:
-        told |= {"environment": key, "values": {}}
+        state |= {"environment": key, "values": {}}
     for name, part in (("values", "set"), ("loop", "loop")):
-        told[name] = {**told[name], **_table(entry, part)}
+        state[name] = {**state[name], **_table(entry, part)}
     if "caption" in entry:
-        told["caption"] = _text(entry, "caption", _LONGEST_CAPTION)
+        state["caption"] = _text(entry, "caption", _LONGEST_CAPTION)
     if "hand" in entry:
-        told["hand"] = _path(entry["hand"], at)
+        state["hand"] = _path(entry["hand"], at)
     usual: Settings = {("loop", name): getattr(USUAL_LOOP, name) for name in WITH_SCENE}
-    settings = presets.checked({"values": told["values"], "loop": told["loop"]}, environments[key])
-    return Step(at, usual | settings, told["caption"], told["hand"])
+    settings = presets.checked({"values": state["values"], "loop": state["loop"]}, environments[key])
+    return Step(at, usual | settings, state["caption"], state["hand"])
 
 
 def _path(given: object, at: float) -> Path_:
@@ -142,14 +140,16 @@ def _path(given: object, at: float) -> Path_:
     if given == RELEASE:
         return ()
     if not given or not isinstance(given, list):
-        raise ParameterError(f'hand takes [[s, mm], …] or "{RELEASE}", not {quoted(given)}.')
+        raise ParameterError(f'hand must be [[s, mm], …] or "{RELEASE}", not {quoted(given)}.')
     path: list[tuple[float, float]] = []
     for point in given:
         if not isinstance(point, list) or len(point) != 2:
-            raise ParameterError(f"A point of the hand is [s, mm], not {quoted(point)}.")
+            raise ParameterError(f"A point of the hand must be [s, mm], not {quoted(point)}.")
         time, place = number(_TIME, point[0]), number(_PLACE, point[1])
         if path and at + time <= path[-1][0]:
-            raise ParameterError(f"The hand's times go up; {time:g} s comes after {path[-1][0] - at:g} s.")
+            raise ParameterError(
+                f"The times of the hand must increase: {time:g} s follows {path[-1][0] - at:g} s."
+            )
         path.append((at + time, place / 1e3))
     return tuple(path)
 
@@ -157,18 +157,18 @@ def _path(given: object, at: float) -> Path_:
 def _check_keys(table: Mapping[str, Any], known: Iterable[str], what: str) -> None:
     for key in table:
         if key not in known:
-            raise ParameterError(f"A {what} has no {quoted(key)}; it has: {', '.join(known)}.")
+            raise ParameterError(f"A {what} has no entry {quoted(key)}; its entries are: {', '.join(known)}.")
 
 
 def _table(entry: Mapping[str, Any], name: str) -> dict[str, Any]:
     found = entry.get(name, {})
     if not isinstance(found, dict):
-        raise ParameterError(f"{name} takes {{key = value, …}}, not {quoted(found)}.")
+        raise ParameterError(f"{name} must be {{key = value, …}}, not {quoted(found)}.")
     return found
 
 
 def _text(table: Mapping[str, Any], name: str, longest: int) -> str:
     found = table.get(name)
     if not isinstance(found, str) or len(found) > longest or not found.isprintable():
-        raise ParameterError(f"{name} takes a line of up to {longest} letters, not {quoted(found)}.")
+        raise ParameterError(f"{name} must be one line of at most {longest} letters, not {quoted(found)}.")
     return found

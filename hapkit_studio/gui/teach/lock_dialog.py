@@ -1,4 +1,4 @@
-"""The instructor's dialog: what is to be locked, and the code that unlocks it."""
+"""The instructor's dialog that locks settings with a code, or unlocks them."""
 
 from collections.abc import Iterator
 
@@ -16,11 +16,11 @@ _LOCK = (
     "choice of device and students' own laws are never locked."
 )
 _UNLOCK = "Enter the code to unlock all settings."
-_LOW, _ROW = 160, 24  # px: of the list on a low screen, of a row
+_LOW, _ROW = 160, 24  # px: minimum height of the list, height of a row
 
 
 class LockDialog(FormDialog):
-    """Locks what is ticked with a code entered twice, or unlocks everything with the right one."""
+    """Locks the ticked settings with a code entered twice, or unlocks everything with the right code."""
 
     def __init__(self, studio: Studio, settings: QSettings, parent: QWidget):
         self._open = not studio.permissions.lock.places
@@ -53,7 +53,7 @@ class LockDialog(FormDialog):
 
     @property
     def ticked(self) -> list[Place]:
-        """Return the places that are to be locked."""
+        """Return the settings to be locked."""
         rows = map(self.places.item, range(self.places.count()))
         return [row.data(_PLACE) for row in rows if row.checkState() == Qt.CheckState.Checked]
 

@@ -1,4 +1,4 @@
-"""The large widgets of the projector's view: title, two values with sliders, and the verdict."""
+"""Large widgets of the projector's view: title, two values with sliders, and the verdict."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,11 +20,11 @@ from hapkit_studio.parameters import AnyParameter, Choice
 from hapkit_studio.quantity import Quantity
 
 VALUES = 2
-_ROOM_FOR_SLIDERS = 200  # px of the card's height
+_ROOM_FOR_SLIDERS = 200  # px: below this height of the card the sliders are hidden
 
 
 class LargeValue(QWidget):
-    """One parameter's value, to be read from afar; a menu at its name chooses another parameter."""
+    """One parameter's value in large letters; a menu at its name selects another parameter."""
 
     def __init__(self, studio: Studio, parameter: AnyParameter, choose: Callable[[str], None]):
         super().__init__()
@@ -52,7 +52,7 @@ class LargeValue(QWidget):
         self.show_value()
 
     def show_value(self) -> None:
-        """Show the value in force, and whether it is fixed."""
+        """Show the present value, and whether it is locked."""
         value = self._studio.values[self.parameter.key]
         fixed = self._studio.why_fixed("value", self._studio.environment.key, self.parameter.key)
         self.padlock.setVisible(bool(fixed))
@@ -67,7 +67,7 @@ class LargeValue(QWidget):
         self.slider.show_value(shown)
 
     def step(self, steps: int) -> None:
-        """Change the value by some steps of its spin box, or to another option."""
+        """Change the value by some steps of its spin box, or select another option."""
         value = self._studio.values[self.parameter.key]
         if self.quantity is None:
             self._set(min(max(value + steps, 0.0), self.parameter.high))
@@ -75,13 +75,13 @@ class LargeValue(QWidget):
             self._set(self.quantity.si(self.quantity.moved(value * self.quantity.factor, steps)))
 
     def _set(self, value: float) -> None:
-        with suppress(ParameterError):  # it does not agree with another value
+        with suppress(ParameterError):  # refused together with another value
             self._studio.set_value(self.parameter.key, value)
         self.show_value()
 
 
 class ValueCard(QWidget):
-    """Two values, the environment's first two unless others were chosen, and the verdict below."""
+    """Two selectable values, by default the first two of the environment, and the verdict below."""
 
     def __init__(self, studio: Studio, settings: QSettings):
         super().__init__()
@@ -101,14 +101,14 @@ class ValueCard(QWidget):
 
     @property
     def chosen(self) -> list[str]:
-        """Return the keys of the parameters in sight."""
+        """Return the keys of the shown parameters."""
         keys = [parameter.key for parameter in self._studio.environment.parameters]
-        kept = str(self._settings.value(self._place, "")).split()
-        kept = [key for key in dict.fromkeys(kept) if key in keys]
-        return [*kept, *(key for key in keys if key not in kept)][:VALUES]
+        stored = str(self._settings.value(self._place, "")).split()
+        stored = [key for key in dict.fromkeys(stored) if key in keys]
+        return [*stored, *(key for key in keys if key not in stored)][:VALUES]
 
     def choose(self, index: int, key: str) -> None:
-        """Show a parameter at a place, in exchange for what is there if it is in sight already."""
+        """Show a parameter at a place; if it is shown already, both places are exchanged."""
         chosen = self.chosen
         if key in chosen:
             chosen[chosen.index(key)] = chosen[index]
@@ -117,12 +117,12 @@ class ValueCard(QWidget):
         self.rebuild()
 
     def step(self, index: int, steps: int) -> None:
-        """Change one of the values by some steps, if there is one."""
+        """Change a value by some steps, if it is shown."""
         if index < len(self.values):
             self.values[index].step(steps)
 
     def rebuild(self) -> None:
-        """Show the parameters of the environment in force."""
+        """Show the parameters of the present environment."""
         known = {parameter.key: parameter for parameter in self._studio.environment.parameters}
         self.values = [
             LargeValue(self._studio, known[key], partial(self.choose, index))
@@ -132,7 +132,7 @@ class ValueCard(QWidget):
         self._fit()
 
     def show_verdict(self, words: str, icon: str, token: str) -> None:
-        """Show the verdict of stability in a few words, with its icon and token."""
+        """Show the verdict on stability with its icon and token."""
         self.verdict.say(words, icon, token)
         mark(self.verdict.words, "ink", token)
 
@@ -145,14 +145,14 @@ class ValueCard(QWidget):
             value.show_value()
 
     def _fit(self) -> None:
-        """Leave the sliders out where there is room for the values alone."""
+        """Hide the sliders if the card is too low."""
         for value in self.values:
             if value.slider is not None:
                 value.slider.setVisible(self.height() >= theme.px(_ROOM_FOR_SLIDERS))
 
 
 class Title(QWidget):
-    """Icon, title and formula of the environment in force, in one line; the formula where it fits."""
+    """Icon, title and formula of the present environment in one line; the formula if it fits."""
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -166,7 +166,7 @@ class Title(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the environment in force."""
+        """Show the present environment."""
         environment = self._studio.environment
         self.picture.show_sign(icon_name(environment.scene), "ink")
         self.title.setText(environment.title)

@@ -1,4 +1,4 @@
-"""The quiz: a stiffness or damping is drawn and hidden; a person finds it by feel and plot, and enters it."""
+"""The quiz: estimate a hidden, randomly drawn stiffness or damping."""
 
 import random
 from dataclasses import replace
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.verdict import VerdictInput
 
 LEAST, MOST = 0.5, 4.0
-"""Times its default: what a value is drawn from can be felt, and measured below the force limit."""
+"""Range of the drawn values in multiples of the default: perceptible, and measurable below the force limit."""
 DRAWS = 20
 _ABOUT = (
     "A hidden value is rendered. Find it by feel and with the plots and their cursors. Other "
@@ -37,7 +37,7 @@ _NONE = "No stable value was found for this loop and grip. Close this and choose
 
 
 def asked_for(environment: Environment, values: Values) -> Parameter | None:
-    """Return the parameter to be found: its first, where its law is no more than the terms it declares."""
+    """Return the parameter to be estimated: the first, if the law consists only of its declared terms."""
     first, terms = next(iter(environment.parameters), None), environment.force_terms(values)
     if not isinstance(first, Parameter) or first.default <= 0.0 or not terms.simple:
         return None
@@ -45,7 +45,7 @@ def asked_for(environment: Environment, values: Values) -> Parameter | None:
 
 
 def draw(parameter: Parameter, source: random.Random) -> list[float]:
-    """Return some values in SI, no two alike, each on a step of the panel."""
+    """Return different values in SI, each on a step of the panel, in random order."""
     quantity = Quantity(parameter)
     low, high = (quantity.index(min(quantity.default * times, quantity.high)) for times in (LEAST, MOST))
     steps = range(max(low, 1), high + 1)
@@ -54,8 +54,8 @@ def draw(parameter: Parameter, source: random.Random) -> list[float]:
 
 
 def first_calm(asked: "VerdictInput", key: str, drawn: list[float], progress: Progress) -> float | None:
-    """Return the first of some values of a parameter that is judged calm, None where none is."""
-    from hapkit_studio.analysis.stability.verdict import verdict  # late: keeps start-up fast
+    """Return the first value of a parameter that is judged calm; None if there is none."""
+    from hapkit_studio.analysis.stability.verdict import verdict  # imported late to keep start-up fast
 
     for done, value in enumerate(drawn):
         progress(done, len(drawn))
@@ -64,17 +64,17 @@ def first_calm(asked: "VerdictInput", key: str, drawn: list[float], progress: Pr
     return None
 
 
-def comparison(quantity: Quantity, said: float, true: float) -> tuple[float, str]:
-    """Return the error in % of an estimate in the unit of the screen, and the sentence that says it."""
-    error = 100.0 * (said - true) / true
+def comparison(quantity: Quantity, guess: float, true: float) -> tuple[float, str]:
+    """Return the error in % of an estimate in the unit of the screen, and a sentence about it."""
+    error = 100.0 * (guess - true) / true
     side = "low" if error < 0.0 else "high"
     found = f"{number(abs(error), 1)} % too {side}" if round(error, 1) else "right"
-    said_words, true_words = (f"{quantity.text(value)} {quantity.unit}" for value in (said, true))
-    return error, f"You said {said_words}; it is {true_words}: {found}."
+    guess_text, true_text = (f"{quantity.text(value)} {quantity.unit}" for value in (guess, true))
+    return error, f"You entered {guess_text}. The true value is {true_text}: {found}."
 
 
 class QuizSide(SidePanel):
-    """Asks for the hidden value, in the panel's place."""
+    """The side panel that asks for the hidden value."""
 
     def __init__(self, studio: Studio, asked: "VerdictInput", parameter: Parameter, source: random.Random):
         super().__init__("Quiz", _ABOUT)
@@ -95,26 +95,26 @@ class QuizSide(SidePanel):
         self.leave.clicked.connect(lambda: studio.hide_values(None))
 
     def begin(self) -> None:
-        """Let nothing be changed any more, as what is drawn suits only this, and draw the first value."""
+        """Lock all settings, for which the values are drawn, and draw the first value."""
         self._studio.hide_values(self._asked.values, QUIZ)
         self.ask()
 
     def ask(self) -> None:
-        """Draw another value that is calm."""
+        """Draw another value that is judged calm."""
         self.answer.say("Looking for a stable value…")
         drawn = draw(self._parameter, self._source)
         self.job.start(partial(first_calm, self._asked, self._parameter.key, drawn))
 
     def compare(self) -> None:
-        """Take the estimate, and show the true value beside it."""
+        """Show the true value beside the estimate."""
         self.box.interpretText()
-        said, true = self.box.value(), self._true
+        guess, true = self.box.value(), self._true
         if true is None:
             return
-        if said <= 0.0 or not self.quantity.inside(said):
-            self.answer.say(self.quantity.limits() if said else "Enter your estimate first.")
+        if guess <= 0.0 or not self.quantity.inside(guess):
+            self.answer.say(self.quantity.limits() if guess else "Enter your estimate first.")
             return
-        error, words = comparison(self.quantity, said, true * self.quantity.factor)
+        error, words = comparison(self.quantity, guess, true * self.quantity.factor)
         self.errors.append(abs(error))
         self.count.setText(f"Tries: {len(self.errors)}. Mean error: {number(fmean(self.errors), 1)} %.")
         self.answer.say(words)
@@ -132,7 +132,7 @@ class QuizSide(SidePanel):
         self._offer()
 
     def _offer(self) -> None:
-        """Offer what can be done now: an estimate, or another value."""
+        """Enable what can be done now: an estimate, or another value."""
         self.more.setEnabled(self._true is None and not self.job.running)
         for part in (self.box, self.show_true):
             part.setEnabled(self._true is not None)
@@ -148,18 +148,18 @@ class QuizSide(SidePanel):
 
 
 class Quiz(QObject):
-    """Brings the quiz into sight of a window, and takes it away once nothing is hidden any more."""
+    """Shows the quiz, and closes it when values are no longer hidden."""
 
     def __init__(self, studio: Studio, card: StabilityCard, views: Views, window: QWidget):
         super().__init__(window)
         self._studio, self._card, self._views = studio, card, views
         self.side: QuizSide | None = None
         studio.hidden_changed.connect(self._refresh)
-        studio.engine_changed.connect(self.end)  # calm holds for one device
+        studio.engine_changed.connect(self.end)  # a verdict of calm is valid for one device only
 
     @property
     def parameter(self) -> Parameter | None:
-        """Return what can be asked for now, None where nothing can: locked, measured, replayed, no delay."""
+        """Return the parameter that can be asked for now; None if there is none or it is locked."""
         studio, card = self._studio, self._card
         wanted = asked_for(studio.environment, studio.values)
         if wanted is None or studio.temporary or card.verdict_input() is None:
@@ -167,7 +167,7 @@ class Quiz(QObject):
         return None if studio.why_fixed("value", studio.environment.key, wanted.key) else wanted
 
     def begin(self, source: random.Random | None = None) -> None:
-        """Ask about the environment in force; values are drawn from source."""
+        """Ask about the present environment; ``source`` draws the values."""
         wanted, asked = self.parameter, self._card.verdict_input()
         if wanted is not None and asked is not None:
             self.side = QuizSide(self._studio, asked, wanted, source or random.Random())
@@ -175,7 +175,7 @@ class Quiz(QObject):
             self.side.begin()
 
     def end(self) -> None:
-        """Render what the window shows, if a quiz is on."""
+        """End a running quiz and render the values that the window shows."""
         if self.side is not None:
             self._studio.hide_values(None)
 

@@ -94,7 +94,7 @@ class BoardDialog(QDialog):
 
     def begin(self) -> None:
         """Take the board over."""
-        self.studio.device.let_go(self.windowTitle())
+        self.studio.device.release_port(self.windowTitle())
         self.setFocus()  # not the E-stop: an accidental Enter would latch it
         self.board.start()
         self._frames.start()

@@ -62,7 +62,7 @@ class FlashDialog(FormDialog):
         port, program = self.ports.currentData(), self._program
         self._flashed = None
         if self._own_port() == port:
-            self._studio.device.let_go("flashing firmware")
+            self._studio.device.release_port("flashing firmware")
 
         def work(progress: Progress) -> Flashed:
             def follow(stage: str, part: float) -> None:

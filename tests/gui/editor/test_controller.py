@@ -66,7 +66,7 @@ def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbo
     assert verdict.calls >= 10_000
     path = home / "environments" / "weiche_feder.py"
     assert path.is_file()
-    assert window.editor.path == path == window.own.in_force
+    assert window.editor.path == path == window.own.active
     assert window.editor.page.code.hasFocus()
     assert window.studio.environment.title == "Weiche Feder"
     assert window.studio.engine.environment is window.studio.environment

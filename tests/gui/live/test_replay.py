@@ -347,7 +347,7 @@ def test_render_pressed_during_a_replay_ends_it(board_window, qtbot, home):
     rate = studio.loop.rate
     opened(board_window, qtbot, write(home / "a.hapkit", {**WALL, "rate_Hz": 500.0}))
     assert studio.engine.stopped
-    assert studio.held
+    assert studio.waits_for_render
     assert studio.loop.rate == rate
     studio.release_stop()
     assert replay.history is None

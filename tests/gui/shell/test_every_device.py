@@ -87,7 +87,7 @@ def test_a_device_that_declares_nothing_counts_as_a_motor_and_waits_for_render(m
     studio.stop_state.wait_for_render()
     studio.device.open(entry)
     qtbot.waitUntil(lambda: studio.engine is not None)
-    assert studio.held
+    assert studio.waits_for_render
     assert studio.engine.stopped
     assert not studio.hand_is_ours
     assert studio.engine.health().delay is None

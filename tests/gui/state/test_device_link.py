@@ -186,7 +186,7 @@ def test_a_starting_board_is_said_and_never_started_anew(idle_window, fake_board
 @pytest.mark.slow
 def test_letting_go_frees_the_port_and_reconnect_takes_it_back(window, qtbot):
     engine = window.studio.engine
-    window.studio.device.let_go()
+    window.studio.device.release_port()
     qtbot.waitUntil(lambda: not engine.health().running)
     assert window.studio.engine is None
     assert window.header.devices.word.text() == "Not connected"

@@ -49,7 +49,7 @@ def where():
 @pytest.fixture
 def kit(monkeypatch, where):
     """Return a kit that waits for every answer; a board that renders by itself follows the clock."""
-    monkeypatch.setattr(device_link, "LOOK_AGAIN_MS", 50)
+    monkeypatch.setattr(device_link, "RETRY_MS", 50)
     kit = Kit(monkeypatch, "lockstep" if where == "computer" else "paced")
     yield kit
     kit.program.end()

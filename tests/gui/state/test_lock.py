@@ -40,7 +40,7 @@ def window(kept_idle_window, closed):
 
 def fixed(studio):
     """Return what is locked, as it is set."""
-    return {place: v for place, v in settings_of(studio).items() if studio.permissions.lock.holds(place)} | {
+    return {place: v for place, v in settings_of(studio).items() if studio.permissions.lock.covers(place)} | {
         "environment": studio.environment.key
     }
 

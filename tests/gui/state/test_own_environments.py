@@ -174,8 +174,8 @@ def test_two_files_of_one_key_are_told_apart(home, window, qtbot):
     window.own.refresh()
     assert wait_for_verdict(window, qtbot, passed(window, first)).ok
     verdict = wait_for_verdict(window, qtbot, passed(window, second))
-    assert str(verdict.problems[0]) == 'The key "same" is that of a.py too: choose another one.'
-    assert window.own.in_force == first
+    assert str(verdict.problems[0]) == 'The key "same" is already used by a.py: choose another one.'
+    assert window.own.active == first
 
 
 def test_a_file_that_is_gone_leaves_the_gallery_and_the_loop(home, window, qtbot):

@@ -199,7 +199,7 @@ def test_what_cannot_be_put_back_is_said_in_one_line_and_nothing_changes(window)
         window.history.undo()
         assert studio.environment.key == "damping"
         (banner,) = window.banners.banners
-        assert banner.text.text().endswith("The environment spring is no longer there.")
+        assert banner.text.text().endswith("The environment spring is no longer installed.")
         assert stack.count() == 1
     finally:
         studio.library.put(spring)

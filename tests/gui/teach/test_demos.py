@@ -229,7 +229,7 @@ def test_a_motor_waits_for_render_and_no_hand_moves(board_window, tmp_path):
     moves = []
     studio.engine.move_hand = moves.append
     window.play_demo(written(tmp_path))
-    assert studio.held
+    assert studio.waits_for_render
     assert studio.engine.stopped
     assert (studio.values["stiffness"], studio.loop.rate) == (900.0, 1000.0)
     assert "zero force until you press Render" in window.caption.note.text()
@@ -288,19 +288,19 @@ def test_the_menu_and_the_command_line_know_the_shipped_ones(shown, start_window
         ('side = "left"', "side = 1", "not 1"),
         ("delay = 0.002", "delay = 0.101", "0 to 0.1 s, not 0.101"),
         ("delay = 0.002", 'where = "board"', "no 'where'"),
-        ('"spring"', '"sprung"', "environment 'sprung' is not known"),
+        ('"spring"', '"sprung"', "environment 'sprung' is not installed"),
         ("[2.0, 12.0]", "[2.0, 60.6]", "−60 to 60 mm, not 60.6"),
-        ("[2.0, 12.0]", "[0.0, 12.0]", "times go up; 0 s comes after 0 s"),
+        ("[2.0, 12.0]", "[0.0, 12.0]", "must increase: 0 s follows 0 s"),
         ("[2.0, 12.0]", "[2.0]", "[s, mm], not [2.0]"),
         ('"release"', '"drop"', "not 'drop'"),
-        ("at = 4.0", "at = 0.0", "goes up from 0 s"),
-        ("at = 8.0", "at = 10.0", "before 10 s; this is 10 s"),
-        ("at = 0.0", "at = 1.0", "first step is at 0 s, not 1 s"),
+        ("at = 4.0", "at = 0.0", "must be between 0 s"),
+        ("at = 8.0", "at = 10.0", "and 10 s, not 10 s"),
+        ("at = 0.0", "at = 1.0", "first step must be at 0 s, not 1 s"),
         ('caption = "Two"', "caption = 2", "not 2"),
-        ('caption = "Two"', 'stop = "now"', "no 'stop'"),
+        ('caption = "Two"', 'stop = "now"', "no entry 'stop'"),
         ("seconds = 10.0", "seconds = 0.5", "1 to 3,600 s, not 0.5"),
-        ('title = "Two walls"', "", "title takes a line of up to 40 letters, not None"),
-        ("[[step]]", "[step.x]", "steps, each begun by [[step]]"),
+        ('title = "Two walls"', "", "title must be one line of at most 40 letters, not None"),
+        ("[[step]]", "[step.x]", "steps, each starting with [[step]]"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(shown, tmp_path, good, bad, words):

@@ -73,9 +73,9 @@ def test_the_first_calm_value_is_taken_and_none_where_none_is():
 @pytest.mark.parametrize(
     ("said", "true", "error", "words"),
     [
-        (310.0, 340.0, -8.8235, "You said 310 N/m; it is 340 N/m: 8.8 % too low."),
-        (1500.0, 1000.0, 50.0, "You said 1,500 N/m; it is 1,000 N/m: 50.0 % too high."),
-        (340.0, 340.0, 0.0, "You said 340 N/m; it is 340 N/m: right."),
+        (310.0, 340.0, -8.8235, "You entered 310 N/m. The true value is 340 N/m: 8.8 % too low."),
+        (1500.0, 1000.0, 50.0, "You entered 1,500 N/m. The true value is 1,000 N/m: 50.0 % too high."),
+        (340.0, 340.0, 0.0, "You entered 340 N/m. The true value is 340 N/m: right."),
     ],
 )
 def test_an_estimate_is_compared_in_one_sentence(said, true, error, words):
