@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.verdict import VerdictInput
 
 LEAST, MOST = 0.5, 4.0
-"""Range of the drawn values in multiples of the default: perceptible, and measurable below the force limit."""
+"""Range of the drawn values in multiples of the default: perceptible, and measurable below the limit."""
 DRAWS = 20
 _ABOUT = (
     "A hidden value is rendered. Find it by feel and with the plots and their cursors. Other "
