@@ -1,18 +1,18 @@
-# Set up, run, check and measure the studio. Everything lands in .venv, build and bench-results.
+# Set up, run, check and measure the studio. All output is written to .venv, build and bench-results.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 JOBS ?= 2
-# an edit in one file does not empty numba's cache of another: checks start with none
+# numba's cache does not detect edits in other files, so checks start with an empty one
 CHECK_CACHE := build/numba-cache
-# what one program has read of the sources, tests included, the next need not read again: each takes 10 s for it
+# byte code is written, so that later processes do not compile sources and tests again, which takes 10 s each
 CHECK := PYTHONDONTWRITEBYTECODE= QT_QPA_PLATFORM=offscreen NUMBA_CACHE_DIR=$(CURDIR)/$(CHECK_CACHE)
 
-# tests of one file share what took long to build; in order, the files that take longest are not the last
+# tests of a file share slow fixtures; the order ensures that the slowest files are not the last
 BY_FILE := --dist loadfile --no-loadscope-reorder
-LAST := command -v avr-g++ >/dev/null || echo "No avr-g++: what needs the firmware was not checked."
-# what most tests need compiled: each part once, before two programs at a time would each do all of it
+LAST := command -v avr-g++ >/dev/null || echo "No avr-g++: tests that need the firmware were skipped."
+# compile the parts needed by most tests once, before two processes would both compile all of them
 WARM := warm-verdict warm-boards warm-analysis
 
 .PHONY: help run test test-all lint warm-loop $(WARM) bench pictures firmware board fuzz soak realtime clean
@@ -21,13 +21,13 @@ WARM := warm-verdict warm-boards warm-analysis
 help:
 	@echo "make run       set up and open the studio"
 	@echo "make test      set up and check everything"
-	@echo "make test-all  the same, then what takes longer"
-	@echo "make bench     measure, beside a reference each; draw the charts of the README anew"
-	@echo "make pictures  take the pictures of README and docs anew"
-	@echo "make fuzz      ten million inputs for firmware and decoders, some minutes"
+	@echo "make test-all  the same, then the slow tests"
+	@echo "make bench     run the benchmarks, each with a reference; redraw the charts of the README"
+	@echo "make pictures  redraw the pictures of README and docs"
+	@echo "make fuzz      test firmware and decoders with ten million inputs, some minutes"
 	@echo "make soak      record for 40 minutes at 4 kHz while environments and views change: memory, missing rows"
-	@echo "make firmware  build the board's program and the virtual board"
-	@echo "make realtime  say what priority the loop obtains, and how to get more"
+	@echo "make firmware  build the board's firmware and the virtual board"
+	@echo "make realtime  print the priority that the loop obtains, and how to get a higher one"
 	@echo "make clean     remove everything built"
 
 run: $(VENV)/.compiled
@@ -71,10 +71,10 @@ firmware:
 	@.ci/system-packages.sh firmware
 	$(MAKE) --no-print-directory -C firmware all
 
-# without the cross compiler a person may still check the rest; the build machine may not
+# users without the cross compiler can check the rest; the build machine must have it
 board:
 	@if command -v avr-g++ >/dev/null || [ -n "$$CI" ]; then $(MAKE) --no-print-directory -C firmware all; \
-	else echo "No avr-g++: the firmware and what needs it are left out."; fi
+	else echo "No avr-g++: the firmware and its tests are skipped."; fi
 
 fuzz: $(VENV)/.test
 	@.ci/system-packages.sh fuzz
@@ -102,7 +102,7 @@ $(VENV)/.run: pyproject.toml | $(BIN)/pip
 	@$(PIP) --editable .
 	@touch $@
 
-# the first start then is as quick as every later one; after an edit the window compiles by itself
+# compile in advance, so that the first start is as fast as later ones; after an edit the window compiles
 $(VENV)/.compiled: $(VENV)/.run
 	@$(BIN)/python -m compileall -q hapkit_studio
 	@$(BIN)/python -m hapkit_studio.gui.state.prepare all

@@ -1,14 +1,14 @@
 #!/bin/sh
-# Install the Debian packages that a purpose needs and that are missing; without the right to, print the line.
+# Install the missing Debian packages for a purpose; without permission, print the command.
 # Usage: system-packages.sh venv|run|firmware|test|fuzz|bench [PYTHON]
 set -eu
 
-# what Qt's xcb, offscreen and OpenGL plug-ins link to, and one font
+# libraries of Qt's xcb, offscreen and OpenGL plug-ins, and one font
 RUN="libegl1 libgl1 libglib2.0-0 libfontconfig1 libdbus-1-3 libx11-xcb1 libxkbcommon0 libxkbcommon-x11-0
     libxcb-cursor0 libxcb-icccm4 libxcb-image0 libxcb-keysyms1 libxcb-randr0 libxcb-render-util0 libxcb-shape0
     libxcb-shm0 libxcb-sync1 libxcb-xfixes0 libxcb-xkb1 fonts-dejavu-core"
 FIRMWARE="gcc-avr avr-libc arduino-core-avr"
-# libFuzzer and its sanitizers; releases with another version do without, by a fuzzer built with g++
+# libFuzzer and its sanitizers; other releases use a fuzzer built with g++
 FUZZ=
 grep -qs '^VERSION_CODENAME=bookworm' /etc/os-release && FUZZ="clang-14 libclang-rt-14-dev"
 TEST="$RUN $FIRMWARE $FUZZ avrdude gcc g++ libc6-dev simavr libsimavr-dev libelf-dev xvfb xdotool"

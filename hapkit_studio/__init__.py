@@ -59,9 +59,9 @@ __all__ = [
 
 
 def __getattr__(name: str):
-    """Import a public name at its first use, which keeps the start fast."""
+    """Import a public name at its first use, so that the start is fast."""
     if name == "environments":
-        return import_module("hapkit_studio.environments")  # a package that is also callable
+        return import_module("hapkit_studio.environments")  # this package is also callable
     if name in _PLACES:
         return getattr(import_module(f"hapkit_studio.{_PLACES[name]}"), name)
     raise AttributeError(f"module 'hapkit_studio' has no attribute {name!r}")

@@ -44,7 +44,7 @@ _SIGNALS = tuple(
         "energy", "flags",
     )
 )  # fmt: skip
-"""The signals that a run holds, in the order of the columns of its tables."""
+"""The signals of a run, in the column order of its tables."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Run:
 
     def _save_session(self, path: str | Path) -> None:
         table = np.zeros((len(self.time), rows.ROW_WIDTH))
-        table[:, [rows.ENERGY_GIVEN, rows.ENERGY_LIMIT]] = np.nan  # a run does not hold them
+        table[:, [rows.ENERGY_GIVEN, rows.ENERGY_LIMIT]] = np.nan  # columns that a run does not have
         table[:, rows.TICK], table[:, rows.HOST_TIME] = np.arange(len(table)), self.time
         for signal in _SIGNALS:
             table[:, COLUMN[signal.name]] = getattr(self, signal.name)
@@ -250,7 +250,7 @@ def open_recording(path: str | Path, columns: TableColumns | None = None) -> "Re
 
     columns: columns of a foreign table. Raise SessionError, FileError, UnknownColumnsError.
     """
-    from hapkit_studio.analysis.identify import from_csv, from_run  # here: takes seconds
+    from hapkit_studio.analysis.identify import from_csv, from_run  # imported here, because it takes seconds
 
     with open_regular(path) as file:
         is_session = file.read(len(SQLITE)) == SQLITE
@@ -291,7 +291,9 @@ def _unsettled(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.nd
     came, moved = (np.ptp(part) > scene.device.quantum for part in (place, place[-max(len(out) // 5, 1) :]))
     if isinstance(hand, Prescribed) or (came and not moved):
         return []
-    from hapkit_studio.analysis.stability.behaviour import behaviour  # here: most runs come to rest
+    from hapkit_studio.analysis.stability.behaviour import (
+        behaviour,
+    )  # imported here, because most runs come to rest
 
     held = hand is not None and hand.release > 0.0
     let_go = hand is None or hand.release * scene.loop.rate < len(out)
@@ -301,7 +303,7 @@ def _unsettled(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.nd
 
 
 def columns_of(table: np.ndarray) -> dict[str, Any]:
-    """Return what a run holds of rows of the loop (n, width), each (n,)."""
+    """Return the arrays (n,) of a Run from rows of the loop (n, width)."""
     found = {s.name: np.ascontiguousarray(table[:, COLUMN[s.name]]) for s in _SIGNALS}
     return found | {"flags": found["flags"].astype(int)}
 

@@ -1,4 +1,4 @@
-"""Columns of a table of results: declared once, shown by the window and printed by the command line."""
+"""Columns of a table of results: declared once, for the window's tables and the command line."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ _GAP = "  "
 
 @dataclass(frozen=True)
 class Column:
-    """One column: its title and unit, and how a row's cell is written, sorted, colored and aligned.
+    """A column: title, unit, and functions for the text, sort key, colours and alignment of a row's cell.
 
-    order: the sort key, by default the text. token, ground: the palette's names of the colors of text and
-    background. mark: the matplotlib marker before the text and the palette's name of its color. right: the
-    text is aligned right.
+    order: the sort key, by default the text. token, ground: names of text and background colours in the
+    palette. mark: the matplotlib marker before the text and the name of its colour. right: right-aligned
+    text.
     """
 
     title: str
@@ -29,14 +29,14 @@ class Column:
 
     @property
     def head(self) -> str:
-        """Return the title with the unit on a line of its own."""
+        """Return the title, with the unit on a separate line."""
         return f"{self.title}\n{self.unit}" if self.unit else self.title
 
 
 def text_lines(columns: Iterable[Column], rows: Iterable[Any], indent: str = "") -> list[str]:
-    """Return a table as lines of text: the titles, the units if any column has one, then a line per row.
+    """Return a table as lines of text: titles, units if any column has one, then a line per row.
 
-    A cell is one printable line: a line break in it becomes a space.
+    Line breaks in cells become spaces.
     """
     columns = tuple(columns)
     heads = [[c.title for c in columns], [c.unit for c in columns]]

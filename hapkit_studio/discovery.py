@@ -36,7 +36,7 @@ def assigning(folder: Path, name: str) -> list[str]:
 
 
 def _loaded(point: EntryPoint) -> object:
-    """Load another package's object; on failure, warn and return None."""
+    """Load another package's object; if that fails, warn and return None."""
     try:
         return point.load()
     except Exception as error:  # another package's module can raise anything

@@ -16,7 +16,7 @@ class FileError(ParameterError):
 
 
 class LawError(StudioError):
-    """A force law violates the law language; with its line."""
+    """A force law violates the rules of the law language; the message contains the line."""
 
     def __init__(self, message: str, line: int = 0):
         super().__init__(message if not line else f"Line {line}: {message}")
@@ -48,15 +48,15 @@ class PortPermissionError(DeviceError):
 
 
 class NotAHapkitError(DeviceError):
-    """The port has no Hapkit firmware: no or another reply."""
+    """The port has no Hapkit firmware: it sent no reply, or an unknown one."""
 
 
 class NoFirmwareError(DeviceError):
-    """A kit's board has other firmware, or none."""
+    """A kit's board has no firmware, or a different one."""
 
 
 class WrongProtocolError(DeviceError):
-    """The firmware has another protocol version."""
+    """The firmware has a different protocol version."""
 
 
 class NoDataError(DeviceError):

@@ -14,13 +14,13 @@ from typing import Any, BinaryIO
 from hapkit_studio.errors import FileError
 from hapkit_studio.formatting import quoted
 
-MOST_BYTES = 65_536  # of a file with settings, unless its reader specifies another limit
+MOST_BYTES = 65_536  # bytes in a file with settings, unless its reader specifies a different limit
 MOST_NESTED = 32  # bracket depth; Python's parsers recurse once per level
 LONGEST_WORD = 256  # characters of a key or number; tomllib takes 13 s for a dotted key of 40 KB
 _SKIPPED = re.compile(
     r"""#[^\n]*|\"{3}(?:\\.|[^\\])*?(?:\"{3}|\Z)|'{3}.*?(?:'{3}|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?""", re.S
 )  # comments and strings of TOML, which include those of JSON
-_LONG_RUN = re.compile(rf'[^"]{{{LONGEST_WORD + 1}}}')  # part of any JSON number that is too long
+_LONG_RUN = re.compile(rf'[^"]{{{LONGEST_WORD + 1}}}')  # part of every JSON number that is too long
 _STRUCTURE = re.compile(r"[\[{]|[\]}]|[\w+-]+(?:[ \t]*\.[ \t]*[\w+-]+)*")
 
 
@@ -90,7 +90,7 @@ def parse_json(text: str, name: str) -> Any:
     """Return the value of a JSON text; raise FileError beginning with the name of its file or setting."""
     if text.count("[") + text.count("{") > MOST_NESTED or _LONG_RUN.search(
         text
-    ):  # otherwise both are within limits
+    ):  # shorter texts are within both limits
         _check_structure(text, name)
     try:
         return json.loads(text)

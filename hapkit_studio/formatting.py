@@ -16,7 +16,8 @@ _WITH_NUMBER = re.compile(
 _SLASH = re.compile(r"(?<=[Nms1])/(?=[ms](?![a-z]))")
 _WHOLE_HERTZ = 20.0
 _LONGEST_SHOWN = 40  # characters of a foreign text in a message
-_KEPT = "\n\N{NO-BREAK SPACE}\N{WORD JOINER}"  # not printable by Python's definition, but harmless
+# characters that Python calls non-printable, but that are harmless
+_KEPT = "\n\N{NO-BREAK SPACE}\N{WORD JOINER}"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from socket import socket
     from types import FrameType
 
-INTERRUPTED = 130  # exit code: 128 and the number of SIGINT
+INTERRUPTED = 130  # exit code: 128 plus the number of SIGINT
 _AGAIN_SECONDS = 0.02
 _ends: "list[socket]" = []
 
@@ -31,7 +31,8 @@ def exit_at_once(_number: int, _frame: "FrameType | None") -> None:
 
 def begin() -> None:
     """Exit at once on Ctrl+C from now on, except inside ``raised``; for programs only."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not if the parent made it ignored
+    # a parent that ignores SIGINT passes that on
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, exit_at_once)
         sys.unraisablehook = _raise_again
     if hasattr(signal, "pthread_sigmask"):
@@ -110,7 +111,7 @@ def _connect() -> None:
     if before == -1:
         _ends[:] = near, far
         return
-    signal.set_wakeup_fd(before)  # the host program uses its own wakeup socket
+    signal.set_wakeup_fd(before)  # the host program has its own wakeup socket
     near.close()
     far.close()
 

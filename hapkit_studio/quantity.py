@@ -1,4 +1,4 @@
-"""A parameter in the unit that people read: its limits, steps and text."""
+"""A parameter in display units: its limits, steps and text."""
 
 import math
 
@@ -9,9 +9,9 @@ _ON_SCREEN = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
 
 
 class Quantity:
-    """A parameter's limits, default and step in the unit on the screen; factor turns SI into it.
+    """A parameter's limits, default and step in display units; factor converts SI to them.
 
-    root: the slider runs with the square root, so that small values of a wide range can be met.
+    root: the slider follows the square root, so that small values of a wide range can be selected.
     """
 
     def __init__(self, parameter: Parameter):
@@ -24,39 +24,39 @@ class Quantity:
         self.root = self.low >= 0.0 and self.high > 10.0 * self.low
 
     def si(self, value: float) -> float:
-        """Return a value in SI, inside the parameter's limits to the last bit."""
+        """Return a value in SI, clipped exactly to the parameter's limits."""
         return min(self.parameter.high, max(self.parameter.low, value / self.factor))
 
     def index(self, value: float) -> int:
-        """Return the step nearest to a value."""
+        """Return the number of the step nearest to a value."""
         return round((value - self.low) / self.step)
 
     def moved(self, value: float, steps: int) -> float:
-        """Return a value some steps on, inside the limits and free of binary dust."""
+        """Return a value moved by some steps, within the limits and without binary rounding errors."""
         return min(self.high, max(self.low, round(value + steps * self.step, self.decimals + 4)))
 
     def fraction(self, value: float) -> float:
-        """Return where a value lies along the slider, 0 to 1."""
+        """Return a value's position on the slider, 0 to 1."""
         part = min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))
         return math.sqrt(part) if self.root else part
 
     def value(self, fraction: float) -> float:
-        """Return the value, on a whole step, at a place along the slider."""
+        """Return the value, on a whole step, at a position on the slider."""
         part = min(1.0, max(0.0, fraction))
         part = part * part if self.root else part
         return self.on_step(self.low + part * (self.high - self.low))
 
     def on_step(self, value: float) -> float:
-        """Return the whole step nearest to a value."""
+        """Return the step's value nearest to a value."""
         return self.moved(self.low, self.index(value))
 
     def inside(self, value: float) -> bool:
-        """Say whether a value lies within the limits, binary dust aside."""
+        """Return True if a value is within the limits, apart from binary rounding errors."""
         dust = 1e-9 * (self.high - self.low)
         return math.isfinite(value) and self.low - dust <= value <= self.high + dust
 
     def text(self, value: float) -> str:
-        """Write a value: at least the step's decimals, more only where the value has them."""
+        """Format a value with the step's decimals, and more only if necessary."""
         body = f"{value:,.{self.decimals + 4}f}"
         kept = len(body) - 4 if self.decimals else len(body) - 5
         body = body[:kept] + body[kept:].rstrip("0").rstrip(".")

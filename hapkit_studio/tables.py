@@ -20,7 +20,7 @@ from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.files import read_bytes
 from hapkit_studio.formatting import printable, quoted, shortened
 
-MOST_BYTES = 256 << 20  # ten minutes of the studio's own columns at 4 kHz
+MOST_BYTES = 256 << 20  # bytes: ten minutes of the studio's own columns at 4 kHz
 DELIMITERS = (";", "\t", ",", "|", " ")
 """Candidates in order of preference."""
 UNITS: dict[str, dict[str, float]] = {
@@ -81,7 +81,7 @@ def parse_column(quantity: str, text: str) -> TableColumn:
 
 
 class UnknownColumnsError(FileError):
-    """A file's columns are foreign and must be named by the user; carries the table."""
+    """A file's columns are foreign and must be named by the user; the exception has the table."""
 
     def __init__(self, table: "Table", missing: str):
         found = guess(table.names)

@@ -1,7 +1,7 @@
 // Fuzz target: the machine's verifier, and the machine with code that passed it.
 //
-// An input is the shape, 3 bytes; the given numbers, one byte each; the code. Verified code is run: it must leave code
-// and constants unchanged, and not exceed the verifier's number of cycles.
+// An input is the shape, 3 bytes; the initial values, one byte each; the code. Verified code is run: it must
+// leave code and constants unchanged, and not exceed the verifier's number of cycles.
 
 #include "machine.h"
 

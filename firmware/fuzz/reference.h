@@ -1,4 +1,4 @@
-// Frames in the plainest form: the reference for the firmware's parser.
+// Frames in the simplest form: the reference for the firmware's parser.
 #pragma once
 
 #include <cstddef>

@@ -105,7 +105,7 @@ class Board {
     check_sent();
   }
 
-  // Silence: the motor is off in time.
+  // After silence the motor is switched off in time.
   void fall_silent() {
     for (uint32_t until = fake::now_us + kSilence; fake::now_us < until;) sample(500);
     CHECK(fake::pwm == 0);

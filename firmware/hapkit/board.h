@@ -16,16 +16,16 @@ constexpr uint8_t kQueue = 112;  // bytes in the send queue
 // One sensor reading.
 struct Sampling {
   uint16_t seq;      // counts every sample period, including skipped ones
-  uint16_t raw;      // the sensor's reading itself
+  uint16_t raw;      // raw reading of the sensor
   uint8_t missed;    // sample periods skipped just before this one
-  uint16_t ticks;    // of the clock in the period that ended with this one
+  uint16_t ticks;    // of the clock, duration of the period that ended with this sample
   bool failed;       // the sensor's own check reports an invalid reading
 };
 
 // Initialise clock and serial port with the motor off. The hardware watchdog is active from now on.
 void begin();
 
-// Motor off; then pins, timers and sensor as the kit needs them. Main program only.
+// Turn the motor off; then set up pins, timers and sensor for a kit. Main program only.
 void configure(const protocol::Board& kit);
 
 // While on, no reading is processed, so data of the sample interrupt may be changed. Main program only.
@@ -37,7 +37,7 @@ void set_period(uint16_t ticks);
 // Called once per sample period, from an interrupt that lets other interrupts through.
 void on_sample(const Sampling& sampling);
 
-// When the sample was taken that on_sample() is handling, for us_of().
+// Time stamp of the sample that on_sample() is processing, for us_of().
 uint32_t stamp();
 
 // Board clock at a stamp [us]. Main program only, and at least every 17 minutes.

@@ -14,18 +14,18 @@ namespace {
 constexpr uint8_t kTicksPerUs = 1 / board::kTickUs;
 constexpr uint16_t kUsual = profile::kPeriodUs * kTicksPerUs;
 
-volatile uint16_t period = kUsual;         // the present one, in ticks
-volatile uint16_t period_wanted = kUsual;  // the next one
+volatile uint16_t period = kUsual;         // of the current period, in ticks
+volatile uint16_t period_wanted = kUsual;  // of the next period
 volatile bool sampling_busy = false;  // from the start of a reading to the end of its handling
 volatile bool held = false;
 Clock board_clock;
-board::Sampling sampling;         // the latest one: constant while it is processed
-volatile uint16_t passed = 0;     // ticks before the present period, lower half
+board::Sampling sampling;         // the newest one: constant while it is processed
+volatile uint16_t passed = 0;     // ticks before the current period, lower half
 volatile uint16_t wraps = 0;      // and upper half
-volatile uint8_t missed = 0;      // periods since the latest sampling
-uint16_t sampled = 0;             // when it was, lower half of the ticks
+volatile uint8_t missed = 0;      // periods since the newest sampling
+uint16_t sampled = 0;             // time of the newest sampling, lower half of the ticks
 
-// Timer 1 counts one sample period over and over: it is the clock and starts every sample.
+// Timer 1 counts one sample period repeatedly: it is the clock and starts every sample.
 void begin_clock() {
   TCCR1A = 0;
   TCCR1B = _BV(WGM12) | _BV(CS11);  // up to OCR1A, prescaler 8
@@ -37,8 +37,8 @@ void begin_clock() {
 
 }  // namespace
 
-// Start a reading and store its time, or count a missed one. The timer is below any limit that it may get,
-// because it has just restarted.
+// Start a reading and store its time, or count a missed one. The timer is below any new limit, because it has
+// just restarted.
 ISR(TIMER1_COMPA_vect) {
   const uint16_t ended = period;
   const uint16_t now = passed + ended;

@@ -1,12 +1,12 @@
-// The board's clock: what the timer and the periods before it have counted, in microseconds.
+// The board's clock in microseconds, from the timer and the number of periods.
 #pragma once
 
 #include <stdint.h>
 
 class Clock {
  public:
-  // Return the time of a stamp in half microseconds, which wraps twice as often: less than 17 minutes away from the
-  // last one.
+  // Return the time of a stamp in half microseconds, which wraps twice as often. The stamp must be less
+  // than 17 minutes from the last one.
   uint32_t us_of(uint32_t stamp) {
     const bool back = static_cast<int32_t>(stamp - last_) < 0;
     if (back != (stamp < last_)) upper_ = !upper_;

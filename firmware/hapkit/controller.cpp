@@ -12,13 +12,13 @@ bool is(const uint8_t* body, uint8_t size) {
   return body[0] == Message::kId && size == 1 + Message::kSize;
 }
 
-// Messages are packed, so they may be read where they are.
+// Messages are packed, so they may be read in place.
 template <class Message>
 const Message& as(const uint8_t* body) {
   return *reinterpret_cast<const Message*>(body + 1);
 }
 
-// Supervision of rendering by the computer.
+// Loop settings for supervision while the computer renders.
 estimator::Loop usual() { return {profile::kPeriodUs * board::kTicksPerMs / 1000, protocol::kEstimatorDifference, 0.0f, 0.0f}; }
 
 }  // namespace
@@ -120,7 +120,8 @@ void Controller::take_pieces() {
   if (loading_.begin()) start_law();
 }
 
-// Verifying a law may take longer than the hardware watchdog allows; meanwhile ticks feed it for the main program.
+// Verifying a law may take longer than the hardware watchdog allows; meanwhile ticks feed the watchdog on behalf
+// of the main program.
 void Controller::take(const protocol::Piece& piece) {
   vouched_ = kVouched;
   const bool ready = loading_.take(piece);
@@ -128,7 +129,7 @@ void Controller::take(const protocol::Piece& piece) {
   if (ready) start_law();
 }
 
-// The tick delays it until the period has its length.
+// The tick delays the start until the period has the law's length.
 void Controller::start_law() {
   fade_.restart();
   fade_.stay();

@@ -33,7 +33,7 @@ class Controller {
 
  private:
   static constexpr float kFastest = 5.0f;  // m/s; faster motion is a fault
-  static constexpr uint8_t kVouched = 50;  // ms
+  static constexpr uint8_t kVouched = 50;  // ms for which ticks may feed the watchdog
 
   // Main program.
   void dispatch(const uint8_t* body, uint8_t size);
@@ -53,7 +53,7 @@ class Controller {
   void report(uint32_t time_us);
   uint8_t overrun_flag();
 
-  // Either side; the main program under a Lock.
+  // Called by both sides; by the main program under a Lock.
   void drive(int16_t pwm) {
     board::set_motor(pwm);
     pwm_ = pwm;
@@ -100,7 +100,7 @@ class Controller {
   volatile uint16_t delay_us_ = 0;
   uint8_t stale_ = 0;
 
-  // Passed to the tick, which applies it after a period of its length.
+  // Passed to the tick, which applies it after the first period of the new length.
   estimator::Design next_ = {};
 
   // Report of a tick: a sample, or telemetry of a law.

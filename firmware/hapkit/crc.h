@@ -7,7 +7,7 @@ namespace crc {
 
 constexpr uint16_t kStart = 0xffff;
 
-// The CRC in two bytes, suited to an 8-bit chip.
+// The CRC in two bytes, which suits an 8-bit chip.
 struct Crc {
   uint8_t high, low;
 

@@ -1,4 +1,4 @@
-// Non-volatile memory. eeprom_avr.cpp is the chip's; the tests have their own.
+// Non-volatile memory, implemented by eeprom_avr.cpp for the chip and by the tests.
 #pragma once
 
 #include <stdint.h>
@@ -12,7 +12,7 @@ bool ready();
 
 uint8_t read(uint16_t at);
 
-// Begin to write a byte, which takes 3.4 ms; a power cut during it leaves any value in this byte alone.
+// Begin to write a byte, which takes 3.4 ms; a power cut during it damages only this byte.
 void write(uint16_t at, uint8_t byte);
 
 }  // namespace eeprom

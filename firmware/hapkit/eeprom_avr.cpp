@@ -14,7 +14,7 @@ uint8_t eeprom::read(uint16_t at) {
   return EEDR;
 }
 
-// The two bits have to follow each other within four cycles.
+// Both bits must be set within four cycles.
 void eeprom::write(uint16_t at, uint8_t byte) {
   EEAR = at;
   EEDR = byte;

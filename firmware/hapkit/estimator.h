@@ -12,23 +12,23 @@ namespace estimator {
 struct Loop {
   uint16_t period;    // [ticks of the board's clock]
   uint8_t estimator;  // protocol::kEstimator...
-  float first;        // its coefficients
-  float second;       // [1/s]
+  float first;        // first coefficient
+  float second;       // second coefficient [1/s]
 };
 
-// Derived constants for rate, method and sensor. Made by the main program, used by the tick.
+// Constants derived from rate, method and sensor. Computed by the main program, used by the tick.
 struct Design {
-  uint32_t second;   // half of the coefficients, in 2^-32: of the speed
-  uint32_t first;    // and of the position; an integer for filters without a position state
+  uint32_t second;   // half the coefficient of the speed, in 2^-32
+  uint32_t first;    // half the coefficient of the position; an integer for filters without a position state
   int16_t fastest;   // limit of the speed, in counts per period
-  uint16_t ticks;    // of the board's clock in one period
+  uint16_t ticks;    // ticks of the board's clock in one period
   uint8_t shown;     // ticks per frame of telemetry, at least a millisecond
   float scale;       // m/s in 2^-16 counts per period
-  float quantum;     // m in a count
+  float quantum;     // [m] travel per count
 };
 
-constexpr int16_t kMostCounts = 4095;  // in one period; larger jumps are not motion
-constexpr float kOne = 65536.0f;       // a count
+constexpr int16_t kMostCounts = 4095;  // counts in one period; larger jumps are not motion
+constexpr float kOne = 65536.0f;       // scale of a count
 
 // Fill a design; return false without changes for invalid values. quantum in m, fastest in m/s.
 bool design(const Loop& loop, float quantum, float fastest, Design* made);

@@ -1,7 +1,7 @@
-// estimator::share in 90 cycles, a quarter of what the compiler takes.
+// estimator::share in 90 cycles, a quarter of the compiler's.
 #ifdef __AVR__
 
-; Add the upper half of a product of two bytes each to the sum, r31:r30:r27:r26.
+; Add the upper half of a 16-bit by 16-bit product to the sum in r31:r30:r27:r26.
 .macro upper x1, x0, y1, y0
   mul \x0, \y0
   mov r16, r1

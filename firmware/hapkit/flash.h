@@ -1,4 +1,4 @@
-// Tables in flash, which the chip reads with instructions of their own.
+// Tables in flash, which the chip reads with special instructions.
 #pragma once
 
 #include <stdint.h>

@@ -1,9 +1,9 @@
-// Sums, products and quotients of floats in two thirds of the library's time: a law takes most of its time for them.
-// Rounded to the nearest, to the even one of two, as IEEE 754 has it, but for numbers below 2^-126: they are zero.
-// As the compiler expects of its own functions of these names: r25..r22 and r21..r18 in, r25..r22 out.
+// Sums, products and quotients of floats in two thirds of the library's time, since a law spends most of its time
+// on them. Rounded to nearest, ties to even, as in IEEE 754, except that numbers below 2^-126 are zero. Registers
+// as in the compiler's own functions of these names: r25..r22 and r21..r18 in, r25..r22 out.
 #ifdef __AVR__
 
-  .section .text.avr-libc.fplib, "ax", @progbits  // beside the library's, which calls and is called nearby
+  .section .text.avr-libc.fplib, "ax", @progbits  // next to the library's functions, which call each other
 
 ; An integer in r25..r22 times a positive float in r21..r18.
   .global times
@@ -19,7 +19,7 @@ times:
   sbci r24, 0xff
   sbci r25, 0xff
 1:ldi r26, 150
-2:tst r25             ; more than a float holds: cut off
+2:tst r25             ; exceeds the mantissa: truncate
   breq 3f
   lsr r25
   ror r24
@@ -93,7 +93,7 @@ infinite:
   clr r22
   bld r25, 7
   ret
-far:                  ; the exponents' sum has run over: N, upwards
+far:                  ; overflow of the exponents' sum; N: upwards
   brpl zero
   rjmp infinite
 
@@ -113,7 +113,7 @@ __mulsf3:
   brsh odd_product
   cpi r21, 0xfe
   brsh odd_product
-  subi r25, 127       ; signed, so that V tells when they run over
+  subi r25, 127       ; signed, so that V indicates an overflow
   subi r21, 127
   sec
   adc r25, r21
@@ -136,7 +136,7 @@ multiply:             ; r25 = exponent, r24..r22 and r20..r18 from 1 to 2
   add r27, r0
   adc r30, r1
   adc r31, r22
-  or r26, r27         ; what lies below only matters if it is not zero
+  or r26, r27         ; of the lower bytes it only matters whether they are zero
   mul r23, r20
   add r31, r0
   mov r27, r1
@@ -197,7 +197,7 @@ multiply:             ; r25 = exponent, r24..r22 and r20..r18 from 1 to 2
   .size __mulsf3, .-__mulsf3
 
 ; --- sum and difference
-odd_sum:              ; the larger one is infinite or no number
+odd_sum:              ; the larger one is infinite or NaN
   mov r0, r24
   or r0, r23
   or r0, r22
@@ -237,7 +237,7 @@ __addsf3:
   cpc r24, r20
   cpc r25, r21
   brsh 1f
-  movw r26, r22       ; the larger one first
+  movw r26, r22       ; larger operand first
   movw r22, r18
   movw r18, r26
   movw r26, r24
@@ -250,14 +250,14 @@ __addsf3:
   tst r21
   breq alone
   mov r31, r25
-  sub r31, r21        ; places that the smaller one moves
+  sub r31, r21        ; shift of the smaller operand
   cpi r31, 26
   brsh alone
   sec                 ; the bit before the point
   ror r24
   sec
   ror r20
-  clr r26             ; what lies below
+  clr r26             ; bits shifted out
   cpi r31, 5
   brlo 1f
   rjmp far_apart
@@ -301,7 +301,7 @@ nearest:
   inc r25
 pack:
   lsl r24
-join:                 ; r25 = exponent, r24 = bits behind the point one place up, r30 = sign
+join:                 ; r25 = exponent, r24 = fractional bits shifted up by one, r30 = sign
   lsr r25
   ror r24
   bst r30, 7
@@ -336,7 +336,7 @@ minus:
   rjmp nearest
 9:rjmp nothing
 far_apart:
-  clr r27             ; whole bytes; not zero if one of them is lost
+  clr r27             ; whole bytes; nonzero if a nonzero byte is shifted out
 6:or r27, r26
   mov r26, r18
   mov r18, r19
@@ -348,7 +348,7 @@ far_apart:
   tst r31
   breq 9f
   brmi 8f
-  mov r21, r26        ; its bits that may be lost
+  mov r21, r26        ; bits that may be shifted out
   andi r21, 15
   or r27, r21
 7:lsr r19
@@ -431,7 +431,7 @@ __divsf3:
   cpc r23, r19
   cpc r24, r20
   brsh 1f
-  subi r25, 1         ; a quotient from a half to 1: one place more
+  subi r25, 1         ; a quotient from 1/2 to 1: one more bit
   sbci r31, 0
   lsl r22
   rol r23
@@ -439,13 +439,13 @@ __divsf3:
 1:sub r22, r18        ; the first bit
   sbc r23, r19
   sbc r24, r20
-  ldi r30, 3          ; the first bit, under one that ends the byte after seven more
+  ldi r30, 3          ; the first bit, below a marker that ends the byte after seven more
   rcall digits
   mov r27, r30
   rcall eight
   mov r26, r30
   rcall eight
-  lsl r22             ; what is left against half of the divisor, which it never is
+  lsl r22             ; compare the remainder with half of the divisor; they are never equal
   rol r23
   rol r24
   brcs 2f
@@ -453,7 +453,7 @@ __divsf3:
   cpc r23, r19
   cpc r24, r20
   brlo 4f
-2:subi r30, 0xff      ; never to the next power of two
+2:subi r30, 0xff      ; never carries to the next power of two
   sbci r26, 0xff
   sbci r27, 0xff
 4:tst r31
@@ -475,7 +475,7 @@ __divsf3:
   brpl 5b
 7:rjmp zero
 
-; Eight bits of the quotient to r30, or fewer; what is left of the dividend stays in r24..r22.
+; Up to eight bits of the quotient to r30; the remainder of the dividend stays in r24..r22.
 eight:
   ldi r30, 1
 digits:
@@ -486,7 +486,7 @@ digits:
   cp r22, r18
   cpc r23, r19
   cpc r24, r20
-  brlo 3f             ; carry: a zero, once it is turned
+  brlo 3f             ; carry: a 0 bit, after inversion
 2:sub r22, r18
   sbc r23, r19
   sbc r24, r20

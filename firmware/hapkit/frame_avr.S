@@ -1,9 +1,9 @@
-// frame::Writer::put: 22 cycles a byte, 8 more for a zero, half of what the compiler takes.
+// frame::Writer::put: 22 cycles per byte, 8 more for a zero, half of the compiler's.
 #ifdef __AVR__
 
-#define CRC 0   // places in a Writer: high byte and low one,
-#define CODE 2  // the code of the block that is being filled,
-#define END 4   // behind its last byte
+#define CRC 0   // offsets in a Writer, of the high byte and the low byte:
+#define CODE 2  // code byte of the open block
+#define END 4   // end of the data
 
   .section .text.frame_put, "ax", @progbits
   .global frame_put
@@ -28,7 +28,7 @@ frame_put:
   ldi r22, 16
   ldi r23, 32
 1:ld r18, Z+
-  eor r25, r18        ; mul shifts: to x^16 belong x^12 + x^5 + 1
+  eor r25, r18        ; mul shifts: x^16 reduces to x^12 + x^5 + 1
   mul r25, r22
   eor r25, r1
   mul r25, r22

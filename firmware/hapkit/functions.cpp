@@ -4,7 +4,7 @@
 
 namespace functions {
 
-// Each is the polynomial of its length that comes closest to its function for y from 0 to 1, times 2^31.
+// Minimax polynomials of the functions for y from 0 to 1, times 2^31.
 extern const uint32_t kSine[] PROGMEM = {  // sin(z pi/2) / z, y = z^2, within 7e-9
     0x0004f85f, 0x009929ad, 0x0a33478f, 0x52aef0c7, 0xc90fda94};
 extern const uint32_t kPower[] PROGMEM = {  // 2^-y, within 2e-9
@@ -21,7 +21,7 @@ extern const uint32_t kExpm1[] PROGMEM = {  // (e^x - 1) / x, y = 1/2 - x, withi
 namespace {
 
 constexpr uint8_t kOne = 127;  // exponent of 1
-constexpr uint32_t kQuarter = 0x40000000UL;  // of a turn
+constexpr uint32_t kQuarter = 0x40000000UL;  // of a turn, in 2^-32 turns
 
 template <uint8_t terms>
 uint32_t of(uint32_t y, const uint32_t (&table)[terms]) {
@@ -34,7 +34,7 @@ uint32_t of(uint32_t y, const uint32_t (&table)[terms]) {
 
 namespace {
 
-// What is below the smallest number of full length is zero: before an operation, and after.
+// Flush numbers below the smallest normal float to zero, before and after an operation.
 float whole(float x) { return is_zero(x) ? signed_as(0.0f, x) : x; }
 
 // A result in double precision, rounded once.
@@ -84,7 +84,7 @@ float assembled(uint32_t m, int16_t e, uint8_t sign) {
   if (m == 0) return number(top);
   for (; m < kSign; e--) m <<= 1;
   if (e >= 255 || e <= 0) return number(top | (e > 0 ? 0x7f800000UL : 0));
-  // the rounding may carry into the exponent, rightly
+  // rounding may carry into the exponent, which is correct
   return number(top | ((static_cast<uint32_t>(e) << 23) + (((m & ~kSign) + 0x80) >> 8)));
 }
 
@@ -105,7 +105,7 @@ float sine_of(uint32_t phase) {
 float exp_times(float x, int8_t more) {
   if (is_nan(x)) return x;
   if (exponent(x) >= kOne + 7) return is_negative(x) ? 0.0f : INFINITY;
-  // places in 2^-24, rounded; 2^-y is what the series knows
+  // binary exponent in 2^-24, rounded; the series computes 2^-y
   const uint32_t places = moved(fraction(mantissa(x), 0xb8aa3b29UL), static_cast<int16_t>(exponent(x)) - kOne - 6);
   const uint32_t part = (places << 8) + 128;
   const int16_t whole = static_cast<uint8_t>(places >> 24);
@@ -140,7 +140,7 @@ constexpr float kHalfPi = 1.5707963267948966f;
 constexpr float kPi = 3.1415926535897932f;
 constexpr float kLog2 = 0.69314718055994531f;
 
-// Below 2^-12 sin, tan, asin and atan are x, to the last bit but one.
+// Below 2^-12, sin, tan, asin and atan are x, except for the last bit.
 bool is_small(float x) { return exponent(x) < kOne - 12; }
 
 // log(1 + u) / u in 2^-31, for u 2^32 with u from sqrt(1/2) - 1 to sqrt(2) - 1
@@ -149,14 +149,14 @@ uint32_t log_slope(uint32_t u) {
   return of(above + fraction(above, 0x6a09e668UL), kLog);
 }
 
-// atan of 0 to 1
+// atan for 0 to 1
 float small_atan(float z) {
   if (is_small(z)) return z;
   const uint32_t size = fixed(z, 32) - 1;
   return times(z, of(fraction(size, size), kAtan));
 }
 
-// acos of 1/2 to 1
+// acos for 1/2 to 1
 float small_acos(float z) {
   const float rest = sum(1.0f, -z);  // exact
   if (rest == 0.0f) return rest;
@@ -164,7 +164,7 @@ float small_acos(float z) {
   return sum(half, half);
 }
 
-// Those bits of a number of 1 to 2^23 that stand behind the point.
+// The fractional bits of a number from 1 to 2^23.
 uint32_t behind_point(float x) {
   const uint8_t places = 150 - exponent(x);
   uint8_t top = 0xff;
@@ -273,7 +273,7 @@ float log(float x) {
   if (is_zero(x)) return -INFINITY;
   if (is_negative(x) || !is_finite(x)) return bits(x) == 0x7f800000UL ? x : NAN;
   const uint32_t m = mantissa(x);
-  const bool high = m > 0xb504f333UL;  // sqrt(2): halved, it lies nearer to 1
+  const bool high = m > 0xb504f333UL;  // sqrt(2): half of a larger number is closer to 1
   const int8_t whole = static_cast<int8_t>(exponent(x) - kOne + high);
   const uint32_t u = high ? m : m << 1;
   const float rest = assembled(high ? 0 - u : u, kOne - 1, high ? 0x80 : 0);
@@ -323,7 +323,7 @@ float power(float x, float y) {
   if (is_zero(y) || x == 1.0f) return 1.0f;
   if (is_nan(x) || is_nan(y)) return NAN;
   const float size = magnitude(x);
-  const uint32_t lowest = fixed(magnitude(y), 31);  // of y's whole part, above what stands behind the point
+  const uint32_t lowest = fixed(magnitude(y), 31);  // lowest bit of the integer part of y, above the fraction
   const bool whole = (lowest << 1) == 0;
   if (is_negative(x) && !whole && !is_zero(x) && is_finite(x)) return NAN;
   const float found = size == 1.0f ? size : exp_times(product(y, functions::log(size)), 0);
@@ -339,7 +339,7 @@ float hypot(float x, float y) {
   }
   if (!is_finite(a)) return bits(b) == 0x7f800000UL ? b : a;
   if (is_zero(b)) return a;
-  // their squares are to be floats, too
+  // scale them, so that their squares are floats too
   if (exponent(a) > kOne + 60) return product(functions::hypot(product(a, 0x1p-64f), product(b, 0x1p-64f)), 0x1p64f);
   if (exponent(a) < kOne - 50) return product(functions::hypot(product(a, 0x1p64f), product(b, 0x1p64f)), 0x1p-64f);
   return functions::sqrt(sum(product(a, a), product(b, b)));

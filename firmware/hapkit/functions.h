@@ -1,6 +1,7 @@
-// The machine's arithmetic: float32, where what is below 2^-126 is zero. Sums, products, quotients and roots are
-// rounded to the nearest; the rest lies within a few units of the last place, computed with whole numbers of 32 bits,
-// which take a chip without floating point a third of the time. The same bits on the chip and on a PC.
+// The machine's arithmetic: float32, with numbers below 2^-126 flushed to zero. Sums, products, quotients and
+// roots are rounded to nearest; other functions are within a few units in the last place, computed in 32-bit
+// integers, which take a chip without floating point a third of the time. The results have the same bits on the
+// chip and on a PC.
 #pragma once
 
 #include <math.h>
@@ -38,7 +39,7 @@ inline float magnitude(float x) { return number(bits(x) & ~kSign); }
 inline float signed_as(float x, float other) { return number((bits(x) & ~kSign) | (bits(other) & kSign)); }
 
 #ifdef __AVR__
-// As float_avr.S has them.
+// Implemented in float_avr.S on the chip.
 inline float sum(float a, float b) { return a + b; }
 inline float product(float a, float b) { return a * b; }
 inline float quotient(float a, float b) { return a / b; }
@@ -48,28 +49,29 @@ float product(float a, float b);
 float quotient(float a, float b);
 #endif
 
-// a b / 2^32, a few units too small.
+// a b / 2^32, up to a few units too small.
 uint32_t fraction(uint32_t a, uint32_t b);
 
-// With y and the table's numbers in 2^-32: t0 - y (t1 - y (t2 - ...)); the table, in flash, begins with the last.
+// t0 - y (t1 - y (t2 - ...)), with y and the table in 2^-32; the table, in flash, begins with the last
+// coefficient.
 uint32_t series(uint32_t y, const uint32_t* table, uint8_t terms);
 
 // |x| = mantissa / 2^31 * 2^(exponent - 127).
 inline uint32_t mantissa(float x) { return bits(x) << 8 | kSign; }
 
-// m 2^up
+// m 2^up, rounded
 uint32_t moved(uint32_t m, int16_t up);
 
-// The lower 32 bits of x 2^up, cut off.
+// The lower 32 bits of x 2^up, truncated.
 uint32_t fixed(float x, int8_t up);
 
 // m / 2^31 * 2^(e - 127), with the sign in bit 7: rounded.
 float assembled(uint32_t m, int16_t e, uint8_t sign);
 
-// x times f / 2^31, for an x other than 0.
+// x f / 2^31, for x other than 0.
 float times(float x, uint32_t f);
 
-// Turns of an angle in 2^-32, without the whole ones; and their sine.
+// An angle in 2^-32 turns, without whole turns; and the sine of such a phase.
 uint32_t phase_of(float x);
 float sine_of(uint32_t phase);
 
@@ -77,10 +79,10 @@ float sine_of(uint32_t phase);
 float exp_times(float x, int8_t more);
 
 struct Division {
-  uint32_t quotient;  // cut off
-  float rest;         // signed as the dividend
+  uint32_t quotient;  // truncated
+  float rest;         // remainder, with the sign of the dividend
 };
-constexpr uint32_t kBeyond = 0xffffffffUL;  // in place of a quotient of 2^24 or more; the rest is 0 then
+constexpr uint32_t kBeyond = 0xffffffffUL;  // instead of a quotient of 2^24 or more; the remainder is 0 then
 
 Division divided(float a, float b);
 
@@ -89,8 +91,8 @@ float floor(float x);
 float ceil(float x);
 float trunc(float x);
 
-// Python's a // b, a % b and math.fmod(a, b), for a b other than 0. Where a is more than 2^24 times as large as b, a
-// float32 says nothing about the rest: it is 0.
+// Python's a // b, a % b and math.fmod(a, b), for b other than 0. If a is more than 2^24 times as large as b, a
+// float32 cannot represent the remainder: it is 0.
 float floor_divide(float a, float b);
 float modulo(float a, float b);
 float remainder(float a, float b);

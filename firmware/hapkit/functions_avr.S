@@ -1,18 +1,18 @@
-// What functions.cpp is made of and takes its time for: products of fractions, one by one or in a series, and the ways
-// from a float to whole numbers and back. In C++ they take two to four times as long and twice the room.
-// Arguments and results as the compiler passes them.
+// The basic and slow functions of functions.cpp: products of fractions, singly or in a series, and conversions
+// between floats and integers. In C++ they take two to four times as long and twice the memory.
+// Arguments and results are in the compiler's registers.
 #ifdef __AVR__
 
   .section .text.machine_series, "ax", @progbits
 
-; uint32_t fraction(uint32_t a, uint32_t b): the bytes of the product that lie above the lowest three.
+; uint32_t fraction(uint32_t a, uint32_t b): the bytes of the product above the lowest three.
   .global _ZN9functions8fractionEmm
   .type _ZN9functions8fractionEmm, @function
 _ZN9functions8fractionEmm:
   mul r22, r21        ; r31 r30 r27 r26 = the product
   mov r26, r1
   clr r27
-  clr r22             ; is 0 from here on
+  clr r22             ; 0 from here on
   mul r25, r18
   add r26, r1
   adc r27, r22
@@ -52,7 +52,7 @@ _ZN9functions8fractionEmm:
   clr r1
   ret
 
-; uint32_t series(uint32_t y, const uint32_t* table, uint8_t terms): t0 - y (t1 - y (t2 - ...)), the last one first.
+; uint32_t series(uint32_t y, const uint32_t* table, uint8_t terms): t0 - y (t1 - y (t2 - ...)), last coefficient first.
   .global _ZN9functions6seriesEmPKmh
   .type _ZN9functions6seriesEmPKmh, @function
 _ZN9functions6seriesEmPKmh:
@@ -124,7 +124,7 @@ _ZN9functions6seriesEmPKmh:
   pop r14
   ret
 
-; uint32_t fixed(float x, int8_t up): x 2^up without what is behind the point, or above 32 bits.
+; uint32_t fixed(float x, int8_t up): the lower 32 bits of x 2^up, truncated.
   .global _ZN9functions5fixedEfa
   .type _ZN9functions5fixedEfa, @function
 _ZN9functions5fixedEfa:
@@ -169,7 +169,7 @@ _ZN9functions5movedEmi:
   tst r21
   breq 4f
   cpi r20, -31
-  brlo 7f             ; below -31: nothing is left
+  brlo 7f             ; below -31: 0
   cpi r21, 0xff
   brne 7f
 1:cpi r20, -7
@@ -297,7 +297,7 @@ _ZN9functions9exp_timesEfa:
   subi r20, 127 + 6
   sbc r21, r21
   rcall _ZN9functions5movedEmi
-  mov r27, r25        ; whole places, and the rest of one, rounded
+  mov r27, r25        ; integer part, and fraction, rounded
   mov r25, r24
   mov r24, r23
   mov r23, r22
@@ -329,7 +329,7 @@ _ZN9functions9exp_timesEfa:
   pop r20
   clr r18
   rjmp _ZN9functions9assembledEmih
-4:mov r26, r24        ; no number stays so; else infinite, or nothing
+4:mov r26, r24        ; NaN stays NaN; otherwise infinite, or 0
   lsl r26
   brcc 5f
   or r26, r23
@@ -350,7 +350,7 @@ _ZN9functions9exp_timesEfa:
   clr r25
   ret
 
-; Division divided(float a, float b): the quotient in r21..r18, the rest in r25..r22
+; Division divided(float a, float b): quotient in r21..r18, remainder in r25..r22
   .global _ZN9functions7dividedEff
   .type _ZN9functions7dividedEff, @function
 _ZN9functions7dividedEff:
@@ -372,7 +372,7 @@ _ZN9functions7dividedEff:
   cpi r30, 24
   brsh 8f
   push r25
-  rcall split         ; r25 r24 r23 against r20 r19 r18; the quotient's bits, inverted, go to r31 r21 r22
+  rcall split         ; compare r25 r24 r23 with r20 r19 r18; inverted quotient bits go to r31 r21 r22
   ori r20, 0x80
   ldi r22, 0xff
   ldi r21, 0xff
@@ -411,11 +411,11 @@ _ZN9functions7dividedEff:
   pop r20
   clr r21
   ret
-6:lsl r20             ; by infinity, or no number
+6:lsl r20             ; divisor infinite or NaN
   or r20, r19
   or r20, r18
   brne 7f
-5:clr r18             ; it is the rest itself
+5:clr r18             ; the dividend is the remainder
   clr r19
   movw r20, r18
   ret

@@ -1,4 +1,4 @@
-// Valid ranges of a kit's numbers. No Hapkit is outside; a value outside most likely has a wrong unit.
+// Valid ranges of a kit's numbers. All Hapkits are inside; a value outside probably has a wrong unit.
 #pragma once
 
 #include <stdint.h>
@@ -33,10 +33,10 @@ static const Range kNumbers[] PROGMEM = {
     {0.0f, 5.0f},     // [N] Coulomb
 };
 
-constexpr uint16_t kFewestCounts = 100;   // of a magnetoresistive sensor, from one repeat to the next
-constexpr uint16_t kMostCounts = 1007;    // from rail to rail there are 1008
+constexpr uint16_t kFewestCounts = 100;   // counts of a magnetoresistive sensor, from one repeat to the next
+constexpr uint16_t kMostCounts = 1007;    // 1008 from rail to rail
 constexpr uint16_t kAs5048ACounts = 16384;
-constexpr uint16_t kFewestSteps = 4;      // of an encoder, a turn
+constexpr uint16_t kFewestSteps = 4;      // counts of an encoder per turn
 constexpr int32_t kLargestZero = 1000000;
 constexpr uint8_t kLargestDeadBand = 200;
 

@@ -21,7 +21,7 @@ bool Loading::begin() {
 
 bool Loading::take(const protocol::Piece& piece) {
   if (phase_ != kComing || piece.generation != law_.generation || piece.at != received_) return false;
-  // the given values follow position and velocity, the code follows all slots
+  // initial values follow the slots of position and velocity; the code follows all slots
   const uint16_t values = 4 * law_.given;
   const uint16_t gap = 4 * (law_.slots - law_.given - machine::kFirstGiven);
   for (uint8_t i = 0; i < protocol::kPiece && received_ < size(); ++i, ++received_) {

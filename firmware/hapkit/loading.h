@@ -25,7 +25,7 @@ class Loading {
   machine::Shape shape() const { return {law_.states, law_.given, law_.slots, law_.code}; }
   estimator::Loop loop() const { return {law_.period, law_.estimator, law_.first, law_.second}; }
 
-  // Status for samples of the law being received or received last; generation 0: none since the start.
+  // Status, for samples, of the law being received or received last; generation 0: none since the start.
   uint8_t generation() const { return law_.generation; }
   uint16_t received() const { return received_; }
   uint8_t refusal() const { return static_cast<uint8_t>(refusal_); }
@@ -42,5 +42,5 @@ class Loading {
   Phase phase_ = kNone;
   machine::Refusal refusal_ = machine::Refusal::kNone;
   uint16_t received_ = 0;
-  uint16_t crc_ = 0;  // of what was received
+  uint16_t crc_ = 0;  // CRC of the bytes received
 };

@@ -1,4 +1,5 @@
-// Hold interrupts off for the life of a Lock; keep that life far below 250 cycles, two bytes on the wire.
+// Disable interrupts during the life of a Lock, which must be far shorter than 250 cycles, two bytes on the
+// wire.
 #pragma once
 
 #ifdef __AVR__
@@ -33,5 +34,5 @@ class Lock {
 
 #endif
 
-// What is written before is in memory before what is written after.
+// Compiler barrier: writes before it are not moved after it.
 inline void fence() { __asm__ volatile("" ::: "memory"); }

@@ -1,6 +1,6 @@
 // machine.cpp's run() in assembler: in C++ each operation takes 40 cycles more.
-//   r25..r22 A     Y the next byte of code     r17 4, the size of a slot
-// What the compiler's functions keep, stays; r1 is 0 between operations.
+// r25..r22 A     Y the next byte of code     r17 4, the size of a slot
+// Call-saved registers of the compiler are preserved; r1 is 0 between operations.
 #ifdef __AVR__
 
 #include "opcodes.h"
@@ -11,7 +11,7 @@
 
   .section .bss.machine_counters, "aw", @nobits
 counters:
-  .zero 8             ; one of two bytes for each loop that is open
+  .zero 8             ; two bytes for each open loop
 
   .section .text.machine_run, "ax", @progbits
 table:                ; one word for each code
@@ -73,7 +73,7 @@ table:                ; one word for each code
   rjmp test
   .endr
 
-; Go on with the next operation. What takes long anyway does so at go_on, for less room.
+; Continue with the next operation. Slow operations jump to go_on instead, which saves memory.
   .macro next
   ld r30, Y+
   clr r31
@@ -82,7 +82,7 @@ table:                ; one word for each code
   ijmp
   .endm
 
-; Z = the slot that the next byte names.
+; Z = address of the slot in the next byte.
   .macro place
   ld r30, Y+
   mul r30, r17
@@ -92,7 +92,7 @@ table:                ; one word for each code
   sbci r31, hi8(-(arena))
   .endm
 
-; r21..r18 = the slot that the next byte names.
+; r21..r18 = value of the slot in the next byte.
   .macro fetch
   place
   ld r18, Z
@@ -119,7 +119,7 @@ run:
   ldi r17, 4
   lds r28, program+2
   lds r29, program+3
-  push r28            ; where the last RETURN leads: to MAIN itself, which leaves
+  push r28            ; return address of the last RETURN: MAIN itself, which exits
   push r29
   adiw r28, 1
   next
@@ -135,7 +135,7 @@ leave:
   pop r17
   ret
 
-fail:                 ; as nan, out of whatever depth
+fail:                 ; return NaN from any call depth
   ldi r25, 0x7f
   ldi r24, 0xc0
   clr r23
@@ -172,7 +172,7 @@ jump:
   adc r29, r1
   next
 
-; Z = the counter that the next byte names.
+; Z = address of the counter in the next byte.
   .macro counter
   ld r30, Y+
   lsl r30
@@ -220,22 +220,22 @@ store:
   std Z+3, r25
   next
 
-; Z = the slot that an index of the table leads to.
+; Z = address of the slot at an index of a table.
 element:
   fetch
-  ld r26, Y+          ; first
-  ld r27, Y+          ; how many
+  ld r26, Y+          ; first slot
+  ld r27, Y+          ; number of slots
   bst r21, 7
   lsl r20
   rol r21
-  breq 2f             ; smaller than a float of full length: 0, if it is not negative
+  breq 2f             ; below the smallest normal float: 0, unless negative
   brts 3f
   subi r21, 127
   brcs 1f             ; below 1
   cpi r21, 8
   brsh 3f
   sec
-  ror r20             ; to be moved by so many places less than 7
+  ror r20             ; to be shifted right by 7 - r21 bits
   subi r21, 7
   breq 4f
 5:lsr r20
@@ -251,7 +251,7 @@ element:
   brsh 3f
   clr r31
   mov r30, r26
-  add r30, r20        ; no slot is beyond 255: verified
+  add r30, r20        ; the slot is at most 255, as verified
   mul r30, r17
   movw r30, r0
   clr r1
@@ -299,7 +299,7 @@ multiply:
   call __mulsf3
   next
 
-; r21..r18 = the slot that the next byte names, no divisor of 0.
+; r21..r18 = value of the slot in the next byte; fails if it is a divisor of 0.
 divisor:
   fetch
   mov r30, r20
@@ -348,12 +348,12 @@ outcome:
   cpc r25, r21
   breq 6f
   sbc r26, r26
-  eor r26, r25        ; of two negative ones the greater is less
+  eor r26, r25        ; of two negative numbers, the larger bit pattern is less
   ldi r31, 4
   sbrc r26, 7
   ldi r31, 1
   ret
-3:ldi r31, 4          ; of two signs; of zeros both may be
+3:ldi r31, 4          ; different signs; both may be zero
   sbrc r25, 7
   ldi r31, 1
   mov r26, r25
@@ -370,7 +370,7 @@ outcome:
 7:ret
 4:sbrs r24, 7
   rjmp 1b
-  mov r26, r24        ; infinite or no number
+  mov r26, r24        ; infinite or NaN
   lsl r26
   or r26, r23
   or r26, r22

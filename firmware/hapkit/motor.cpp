@@ -5,10 +5,10 @@
 namespace motor {
 namespace {
 
-// Of the upper half of a float.
+// Constants for the upper half of a float.
 constexpr uint16_t kSign = 0x8000;
 constexpr uint16_t kInfinite = 0x7f80;
-constexpr uint16_t kSmallest = 0x0080;  // below, its mantissa is not whole
+constexpr uint16_t kSmallest = 0x0080;  // below this, the mantissa has no leading one
 
 // A force times the factor is value / 2^places.
 struct Product {
@@ -33,14 +33,14 @@ uint16_t shifted(uint16_t value, uint8_t places) {
   return value;
 }
 
-// The integer nearest to the root of the value plus a quarter: a step is nearest from half a step
-// below, and (step - 1/2)^2 = step (step - 1) + 1/4.
+// The integer nearest to the root of the value plus a quarter: a step is the nearest from half a step
+// below it on, and (step - 1/2)^2 = step (step - 1) + 1/4.
 __attribute__((always_inline)) inline uint8_t with_bit(uint8_t bit, uint8_t root, uint16_t square_less_quarter) {
   const uint8_t larger = root | bit;
   return static_cast<uint16_t>(larger * static_cast<uint8_t>(larger - 1)) <= square_less_quarter ? larger : root;
 }
 
-// Unrolled: a loop over the bits would take half as long again at every tick.
+// Unrolled: a loop over the bits would take 50 % longer in every tick.
 uint8_t nearest_root(uint16_t square_less_quarter) {
   uint8_t root = with_bit(0x80, 0, square_less_quarter);
   root = with_bit(0x40, root, square_less_quarter);

@@ -16,7 +16,7 @@ struct Duty {
 // Prepare for a kit: limit, motor map, dead band. Only while no sensor reading is processed.
 void set(const protocol::Board& kit);
 
-// Return the duty nearest to a force: that of the limit for larger ones, 0 for NaN.
+// Return the duty nearest to a force: that of the limit for a larger force, 0 for NaN.
 //
 // The effective duty is (pwm - dead band) / (pwm top - dead band); torque follows
 // from it by the motor map. Zero force is zero duty.

@@ -9,12 +9,12 @@
 
 namespace {
 
-constexpr uint8_t kD3 = _BV(PD3);  // OC2B: enable of motor 1 on board 1.0; of an encoder elsewhere
+constexpr uint8_t kD3 = _BV(PD3);  // OC2B: enable of motor 1 on board 1.0; encoder on other boards
 constexpr uint8_t kD5 = _BV(PD5);  // OC0B: enable of motor 1
 constexpr uint8_t kD6 = _BV(PD6);  // enable of motor 2
 constexpr uint8_t kD7 = _BV(PD7);
 constexpr uint8_t kD8 = _BV(PB0);   // direction of motor 1
-constexpr uint8_t kD11 = _BV(PB3);  // enable of motor 2 on board 1.0; data to an AS5048A elsewhere
+constexpr uint8_t kD11 = _BV(PB3);  // enable of motor 2 on board 1.0; data of an AS5048A on other boards
 constexpr uint8_t kD12 = _BV(PB4);  // direction of motor 1 on board 1.0
 constexpr uint8_t kD13 = _BV(PB5);
 
@@ -36,7 +36,7 @@ void hold_low(uint8_t on_port_d, uint8_t on_port_b) {
 }
 
 // All enables of both boards stay low, unless the pin belongs to a sensor. Direction pins of the other board may
-// have another function, such as a memory card.
+// have a different function, such as a memory card.
 void claim_pins(const protocol::Board& kit) {
   if (kit.pins == protocol::kPinsD3D12) return hold_low(kD3 | kD5 | kD6, kD11 | kD12 | kD13);
   const uint8_t d3 = kit.sensor == protocol::kSensorQuadrature ? 0 : kD3;

@@ -17,7 +17,7 @@ Factor factor_of(float value) {
   return {static_cast<uint16_t>(0x8000 | (bits >> 8)), static_cast<int16_t>(2 * 127 + 14 - exponent)};
 }
 
-// Duties without torque of their own are skipped: the lowest duty for a torque is used.
+// Duties without additional torque are skipped: the lowest duty for a torque is used.
 void add_piece(uint8_t low, uint8_t high) {
   const uint32_t slope = high == low ? 0 : (static_cast<uint32_t>(map.width) << 8) / static_cast<uint8_t>(high - low);
   map.pieces[map.piece_count++] = {high, static_cast<uint8_t>(slope >> 16), static_cast<uint16_t>(slope)};

@@ -16,12 +16,12 @@ struct Factor {
 
 // A linear piece of the map. Torque is in 255ths of that at full duty, duty in 256ths of a step.
 struct Piece {
-  uint8_t to;           // torque at its end
-  uint8_t slope;        // whole steps a 255th
-  uint16_t slope_rest;  // and 65536ths
+  uint8_t to;           // torque at the end of the piece
+  uint8_t slope;        // whole steps of duty per 255th of torque
+  uint16_t slope_rest;  // fraction of a step, in 65536ths
 };
 
-// A float's bits: operations on floats take 100 to 500 cycles each, on the bits a quarter of that.
+// The two halves of a float's bits: float operations take 100 to 500 cycles, on the bits a quarter of that.
 struct Halves {
   uint16_t low, high;
 };
@@ -34,14 +34,14 @@ inline Halves halves_of(float value) {
 
 struct Map {
   Halves most;    // the largest force
-  int16_t full;   // and its duty
+  int16_t full;   // duty at the largest force
   uint8_t dead_band;
   uint8_t top;  // steps of duty above the dead band
-  bool straight;  // a piece or more, not the square
-  Factor factor;  // from newton to steps squared, or to 255ths of the torque at full duty
+  bool straight;  // true: linear pieces; false: the square law
+  Factor factor;  // converts newton to steps squared, or to 255ths of the torque at full duty
   Piece pieces[sizeof(protocol::Board::table)];
   uint8_t piece_count;
-  uint16_t width;  // duty of each
+  uint16_t width;  // duty of each piece
 };
 
 extern Map map;

@@ -11,9 +11,9 @@ constexpr float kHandleRadius = 0.090f;  // [m]
 constexpr float kPulleyRadius = 0.005f;
 constexpr float kSectorRadius = 0.074f;
 
-constexpr float kMass = 0.044f;    // [kg] of the paddle at the handle
-constexpr float kViscous = 0.5f;   // [N s/m]
-constexpr float kCoulomb = 0.10f;  // [N]
+constexpr float kMass = 0.044f;    // [kg] mass of the paddle at the handle
+constexpr float kViscous = 0.5f;   // [N s/m] viscous friction
+constexpr float kCoulomb = 0.10f;  // [N] dry friction
 
 constexpr float kMotorConstant = 0.0183f;  // [N m] torque at full duty, torque = constant * duty^2
 constexpr float kMaxForce = 3.0f;          // [N] at the handle

@@ -36,18 +36,18 @@ constexpr uint8_t kOriginStored = 1;
 constexpr uint8_t kOriginDamaged = 2;
 constexpr uint8_t kOriginUnsaved = 3;
 
-// Ask the board who it is; it answers with Hello.
+// Ask the board for its identity; it answers with Hello.
 struct __attribute__((packed)) HelloRequest {
   static constexpr uint8_t kId = 0x01;
   static constexpr uint8_t kSize = 0;
 };
 
-// Command the force on the handle. One that left the computer too long ago is refused, unless it is 0.
+// Set the force on the handle. A nonzero force whose sample is too old is refused.
 struct __attribute__((packed)) Force {
   static constexpr uint8_t kId = 0x02;
   static constexpr uint8_t kSize = 7;
-  uint16_t seq;  // number of the newest sample that the computer had heard
-  uint8_t behind;  // how many samples before that one is answered
+  uint16_t seq;  // number of the newest sample received by the computer
+  uint8_t behind;  // number of samples from the answered one to that one
   float force;  // force on the handle, positive to the right [N]
 };
 static_assert(sizeof(Force) == Force::kSize, "Force has gaps");
@@ -69,59 +69,59 @@ struct __attribute__((packed)) Stream {
   static constexpr uint8_t kId = 0x05;
   static constexpr uint8_t kSize = 2;
   uint8_t on;  // 1 on, 0 off
-  uint8_t padded;  // every frame is filled with delimiters to a multiple of so many bytes; 0 not
+  uint8_t padded;  // frames are padded with delimiters to a multiple of this number of bytes; 0: not
 };
 static_assert(sizeof(Stream) == Stream::kSize, "Stream has gaps");
 
-// Begin to send a law. The one in force fades out over 30 ms, then its memory takes the new one's pieces.
+// Announce a law. The one in force fades out over 30 ms, then its memory receives the new law's pieces.
 //
-// Once the last byte is there and nothing is refused, it fades in over 30 ms. Its bytes are `given` float32,
-// the state's start values and the constants, then the code. The same generation again changes nothing.
+// After the last byte, unless the law is refused, it fades in over 30 ms. Its bytes are `given` float32, the
+// state's initial values and the constants, then the code. Repeating the same generation has no effect.
 struct __attribute__((packed)) Law {
   static constexpr uint8_t kId = 0x06;
   static constexpr uint8_t kSize = 19;
-  uint8_t generation;  // any number but the last law's; samples and telemetry repeat it
-  uint16_t period;  // half microseconds from one tick to the next, 500 to 4000: 4 kHz to 500 Hz
+  uint8_t generation;  // differs from the last law's; repeated in samples and telemetry
+  uint16_t period;  // period in half microseconds, 500 to 4000: 4 kHz to 500 Hz
   uint8_t estimator;  // Estimator
-  float first;  // its first coefficient
-  float second;  // its second coefficient [1/s]
-  uint8_t states;  // values of state, the slots from 2 on
-  uint8_t given;  // slots from 2 on whose first values are sent: state, then constants
-  uint8_t slots;  // slots in all; those behind the given ones begin as 0
+  float first;  // first coefficient of the estimator
+  float second;  // second coefficient of the estimator [1/s]
+  uint8_t states;  // number of state variables, in the slots from 2 on
+  uint8_t given;  // number of slots from 2 on with initial values: state, then constants
+  uint8_t slots;  // total number of slots; the rest is initially 0
   uint16_t code;  // bytes of code
-  uint16_t check;  // CRC-16 of all bytes that are sent in pieces
+  uint16_t check;  // CRC-16 of all bytes sent in pieces
 };
 static_assert(sizeof(Law) == Law::kSize, "Law has gaps");
 
-// One piece of a law; taken only in order, so what got lost is sent again from where samples say.
+// A piece of a law; accepted only in order: lost ones are repeated from the byte named in samples.
 struct __attribute__((packed)) Piece {
   static constexpr uint8_t kId = 0x07;
   static constexpr uint8_t kSize = 35;
-  uint8_t generation;  // the law's
-  uint16_t at;  // place of the first byte; the pieces lie side by side
-  uint8_t data[32];  // the bytes, then zeros behind the last
+  uint8_t generation;  // generation of the law
+  uint16_t at;  // offset of the first byte; consecutive pieces are adjacent
+  uint8_t data[32];  // the bytes, padded with zeros
 };
 static_assert(sizeof(Piece) == Piece::kSize, "Piece has gaps");
 
-// Give constants of the law in force other values; they move there over 30 ms.
+// Change constants of the law in force, with a ramp of 30 ms.
 struct __attribute__((packed)) Tune {
   static constexpr uint8_t kId = 0x08;
   static constexpr uint8_t kSize = 33;
   uint8_t law;  // generation of the law
-  uint8_t generation;  // of this change; Telemetry repeats the last one taken
-  uint8_t count;  // how many constants
-  uint8_t slots[6];  // their slots, then zeros
-  float values[6];  // their values, then zeros
+  uint8_t generation;  // generation of this change; Telemetry repeats the last accepted one
+  uint8_t count;  // number of constants
+  uint8_t slots[6];  // slots of the constants, padded with zeros
+  float values[6];  // values of the constants, padded with zeros
 };
 static_assert(sizeof(Tune) == Tune::kSize, "Tune has gaps");
 
-// Let the computer render: the law's force fades out over 30 ms, then come samples. Twice: at once.
+// Let the computer render: the law's force fades out over 30 ms, then samples follow. Twice: at once.
 struct __attribute__((packed)) Leave {
   static constexpr uint8_t kId = 0x0d;
   static constexpr uint8_t kSize = 0;
 };
 
-// Say that the computer is there while the board renders; without it for watchdog_ms: motor off.
+// Keep-alive while the board renders; without it for watchdog_ms, the motor is switched off.
 struct __attribute__((packed)) Alive {
   static constexpr uint8_t kId = 0x09;
   static constexpr uint8_t kSize = 0;
@@ -133,15 +133,15 @@ struct __attribute__((packed)) SettingsRequest {
   static constexpr uint8_t kSize = 0;
 };
 
-// Keep the settings in force in the EEPROM; the board answers with Settings.
+// Save the settings in force in the EEPROM; the board answers with Settings.
 struct __attribute__((packed)) Save {
   static constexpr uint8_t kId = 0x0b;
   static constexpr uint8_t kSize = 0;
 };
 
-// Everything about one kit: pins, sensor, geometry, motor. Motor off, in force at once, not saved.
+// Settings of a kit: pins, sensor, geometry, motor. Motor off, in force at once, not saved.
 //
-// The board answers with Settings; numbers that no kit has are refused as a whole.
+// The board answers with Settings; implausible numbers are refused as a whole.
 struct __attribute__((packed)) Board {
   static constexpr uint8_t kId = 0x0c;
   static constexpr uint8_t kSize = 69;
@@ -159,16 +159,16 @@ struct __attribute__((packed)) Board {
   float handle_radius;  // sector axis to handle [m]
   float pulley_radius;  // motor pulley [m]
   float sector_radius;  // sector drum [m]
-  float mass;  // of the paddle at the handle [kg]
-  float viscous;  // friction of the paddle at the handle [N*s/m]
+  float mass;  // mass of the paddle at the handle [kg]
+  float viscous;  // viscous friction of the paddle at the handle [N*s/m]
   float coulomb;  // dry friction of the paddle at the handle [N]
-  uint8_t dead_band;  // pwm below which the motor does not turn; what is asked starts above it
-  uint8_t table[8];  // torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, never falling
+  uint8_t dead_band;  // pwm up to which the motor does not turn; added to every duty
+  uint8_t table[8];  // torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, not decreasing
   char label[12];  // the kit's name
 };
 static_assert(sizeof(Board) == Board::kSize, "Board has gaps");
 
-// Who the board is: version, build and every constant the computer needs.
+// Identity of the board: version, build and every constant that the computer needs.
 struct __attribute__((packed)) Hello {
   static constexpr uint8_t kId = 0x81;
   static constexpr uint8_t kSize = 59;
@@ -182,12 +182,12 @@ struct __attribute__((packed)) Hello {
   float tick_us;  // resolution of the board's clock [us]
   uint16_t counts_per_flip;  // sensor counts per half turn of the motor
   uint16_t sample_rate;  // samples per second [Hz]
-  uint16_t watchdog_ms;  // silence after which the motor goes off [ms]
+  uint16_t watchdog_ms;  // time without a message after which the motor is switched off [ms]
   uint16_t pwm_top;  // pwm value of full duty
   uint8_t profile;  // number of the kit's profile
   uint16_t arena;  // bytes for the slots, the code and the moving constants of one law
   uint8_t origin;  // Origin
-  uint8_t reset;  // why it started: 1 power, 2 reset, 4 brown-out, 8 watchdog
+  uint8_t reset;  // reason of the last reset: 1 power, 2 reset, 4 brown-out, 8 watchdog
   char build[16];  // name of the firmware build
 };
 static_assert(sizeof(Hello) == Hello::kSize, "Hello has gaps");
@@ -198,44 +198,44 @@ struct __attribute__((packed)) Sample {
   static constexpr uint8_t kSize = 25;
   uint16_t seq;  // sample number, counts every period, wraps at 65536
   uint32_t time_us;  // board clock at sampling, wraps at 2^32 [us]
-  int32_t count;  // sensor counts from the zero, repeats included, positive to the right
-  uint16_t raw;  // the sensor's reading itself
+  int32_t count;  // unwrapped sensor counts from the zero, positive to the right
+  uint16_t raw;  // raw reading of the sensor
   uint16_t answered;  // sample number that the last applied force answered
-  uint16_t delay_us;  // from that sampling to its force in the PWM register; 0 none yet, 65535 longer [us]
+  uint16_t delay_us;  // time from that sample to its force in the PWM register; 0: none yet, 65535: longer [us]
   uint8_t flags;  // BoardFlag
   int16_t pwm;  // signed duty in force, of pwm_top
   uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
   uint8_t stale;  // forces refused because they were too old, wraps at 256
-  uint8_t generation;  // of the law that is being sent, or was last
-  uint16_t received;  // bytes of it that have arrived, up to the first one missing
-  uint8_t refusal;  // Refusal: why it is not rendered
+  uint8_t generation;  // generation of the law being sent, or the last one
+  uint16_t received;  // bytes of it received without a gap
+  uint8_t refusal;  // Refusal: reason why the law is not rendered
 };
 static_assert(sizeof(Sample) == Sample::kSize, "Sample has gaps");
 
-// What the board renders by itself, in place of Sample while a law of its own is in force.
+// Motion and force of a law that the board renders, instead of Sample.
 //
-// Each tick that comes a millisecond or more after the one shown last: every tick up to 1 kHz, above that
-// every second, third or fourth one.
+// Sent for each tick that comes a millisecond or more after the previous one sent: for every tick up to 1
+// kHz, above that for every second, third or fourth.
 struct __attribute__((packed)) Telemetry {
   static constexpr uint8_t kId = 0x83;
   static constexpr uint8_t kSize = 31;
-  uint16_t seq;  // number of the tick shown, wraps at 65536
-  uint32_t time_us;  // board clock at its sampling, wraps at 2^32 [us]
-  int32_t count;  // sensor counts from the zero, repeats included, positive to the right
-  float velocity;  // as the board estimates it, positive to the right [m/s]
-  float asked;  // force that the law asked for, positive to the right [N]
+  uint16_t seq;  // number of this tick, wraps at 65536
+  uint32_t time_us;  // board clock at the tick's sample, wraps at 2^32 [us]
+  int32_t count;  // unwrapped sensor counts from the zero, positive to the right
+  float velocity;  // velocity estimated by the board, positive to the right [m/s]
+  float asked;  // force of the law, positive to the right [N]
   int16_t pwm;  // signed duty in force, of pwm_top
-  uint16_t delay_us;  // mean from a sampling to its force since the last frame [us]
+  uint16_t delay_us;  // mean time from a sample to its force since the last frame [us]
   uint8_t flags;  // BoardFlag
   uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
-  uint8_t overruns;  // ticks that were skipped so far, wraps at 256
-  uint8_t generation;  // of the law in force, or of its last Tune that was taken
-  uint8_t state_at;  // which value of the law's state this frame shows; they take turns
-  float state;  // that value
+  uint8_t overruns;  // number of skipped ticks, wraps at 256
+  uint8_t generation;  // generation of the law in force, or of its last accepted Tune
+  uint8_t state_at;  // index of the state variable in this frame; all are sent in turn
+  float state;  // value of that state variable
 };
 static_assert(sizeof(Telemetry) == Telemetry::kSize, "Telemetry has gaps");
 
-// The settings in force, laid out as Board, and whether they are saved.
+// The settings in force, in the layout of Board, and whether they are saved.
 struct __attribute__((packed)) Settings {
   static constexpr uint8_t kId = 0x85;
   static constexpr uint8_t kSize = 71;
@@ -253,14 +253,14 @@ struct __attribute__((packed)) Settings {
   float handle_radius;  // sector axis to handle [m]
   float pulley_radius;  // motor pulley [m]
   float sector_radius;  // sector drum [m]
-  float mass;  // of the paddle at the handle [kg]
-  float viscous;  // friction of the paddle at the handle [N*s/m]
+  float mass;  // mass of the paddle at the handle [kg]
+  float viscous;  // viscous friction of the paddle at the handle [N*s/m]
   float coulomb;  // dry friction of the paddle at the handle [N]
-  uint8_t dead_band;  // pwm below which the motor does not turn; what is asked starts above it
-  uint8_t table[8];  // torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, never falling
+  uint8_t dead_band;  // pwm up to which the motor does not turn; added to every duty
+  uint8_t table[8];  // torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, not decreasing
   char label[12];  // the kit's name
   uint8_t origin;  // Origin
-  uint8_t refused;  // 1: the last Board held numbers that no kit has, nothing was changed
+  uint8_t refused;  // 1: the last Board had implausible numbers and was ignored
 };
 static_assert(sizeof(Settings) == Settings::kSize, "Settings has gaps");
 

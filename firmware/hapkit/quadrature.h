@@ -40,7 +40,7 @@ class Quadrature {
   }
 
  private:
-  // 00, 01, 11, 10 of channels BA are places 0, 1, 2, 3 of a period.
+  // The states 00, 01, 11, 10 of channels BA are steps 0, 1, 2, 3 of a period.
   static uint8_t place(uint8_t pins) {
     const uint8_t both = (pins >> 2) & 3;
     return both ^ (both >> 1);

@@ -15,7 +15,7 @@ class Fade {
  public:
   void restart() { gone_ = 0; }
 
-  // Fade out, or in again.
+  // Start to fade out, or in again.
   void leave() { leaving_ = true; }
   void stay() { leaving_ = false; }
   bool leaving() const { return leaving_; }
@@ -24,10 +24,10 @@ class Fade {
     return leaving_ && gone_ == 0;
   }
 
-  // True if the force is at full weight.
+  // True if the force has full weight.
   bool whole() const { return gone_ >= kWhole && !leaving_; }
 
-  // Return the force, weighted, one period later.
+  // Return the weighted force, and advance the fade by a period in ticks.
   float weighted(float force, uint16_t ticks);
 
  private:
@@ -44,17 +44,17 @@ class Renderer {
   // Start the law in the machine's memory.
   void start(const machine::Shape& shape, uint8_t generation);
 
-  // Return the rendering to the computer.
+  // Return rendering to the computer.
   void leave() {
     active_ = false;
     count_ = 0;
   }
 
-  // Let constants of the law in force begin to move to new values. A message for another law, or one for whose
-  // constants there is no room, is passed over; return false for one that no law can follow.
+  // Start ramps of constants of the law in force to new values. A message for a different law, or without free
+  // ramps for its constants, is ignored; return false for a message that is invalid for every law.
   bool tune(const protocol::Tune& tune);
 
-  // Let the constants move on by a millisecond.
+  // Advance the constants' ramps by a millisecond.
   void move() {
     if (count_) move_on();
   }
@@ -63,17 +63,17 @@ class Renderer {
 
   // The tick, which the main program never interrupts.
 
-  // The number of the law in force or of its last change.
+  // Generation of the law in force, or of its last change.
   uint8_t generation() const { return generation_; }
 
-  // Fill one value of the law's state and its place; they take turns.
+  // Write one state variable and its index; all are sent in turn.
   void show_state(protocol::Telemetry* shown);
 
  private:
-  // A constant that moves, behind the code.
+  // A constant's ramp, stored after the code.
   struct __attribute__((packed, may_alias)) Moving {
     uint8_t slot;
-    uint8_t left;  // ms until it is at its target
+    uint8_t left;  // ms until the target
     float target;
   };
   static_assert(sizeof(Moving) == machine::kRamp, "the machine keeps room for some of these");
@@ -86,10 +86,10 @@ class Renderer {
 
   volatile bool active_ = false;
   machine::Shape shape_ = {};
-  uint8_t law_ = 0;  // its generation
+  uint8_t law_ = 0;  // generation of the law
   uint8_t generation_ = 0;
-  uint8_t turn_ = 0;  // which state is shown next
-  uint8_t count_ = 0;  // of the constants that move
+  uint8_t turn_ = 0;  // index of the state variable to send next
+  uint8_t count_ = 0;  // number of active ramps
 };
 
 }  // namespace render

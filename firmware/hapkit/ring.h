@@ -3,7 +3,8 @@
 
 #include <stdint.h>
 
-// One place stays empty. Each index has one writer and is a single byte, so neither side needs to hold interrupts off.
+// One place stays empty. Each index has one writer and is a single byte, so neither side must disable
+// interrupts.
 template <uint8_t Size>
 class Ring {
  public:

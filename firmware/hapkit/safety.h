@@ -9,7 +9,7 @@
 
 class Safety {
  public:
-  // Note a force command with its flags from motor::duty_of; return whether the motor may follow it.
+  // Record a force command with its flags from motor::duty_of; return true if the motor may apply it.
   bool command(uint8_t flags) {
     command_flags_ = flags;
     if (flags & protocol::kFlagRefused) return false;
@@ -17,25 +17,25 @@ class Safety {
     return !(latched_ | sensor_);
   }
 
-  // Note the flags of a force that the board asked for itself; one that is not a number ends the scene.
+  // Record the flags of a force of the board's own law; a non-finite one ends rendering.
   void rendered(uint8_t flags) {
     command_flags_ = flags & protocol::kFlagClamped;
     latched_ |= flags & protocol::kFlagRefused;
   }
 
-  // The computer has been heard.
+  // Record a message of the computer.
   void alive() {
     const Lock lock;
     patience_ = kPatience;
   }
 
-  // Count a sample period, in ticks of the clock. A message falls somewhere into its first period, so that the
+  // Count a sample period in ticks of the clock. A message arrives within its first period, so the
   // motor is off before the full time is over.
   void period(uint16_t ticks) {
     patience_ = patience_ < 2 * ticks ? 0 : patience_ - ticks;
   }
 
-  // Take the right to drive away until the next message.
+  // End the permission to run the motor until the next message.
   void expire() { patience_ = 0; }
 
   void stop() { latched_ |= protocol::kFlagStopped; }
@@ -61,5 +61,5 @@ class Safety {
   uint8_t command_flags_ = 0;
   uint8_t latched_ = 0;
   uint8_t sensor_ = 0;
-  uint16_t patience_ = 0;  // ticks left until the motor goes off
+  uint16_t patience_ = 0;  // remaining ticks until the motor is switched off
 };

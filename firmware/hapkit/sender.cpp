@@ -1,6 +1,6 @@
 #include "sender.h"
 
-// Size of a frame with padding. A frame is below 128 bytes, so it cannot exceed 255.
+// Size of a frame with padding, at most 255, as a frame has less than 128 bytes.
 uint8_t Sender::filled(uint8_t size) const {
   if (multiple_ == 0) return size;
   uint8_t whole = multiple_;

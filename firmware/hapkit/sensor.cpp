@@ -15,13 +15,13 @@ constexpr uint8_t kFault = 32;
 
 uint8_t kind = protocol::kSensorMagnetoresistive;
 uint16_t range = 0;       // range of counts of the sensor
-int32_t zero = 0;     // as in the settings; flips are counted from the nearest repeat
+int32_t zero = 0;     // from the settings; flips are counted from its nearest repeat
 bool started = false;
 uint8_t doubt = 0;
 
 FlipTracker flips;
-uint16_t lowest = 0;          // valid reading
-uint16_t span = kAnyReading;  // above lowest
+uint16_t lowest = 0;          // smallest valid reading
+uint16_t span = kAnyReading;  // range of valid readings above lowest
 bool wary = true;             // not started, or in doubt
 int8_t sense = 1;
 

@@ -11,15 +11,15 @@ namespace sensor {
 // repeats every count: its zero is the handle's present position.
 void start(const protocol::Board& kit);
 
-// Apply other settings while running. The same sensor continues, and the zero moves by the difference of
-// its number; another sensor restarts.
+// Change settings while running. The same sensor continues, with the zero moved by the difference of both
+// settings; a different sensor restarts.
 void change(const protocol::Board& kit);
 
 // Process one reading, in the sample interrupt; failed: the sensor's own check reports an error. Return
 // counts from the zero, positive to the right; implausible readings are bridged.
 int32_t count(uint16_t raw, bool failed);
 
-// True if one of the three below has something to report; rarely.
+// True if one of the three functions below has something to report, which is rare.
 extern volatile uint8_t news;
 constexpr uint8_t kMoved = 1, kDoubt = 2, kFaulty = protocol::kFlagSensor;
 

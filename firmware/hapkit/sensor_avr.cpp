@@ -1,4 +1,4 @@
-// The angle sensors at the chip: converter on A2, AS5048A on the SPI bus, encoder on D2 and D3.
+// The angle sensors on the chip: converter on A2, AS5048A on the SPI bus, encoder on D2 and D3.
 #ifdef __AVR__
 
 #include <avr/interrupt.h>
@@ -11,11 +11,11 @@
 namespace {
 
 constexpr uint8_t kChannel = 2;          // A2
-constexpr uint8_t kSelect = _BV(PB2);    // D10, low: the AS5048A listens
+constexpr uint8_t kSelect = _BV(PB2);    // D10: selects the AS5048A while low
 constexpr uint8_t kBusOut = _BV(PB3) | _BV(PB5);  // D11, D13
 constexpr uint8_t kBusIn = _BV(PB4);     // D12
 constexpr uint8_t kEncoder = _BV(PD2) | _BV(PD3);
-constexpr uint8_t kSpi = _BV(SPE) | _BV(MSTR) | _BV(CPHA);  // 4 MHz, data taken at the falling edge
+constexpr uint8_t kSpi = _BV(SPE) | _BV(MSTR) | _BV(CPHA);  // 4 MHz, data sampled at the falling edge
 
 As5048A angle;
 
@@ -27,7 +27,7 @@ void all_off() {
   DIDR0 = 0;
 }
 
-// 500 kHz: a conversion takes 26 us and keeps its ten bits within one count.
+// 500 kHz: a conversion takes 26 us and its ten bits are within one count.
 void begin_converter() {
   ADMUX = _BV(REFS0) | kChannel;
   ADCSRB = 0;
@@ -81,7 +81,7 @@ volatile bool hardware::converts = true;
 Quadrature hardware::encoder;
 volatile uint16_t hardware::latched;
 
-// Timer 1 reaches OCR1B just after the start of a period, so its interrupt follows a start at once.
+// Timer 1 reaches OCR1B just after the start of a period, so its interrupt follows at once.
 void hardware::set_sensor(const protocol::Board& kit) {
   all_off();
   converts = kit.sensor == protocol::kSensorMagnetoresistive;
@@ -95,7 +95,8 @@ void hardware::set_sensor(const protocol::Board& kit) {
   }
 }
 
-// For all three: interrupts are on from the first instruction, or nearly; no other reading starts meanwhile.
+// For all three sensors: interrupts are enabled at or near the first instruction; no other reading starts
+// meanwhile.
 ISR(ADC_vect, ISR_NOBLOCK) { hardware::reading_done(ADC, false); }
 
 ISR(TIMER1_COMPB_vect) {

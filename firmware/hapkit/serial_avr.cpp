@@ -41,11 +41,13 @@ ISR(USART_RX_vect) {
   SMCR = 0;
 }
 
-// Both the shift register and its buffer are empty: send two bytes. The last ones switch this interrupt off; its
-// flag stays then once they have gone, and lets the next frame begin. Two go every 352 cycles, so this is in
-// assembler, 40 cycles where the compiler takes 83: three registers that nothing else uses keep what it would push,
-// and no instruction touches the status register. The second byte has to wait until the first has moved on, up to a
-// bit's time, 16 cycles; that is what is done in between takes.
+// The shift register and its buffer are empty: send two bytes. With the last ones, this interrupt is disabled;
+// its flag remains set after they are sent, and starts the next frame. Two bytes are sent every 352 cycles, so
+// this is in
+// assembler: 40 cycles instead of the compiler's 83. Three reserved registers save pushes, and no instruction
+// changes the status register. The second byte must wait until the first has left the buffer, up to a bit's time,
+// 16 cycles,
+// which the instructions in between take.
 ISR(USART_TX_vect, ISR_NAKED) {
   __asm__ volatile(
       "out %[keep0], r30\n\t"
@@ -91,7 +93,7 @@ void hardware::begin_serial() {
   UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
   UCSR0B = kQuiet;
   stop = low(from);
-  UDR0 = 0;  // a first delimiter: when it has gone, the flag is there that starts the next one
+  UDR0 = 0;  // a first delimiter: when it has been sent, its flag starts the next byte
 }
 
 bool board::read(uint8_t* byte) { return received.pop(byte); }
@@ -101,7 +103,7 @@ uint8_t* board::room_for(uint8_t size) {
   return queue + kQueue - end < size ? nullptr : end;
 }
 
-// Bytes at the beginning may have waited for the last ones to be sent.
+// Bytes at the beginning may have waited until the last ones were sent.
 void board::send(uint8_t* filled) {
   const Lock lock;
   if (all_sent()) from = end;
@@ -110,7 +112,7 @@ void board::send(uint8_t* filled) {
   UCSR0B = kSending;
 }
 
-// Any event for the main program withdraws the permission to sleep.
+// Every event for the main program withdraws the permission to sleep.
 void board::may_sleep() { SMCR = _BV(SE); }
 
 void board::wake() { SMCR = 0; }

@@ -39,14 +39,14 @@ protocol::Board in_force = {
 uint8_t from = protocol::kOriginDefault;
 
 uint8_t place = kNone;  // in use
-uint8_t sequence = 0;   // of the block in use
-uint8_t target = 0;     // of the save in progress
+uint8_t sequence = 0;   // sequence number of the block in use
+uint8_t target = 0;     // slot of the save in progress
 uint8_t step = 0;       // its next step; 0: no save in progress
 uint16_t crc_word = 0;
 
 // --- validation
 bool has_pins_free(const protocol::Board& kit) {
-  // the encoder needs D3, the AS5048A D11 to D13: there the other board has its motors
+  // the encoder needs D3, the AS5048A D11 to D13, which the other board uses for its motors
   return kit.pins == protocol::kPinsD5D8 ||
          (kit.pins == protocol::kPinsD3D12 && kit.sensor == protocol::kSensorMagnetoresistive);
 }
@@ -142,7 +142,8 @@ uint16_t crc_of_block() {
   return crc;
 }
 
-// The slot in use was found complete, or was written. Byte by byte: a copy would take too much stack.
+// True if the settings equal the complete slot in use. Compared by byte, since a copy would take too much
+// stack.
 bool is_kept() {
   if (place == kNone || mark_of(place) != kMark) return false;
   for (uint8_t i = kBoardAt; i < kCrcAt; ++i) {
@@ -151,7 +152,7 @@ bool is_kept() {
   return true;
 }
 
-// The steps of a save: erase the mark, 2 .. kBlock: the bytes after it, the mark, the other slot's mark.
+// Steps of a save: erase the mark, 2 .. kBlock: the bytes after it, the mark, the other slot's mark.
 constexpr uint8_t kEraseMark = 1;
 constexpr uint8_t kWriteMark = kBlock + 1;
 constexpr uint8_t kEraseOther = kBlock + 2;

@@ -1,4 +1,4 @@
-// Main program: once per millisecond, send pending replies
+// Main program, once per millisecond: send pending replies
 // that fit, then the report of the last tick.
 #include "controller.h"
 #include "lock.h"

@@ -40,7 +40,7 @@ inline void Controller::follow() {
 }
 
 __attribute__((always_inline)) inline void Controller::render(int32_t count) {
-  // the product takes as long as a fifth of a law at the fastest rate
+  // this product takes up to a fifth of the time of a law at the fastest rate
   const float velocity = machine::program.reads_velocity ? estimator_.velocity(design_) : 0.0f;
   asked_ = safety_.refused() ? 0.0f : machine::run(times(count, design_.quantum), velocity);
   if (safety_.off()) {
@@ -98,7 +98,7 @@ void Controller::sample(const board::Sampling& sampling) {
 
 static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSensor : 0; }
 
-// A force applied after this belongs to the next sample, even if this one is not sent yet: so the computer
+// A force applied after this belongs to the next sample, even if this one is not sent yet, so that the computer
 // assigns no force age to two periods.
 void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   shown_.sample.seq = sampling.seq;
@@ -109,7 +109,7 @@ void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   shown_.sample.flags = doubt_flag();
 }
 
-// For one to four ticks. A division would take 200 cycles.
+// For one to four ticks, because a division would take 200 cycles.
 static uint16_t mean(uint16_t sum, uint8_t ticks) {
   constexpr uint32_t kThird = 21846;  // in 2^-16
   if (ticks == 3) return static_cast<uint16_t>(sum * kThird >> 16);

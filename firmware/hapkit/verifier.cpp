@@ -50,14 +50,14 @@ class Verifier {
   struct Way {
     uint16_t target;
     uint16_t cost;
-    uint8_t depth;  // enclosing loops, without those it has left
+    uint8_t depth;  // number of enclosing loops, except those it has left
   };
   // An open loop: costs inside it count from 0.
   struct Loop {
     uint16_t body;
     uint16_t times;
     uint16_t before;
-    uint8_t free;  // enclosing free counters
+    uint8_t free;  // number of free counters at its start
   };
   struct Subroutine {
     uint16_t at;
@@ -216,7 +216,7 @@ Refusal Verifier::open_loop(uint8_t counter, uint16_t times) {
   return Refusal::kNone;
 }
 
-// With an exit inside, the body has run at most one time less.
+// Before an exit from inside the loop, at most times - 1 iterations are complete.
 Refusal Verifier::close_loop(uint8_t counter, uint16_t back) {
   if (depth_ == 0) return Refusal::kLoop;
   const Loop& loop = loops_[--depth_];

@@ -1,4 +1,4 @@
-// A controller on a fresh board, with the sample periods of the test's own making.
+// A controller on a fresh board; the test controls the sample periods.
 #pragma once
 
 #include <cstring>
@@ -25,7 +25,8 @@ class Bench {
     for (uint8_t byte : bytes) controller_.receive(byte);
   }
 
-  // One sample period later, or several with all but the last one missed; the main program sees to nothing.
+  // Advance by one sample period, or by several of which all but the last are missed; the main program does
+  // not run.
   void tick(uint16_t raw = 500, uint8_t missed = 0) {
     const uint16_t ended = ticks_;
     ticks_ = fake::ticks;
@@ -37,13 +38,13 @@ class Bench {
 
   void poll() { controller_.poll(); }
 
-  // One sample period later.
+  // Advance by one sample period.
   void period(uint16_t raw = 500, uint8_t missed = 0) {
     tick(raw, missed);
     poll();
   }
 
-  // One sample period later; return what was reported.
+  // Advance by one sample period; return the report.
   protocol::Sample sample(uint16_t raw = 500, uint8_t missed = 0) {
     fake::sent.clear();
     period(raw, missed);
@@ -69,7 +70,7 @@ class Bench {
 
  private:
   Controller controller_;
-  uint16_t seq_ = 65533;  // wraps soon
+  uint16_t seq_ = 65533;  // close to the wrap at 65536
   uint64_t time_ticks_ = 2 * UINT64_C(0xfffff000);
   uint16_t ticks_ = board::kTicksPerMs;
 };

@@ -1,4 +1,4 @@
-// A test is TEST(name) { CHECK(...); }; main.cpp runs all of them and tells which line failed.
+// A test is TEST(name) { CHECK(...); }; main.cpp runs all tests and reports the failing lines.
 #pragma once
 
 #include <cmath>

@@ -50,7 +50,7 @@ std::vector<uint8_t> frame_of(const Body& body) {
   const uint16_t crc = crc_of(body);
   raw.push_back(crc >> 8);
   raw.push_back(crc & 0xff);
-  raw.push_back(0);  // COBS codes as if a zero followed
+  raw.push_back(0);  // COBS encodes as if a zero followed
   std::vector<uint8_t> coded;
   std::vector<uint8_t> block;
   for (uint8_t byte : raw) {

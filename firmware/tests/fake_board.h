@@ -1,4 +1,4 @@
-// The hardware as the tests see it: a clock that they set, a motor that remembers, bytes that were sent.
+// Fake hardware for the tests: a clock that they set, a motor that records its duty, and the bytes sent.
 #pragma once
 
 #include <cstdint>
@@ -14,21 +14,21 @@ extern uint32_t now_us;
 extern int16_t pwm;
 extern uint8_t room;
 extern uint8_t lost;
-extern bool held;                  // readings are, by board::hold
-extern std::function<void()> let_go;  // what happens at the very end of a hold, once
-extern protocol::Board configured;  // by board::configure, which was called so often
+extern bool held;                  // sampling is on hold, by board::hold
+extern std::function<void()> let_go;  // called once at the end of the next hold
+extern protocol::Board configured;  // argument of board::configure, and number of its calls
 extern int configurations;
-extern uint16_t ticks;              // of a period, by board::set_period
+extern uint16_t ticks;              // ticks of a period, by board::set_period
 extern uint16_t age_us;
 extern int pats;
 extern std::vector<uint8_t> sent;
 
 using Body = std::vector<uint8_t>;
 
-// Back to the state after switching on.
+// Reset to the state after power-on.
 void reset();
 
-// Return the bodies of all frames sent so far, oldest first, and forget them; empty ones for wrong CRCs.
+// Return the bodies of all frames sent so far, oldest first, and discard them; empty ones for wrong CRCs.
 std::vector<Body> take_bodies();
 
 // Return the frame of a body, coded independently of the firmware.

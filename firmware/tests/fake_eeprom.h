@@ -1,4 +1,4 @@
-// The EEPROM as the tests see it: bytes, and how often they were written.
+// Fake EEPROM for the tests: its bytes, and the number of writes.
 #pragma once
 
 #include <array>
@@ -8,16 +8,16 @@ namespace fake {
 
 extern std::array<uint8_t, 1024> eeprom;
 extern int eeprom_writes;
-extern uint16_t eeprom_last;  // where the last write went
+extern uint16_t eeprom_last;  // address of the last write
 extern bool eeprom_busy;
 
-// Erase everything and forget the writes.
+// Erase everything and reset the write counters.
 void erase_eeprom();
 
-// Start the board with what the EEPROM holds.
+// Start the board with the EEPROM's content.
 void power_on();
 
-// Start a board that nobody has ever set.
+// Start a board with an erased EEPROM.
 void fresh_board();
 
 }  // namespace fake

@@ -1,4 +1,4 @@
-// Kits for the tests, written out by hand.
+// Kits for the tests, with explicit values.
 #pragma once
 
 #include <cstring>

@@ -1,4 +1,4 @@
-// What the tests of the board's own rendering share: small laws in code, a board that is sent one.
+// Helpers for tests of rendering on the board: small laws in machine code, a board that receives one.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ constexpr uint16_t kStill = 400;            // reading of a handle at rest, 8.3 
 constexpr int kFadeMs = 30;
 constexpr double kQuantum = 20.742975e-6;  // m per count: pi * 0.090 * 0.005 / (0.074 * 921)
 
-// The first number of a law behind position and velocity.
+// First slot of a law after position and velocity.
 constexpr uint8_t kFirst = machine::kFirstGiven;
 
 struct Law {
@@ -32,7 +32,7 @@ struct Law {
   }
 };
 
-// What computes a force from one slot and the first constant.
+// A law whose force is one slot times the first constant.
 inline Law product(uint8_t slot, double constant) {
   return {{static_cast<float>(constant)}, {machine::kMain, machine::kLoad, slot, machine::kMultiply, kFirst,
                                            machine::kReturn}};
@@ -41,7 +41,7 @@ inline Law product(uint8_t slot, double constant) {
 inline Law spring(double stiffness) { return product(0, -stiffness); }
 inline Law damper(double damping) { return product(1, -damping); }
 
-// Two numbers of state, the ticks counted up from a start and down from it; no force.
+// A law with two state variables, incremented and decremented from a start; no force.
 inline Law counter(double start) {
   using namespace machine;
   const float first = static_cast<float>(start);
@@ -51,7 +51,7 @@ inline Law counter(double start) {
           2};
 }
 
-// Differences of the readings, as often as that.
+// The difference estimator at this rate in Hz.
 inline estimator::Loop at(int rate) {
   return {static_cast<uint16_t>(std::lround(2e6 / rate)), protocol::kEstimatorDifference, 0.0f, 0.0f};
 }
@@ -82,7 +82,7 @@ inline protocol::Tune tune(uint8_t law, uint8_t generation, std::vector<std::pai
   return made;
 }
 
-// A board with its stream on and the handle at rest.
+// A board with streaming on and the handle at rest.
 class Rendering : public Bench {
  public:
   Rendering() {
@@ -90,7 +90,7 @@ class Rendering : public Bench {
     period(kStill);
   }
 
-  // One that renders a law, at so many ticks a second.
+  // A board that renders a law at a rate in Hz.
   explicit Rendering(const Law& law, int rate = 1000) : Rendering() {
     change(law, 1, at(rate));
     period(kStill);
@@ -104,14 +104,14 @@ class Rendering : public Bench {
     }
   }
 
-  // Send a law; the one in force goes out first.
+  // Send a law; the one in force fades out first.
   void change(const Law& law, uint8_t generation, const estimator::Loop& loop = at(1000)) {
     say(head_of(law, generation, loop));
     alive((kFadeMs + 2) * 4);  // no period is shorter than a quarter of a millisecond
     send(law, generation);
   }
 
-  // One period later, the computer alive; return what is told.
+  // Advance by one period with keep-alive messages; return the telemetry.
   protocol::Telemetry shown(uint16_t raw = kStill) {
     say(protocol::Alive{});
     fake::sent.clear();
@@ -128,8 +128,8 @@ class Rendering : public Bench {
   }
 };
 
-// The reading of a sensor that repeats every 921 counts, from 51 on.
+// Reading of a sensor that repeats every 921 counts, starting at 51.
 inline uint16_t raw_of(int count) { return static_cast<uint16_t>(51 + (count - 51) % 921); }
 
-// Force of a spring of so many N/m around zero at a reading: counts begin at the reading's nearest repeat.
+// Force of a spring in N/m about zero at a reading; counts start at the reading's nearest repeat.
 inline double pull(double stiffness, int count) { return -stiffness * kQuantum * count; }

@@ -1,15 +1,15 @@
-// The board's clock over every wrap of what it counts.
+// The board's clock over every wrap of its counters.
 #include <random>
 
 #include "check.h"
 #include "clock.h"
 
-TEST(the_clock_goes_on_over_every_wrap) {
+TEST(the_clock_is_monotonic_over_every_wrap) {
   std::mt19937 random(3);
   Clock clock;
   int64_t ticks = 0;
   for (int i = 0; i < 20000; ++i) {
-    // after each sample, after a pause of up to 17 minutes, for an older sample than was asked for last
+    // after each sample, after a pause of up to 17 minutes, and for a sample older than the last query
     const auto far = static_cast<int64_t>(random() % 0x7fffffff);
     ticks += i % 10 ? 2001 : i % 20 ? far : -far;
     if (ticks < 0) ticks = 0;

@@ -1,4 +1,4 @@
-// Messages in, motor and frames out; the clock is the test's.
+// Messages in, motor and frames out; the test sets the clock.
 #include <cmath>
 #include <initializer_list>
 #include <cstring>
@@ -19,14 +19,14 @@ protocol::Force force(const Bench& bench, float newtons) { return {bench.seq(), 
 
 }  // namespace
 
-TEST(silent_until_asked) {
+TEST(no_frame_is_sent_without_a_request) {
   Bench bench;
   bench.periods(100);
   CHECK(fake::sent.empty());
   CHECK(fake::pwm == 0);
 }
 
-TEST(hello_tells_the_constants) {
+TEST(hello_contains_the_constants) {
   Bench bench;
   bench.say(protocol::HelloRequest{});
   bench.period();
@@ -37,10 +37,10 @@ TEST(hello_tells_the_constants) {
   CHECK(hello.sample_rate == 1000 && hello.watchdog_ms == 25 && hello.pwm_top == 255);
   CHECK(std::strncmp(hello.build, "test", sizeof(hello.build)) == 0);
   bench.period();
-  CHECK(fake::sent.empty());  // once is enough
+  CHECK(fake::sent.empty());  // one reply is enough
 }
 
-TEST(hello_waits_for_room) {
+TEST(hello_is_sent_when_the_queue_has_room) {
   Bench bench;
   fake::room = 10;
   bench.say(protocol::HelloRequest{});
@@ -78,7 +78,7 @@ TEST(force_drives_the_motor_and_measures_its_delay) {
   CHECK(sample.pwm == fake::pwm && sample.flags == 0);
 }
 
-TEST(delay_that_cannot_be_told_is_the_largest) {
+TEST(an_unknown_delay_is_the_largest_value) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
   bench.period();
@@ -101,11 +101,11 @@ TEST(a_force_older_than_the_watchdogs_time_is_refused_and_counted) {
       CHECK(sample.stale == (stale ? count : 0) && (sample.delay_us == 65535 || !stale || sample.delay_us == 0));
     }
     bench.periods(kWatchdogPeriods - 10);
-    CHECK((fake::pwm == 0) == stale);  // it does not count as a word of the computer
+    CHECK((fake::pwm == 0) == stale);  // a stale force does not count as a message of the computer
   }
 }
 
-TEST(no_force_is_too_old_to_switch_off) {
+TEST(a_zero_force_is_never_too_old) {
   for (float nothing : {0.0f, -0.0f}) {
     Bench bench;
     bench.say(protocol::Stream{1, 0});
@@ -116,7 +116,7 @@ TEST(no_force_is_too_old_to_switch_off) {
   }
 }
 
-TEST(clamped_force_says_so) {
+TEST(a_clamped_force_sets_the_flag) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
   bench.say(force(bench, 99.0f));
@@ -126,7 +126,7 @@ TEST(clamped_force_says_so) {
   CHECK(bench.sample().flags == 0);
 }
 
-TEST(not_a_number_switches_off_at_once) {
+TEST(a_nan_force_switches_the_motor_off_at_once) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
   bench.say(force(bench, 1.0f));
@@ -137,7 +137,7 @@ TEST(not_a_number_switches_off_at_once) {
   CHECK(fake::pwm > 0);
 }
 
-TEST(silence_switches_off_within_the_watchdog) {
+TEST(silence_switches_the_motor_off_within_the_watchdog_time) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
   bench.say(force(bench, 1.0f));
@@ -146,11 +146,11 @@ TEST(silence_switches_off_within_the_watchdog) {
   CHECK(bench.sample().flags == protocol::kFlagWatchdog);
   CHECK(fake::pwm == 0);
   bench.say(force(bench, 1.0f));
-  CHECK(fake::pwm > 0);  // resumes by itself
+  CHECK(fake::pwm > 0);  // continues without a further command
   CHECK(bench.sample().flags == 0);
 }
 
-TEST(refused_and_damaged_commands_are_silence) {
+TEST(refused_and_damaged_commands_do_not_feed_the_watchdog) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
   bench.say(force(bench, 1.0f));
@@ -188,13 +188,13 @@ TEST(stop_latches_until_release) {
   CHECK(fake::pwm == 0);
   CHECK(bench.sample().flags & protocol::kFlagStopped);
   bench.say(protocol::Release{});
-  CHECK(fake::pwm == 0);  // only a new command drives again
+  CHECK(fake::pwm == 0);  // only a new command switches the motor on
   CHECK(bench.sample().flags == protocol::kFlagWatchdog);
   bench.say(force(bench, 1.0f));
   CHECK(fake::pwm > 0);
 }
 
-TEST(a_command_to_a_board_that_nobody_listens_to_yet_is_not_obeyed) {
+TEST(a_command_before_the_stream_starts_is_ignored) {
   Bench bench;
   bench.say(force(bench, 1.0f));
   CHECK(fake::pwm == 0);
@@ -213,7 +213,7 @@ TEST(stream_off_switches_the_motor_off) {
   CHECK(fake::pwm == 0);
 }
 
-TEST(wrong_sizes_and_ids_do_nothing) {
+TEST(messages_of_wrong_size_or_id_are_ignored) {
   Bench bench;
   bench.say(force(bench, 1.0f));
   const int16_t before = fake::pwm;
@@ -225,7 +225,7 @@ TEST(wrong_sizes_and_ids_do_nothing) {
   CHECK(fake::pwm == before);
 }
 
-TEST(overrun_is_told_once) {
+TEST(an_overrun_is_reported_once) {
   Bench bench;
   bench.say(protocol::Stream{1, 0});
   CHECK(bench.sample(500, true).flags & protocol::kFlagOverrun);

@@ -1,4 +1,4 @@
-// Settings in the EEPROM: what is kept, what damage and power cuts leave.
+// Settings in the EEPROM: which are stored, and the effect of damage and power cuts.
 #include <cstddef>
 #include <cstring>
 #include <initializer_list>
@@ -21,7 +21,7 @@ using protocol::Board;
 
 bool is_default() { return std::strcmp(settings::now().label, "Hapkit") == 0; }
 
-// Save and wait for its end; return the bytes written.
+// Save and wait until it is complete; return the number of bytes written.
 int save() {
   const int before = fake::eeprom_writes;
   settings::save();
@@ -32,7 +32,7 @@ int save() {
 
 }  // namespace
 
-TEST(what_is_saved_is_there_after_a_start) {
+TEST(saved_settings_are_loaded_at_the_start) {
   fresh_board();
   const Board kit = named("mine", 2.0f);
   settings::accept(kit);
@@ -46,9 +46,9 @@ TEST(what_is_saved_is_there_after_a_start) {
   CHECK(fake::eeprom[0] == 0xff);
 }
 
-TEST(what_is_there_already_is_not_written) {
+TEST(unchanged_bytes_are_not_written) {
   fresh_board();
-  CHECK(save() > 0);  // the defaults, once
+  CHECK(save() > 0);  // the defaults are written once
   CHECK(save() == 0);
   settings::accept(named("other", 2.0f));
   CHECK(save() > 0);
@@ -61,9 +61,9 @@ TEST(what_is_there_already_is_not_written) {
   CHECK(save() == 0 && settings::origin() == protocol::kOriginStored);
 }
 
-TEST(six_hundred_saves_are_found_in_their_order) {
+TEST(the_newest_of_600_saves_is_loaded) {
   fresh_board();
-  for (int i = 0; i < 600; ++i) {  // the number of a save wraps at 256
+  for (int i = 0; i < 600; ++i) {  // the sequence number of saves wraps at 256
     settings::accept(named("mine", static_cast<float>(i) * 0.005f));
     save();
     power_on();
@@ -71,7 +71,7 @@ TEST(six_hundred_saves_are_found_in_their_order) {
   }
 }
 
-TEST(every_wrong_bit_is_noticed) {
+TEST(every_wrong_bit_is_detected) {
   fresh_board();
   for (int saves : {1, 2}) {
     settings::accept(named("mine", 0.5f * static_cast<float>(saves)));
@@ -101,7 +101,7 @@ TEST(every_wrong_bit_is_noticed) {
   }
 }
 
-TEST(a_whole_block_with_a_number_that_no_kit_has_is_damage) {
+TEST(a_valid_block_with_an_implausible_number_counts_as_damaged) {
   fresh_board();
   settings::accept(named("mine", 1.0f));
   save();
@@ -114,7 +114,7 @@ TEST(a_whole_block_with_a_number_that_no_kit_has_is_damage) {
   CHECK(is_default() && settings::origin() == protocol::kOriginDamaged);
 }
 
-// A power cut after so many written bytes, with the last one left half written; false if there were not so many.
+// Cut the power after some written bytes, with the last one half written; false if fewer bytes were written.
 static bool cut_after(int bytes, uint8_t wreck) {
   const int before = fake::eeprom_writes;
   settings::save();
@@ -128,7 +128,7 @@ static bool cut_after(int bytes, uint8_t wreck) {
   return false;
 }
 
-TEST(a_power_cut_during_a_save_leaves_old_or_new) {
+TEST(a_power_cut_during_a_save_leaves_the_old_or_the_new_settings) {
   for (int saves_before : {0, 1, 2, 3}) {
     for (uint8_t wreck : {0x00, 0xff, 0x55}) {
       bool cut = true;
@@ -153,14 +153,14 @@ TEST(a_power_cut_during_a_save_leaves_old_or_new) {
   }
 }
 
-// Whether a place holds a mark with a wrong block behind it.
+// True if a place has a mark with a wrong block after it.
 static bool is_wreck(int place) {
   const auto begin = fake::eeprom.begin() + place;
   const std::vector<uint8_t> block(begin, begin + 2 + Board::kSize + 2);
   return block[0] != 0xff && fake::crc_of(block) != 0;
 }
 
-TEST(two_whole_blocks_are_old_and_new_and_neither_is_ever_a_wreck) {
+TEST(with_two_complete_blocks_a_power_cut_damages_neither) {
   fresh_board();
   float force = 0.25f;
   for (int turn = 0; turn < 6; ++turn) {
@@ -169,7 +169,7 @@ TEST(two_whole_blocks_are_old_and_new_and_neither_is_ever_a_wreck) {
     settings::save();
     const uint16_t mark = turn % 2 ? 272 : 16;
     fake::eeprom_last = 0;
-    // up to the new mark; the old one is not erased any more
+    // up to the new mark; the old one is not erased
     for (int poll = 0; poll < 200 && (fake::eeprom_last != mark || fake::eeprom[mark] != 1); ++poll) {
       settings::poll();
       CHECK(!is_wreck(16) && !is_wreck(272));
@@ -180,7 +180,7 @@ TEST(two_whole_blocks_are_old_and_new_and_neither_is_ever_a_wreck) {
   CHECK(fake::eeprom[16] == 1 && fake::eeprom[272] == 1);
 }
 
-TEST(a_change_during_a_save_ends_it) {
+TEST(a_change_during_a_save_cancels_it) {
   fresh_board();
   settings::accept(named("old", 1.0f));
   save();
@@ -195,7 +195,7 @@ TEST(a_change_during_a_save_ends_it) {
   fake::eeprom = halfway;
 }
 
-TEST(a_busy_memory_is_waited_for) {
+TEST(a_save_waits_for_a_busy_eeprom) {
   fresh_board();
   settings::accept(named("mine", 1.0f));
   settings::save();

@@ -1,4 +1,4 @@
-// The velocity filter with coefficients that only a broken computer sends, on readings that no handle makes.
+// The velocity filter with coefficients and readings that only a fault can cause.
 #include <random>
 
 #include "check.h"
@@ -18,8 +18,8 @@ estimator::Design design(uint8_t method, float first, float second) {
 
 }  // namespace
 
-// The sanitizers watch: a filter that does not damp doubles what it holds within some readings.
-TEST(a_filter_that_swings_up_takes_no_undefined_step) {
+// Run with sanitizers: an unstable filter doubles its state within a few readings.
+TEST(an_unstable_filter_has_no_undefined_behaviour) {
   std::mt19937 random(7);
   for (const float first : {0.0f, 1e-4f, 0.35f, 1.0f}) {
     for (const float second : {0.0f, 0.1f, 500.0f, 1990.0f}) {

@@ -1,4 +1,4 @@
-// The flip tracker against where the handle is: speed, noise and gaps where the sensor begins anew, impacts.
+// The flip tracker compared with the true handle position: speed, noise, gaps at the sensor's wrap, impacts.
 #include <cmath>
 #include <initializer_list>
 #include <random>
@@ -12,7 +12,8 @@ namespace {
 constexpr int kCounts = 921;
 constexpr double kHalf = kCounts / 2.0;
 
-// What the sensor reads at a handle position in counts: 5..95 % of its supply, again every half motor turn.
+// The sensor's reading at a handle position in counts: 5..95 % of its supply, repeating every half motor
+// turn.
 uint16_t reading(double counts) {
   return static_cast<uint16_t>(51.0 + counts - kCounts * std::floor(counts / kCounts));
 }
@@ -24,7 +25,8 @@ FlipTracker begun(uint16_t first) {
   return flips;
 }
 
-// Return the error in counts after speeding up gently to a speed in counts per sample and keeping it.
+// Return the error in counts after a slow acceleration to a speed in counts per sample and a phase at that
+// speed.
 double error_at(double speed) {
   FlipTracker flips = begun(reading(0.5));
   const int32_t start = flips.position();
@@ -39,7 +41,7 @@ double error_at(double speed) {
   return found - std::floor(counts);
 }
 
-// Return the largest error over a walk of readings, each with its true counts; the last one in *end.
+// Records the errors over a sequence of readings, each with its true counts.
 class Judge {
  public:
   explicit Judge(double counts) : flips_(begun(reading(counts))), start_(flips_.position() - std::floor(counts)) {}
@@ -59,7 +61,7 @@ class Judge {
 
 }  // namespace
 
-TEST(flips_are_followed_across_the_whole_range) {
+TEST(flips_are_unwrapped_over_the_whole_range) {
   // 40 mm at 2 Hz is 0.5 m/s; the error must not grow with the number of flips
   for (double rate : {230.0, 500.0, 1000.0, 4000.0}) {
     Judge judge(0.0);
@@ -78,13 +80,13 @@ TEST(half_the_range_per_sample_is_the_limit) {
   }
 }
 
-TEST(first_reading_counts_no_flip) {
+TEST(the_first_reading_is_not_a_flip) {
   FlipTracker flips = begun(971);
   CHECK(flips.update(52) == 52 + kCounts);
   CHECK(flips.update(971) == 971);
 }
 
-TEST(noise_where_it_begins_anew_does_not_add_up) {
+TEST(noise_at_the_wrap_does_not_accumulate) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> noise(-3.0, 3.0);
   Judge judge(0.0);
@@ -92,8 +94,8 @@ TEST(noise_where_it_begins_anew_does_not_add_up) {
   CHECK(judge.worst <= 4.0);
 }
 
-TEST(readings_in_the_gap_do_not_add_up) {
-  // a handle at rest just there, whose readings fall anywhere between the end and the beginning
+TEST(readings_in_the_gap_do_not_accumulate) {
+  // a handle at rest at the wrap, whose readings lie anywhere between both ends
   for (double share : {0.01, 0.1}) {
     std::mt19937 random(2);
     std::uniform_int_distribution<int> gap(51, 971);
@@ -103,7 +105,7 @@ TEST(readings_in_the_gap_do_not_add_up) {
     for (int i = 0; i < 100000; ++i) {
       const double counts = noise(random);
       judge.see(counts, falls(random) ? gap(random) : reading(counts));
-      judge.see(counts, reading(counts));  // never twice
+      judge.see(counts, reading(counts));  // never two in a row
     }
     judge.see(0.0, reading(0.0));
     CHECK(judge.last <= 4.0);
@@ -116,7 +118,7 @@ TEST(every_reading_in_the_gap_at_every_speed_is_bridged) {
     for (int gap = 51; gap <= 971; ++gap) {
       Judge judge(-60.0 * speed);
       for (int i = -59; i < 0; ++i) judge.see(i * speed, reading(i * speed));
-      if (speed && judge.worst > 1.0) break;  // started too fast: another test's
+      if (speed && judge.worst > 1.0) break;  // a start that is too fast has its own test
       judge.see(0.0, gap);
       for (int i = 1; i < 10; ++i) judge.see(i * speed, reading(i * speed));
       CHECK(judge.last <= 1.0);
@@ -142,7 +144,7 @@ TEST(impacts_and_rebounds_are_followed) {
   }
 }
 
-TEST(a_blow_is_believed_with_the_second_reading) {
+TEST(an_impact_is_accepted_at_the_second_reading) {
   for (double speed : {-400.0, -200.0, 200.0, 400.0}) {
     Judge judge(0.5);
     for (int i = 1; i < 20; ++i) {
@@ -152,7 +154,7 @@ TEST(a_blow_is_believed_with_the_second_reading) {
   }
 }
 
-TEST(doubt_ends_after_eight_readings) {
+TEST(the_ninth_doubtful_reading_is_accepted) {
   FlipTracker flips = begun(300);
   for (int i = 0; i < 8; ++i) {
     CHECK(flips.update(i % 2 ? 700 : 900) == 300);

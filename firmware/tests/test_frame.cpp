@@ -1,4 +1,4 @@
-// Framing against an independent coder: every length, every byte, every single damage.
+// Framing compared with an independent coder: every length, every byte, every single-byte damage.
 #include <cstddef>
 #include <cstring>
 #include <random>
@@ -21,7 +21,7 @@ Bytes written(const Bytes& body, std::size_t first = 0) {
   return out;
 }
 
-// Return the bodies that a parser finds.
+// Return the bodies that a parser accepts.
 std::vector<Bytes> parsed(frame::Parser& parser, const Bytes& bytes) {
   std::vector<Bytes> found;
   for (uint8_t byte : bytes) {
@@ -45,7 +45,7 @@ TEST(crc_of_the_check_string) {
   CHECK(crc == 0x29b1);  // catalogue value of CRC-16/CCITT-FALSE
 }
 
-TEST(writer_agrees_with_an_independent_coder) {
+TEST(the_writer_agrees_with_an_independent_coder) {
   std::mt19937 random(1);
   for (std::size_t size = 1; size <= frame::kLargestBody; ++size) {
     for (int i = 0; i < 50; ++i) {
@@ -55,7 +55,7 @@ TEST(writer_agrees_with_an_independent_coder) {
   }
 }
 
-TEST(parser_finds_every_body_up_to_the_largest) {
+TEST(the_parser_accepts_every_body_up_to_the_largest) {
   std::mt19937 random(2);
   frame::Parser parser;
   for (std::size_t size = 1; size <= 1 + protocol::kLargestToBoard; ++size) {
@@ -67,7 +67,7 @@ TEST(parser_finds_every_body_up_to_the_largest) {
   CHECK(parser.bad_frames() == 0);
 }
 
-TEST(every_single_damaged_byte_is_noticed) {
+TEST(every_single_damaged_byte_is_detected) {
   std::mt19937 random(3);
   const Bytes body = fake::body_of(protocol::Force{4660, 3, 1.5f});
   const Bytes good = fake::frame_of(body);
@@ -80,13 +80,13 @@ TEST(every_single_damaged_byte_is_noticed) {
       CHECK(parsed(parser, bad).empty());
       bad.push_back(0);
       bad.insert(bad.end(), good.begin(), good.end());
-      CHECK(parsed(parser, bad) == std::vector<Bytes>{body});  // in step again with the next frame
+      CHECK(parsed(parser, bad) == std::vector<Bytes>{body});  // synchronised again at the next frame
       CHECK(parser.bad_frames() >= 1);
     }
   }
 }
 
-TEST(truncated_frame_costs_no_more_than_itself) {
+TEST(a_truncated_frame_does_not_affect_the_next) {
   const Bytes body = fake::body_of(protocol::Force{1, 0, -2.0f});
   const Bytes good = fake::frame_of(body);
   for (std::size_t from = 1; from < good.size(); ++from) {
@@ -99,7 +99,7 @@ TEST(truncated_frame_costs_no_more_than_itself) {
   }
 }
 
-TEST(endless_garbage_stays_in_bounds) {
+TEST(endless_garbage_does_not_overflow_the_buffer) {
   std::mt19937 random(4);
   frame::Parser parser;
   std::size_t found = 0;
@@ -115,13 +115,13 @@ TEST(endless_garbage_stays_in_bounds) {
   CHECK(found < 5);  // about 2000 frames, each right by chance once in 65536
 }
 
-TEST(delimiters_alone_are_no_damage) {
+TEST(lone_delimiters_are_not_errors) {
   frame::Parser parser;
   CHECK(parsed(parser, Bytes(10, 0)).empty());
   CHECK(parser.bad_frames() == 0);
 }
 
-TEST(too_long_a_frame_is_refused) {
+TEST(a_frame_that_is_too_long_is_rejected) {
   frame::Parser parser;
   const Bytes body(2 + protocol::kLargestToBoard, 7);
   CHECK(parsed(parser, fake::frame_of(body)).empty());

@@ -1,4 +1,4 @@
-// A law on its way: pieces in order, lost, damaged and strange ones, laws that no board takes.
+// Transfer of a law: pieces in order, lost, damaged and unknown; laws that the board refuses.
 #include "rendering.h"
 #include "settings.h"
 
@@ -6,7 +6,7 @@ namespace {
 
 using machine::Refusal;
 
-// A law of so many bytes that does nothing, but at the end.
+// A law of this many bytes without any effect.
 Law long_law(std::size_t bytes) {
   Law law{{1.0f}, std::vector<uint8_t>(bytes - 4, machine::kAbsolute)};
   law.code.front() = machine::kMain;
@@ -20,7 +20,7 @@ Refusal refusal(Rendering& board) { return static_cast<Refusal>(told(board).refu
 
 }  // namespace
 
-TEST(samples_tell_how_far_a_law_has_come) {
+TEST(samples_report_the_received_bytes_of_a_law) {
   Rendering board;
   const Law law = long_law(100);
   auto sample = told(board);
@@ -37,10 +37,10 @@ TEST(samples_tell_how_far_a_law_has_come) {
   CHECK(board.shown().generation == 7);
 }
 
-TEST(pieces_are_taken_in_order_and_only_those_of_the_law) {
+TEST(only_pieces_of_the_announced_law_are_accepted_in_order) {
   Rendering board;
   const Law law = long_law(100);
-  board.say(piece_of(law, 7, 0));  // of a law that nobody has announced
+  board.say(piece_of(law, 7, 0));  // a piece of a law that was not announced
   board.say(head_of(law, 7, at(1000)));
   CHECK(told(board).received == 0);
   board.say(piece_of(law, 7, 32));
@@ -50,13 +50,13 @@ TEST(pieces_are_taken_in_order_and_only_those_of_the_law) {
   board.say(piece_of(law, 7, 0));
   board.say(piece_of(law, 7, 64));
   CHECK(told(board).received == 32);
-  board.say(head_of(law, 7, at(1000)));  // said again: nothing is lost
+  board.say(head_of(law, 7, at(1000)));  // announced again: nothing is lost
   CHECK(told(board).received == 32);
   for (uint16_t from : {32, 64, 96}) board.say(piece_of(law, 7, from));
   CHECK(board.shown().generation == 7);
 }
 
-TEST(a_damaged_law_is_sent_again) {
+TEST(a_damaged_law_is_requested_again) {
   Rendering board;
   const Law law = long_law(60);
   board.say(head_of(law, 7, at(1000)));
@@ -70,7 +70,7 @@ TEST(a_damaged_law_is_sent_again) {
   CHECK(board.shown().generation == 7);
 }
 
-TEST(the_bytes_stand_where_the_machine_looks) {
+TEST(the_bytes_are_stored_in_the_layout_of_the_machine) {
   Rendering board;
   Law law = counter(5);
   law.slots = kFirst + 4 + 3;
@@ -81,10 +81,11 @@ TEST(the_bytes_stand_where_the_machine_looks) {
   for (uint8_t i = kFirst + 4; i < law.slots; ++i) CHECK(slots[i] == 0.0f);
   const machine::Shape shape{law.states, 4, law.slots, static_cast<uint16_t>(law.code.size())};
   CHECK(std::memcmp(machine::code(shape), law.code.data(), law.code.size()) == 0);
-  CHECK(machine::code(shape)[law.code.size()] == 0xa5);  // the zeros behind the last byte are not written
+  // the padding zeros after the last byte are not written
+  CHECK(machine::code(shape)[law.code.size()] == 0xa5);
 }
 
-TEST(what_does_not_fit_is_refused_at_once) {
+TEST(a_law_that_is_too_large_is_refused_at_once) {
   const Law law = spring(100);
   const auto head = head_of(law, 7, at(1000));
   for (int which = 0; which < 5; ++which) {
@@ -93,7 +94,7 @@ TEST(what_does_not_fit_is_refused_at_once) {
     if (which == 0) bad.code = machine::kArena;
     if (which == 1) bad.code = 65535;
     if (which == 2) bad.slots = 255;
-    if (which == 3) bad.given = 2;  // more than there are slots for
+    if (which == 3) bad.given = 2;  // more given values than slots
     if (which == 4) bad.states = 2;
     board.say(bad);
     const auto sample = told(board);
@@ -103,7 +104,7 @@ TEST(what_does_not_fit_is_refused_at_once) {
   }
 }
 
-TEST(a_law_as_large_as_can_be_leaves_room_for_what_moves) {
+TEST(the_largest_law_leaves_memory_for_ramps) {
   Rendering board;
   const std::size_t most = machine::kArena - 4 * (kFirst + 1) - machine::kRamps * machine::kRamp;
   board.say(head_of(long_law(most + 4 + 1), 7, at(500)));
@@ -116,7 +117,7 @@ TEST(a_law_as_large_as_can_be_leaves_room_for_what_moves) {
   CHECK(board.shown().generation == 8);
 }
 
-TEST(rates_and_estimators_that_no_board_has_are_refused_at_once) {
+TEST(unsupported_rates_and_estimators_are_refused_at_once) {
   const estimator::Loop loops[] = {{499, 0, 0, 0},     {4001, 0, 0, 0},     {0, 0, 0, 0},
                                    {2000, 3, 0, 0},    {2000, 1, NAN, 0},   {2000, 1, 1.01f, 0},
                                    {2000, 2, 0.5f, 2000}, {2000, 2, -0.1f, 0}};
@@ -127,7 +128,7 @@ TEST(rates_and_estimators_that_no_board_has_are_refused_at_once) {
   }
 }
 
-TEST(what_the_verifier_refuses_is_not_run) {
+TEST(a_law_that_the_verifier_rejects_is_not_run) {
   Law no_end = spring(100), wide = spring(100), infinite = spring(INFINITY), empty{{}, {}};
   no_end.code.pop_back();
   wide.code[2] = 200;
@@ -159,7 +160,7 @@ TEST(a_law_slower_than_its_rate_is_refused_and_runs_at_a_lower_one) {
   CHECK(board.shown().generation == 8);
 }
 
-TEST(leaving_or_another_kit_ends_what_is_being_sent) {
+TEST(leave_or_a_kit_change_cancels_the_transfer_of_a_law) {
   for (bool kit : {false, true}) {
     Rendering board;
     const Law law = long_law(100);
@@ -179,7 +180,7 @@ TEST(leaving_or_another_kit_ends_what_is_being_sent) {
   }
 }
 
-TEST(the_computer_renders_until_the_law_is_there) {
+TEST(the_computer_renders_until_the_law_is_complete) {
   Rendering board;
   const Law law = spring(200);
   board.say(head_of(law, 7, at(1000)));

@@ -1,4 +1,5 @@
-// The verifier against code that it must pass and code one byte beside it, reason by reason; and what runs.
+// The verifier with valid code and code that differs in one byte, for each reason of refusal; and the
+// machine.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -13,7 +14,7 @@ namespace {
 using namespace machine;
 using Bytes = std::vector<uint8_t>;
 
-// Slots of the laws here: x, v, a state 2, a constant 3, temporaries 4 to 6.
+// Slots of these laws: x, v, a state 2, a constant 3, temporaries 4 to 6.
 constexpr uint8_t kState = 2, kConstant = 3, kTemporary = 4, kSlots = 7;
 
 uint32_t cycles = 0;
@@ -29,7 +30,7 @@ Refusal verified(const Bytes& bytes, float constant = 5.0f, uint8_t states = 1, 
   return verify(shape, &cycles);
 }
 
-// A law of one section that ends as it should.
+// A valid law of one section.
 Bytes law(std::initializer_list<uint8_t> body) {
   Bytes bytes{kMain};
   bytes.insert(bytes.end(), body);
@@ -43,13 +44,13 @@ uint16_t most(uint8_t opcode) { return kTable[opcode < kMasked ? opcode : kSingl
 
 }  // namespace
 
-TEST(a_law_is_passed_and_runs) {
+TEST(a_valid_law_passes_and_runs) {
   CHECK(verified_law({kLoad, 0, kMultiply, kConstant, kNegate}) == Refusal::kNone);
   CHECK(cycles == uint32_t(most(kLoad) + most(kMultiply) + most(kNegate) + most(kReturn)));
   CHECK(run(0.5f, 0.0f) == -2.5f);
 }
 
-TEST(what_has_no_room_is_too_large) {
+TEST(a_law_larger_than_the_arena_is_too_large) {
   const uint16_t room = kArena - 4 * kSlots - kRamps * kRamp;
   Bytes bytes(room, kNegate);
   bytes.front() = kMain;
@@ -59,27 +60,28 @@ TEST(what_has_no_room_is_too_large) {
   CHECK(verified(bytes) == Refusal::kTooLarge);
 }
 
-TEST(a_shape_that_contradicts_itself_is_too_large) {
+TEST(an_inconsistent_shape_is_too_large) {
   CHECK(verified(law({}), 5.0f, 1, 1, 3) == Refusal::kNone);
-  CHECK(verified(law({}), 5.0f, 2, 1, 4) == Refusal::kTooLarge);  // more states than given
-  CHECK(verified(law({}), 5.0f, 1, 2, 3) == Refusal::kTooLarge);  // more given than slots
+  CHECK(verified(law({}), 5.0f, 2, 1, 4) == Refusal::kTooLarge);  // more states than given values
+  CHECK(verified(law({}), 5.0f, 1, 2, 3) == Refusal::kTooLarge);  // more given values than slots
 }
 
-TEST(operations_are_known_whole_and_in_their_place) {
+TEST(operations_must_be_known_complete_and_inside_a_section) {
   for (int opcode = 0; opcode < 256; opcode++) {
     const bool known = opcode < kMasked ? opcode < kSingle && kTable[opcode].operands != kUnknown : opcode < 0x60;
     const Refusal found = verified_law({static_cast<uint8_t>(opcode), kTemporary, 0, 0});
     CHECK(known || found == Refusal::kOperation);
   }
   CHECK(verified({kMain, kReturn}) == Refusal::kNone);
-  CHECK(verified({kNegate, kMain, kReturn}) == Refusal::kOperation);           // before the first section
-  CHECK(verified({kMain, kReturn, kAdd}) == Refusal::kOperation);              // cut off
+  // an operation before the first section
+  CHECK(verified({kNegate, kMain, kReturn}) == Refusal::kOperation);
+  CHECK(verified({kMain, kReturn, kAdd}) == Refusal::kOperation);              // truncated
   CHECK(verified({kMain, kReturn, kLoadAt, 0, 0}) == Refusal::kOperation);
-  CHECK(verified({kMain, kReturn, kMain, kReturn}) == Refusal::kOperation);    // two laws
+  CHECK(verified({kMain, kReturn, kMain, kReturn}) == Refusal::kOperation);    // two MAIN sections
   CHECK(verified({kMain, kReturn, kSubroutine, kReturn}) == Refusal::kOperation);
 }
 
-TEST(slots_are_of_this_law) {
+TEST(operands_must_be_slots_of_the_law) {
   for (uint8_t opcode : {kLoad, kAdd, kMultiply, kPower, kCopysign}) {
     CHECK(verified_law({opcode, kSlots - 1}) == Refusal::kNone);
     CHECK(verified_law({opcode, kSlots}) == Refusal::kSlot);
@@ -89,7 +91,7 @@ TEST(slots_are_of_this_law) {
   CHECK(verified_law({kCompare | 1, kSlots, 0}) == Refusal::kSlot);
 }
 
-TEST(only_states_and_temporaries_are_written) {
+TEST(only_states_and_temporaries_are_writable) {
   for (uint8_t slot = 0; slot <= kSlots; slot++) {
     const bool writable = slot == kState || (slot >= kTemporary && slot < kSlots);
     CHECK(verified_law({kStore, slot}) == (writable ? Refusal::kNone : Refusal::kSlot));
@@ -97,7 +99,7 @@ TEST(only_states_and_temporaries_are_written) {
   }
 }
 
-TEST(tables_lie_inside) {
+TEST(tables_must_be_inside_the_slots) {
   CHECK(verified_law({kLoadAt, 0, 0, kSlots}) == Refusal::kNone);
   CHECK(verified_law({kLoadAt, 0, 1, kSlots}) == Refusal::kSlot);
   CHECK(verified_law({kLoadAt, 0, 0, 0}) == Refusal::kSlot);
@@ -106,15 +108,16 @@ TEST(tables_lie_inside) {
   CHECK(verified_law({kStoreAt, 0, kTemporary, 3}) == Refusal::kNone);
   CHECK(verified_law({kStoreAt, 0, kTemporary, 4}) == Refusal::kSlot);
   CHECK(verified_law({kStoreAt, 0, kState, 1}) == Refusal::kNone);
-  CHECK(verified_law({kStoreAt, 0, kState, 2}) == Refusal::kSlot);       // a constant
-  CHECK(verified_law({kStoreAt, 0, kState, 4}) == Refusal::kSlot);       // across it
-  CHECK(verified(law({kStoreAt, 0, kState, 4}), 5.0f, 2, 2) == Refusal::kNone);  // there is none between
+  CHECK(verified_law({kStoreAt, 0, kState, 2}) == Refusal::kSlot);       // writes a constant
+  CHECK(verified_law({kStoreAt, 0, kState, 4}) == Refusal::kSlot);       // writes across a constant
+  // no constants between the writable slots
+  CHECK(verified(law({kStoreAt, 0, kState, 4}), 5.0f, 2, 2) == Refusal::kNone);
 }
 
-TEST(jumps_lead_forward_to_an_instruction_of_their_section) {
+TEST(jumps_must_lead_forward_to_an_instruction_of_the_same_section) {
   CHECK(verified_law({kJump, 0}) == Refusal::kNone);
   CHECK(verified_law({kJump, 1, kNegate}) == Refusal::kNone);
-  CHECK(verified_law({kJump, 2, kNegate}) == Refusal::kJump);           // behind the end
+  CHECK(verified_law({kJump, 2, kNegate}) == Refusal::kJump);           // beyond the end
   CHECK(verified_law({kJump, 1, kAdd, 0}) == Refusal::kJump);           // into an instruction
   CHECK(verified_law({kTest | 1, 2, kAdd, 0}) == Refusal::kNone);
   CHECK(verified_law({kTest | 1, 3, kAdd, 0}) == Refusal::kJump);
@@ -123,15 +126,16 @@ TEST(jumps_lead_forward_to_an_instruction_of_their_section) {
   CHECK(verified_law({kFarJump, 1, 0, kNegate}) == Refusal::kNone);
   CHECK(verified_law({kFarJump, 0xff, 0xff, kNegate}) == Refusal::kJump);
   CHECK(verified({kSubroutine, kTest | 1, 0, kReturn, kMain, kReturn}) == Refusal::kNone);
-  CHECK(verified({kSubroutine, kTest | 1, 1, kReturn, kMain, kReturn}) == Refusal::kJump);  // to MAIN
-  CHECK(verified({kSubroutine, kTest | 1, 2, kReturn, kMain, kReturn}) == Refusal::kJump);  // beyond it
+  CHECK(verified({kSubroutine, kTest | 1, 1, kReturn, kMain, kReturn}) == Refusal::kJump);  // up to MAIN
+  CHECK(verified({kSubroutine, kTest | 1, 2, kReturn, kMain, kReturn}) == Refusal::kJump);  // beyond MAIN
 }
 
-TEST(so_many_jumps_may_be_under_way) {
+TEST(the_number_of_pending_jumps_is_limited) {
   for (uint8_t count : {kMostJumps, uint16_t(kMostJumps + 1)}) {
     Bytes bytes{kMain};
     for (uint8_t i = 0; i < count; i++) {
-      bytes.push_back(kTest | 1);  // each to a place of its own: all the jumps, then so many more
+      // as many pending jumps as allowed, each with a different target, then one more
+      bytes.push_back(kTest | 1);
       bytes.push_back(static_cast<uint8_t>(2 * (count - 1 - i) + i));
     }
     bytes.insert(bytes.end(), count, kNegate);
@@ -140,36 +144,41 @@ TEST(so_many_jumps_may_be_under_way) {
   }
 }
 
-TEST(loops_are_entered_at_their_head) {
+TEST(loops_may_only_be_entered_at_their_start) {
   CHECK(verified_law({kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kNone);
   CHECK(verified_law({kTest | 1, 0, kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kNone);
-  CHECK(verified_law({kTest | 1, 4, kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kJump);  // into it
+  // into a loop
+  CHECK(verified_law({kTest | 1, 4, kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kJump);
   CHECK(verified_law({kTest | 1, 5, kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kJump);
-  CHECK(verified_law({kTest | 1, 9, kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kNone);  // past it
-  CHECK(verified_law({kLoop, 0, 3, 0, kTest | 1, 4, kNext, 0, 6, 0}) == Refusal::kNone);           // out of it
-  CHECK(verified_law({kLoop, 0, 3, 0, kTest | 1, 1, kNegate, kNext, 0, 7, 0}) == Refusal::kNone);  // to its end
-  // out of one into the next
+  // past a loop
+  CHECK(verified_law({kTest | 1, 9, kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kNone);
+  // out of a loop
+  CHECK(verified_law({kLoop, 0, 3, 0, kTest | 1, 4, kNext, 0, 6, 0}) == Refusal::kNone);
+  // to the end of a loop
+  CHECK(verified_law({kLoop, 0, 3, 0, kTest | 1, 1, kNegate, kNext, 0, 7, 0}) == Refusal::kNone);
+  // out of one loop into the next
   CHECK(verified_law({kLoop, 0, 3, 0, kTest | 1, 8, kNext, 0, 6, 0, kLoop, 0, 3, 0, kNext, 0, 4, 0}) == Refusal::kJump);
 }
 
-TEST(loops_are_whole) {
+TEST(loops_must_be_closed) {
   CHECK(verified_law({kLoop, 0, 1, 0, kNext, 0, 4, 0}) == Refusal::kNone);
-  CHECK(verified_law({kLoop, 0, 0, 0, kNext, 0, 4, 0}) == Refusal::kLoop);               // no time
-  CHECK(verified_law({kLoop, 0, 1, 0, kNext, 0, 3, 0}) == Refusal::kLoop);               // back elsewhere
+  CHECK(verified_law({kLoop, 0, 0, 0, kNext, 0, 4, 0}) == Refusal::kLoop);               // zero times
+  // wrong jump distance
+  CHECK(verified_law({kLoop, 0, 1, 0, kNext, 0, 3, 0}) == Refusal::kLoop);
   CHECK(verified_law({kLoop, 0, 1, 0, kNext, 0, 8, 0}) == Refusal::kLoop);
-  CHECK(verified_law({kLoop, 0, 1, 0, kNext, 1, 4, 0}) == Refusal::kLoop);               // another counter
-  CHECK(verified_law({kNext, 0, 4, 0}) == Refusal::kLoop);                               // none open
+  CHECK(verified_law({kLoop, 0, 1, 0, kNext, 1, 4, 0}) == Refusal::kLoop);               // different counter
+  CHECK(verified_law({kNext, 0, 4, 0}) == Refusal::kLoop);                               // no open loop
   CHECK(verified_law({kLoop, 0, 1, 0}) == Refusal::kLoop);                               // never closed
   CHECK(verified_law({kLoop, kMostCounters - 1, 1, 0, kNext, kMostCounters - 1, 4, 0}) == Refusal::kNone);
   CHECK(verified_law({kLoop, kMostCounters, 1, 0, kNext, kMostCounters, 4, 0}) == Refusal::kLoop);
 }
 
-TEST(counters_fall_inwards) {
+TEST(inner_loops_need_lower_counters) {
   for (uint8_t outer = 0; outer < 3; outer++)
     for (uint8_t inner = 0; inner < 3; inner++)
       CHECK(verified_law({kLoop, outer, 2, 0, kLoop, inner, 2, 0, kNext, inner, 4, 0, kNext, outer, 12, 0}) ==
             (inner < outer ? Refusal::kNone : Refusal::kLoop));
-  // so they do through a call
+  // the same through a call
   const auto called = [](uint8_t outer) {
     return verified({kSubroutine, kLoop, 1, 2, 0, kNext, 1, 4, 0, kReturn, kMain, kLoop, outer, 2, 0, kCall, 0, 0,
                      kNext, outer, 7, 0, kReturn});
@@ -178,15 +187,15 @@ TEST(counters_fall_inwards) {
   CHECK(called(1) == Refusal::kLoop);
 }
 
-TEST(calls_lead_to_subroutines_before) {
+TEST(calls_must_lead_to_earlier_subroutines) {
   CHECK(verified({kSubroutine, kReturn, kMain, kCall, 0, 0, kReturn}) == Refusal::kNone);
   CHECK(verified({kSubroutine, kReturn, kMain, kCall, 1, 0, kReturn}) == Refusal::kCall);
-  CHECK(verified({kSubroutine, kReturn, kMain, kCall, 2, 0, kReturn}) == Refusal::kCall);     // the law itself
+  CHECK(verified({kSubroutine, kReturn, kMain, kCall, 2, 0, kReturn}) == Refusal::kCall);     // calls MAIN
   CHECK(verified({kSubroutine, kReturn, kMain, kCall, 0, 1, kReturn}) == Refusal::kCall);
-  CHECK(verified({kSubroutine, kCall, 0, 0, kReturn, kMain, kReturn}) == Refusal::kCall);     // itself
+  CHECK(verified({kSubroutine, kCall, 0, 0, kReturn, kMain, kReturn}) == Refusal::kCall);     // calls itself
 }
 
-TEST(calls_are_not_too_deep_nor_too_many) {
+TEST(call_depth_and_number_of_subroutines_are_limited) {
   for (uint16_t depth : {kMostCalls, uint16_t(kMostCalls + 1)}) {
     Bytes bytes{kSubroutine, kReturn};
     for (uint8_t i = 1; i < depth; i++) {
@@ -205,25 +214,25 @@ TEST(calls_are_not_too_deep_nor_too_many) {
   }
 }
 
-TEST(sections_end) {
+TEST(sections_must_end_with_return) {
   CHECK(verified({}) == Refusal::kEnd);
   CHECK(verified({kMain}) == Refusal::kEnd);
   CHECK(verified({kMain, kNegate}) == Refusal::kEnd);
-  CHECK(verified({kSubroutine, kReturn}) == Refusal::kEnd);  // no law
+  CHECK(verified({kSubroutine, kReturn}) == Refusal::kEnd);  // no MAIN
   CHECK(verified({kSubroutine, kMain, kReturn}) == Refusal::kEnd);
-  CHECK(verified({kMain, kReturn, kNegate}) == Refusal::kNone);  // nothing leads there
+  CHECK(verified({kMain, kReturn, kNegate}) == Refusal::kNone);  // unreachable code
   CHECK(verified({kMain, kTest | 1, 1, kReturn, kNegate}) == Refusal::kEnd);
   CHECK(verified({kMain, kTest | 1, 1, kReturn, kReturn}) == Refusal::kNone);
 }
 
-TEST(given_numbers_are_finite) {
+TEST(given_numbers_must_be_finite) {
   CHECK(verified(law({}), 3.4e38f) == Refusal::kNone);
   CHECK(verified(law({}), INFINITY) == Refusal::kConstant);
   CHECK(verified(law({}), -INFINITY) == Refusal::kConstant);
   CHECK(verified(law({}), NAN) == Refusal::kConstant);
 }
 
-TEST(what_cannot_be_counted_is_too_slow) {
+TEST(code_beyond_the_cycle_counter_is_too_slow) {
   const uint16_t body = most(kPower) + most(kNext);
   const uint16_t times = static_cast<uint16_t>((kMostCycles - most(kLoop) - most(kReturn)) / body);
   for (uint16_t n : {times, uint16_t(times + 1), uint16_t(65535)}) {
@@ -232,26 +241,26 @@ TEST(what_cannot_be_counted_is_too_slow) {
   }
 }
 
-TEST(the_bound_is_that_of_the_longest_way) {
+TEST(the_bound_is_the_cost_of_the_longest_path) {
   CHECK(verified_law({kTest | 1, 2, kPower, 0, kNegate}) == Refusal::kNone);
   CHECK(cycles == uint32_t(most(kTest) + most(kPower) + most(kNegate) + most(kReturn)));
-  // a call costs what it calls
+  // a call costs its callee's cycles
   CHECK(verified({kSubroutine, kSin, kReturn, kMain, kCall, 0, 0, kReturn}) == Refusal::kNone);
   CHECK(cycles == uint32_t(most(kCall) + most(kSin) + 2 * most(kReturn)));
-  // a loop so many times its body; a way out of it has been round all but once
+  // a loop costs its body times its count; an exit has completed all but one iteration
   CHECK(verified_law({kLoop, 0, 10, 0, kSin, kTest | 1, 6, kCos, kNegate, kNext, 0, 9, 0}) == Refusal::kNone);
   const uint32_t body = most(kSin) + most(kTest) + most(kCos) + most(kNegate) + most(kNext);
   CHECK(cycles == most(kLoop) + 10 * body + most(kReturn));
 }
 
-TEST(a_return_in_a_loop_costs_the_rounds_before) {
+TEST(a_return_in_a_loop_costs_the_earlier_iterations) {
   // LOOP 10: TEST to +2; SIN; RETURN; NEGATE; NEXT
   CHECK(verified_law({kLoop, 0, 10, 0, kTest | 1, 2, kSin, kReturn, kNegate, kNext, 0, 9, 0}) == Refusal::kNone);
   const uint32_t round = most(kTest) + most(kNegate) + most(kNext);
   CHECK(cycles == most(kLoop) + 9 * round + most(kTest) + most(kSin) + most(kReturn));
 }
 
-TEST(loops_run_so_many_times) {
+TEST(loops_run_the_given_number_of_times) {
   CHECK(verified_law({kLoad, kState, kLoop, 1, 3, 0, kLoop, 0, 4, 0, kAdd, kState, kNext, 0, 6, 0, kNext, 1, 14, 0}) ==
         Refusal::kNone);
   CHECK(run(0.0f, 0.0f) == 13.0f);
@@ -259,12 +268,12 @@ TEST(loops_run_so_many_times) {
 
 TEST(calls_return_to_where_they_came_from) {
   CHECK(verified({kSubroutine, kAdd, kConstant, kReturn,                     // + 5
-                  kSubroutine, kCall, 0, 0, kMultiply, 0, kReturn,           // (a + 5) x
+                  kSubroutine, kCall, 0, 0, kMultiply, 0, kReturn,           // computes (a + 5) x
                   kMain, kLoad, 1, kCall, 4, 0, kCall, 0, 0, kReturn}) == Refusal::kNone);
   CHECK(run(2.0f, 1.0f) == 17.0f);
 }
 
-TEST(a_failure_ends_the_law_at_any_depth) {
+TEST(a_fault_ends_the_law_at_any_call_depth) {
   const auto force = [](std::initializer_list<uint8_t> body, float x) {
     Bytes bytes{kSubroutine};
     bytes.insert(bytes.end(), body);
@@ -289,7 +298,7 @@ TEST(a_failure_ends_the_law_at_any_depth) {
   }
 }
 
-TEST(tables_are_read_and_written_by_place) {
+TEST(tables_are_read_and_written_by_index) {
   CHECK(verified_law({kLoad, 1, kStoreAt, 0, kTemporary, 3, kLoad, kTemporary + 2}) == Refusal::kNone);
   CHECK(run(2.5f, 7.0f) == 7.0f);
   CHECK(verified_law({kLoadAt, 0, kState, 2}) == Refusal::kNone);
@@ -318,7 +327,7 @@ TEST(outcomes_of_comparisons) {
   }
 }
 
-TEST(only_a_law_that_reads_the_velocity_says_so) {
+TEST(reading_the_velocity_is_detected) {
   CHECK(verified_law({kLoad, 0}) == Refusal::kNone && !program.reads_velocity);
   CHECK(verified_law({kLoad, 1}) == Refusal::kNone && program.reads_velocity);
   CHECK(verified_law({kCompare | 1, 1, 0}) == Refusal::kNone && program.reads_velocity);

@@ -1,4 +1,4 @@
-// Duty against the formulas, for every map, over the whole range.
+// Duty compared with the formulas, for every map, over the whole range.
 #include <cmath>
 #include <cstring>
 #include <initializer_list>
@@ -13,7 +13,7 @@ namespace {
 
 int pwm_of(float force) { return motor::duty_of(force).pwm; }
 
-// Torque as a share of that at full duty, from a share 0..1 of the duty above the dead band.
+// Torque as a fraction of that at full duty; duty: fraction 0..1 of the duty above the dead band.
 double torque_share(const protocol::Board& kit, double duty) {
   if (kit.motor_map == protocol::kMotorMapSquare) return duty * duty;
   if (kit.motor_map == protocol::kMotorMapLinear) return duty;
@@ -29,9 +29,9 @@ double force_at(const protocol::Board& kit, double steps) {
   return full * torque_share(kit, std::fmin(std::fmax(steps / top, 0.0), 1.0));
 }
 
-// The duty is the nearest step if the force lies between those of half a step less and more.
+// The duty is the nearest step if the force lies between the forces of half a step less and more.
 void check_nearest(const protocol::Board& kit, float force) {
-  constexpr double kHalf = 0.5 + 0.02;                                // and what the bits leave out:
+  constexpr double kHalf = 0.5 + 0.02;                                // half a step, and the rounding of bits
   const double small = 1.5 * force_at(kit, 1000.0) / (255.0 * 256.0);  // torque is kept in 256ths of 255ths
   const int pwm = pwm_of(force);
   const int size = std::abs(pwm);
@@ -116,7 +116,7 @@ TEST(force_is_limited) {
   CHECK(motor::duty_of(0.0f).flags == 0 && motor::duty_of(-0.0f).flags == 0);
 }
 
-TEST(what_is_not_finite_is_refused) {
+TEST(a_non_finite_force_is_refused) {
   motor::set(kits::usual());
   const float infinity = std::numeric_limits<float>::infinity();
   for (float force : {infinity, -infinity, std::nanf(""), -std::nanf("")}) {

@@ -1,7 +1,7 @@
-// What the board renders by itself: ramps, fades, refusals, telemetry.
+// Rendering on the board: ramps, fades, refusals, telemetry.
 #include "rendering.h"
 
-TEST(a_law_is_rendered_and_told) {
+TEST(a_law_is_rendered_and_reported_by_telemetry) {
   Rendering board(spring(100));
   board.alive(kFadeMs);
   const auto shown = board.shown(kStill + 100);
@@ -16,7 +16,7 @@ TEST(the_force_fades_in_over_30_ms) {
   for (int rate : {500, 900, 1000, 1600, 2000, 3400, 4000}) {
     Rendering board;
     board.change(spring(400), 2, at(rate));
-    board.period(kStill);  // of a millisecond
+    board.period(kStill);  // ticks of a millisecond
     const int ticks = kFadeMs * 2000 / at(rate).period;
     for (int tick = rate == 1000 ? 2 : 1; tick <= ticks; ++tick) {
       board.say(protocol::Alive{});
@@ -28,8 +28,8 @@ TEST(the_force_fades_in_over_30_ms) {
   }
 }
 
-// A law reckons with its period: no tick of another length asks it.
-TEST(a_law_begins_with_its_own_rate) {
+// A law uses its period, so it must not be called in a tick of a different length.
+TEST(a_law_is_first_called_after_a_period_of_its_own_length) {
   for (int rate : {500, 900, 1000, 1600, 2000, 3400, 4000}) {
     Rendering board;
     board.change(counter(0), 2, at(rate));
@@ -41,7 +41,7 @@ TEST(a_law_begins_with_its_own_rate) {
   }
 }
 
-TEST(a_law_fades_out_before_the_next_one_comes) {
+TEST(a_law_fades_out_before_the_next_one_starts) {
   Rendering board(spring(200));
   board.alive(2 * kFadeMs);
   const int16_t full = fake::pwm;
@@ -60,7 +60,7 @@ TEST(a_law_fades_out_before_the_next_one_comes) {
   CHECK(fake::pwm == -full);
 }
 
-TEST(constants_move_over_30_ms_every_other_one) {
+TEST(constants_ramp_over_30_ms_in_steps_of_2_ms) {
   Rendering board(spring(100));
   board.alive(2 * kFadeMs);
   const int count = board.shown().count;
@@ -73,7 +73,7 @@ TEST(constants_move_over_30_ms_every_other_one) {
   for (int ms = 0; ms < 5; ++ms) CHECK(board.shown().asked == static_cast<float>(count * 20.742975e-6f) * -400.0f);
 }
 
-TEST(at_a_slow_rate_constants_move_as_fast) {
+TEST(constants_ramp_as_fast_at_a_slow_rate) {
   Rendering board(spring(100), 500);
   board.alive(2 * kFadeMs);
   board.say(tune(1, 2, {{kFirst, -400.0f}}));
@@ -84,13 +84,13 @@ TEST(at_a_slow_rate_constants_move_as_fast) {
   CHECK(machine::slots()[kFirst] == -400.0f);
 }
 
-TEST(a_moving_constant_turns_to_its_newest_target) {
+TEST(a_ramp_changes_to_the_newest_target) {
   Rendering board(spring(100));
   board.say(tune(1, 2, {{kFirst, -400.0f}}));
   board.alive(10);
   const float there = machine::slots()[kFirst];
   CHECK_NEAR(there, -200.0f, 1e-3);
-  board.say(tune(1, 2, {{kFirst, -400.0f}}));  // said again: it goes on
+  board.say(tune(1, 2, {{kFirst, -400.0f}}));  // sent again: the ramp continues
   board.alive(2);
   CHECK_NEAR(machine::slots()[kFirst], -220.0f, 1e-3);
   board.say(tune(1, 3, {{kFirst, 80.0f}}));
@@ -100,10 +100,10 @@ TEST(a_moving_constant_turns_to_its_newest_target) {
   CHECK(machine::slots()[kFirst] == 80.0f);
 }
 
-TEST(a_change_for_which_there_is_no_room_is_said_again) {
+TEST(a_change_without_free_ramps_is_not_acknowledged) {
   constexpr uint8_t kMoving = 30;
   Law law{std::vector<float>(kMoving, 1.0f), {machine::kMain, machine::kLoad, kFirst, machine::kReturn}};
-  law.slots = (machine::kArena - 4 - machine::kRamps * machine::kRamp) / 4;  // the least room that there can be
+  law.slots = (machine::kArena - 4 - machine::kRamps * machine::kRamp) / 4;  // the smallest memory for ramps
   const int room = (machine::kArena - 4 * law.slots - 4) / machine::kRamp;
   Rendering board;
   board.change(law, 1);
@@ -122,14 +122,14 @@ TEST(a_change_for_which_there_is_no_room_is_said_again) {
     CHECK(board.shown().generation == ++generation);
   }
   CHECK(moving >= 6 && moving < kMoving);
-  CHECK(board.shown().generation == generation);  // not taken, nor any part of it
+  CHECK(board.shown().generation == generation);  // ignored as a whole
   board.alive(kFadeMs + 2);
   for (int i = 0; i < kMoving; ++i) CHECK(machine::slots()[kFirst + i] == (i < moving ? 2.0f : 1.0f));
   board.say(tune(1, static_cast<uint8_t>(generation + 1), {{static_cast<uint8_t>(kFirst + moving), 2.0f}}));
   CHECK(board.shown().generation == generation + 1);
 }
 
-TEST(changes_of_another_law_are_passed_over) {
+TEST(changes_of_a_different_law_are_ignored) {
   Rendering board(spring(100));
   board.say(tune(2, 3, {{kFirst, -400.0f}}));
   CHECK(board.shown().generation == 1);
@@ -140,7 +140,7 @@ TEST(changes_of_another_law_are_passed_over) {
   CHECK(machine::slots()[kFirst] == -100.0f);
 }
 
-TEST(what_moves_is_forgotten_with_its_law) {
+TEST(ramps_end_with_their_law) {
   Rendering board(spring(100));
   board.say(tune(1, 2, {{kFirst, -400.0f}}));
   board.alive(4);
@@ -151,7 +151,7 @@ TEST(what_moves_is_forgotten_with_its_law) {
   for (uint8_t byte : machine::arena) CHECK(byte == 0xa5);
 }
 
-TEST(a_change_that_no_law_can_follow_switches_off_until_the_next_law) {
+TEST(an_invalid_change_switches_the_motor_off_until_the_next_law) {
   const std::pair<uint8_t, float> wrong[] = {{0, 1.0f}, {1, 1.0f}, {kFirst, 1.0f}, {kFirst + 4, 1.0f}, {255, 1.0f},
                                              {kFirst + 2, NAN}, {kFirst + 2, INFINITY}};
   for (const auto& [slot, value] : wrong) {
@@ -172,7 +172,7 @@ TEST(a_change_that_no_law_can_follow_switches_off_until_the_next_law) {
   }
 }
 
-TEST(a_force_that_is_not_finite_ends_the_law) {
+TEST(a_non_finite_force_ends_the_law) {
   Law law = spring(3e38);
   law.code.insert(law.code.end() - 1, {machine::kMultiply, kFirst});
   Rendering board;
@@ -186,7 +186,7 @@ TEST(a_force_that_is_not_finite_ends_the_law) {
   CHECK(fake::pwm != 0);
 }
 
-TEST(leaving_the_rendering_to_the_computer_switches_off_until_its_force) {
+TEST(after_leave_the_motor_is_off_until_the_computers_first_force) {
   Rendering board(spring(300), 4000);
   board.alive(200);
   const int16_t full = fake::pwm;
@@ -203,7 +203,7 @@ TEST(leaving_the_rendering_to_the_computer_switches_off_until_its_force) {
   board.sample(kStill);
 }
 
-TEST(leaving_twice_switches_off_at_once) {
+TEST(a_second_leave_switches_the_motor_off_at_once) {
   Rendering board(spring(300));
   board.alive(200);
   board.say(protocol::Leave{});
@@ -214,7 +214,7 @@ TEST(leaving_twice_switches_off_at_once) {
   board.sample(kStill);
 }
 
-TEST(telemetry_is_a_whole_fraction_of_the_ticks_and_its_states_take_turns) {
+TEST(telemetry_is_sent_every_nth_tick_with_all_states_in_turn) {
   const std::pair<int, int> cases[] = {{500, 1},  {900, 1},  {1000, 1}, {1100, 2}, {1900, 2},
                                        {2000, 2}, {2100, 3}, {3000, 3}, {3400, 4}, {4000, 4}};
   for (const auto& [rate, ticks] : cases) {
@@ -234,7 +234,7 @@ TEST(telemetry_is_a_whole_fraction_of_the_ticks_and_its_states_take_turns) {
   }
 }
 
-TEST(the_velocity_is_in_metres_a_second_at_every_rate_and_over_a_change_of_it) {
+TEST(the_velocity_is_in_metres_per_second_at_every_rate_and_after_a_change) {
   for (int rate : {500, 900, 1600, 3400, 4000}) {
     Rendering board(counter(0), rate);
     int count = kStill;
@@ -250,7 +250,7 @@ TEST(the_velocity_is_in_metres_a_second_at_every_rate_and_over_a_change_of_it) {
   }
 }
 
-TEST(constants_move_in_20_to_45_ms_at_every_rate) {
+TEST(ramps_take_20_to_45_ms_at_every_rate) {
   for (int rate : {500, 700, 900, 1000, 1100, 1600, 3400, 4000}) {
     Rendering board(spring(100), rate);
     board.alive(60 * rate / 1000);
@@ -262,7 +262,7 @@ TEST(constants_move_in_20_to_45_ms_at_every_rate) {
   }
 }
 
-TEST(skipped_ticks_and_the_mean_delay_are_told) {
+TEST(skipped_ticks_and_the_mean_delay_are_reported) {
   Rendering board(spring(100), 4000);
   fake::age_us = 100;
   board.alive(200);
@@ -285,7 +285,7 @@ TEST(skipped_ticks_and_the_mean_delay_are_told) {
   CHECK(longest == (333 + 3 * 100) / 4);
 }
 
-TEST(a_frame_that_the_main_program_missed_is_told) {
+TEST(a_frame_missed_by_the_main_program_is_reported) {
   Rendering board(spring(100));
   board.alive(40);
   board.say(protocol::Alive{});

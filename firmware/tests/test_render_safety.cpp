@@ -1,4 +1,4 @@
-// What the board renders by itself is switched off in time, and comes back by a fade.
+// The motor of a rendering board is switched off in time, and its force fades in again.
 #include <cmath>
 #include <functional>
 
@@ -7,7 +7,7 @@
 #include "rendering.h"
 #include "settings.h"
 
-TEST(silence_switches_off_within_25_ms_at_every_rate_and_life_fades_in) {
+TEST(silence_switches_the_motor_off_within_25_ms_and_a_message_fades_it_in) {
   for (int rate : {500, 900, 1000, 1600, 2000, 3400, 4000}) {
     for (int words = 0; words < 2; ++words) {
       Rendering board(spring(300), rate);
@@ -16,7 +16,7 @@ TEST(silence_switches_off_within_25_ms_at_every_rate_and_life_fades_in) {
       if (words == 1) board.say(protocol::Force{0, 0, 1.0f});
       int ticks = 0;
       for (; fake::pwm != 0 && ticks < 1000; ++ticks) board.tick(kStill);
-      // the word came at any time in the period before the first of these ticks
+      // the message arrived at some time in the period before the first of these ticks
       CHECK(ticks * 1000.0 / rate <= 25.0 && (ticks - 1) * 1000.0 / rate >= 21.0);
       board.poll();
       fake::sent.clear();
@@ -31,7 +31,7 @@ TEST(silence_switches_off_within_25_ms_at_every_rate_and_life_fades_in) {
   }
 }
 
-TEST(stop_and_release_fade_in_again) {
+TEST(the_force_fades_in_after_stop_and_release) {
   Rendering board(spring(300));
   board.alive(60);
   const int16_t full = fake::pwm;
@@ -40,14 +40,14 @@ TEST(stop_and_release_fade_in_again) {
   board.alive(60);
   CHECK(fake::pwm == 0 && (board.shown().flags & protocol::kFlagStopped));
   board.say(protocol::Release{});
-  board.say(protocol::Alive{});  // before any tick has seen the stop's end
+  board.say(protocol::Alive{});  // before the first tick after the stop's end
   board.tick(kStill);
   CHECK(fake::pwm != 0 && std::abs(fake::pwm) * 2 < std::abs(full));
   board.alive(60);
   CHECK(fake::pwm == full);
 }
 
-TEST(too_fast_a_handle_latches_until_release) {
+TEST(over_speed_latches_until_release) {
   for (bool over : {false, true}) {
     Rendering board(spring(20));
     board.alive(60);
@@ -70,7 +70,7 @@ TEST(too_fast_a_handle_latches_until_release) {
   }
 }
 
-TEST(the_clamp_is_told) {
+TEST(a_clamped_force_is_reported) {
   Rendering board(spring(1000));
   board.alive(60);
   const auto shown = board.shown();
@@ -78,8 +78,8 @@ TEST(the_clamp_is_told) {
   CHECK(fake::pwm == motor::duty_of(-3.0f).pwm && fake::pwm < 0);
 }
 
-// The counts jump by far more than a handle moves in a tick, and a tick may come the moment that they do.
-TEST(another_zero_or_sense_is_no_speed_however_soon_a_tick_comes) {
+// The counts jump by far more than a handle can move in a tick, and a tick may come at once.
+TEST(a_change_of_zero_or_sense_is_not_measured_as_speed) {
   const std::function<void(protocol::Board&)> changes[] = {
       [](protocol::Board& kit) { kit.zero = 5000; },
       [](protocol::Board& kit) { kit.zero = -5000; },

@@ -1,4 +1,4 @@
-// Frames that are filled up: whole packets on the wire, the same messages in them.
+// Padded frames: whole packets on the wire, with unchanged messages.
 #include <cstring>
 #include <random>
 
@@ -9,16 +9,16 @@
 
 namespace {
 
-constexpr std::size_t kQueue = board::kQueue;  // a frame that would not fit goes out as it is
+constexpr std::size_t kQueue = board::kQueue;  // a padded frame that would not fit is sent without padding
 
-// What a frame takes on the wire: the next whole multiple of its own length.
+// Size of a frame on the wire: the next multiple of the packet length.
 std::size_t filled(std::size_t plain, unsigned multiple) {
   if (multiple == 0) return plain;
   const std::size_t packets = (plain + multiple - 1) / multiple;
   return packets * multiple <= kQueue ? packets * multiple : plain;
 }
 
-// The bodies in what was sent; delimiters that fill up have none.
+// Bodies of the frames sent; padding delimiters have none.
 std::vector<fake::Body> bodies() {
   std::vector<fake::Body> found;
   for (const fake::Body& body : fake::take_bodies()) {
@@ -60,14 +60,14 @@ void check_all_multiples() {
 
 }  // namespace
 
-TEST(every_message_is_filled_to_every_multiple_that_fits) {
+TEST(every_message_is_padded_to_every_multiple_that_fits) {
   check_all_multiples<protocol::Sample>();
   check_all_multiples<protocol::Telemetry>();
   check_all_multiples<protocol::Hello>();
   check_all_multiples<protocol::Settings>();
 }
 
-TEST(filling_is_on_and_off_as_the_stream_says) {
+TEST(the_stream_message_switches_padding) {
   Bench bench;
   for (const uint8_t multiple : {62, 0, 61}) {
     bench.say(protocol::Stream{1, multiple});

@@ -1,4 +1,5 @@
-// From the readings of each sensor to counts from the zero: repeats, sense, changes while running, faults.
+// Conversion of each sensor's readings to counts from the zero: repeats, sense, changes while running,
+// faults.
 #include <cstdint>
 #include <initializer_list>
 
@@ -21,7 +22,7 @@ protocol::Board with_zero(int32_t zero, int8_t sense = 1) {
   return kit;
 }
 
-// Even parity bit by bit, from the datasheet's words.
+// Even parity bit by bit, as the datasheet describes it.
 uint16_t framed(uint16_t low) {
   int ones = 0;
   for (int bit = 0; bit < 15; ++bit) ones += low >> bit & 1;
@@ -32,7 +33,7 @@ constexpr uint16_t kHealthy = 0x0180;
 
 }  // namespace
 
-TEST(after_a_start_the_zero_is_its_nearest_repeat) {
+TEST(after_a_start_the_nearest_repeat_is_the_zero) {
   for (int32_t zero : {-100000, -460, 0, 300, 700, 99999}) {
     for (uint16_t raw : {51, 200, 460, 511, 512, 971}) {
       sensor::start(with_zero(zero));
@@ -45,7 +46,7 @@ TEST(after_a_start_the_zero_is_its_nearest_repeat) {
   }
 }
 
-TEST(a_changed_zero_moves_by_as_much_as_it_changed) {
+TEST(a_changed_zero_shifts_the_counts_by_the_difference) {
   sensor::start(with_zero(300));
   sensor::count(300, false);
   for (int raw = 350; raw < 972; raw += 50) sensor::count(raw, false);
@@ -62,7 +63,7 @@ TEST(a_changed_zero_moves_by_as_much_as_it_changed) {
   CHECK(sensor::count(300, false) == 0);
 }
 
-TEST(another_sensor_starts_anew) {
+TEST(a_different_sensor_restarts) {
   sensor::start(with_zero(0));
   sensor::count(100, false);
   sensor::change(kits::with_sensor(kHall, 16384));
@@ -71,20 +72,20 @@ TEST(another_sensor_starts_anew) {
   CHECK(sensor::count(1234, false) == 0);
 }
 
-TEST(an_encoder_is_zero_where_it_starts_and_passes_65536) {
+TEST(an_encoder_starts_at_zero_and_counts_beyond_65536) {
   sensor::start(kits::with_sensor(kEncoder, 48));
   CHECK(sensor::count(65530, false) == 0);
   CHECK(sensor::count(10, false) == 16);
   CHECK(sensor::count(30000, false) == 30006);
   CHECK(sensor::count(60000, false) == 60006);
   CHECK(sensor::count(20000, false) == 60006 + 25536);
-  CHECK(sensor::count(60000, true) == 60006);  // one that slipped still counts
+  CHECK(sensor::count(60000, true) == 60006);  // a reading with a slip still counts
   CHECK(sensor::take_doubt() && !sensor::take_doubt());
 }
 
-TEST(a_failed_reading_repeats_the_last) {
+TEST(a_failed_reading_repeats_the_last_count) {
   sensor::start(kits::with_sensor(kHall, 16384));
-  CHECK(sensor::count(77, true) == 0);  // nothing yet
+  CHECK(sensor::count(77, true) == 0);  // not started yet
   CHECK(sensor::take_doubt());
   CHECK(sensor::count(100, false) == 100);
   CHECK(!sensor::take_doubt());
@@ -93,7 +94,7 @@ TEST(a_failed_reading_repeats_the_last) {
   CHECK(sensor::count(120, false) == 120);
 }
 
-TEST(the_rails_of_the_supply_are_no_angle) {
+TEST(readings_at_the_rails_are_invalid) {
   for (uint16_t raw : {0, 7, 1016, 1023}) {
     sensor::start(with_zero(0));
     sensor::count(100, false);
@@ -120,7 +121,7 @@ TEST(eight_doubtful_readings_are_a_fault_until_32_good_ones) {
   CHECK(!sensor::faulty());
 }
 
-TEST(one_doubtful_reading_in_ten_is_no_fault) {
+TEST(one_doubtful_reading_in_ten_is_not_a_fault) {
   sensor::start(with_zero(0));
   for (int i = 0; i < 1000; ++i) {
     sensor::count(i % 10 ? 100 : 1023, false);
@@ -139,16 +140,16 @@ TEST(frames_of_the_as5048a_are_checked) {
   }
 }
 
-TEST(an_as5048a_is_believed_once_it_says_that_it_is_well) {
+TEST(an_as5048a_is_valid_after_its_diagnostics_report_ready) {
   As5048A angle;
   CHECK(angle.next() == As5048A::kReadHealth);
-  CHECK(!angle.take(framed(0), framed(1000)));  // what comes first answers nothing
+  CHECK(!angle.take(framed(0), framed(1000)));  // the first frame replies to no request
   CHECK(angle.next() == As5048A::kReadHealth);
   CHECK(angle.take(framed(kHealthy), framed(1001)) && angle.reading() == 1001);
   angle.next();
-  CHECK(!angle.take(framed(0), framed(1002)) && angle.reading() == 1001);       // not ready
+  CHECK(!angle.take(framed(0), framed(1002)) && angle.reading() == 1001);       // sensor not ready
   angle.next();
-  CHECK(!angle.take(framed(0x0300), framed(1003)) && angle.reading() == 1001);  // angle not valid
+  CHECK(!angle.take(framed(0x0300), framed(1003)) && angle.reading() == 1001);  // invalid angle
   angle.next();
   CHECK(!angle.take(framed(kHealthy), framed(1004) ^ 4) && angle.reading() == 1001);
   angle.next();
@@ -164,11 +165,11 @@ TEST(an_error_of_the_as5048a_is_cleared) {
   CHECK(angle.next() == As5048A::kClearError);
   CHECK(!angle.take(framed(kHealthy | 0x4000), framed(0x4000 | 3)));
   CHECK(angle.next() == As5048A::kClearError);
-  CHECK(angle.take(framed(0x0001), framed(4)) && angle.reading() == 4);  // the error register's answer
+  CHECK(angle.take(framed(0x0001), framed(4)) && angle.reading() == 4);  // reply of the error register
   CHECK(angle.next() == As5048A::kReadHealth);
 }
 
-TEST(an_as5048a_that_is_not_there_is_never_believed) {
+TEST(a_missing_as5048a_is_never_valid) {
   for (uint16_t line : {0x0000, 0xffff}) {
     As5048A angle;
     for (int i = 0; i < 50; ++i) {
@@ -187,15 +188,15 @@ TEST(an_encoder_counts_every_edge_both_ways) {
   for (int i = 99; i >= -100; --i) encoder.edge(turn[(i + 400) % 4]);
   CHECK(static_cast<int16_t>(encoder.steps()) == -100);
   CHECK(!encoder.take_slip());
-  encoder.edge(turn[0]);  // nothing moved
+  encoder.edge(turn[0]);  // no motion
   CHECK(static_cast<int16_t>(encoder.steps()) == -100);
 }
 
-TEST(a_missed_edge_goes_on_as_before_and_is_told) {
+TEST(a_missed_edge_counts_in_the_last_direction_and_is_reported) {
   Quadrature encoder;
   encoder.start(0x00);
   encoder.edge(0x04);
-  encoder.edge(0x08);  // over 0x0c
+  encoder.edge(0x08);  // an edge of both channels
   CHECK(encoder.steps() == 3);
   CHECK(encoder.take_slip() && !encoder.take_slip());
   encoder.edge(0x0c);
@@ -204,10 +205,10 @@ TEST(a_missed_edge_goes_on_as_before_and_is_told) {
   CHECK(encoder.take_slip());
 }
 
-TEST(counts_of_another_meaning_are_told_once) {
+TEST(a_change_in_the_meaning_of_counts_is_reported_once) {
   sensor::start(with_zero(300));
   CHECK(sensor::take_moved() && !sensor::take_moved());
-  sensor::count(0, false);  // no angle: the first that is one decides where zero is
+  sensor::count(0, false);  // no valid angle: the first valid one determines the zero
   CHECK(!sensor::take_moved());
   sensor::count(500, false);
   CHECK(sensor::take_moved() && !sensor::take_moved());

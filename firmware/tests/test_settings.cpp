@@ -1,4 +1,4 @@
-// Settings: what is in force at the start, what is refused, what a change does.
+// Settings: those in force at the start, which are refused, and the effect of a change.
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -31,7 +31,7 @@ bool accepts(const std::function<void(Board&)>& change) {
   return taken;
 }
 
-// Every member that is a float, with the limits that its range has at both ends.
+// A float member with the lower and upper limit of its range.
 struct Number {
   float Board::*member;
   float low, high;
@@ -39,7 +39,7 @@ struct Number {
 
 }  // namespace
 
-TEST(a_new_board_has_the_usual_kit) {
+TEST(a_new_board_has_the_default_kit) {
   fresh_board();
   CHECK(settings::origin() == protocol::kOriginDefault);
   const Board& kit = settings::now();
@@ -50,10 +50,10 @@ TEST(a_new_board_has_the_usual_kit) {
   CHECK(kit.handle_radius == 0.090f && kit.pulley_radius == 0.005f && kit.sector_radius == 0.074f);
   CHECK(fake::configurations == 1 && same(fake::configured, kit) && !fake::held);
   CHECK(fake::eeprom_writes == 0);
-  CHECK(settings::accept(kit) && settings::origin() == protocol::kOriginDefault);  // nothing changed
+  CHECK(settings::accept(kit) && settings::origin() == protocol::kOriginDefault);  // unchanged
 }
 
-TEST(what_is_accepted_is_in_force_at_once) {
+TEST(accepted_settings_are_in_force_at_once) {
   fresh_board();
   fake::pwm = 99;
   Board kit = named("weak", 1.5f);
@@ -100,7 +100,7 @@ TEST(choices_have_their_limits) {
   CHECK(accepts([](Board& kit) { kit.dead_band = 200; }) && !accepts([](Board& kit) { kit.dead_band = 201; }));
 }
 
-TEST(pins_that_a_sensor_needs_are_not_the_motors) {
+TEST(motor_pins_must_not_be_needed_by_the_sensor) {
   for (uint8_t sensor : {0, 1, 2}) {
     const uint16_t counts[] = {921, 16384, 48};
     const auto with = [&](uint8_t pins) {
@@ -115,7 +115,7 @@ TEST(pins_that_a_sensor_needs_are_not_the_motors) {
   }
 }
 
-TEST(counts_fit_the_sensor) {
+TEST(counts_must_suit_the_sensor) {
   const auto with = [](uint8_t sensor, uint16_t counts) {
     return accepts([&](Board& kit) { kit.sensor = sensor, kit.counts_per_flip = counts; });
   };
@@ -124,13 +124,13 @@ TEST(counts_fit_the_sensor) {
   CHECK(with(2, 4) && with(2, 48) && with(2, 65535) && !with(2, 3));
 }
 
-TEST(tables_never_fall_and_labels_are_text) {
+TEST(tables_must_not_decrease_and_labels_must_be_text) {
   CHECK(!accepts([](Board& kit) { kit.table[3] = kit.table[2] - 1; }));
   CHECK(accepts([](Board& kit) { kit.table[3] = kit.table[2]; }));
-  CHECK(!accepts([](Board& kit) { kit.table[7] = 254; }));  // the motor constant is that of full duty
+  CHECK(!accepts([](Board& kit) { kit.table[7] = 254; }));  // the motor constant is defined at full duty
   CHECK(accepts([](Board& kit) { std::memset(kit.label, 'x', sizeof(kit.label)); }));
   CHECK(accepts([](Board& kit) { std::memset(kit.label, 0, sizeof(kit.label)); }));
   CHECK(!accepts([](Board& kit) { kit.label[0] = '\n'; }));
   CHECK(!accepts([](Board& kit) { kit.label[1] = '\x80'; }));
-  CHECK(!accepts([](Board& kit) { kit.label[1] = 0; }));  // and more behind it
+  CHECK(!accepts([](Board& kit) { kit.label[1] = 0; }));  // text after the terminating zero
 }

@@ -2,22 +2,22 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// An AS5048A at the SPI port: frames of 16 bits with even parity, answers one frame late.
+// An AS5048A at the SPI port: frames of 16 bits with even parity, replies one frame later.
 #pragma once
 
 #include "spi.h"
 
 struct as5048a {
-	int (*angle)(void *outside);  // 0..16383, at this moment
+	int (*angle)(void *outside);  // present angle, 0..16383
 	void *outside;
-	double flip;                  // probability that a bit of an answer is turned on its way
-	bool absent;                  // nothing is connected
+	double flip;                  // probability that a bit of a reply is inverted on the bus
+	bool absent;                  // no sensor is connected
 	uint64_t random;
 
-	bool error;                   // stands until it is cleared
+	bool error;                   // remains set until it is cleared
 	uint16_t command, answer;
-	int bytes;                    // of the frame so far
-	uint64_t frames, turned;      // whole frames; answers in which a bit was turned
+	int bytes;                    // received bytes of the present frame
+	uint64_t frames, turned;      // number of complete frames; of replies with an inverted bit
 };
 
 void as5048a_select(void *device, bool selected);

@@ -75,7 +75,7 @@ static void registers_touched(avr_irq_t *irq, uint32_t value, void *param)
 		avr_cycle_timer_register(b->avr, SETTLING, output_settled, b);
 }
 
-// simavr enters a handler in no time; the chip takes four cycles.
+// simavr enters a handler in zero time; the chip takes four cycles.
 static void handler_entered(avr_irq_t *irq, uint32_t running, void *param)
 {
 	struct board *b = param;
@@ -84,7 +84,7 @@ static void handler_entered(avr_irq_t *irq, uint32_t running, void *param)
 		b->avr->cycle += 4;
 }
 
-// Interrupts were switched off at this cycle or, by an instruction, before the next one.
+// Interrupts were disabled at this cycle or, by an instruction, before the next one.
 static void note_off(struct board *b, avr_cycle_count_t cycle, avr_flashaddr_t pc)
 {
 	if (b->started && !b->off_since) {
@@ -111,8 +111,8 @@ static _Noreturn void crashed(struct board *b, const char *how)
 	give_up(b, EXIT_CRASHED);
 }
 
-// A program moves the pointer a byte at a time, with one instruction in between: what is there for four of them is
-// meant.
+// A program changes the stack pointer a byte at a time, with one instruction in between: a value that remains for
+// four instructions is intended.
 static void watch_stack(struct board *b)
 {
 	unsigned pointer = b->avr->data[R_SPL] | b->avr->data[R_SPH] << 8;
@@ -122,8 +122,8 @@ static void watch_stack(struct board *b)
 		b->lowest_stack = pointer;
 }
 
-// After the instruction behind the one that switches interrupts on, simavr waits for one more; the chip does
-// not, and a program may switch them off there.
+// After the instruction that follows the enabling of interrupts, simavr waits for one more; the chip does
+// not, and a program may disable them there.
 static void serve_interrupts(struct board *b)
 {
 	bool behind = b->avr->interrupt_state == -1;
@@ -132,7 +132,7 @@ static void serve_interrupts(struct board *b)
 		avr_service_interrupts(b->avr);
 }
 
-// A frame that is to be answered ends a sleep: the answer is due now, not at simavr's next event.
+// A frame that needs an answer ends a sleep: the answer is due now, not at simavr's next event.
 static void step(struct board *b, avr_cycle_count_t until, bool stop_at_frame)
 {
 	avr_t *avr = b->avr;
@@ -141,7 +141,7 @@ static void step(struct board *b, avr_cycle_count_t until, bool stop_at_frame)
 	if (avr->state == cpu_Running)
 		next = avr_run_one(avr);
 	if (avr->state == cpu_Sleeping && !(avr->data[R_SMCR] & SLEEP_ENABLE))
-		avr->state = cpu_Running;  // simavr sleeps all the same
+		avr->state = cpu_Running;  // simavr would sleep anyway
 	watch_stack(b);
 	avr_cycle_count_t idle = avr_cycle_timer_process(avr);
 	avr->pc = next;

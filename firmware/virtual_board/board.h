@@ -18,7 +18,7 @@
 #include <sim_avr.h>
 #include <stdbool.h>
 
-// Cycles that simavr runs without looking up: an instruction, so that everything is seen when it happens.
+// Cycles that simavr runs per call: one instruction, so that every event is handled at its cycle.
 enum { CHUNK = 1 };
 enum { FREQUENCY = 16000000, MILLIVOLTS = 5000, VECTORS = 26 };
 
@@ -34,40 +34,43 @@ struct board {
 
 	struct spi spi;
 	struct as5048a hall;
-	int steps;                       // of the encoder, as its pins say
-	const char *eeprom;              // file, NULL: none
+	int steps;                       // steps of the encoder, as output on its pins
+	const char *eeprom;              // file of the EEPROM, NULL: none
 
 	avr_irq_t *sensor_pin;
-	avr_cycle_count_t plant_cycle;   // up to which the paddle has moved
-	avr_cycle_count_t log_cycles;    // period of the log, 0: at every conversion
+	avr_cycle_count_t plant_cycle;   // cycle up to which the paddle has been advanced
+	avr_cycle_count_t log_cycles;    // period of the log, 0: a row per conversion
 	avr_cycle_count_t next_row;
-	int converted;                   // last value that was read of the sensor
+	int converted;                   // last value read from the sensor
 
-	avr_cycle_count_t off_since;     // interrupts off since, 0: on
-	bool started;                    // interrupts have been on once
+	avr_cycle_count_t off_since;     // cycle at which interrupts were disabled, 0: enabled
+	bool started;                    // interrupts have been enabled at least once
 	avr_flashaddr_t off_pc;
-	avr_cycle_count_t longest_off;   // and where it began
+	avr_cycle_count_t longest_off;   // program counter at its start
 	avr_flashaddr_t longest_off_pc;
 	avr_cycle_count_t asleep;        // cycles in which the processor slept
-	unsigned stack, stack_stays;     // stack pointer, and for how many instructions it has been there
-	unsigned lowest_stack;           // lowest one seen once interrupts were on
-	unsigned silent_offs;            // motor off after 20 ms without a byte from the computer
+	unsigned stack, stack_stays;     // stack pointer, and number of instructions since it changed
+	unsigned lowest_stack;           // lowest value since interrupts were first enabled
+	// times the motor was switched off after 20 ms without a byte from the computer
+	unsigned silent_offs;
 	bool quit, frozen;
-	double told;                     // bytes that the computer says it has sent since the plug; negative: nothing
-	bool adapter;                    // a real cable: opening the port resets, speeds must agree
-	avr_run_t run_one;               // simavr replaces its own to reset by watchdog
+	// bytes that the computer reports to have sent since the cable was plugged in; negative: no report
+	double told;
+	bool adapter;                    // a real cable: opening the port resets the board, baud rates must agree
+	avr_run_t run_one;               // simavr replaces its own to reset by the watchdog
 };
 
-// Load the firmware and connect everything but the cable. Exits with a message if the file is no firmware.
+// Load the firmware and connect everything except the cable. Exits with a message if the file is not a
+// firmware.
 void board_start(struct board *b, const struct options *o);
 
-// Run the chip up to a cycle, or until a frame that wants an answer has gone out, if so asked.
+// Run the chip up to a cycle, or with stop_at_frame until a frame that needs an answer has been sent.
 void board_run(struct board *b, avr_cycle_count_t until, bool stop_at_frame);
 
 // Press the reset button.
 void board_reset(struct board *b);
 
-// Let the paddle move up to the chip's present cycle.
+// Advance the paddle to the chip's present cycle.
 void board_sync(struct board *b);
 
 // Write a row of the truth log.

@@ -116,7 +116,7 @@ static void quit(struct call *c)
 
 static const struct {
 	const char *name;
-	int least, most;  // numbers that follow
+	int least, most;  // number of arguments
 	void (*run)(struct call *);
 } COMMANDS[] = {
 	{"hand", 4, 7, hand},     {"release", 0, 0, release}, {"force", 1, 1, force},
@@ -126,7 +126,7 @@ static const struct {
 	{"go", 1, 1, go},
 };
 
-// Numbers of a line; -1 if a word is no finite number or there are too many.
+// Parse the numbers of a line; return -1 if a word is not a finite number or there are too many.
 static int read_numbers(const char *text, double *number)
 {
 	int count = 0;

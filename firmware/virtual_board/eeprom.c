@@ -13,7 +13,8 @@
 
 enum { SIZE = 1024, ERASED = 0xff };
 
-// The register and its bit that begin to write a byte; 20 ms later, which is after the last byte of a block.
+// Register and bit that start the writing of a byte; the file is saved 20 ms later, after the last byte of a
+// block.
 enum { EECR = 0x3f, EEPE = 1 << 1, LATER = 320000 };
 
 struct kept {
@@ -42,7 +43,7 @@ void eeprom_load(avr_t *avr, const char *path)
 	avr_ioctl(avr, AVR_IOCTL_EEPROM_SET, &all);
 }
 
-// Under another name first: a program that ends halfway leaves the old file.
+// Write to a temporary file first: an interrupted program leaves the old file intact.
 void eeprom_save(avr_t *avr, const char *path)
 {
 	if (!path)
@@ -67,7 +68,7 @@ static avr_cycle_count_t written(avr_t *avr, avr_cycle_count_t when, void *param
 	return 0;
 }
 
-// A timer that is set again waits anew: a block is written to the file once.
+// Setting the timer again restarts it, so that the file is saved once per block.
 static void control_touched(avr_irq_t *irq, uint32_t value, void *param)
 {
 	struct kept *kept = param;

@@ -2,17 +2,17 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The chip's EEPROM, kept in a file from run to run.
+// The chip's EEPROM, stored in a file between runs.
 #pragma once
 
 #include <sim_avr.h>
 
-// Take its bytes from a file; one that is not there yet is an erased EEPROM. Exits with a message if it fails.
+// Load its bytes from a file; a missing file is an erased EEPROM. Exits with a message on failure.
 void eeprom_load(avr_t *avr, const char *path);
 
-// From now on write the file whenever the firmware has written, a little later: whoever kills the program
-// loses nothing. Path NULL: nothing is kept.
+// From now on save the file shortly after the firmware has written, so that killing the program
+// loses nothing. Path NULL: never save.
 void eeprom_keep(avr_t *avr, const char *path);
 
-// Write its bytes to the file as a whole, at once. Path NULL: nothing is kept.
+// Save its bytes to the file atomically, now. Path NULL: do not save.
 void eeprom_save(avr_t *avr, const char *path);

@@ -2,8 +2,8 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The handle is looked at often enough that no two edges fall between two looks; if they do all the same,
-// because a script moved it by a jump, they follow each other in a time that the chip can keep.
+// The handle is checked so often that no two edges fall between two checks. If two do, because a script moved
+// the handle by a jump, the edges follow each other at intervals that the chip can handle.
 
 #include "encoder.h"
 
@@ -11,7 +11,7 @@
 #include <math.h>
 
 enum { SHORTEST = 32, LONGEST = 256, FIRST_PIN = 2 };
-#define FASTEST_CHANGE 0.05  // m/s that the speed may gain until the next look
+#define FASTEST_CHANGE 0.05  // m/s: possible change of the speed until the next check
 
 static void drive(struct board *b)
 {
@@ -23,7 +23,7 @@ static void drive(struct board *b)
 		avr_raise_irq(avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ('D'), FIRST_PIN + pin), (level >> pin) & 1);
 }
 
-// Cycles until the handle can be at the next edge, less a good part.
+// Cycles until the next check, shorter than the time in which the handle can reach the next edge.
 static avr_cycle_count_t next_look(const struct board *b)
 {
 	double counts = b->plant.x / b->sensor.metres_per_count + b->sensor.magnet;

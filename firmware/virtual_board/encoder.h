@@ -2,10 +2,10 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// A quadrature encoder on D2 and D3: edges at the cycle at which the handle passes them.
+// A quadrature encoder on D2 and D3, with edges at the cycle at which the handle passes them.
 #pragma once
 
 #include "board.h"
 
-// Begin where the handle is; call after every reset, which lets go of the pins.
+// Start at the handle's position; call after every reset, which releases the pins.
 void encoder_reset(struct board *b);

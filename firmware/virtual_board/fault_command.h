@@ -2,10 +2,10 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// Commands of two words that make something go wrong: `to drop 0.01`, `sensor stuck 1`.
+// Commands of two words that inject a fault: `to drop 0.01`, `sensor stuck 1`.
 #pragma once
 
 #include "board.h"
 
-// Carry out one line; false if it is none of them.
+// Execute one line; false if it is not one of these commands.
 bool fault_command(struct board *b, const char *line);

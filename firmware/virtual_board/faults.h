@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// What goes wrong on purpose: bytes on the cable, readings of the sensor. The same seed, the same faults.
+// Injected faults: bytes on the cable, readings of the sensor. Reproducible by their seed.
 #pragma once
 
 #include <stdbool.h>
@@ -10,29 +10,30 @@
 
 // One direction of the cable. Rates are probabilities per byte; single shots count down.
 struct damage {
-	double drop, flip, insert;     // lost; one bit turned; a random byte put before it
-	double burst, length;          // a burst begins; so many bytes are replaced by random ones
-	double lose, garble, add;      // single shots: the next bytes that are lost, replaced, preceded by another
-	double bursting;               // bytes of the present burst still to come
+	double drop, flip, insert;     // a byte is lost; a bit is inverted; a random byte is inserted before it
+	double burst, length;          // a burst starts; number of bytes that it replaces by random ones
+	// single shots: number of bytes to lose, to replace, to precede by a random byte
+	double lose, garble, add;
+	double bursting;               // remaining bytes of the present burst
 	uint64_t random;
-	uint64_t hurt;                 // bytes damaged so far
+	uint64_t hurt;                 // number of damaged bytes
 };
 
-// Pass one byte; return how many come out of the other end, 0 to 2.
+// Pass one byte; return the number of bytes that come out, 0 to 2.
 int damage_pass(struct damage *d, uint8_t byte, uint8_t out[2]);
 
 // The sensor's readings, in counts.
 struct misreading {
-	double stuck;                  // 1: repeats the last good reading
-	double noise;                  // standard deviation added [counts]
+	double stuck;                  // 1: repeat the last good reading
+	double noise;                  // standard deviation of added noise [counts]
 	double jump;                   // probability that a reading is half a turn off or outside the range
 	uint64_t random;
-	uint64_t wrong;                // readings changed so far
-	int last;                      // last good one
+	uint64_t wrong;                // number of changed readings
+	int last;                      // last good reading
 };
 
-// Return what the converter reads in place of a count between lowest and lowest + range.
+// Return the converter's value for a count from lowest to lowest + range.
 int misread(struct misreading *m, int count, int lowest, int range);
 
-// Start the three sources of chance, all of them from one seed.
+// Initialise all three random generators from one seed.
 void faults_seed(struct damage *to, struct damage *from, struct misreading *sensor, double seed);

@@ -4,8 +4,8 @@
 
 #include "line.h"
 
-// In a file of its own: these headers and <termios.h> define the same structure differently, and only
-// this one tells speeds that have no name.
+// In a separate file: these headers and <termios.h> define the same structure differently, and only
+// these report baud rates without a named constant.
 #include <asm/termbits.h>
 #include <asm/ioctls.h>
 

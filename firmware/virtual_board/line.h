@@ -2,8 +2,8 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The speed that the computer has set its end of the cable to.
+// The baud rate that the computer has set at its end of the cable.
 #pragma once
 
-// Return the bit/s of whoever has the pseudo-terminal open, 0 if nobody has.
+// Return the bit/s of the program that has the pseudo-terminal open, 0 if none has.
 unsigned line_speed(int fd);

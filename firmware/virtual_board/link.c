@@ -19,7 +19,7 @@ static void fail(const char *what)
 	exit(1);
 }
 
-// No echo, no line ends, no signals: before the computer opens it, and whatever it found before.
+// Raw mode: no echo, line ends or signals, independent of earlier settings.
 static void make_raw(int fd)
 {
 	struct termios t;
@@ -49,7 +49,7 @@ void link_plug(struct link *l)
 	if (slave < 0)
 		fail(l->path);
 	make_raw(slave);
-	close(slave);  // from here on a hang-up means that nobody has the port open
+	close(slave);  // from here on a hang-up means that no program has the port open
 	l->open = l->opened = l->rang = l->asked = false;
 	l->in_at = l->in_end = l->admitted = l->out_end = 0;
 	l->fetched = l->handed = 0;
@@ -110,7 +110,7 @@ bool link_admit_frames(struct link *l, bool all)
 	for (size_t i = start; i < l->in_end; i++) {
 		if (l->in[i] != 0)
 			continue;
-		bool empty = i == start;  // a delimiter to be on the safe side
+		bool empty = i == start;  // a lone delimiter, which ends a partial frame
 		start = i + 1;
 		if (empty)
 			continue;
@@ -119,7 +119,7 @@ bool link_admit_frames(struct link *l, bool all)
 			break;
 	}
 	if (l->in_end == LINK_IN && l->in_at == 0)
-		l->admitted = l->in_end;  // no frame is that long: whatever it is, the firmware shall see it
+		l->admitted = l->in_end;  // longer than any frame: pass it to the firmware
 	return l->admitted > l->in_at;
 }
 

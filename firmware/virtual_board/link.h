@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The serial cable: a pseudo-terminal whose other end the computer opens.
+// The serial cable: a pseudo-terminal whose other end is opened by the computer.
 #pragma once
 
 #include "faults.h"
@@ -17,64 +17,64 @@ enum { LINK_IN = 4096, LINK_OUT = 512 };
 struct link {
 	int fd;                    // -1: unplugged
 	char path[64];
-	const char *alias;         // symbolic link kept on the port, or NULL
+	const char *alias;         // symbolic link to the port, or NULL
 	bool open;                 // the computer has the port open
-	bool opened;               // it had, at least once
-	bool rang;                 // it has been opened since this was last cleared
-	uint8_t in[LINK_IN];       // from the computer, not yet on the line
+	bool opened;               // the computer has had the port open at least once
+	bool rang;                 // the port has been opened since this was last cleared
+	uint8_t in[LINK_IN];       // bytes from the computer that are not on the line yet
 	size_t in_at, in_end;
-	size_t admitted;           // end of what may go onto the line
-	uint8_t out[LINK_OUT];     // on its way to the computer
+	size_t admitted;           // end of the bytes that may be sent on the line
+	uint8_t out[LINK_OUT];     // bytes on the way to the computer
 	size_t out_end;
-	uint8_t frame_head[2];     // of the frame that is being sent
+	uint8_t frame_head[2];     // first bytes of the frame being sent
 	size_t frame_length;
-	int awaited;               // identifier of the frames that the computer answers
-	bool asked;                // such a frame has gone out since this was last cleared
-	uint64_t frames, dropped;  // frames out; bytes that nobody read
-	uint64_t fetched, handed;  // bytes from and to the computer since the plug
+	int awaited;               // identifier of the frames that need an answer
+	bool asked;                // such a frame has been sent since this was last cleared
+	uint64_t frames, dropped;  // frames sent; bytes that were not read
+	uint64_t fetched, handed;  // bytes from and to the computer since the cable was plugged in
 
 	const avr_cycle_count_t *clock;
-	avr_cycle_count_t latency;             // of the USB chip, 0: a frame goes to the computer at once
-	avr_cycle_count_t packet_due;          // end of its latency timer
-	avr_cycle_count_t to_held, from_held;  // nothing comes through until then, 0: everything does
-	avr_cycle_count_t due;                 // the first of these: when link_tick has to be called
+	avr_cycle_count_t latency;             // latency timer of the USB chip, 0: frames are passed on at once
+	avr_cycle_count_t packet_due;          // end of the latency timer
+	avr_cycle_count_t to_held, from_held;  // end of a stall in each direction, 0: none
+	avr_cycle_count_t due;                 // the earliest of these, at which link_tick must be called
 	struct damage to, from;
-	uint8_t next[2];                       // bytes for the board behind the damage
+	uint8_t next[2];                       // bytes for the board after fault injection
 	int next_at, next_end;
-	uint64_t lost;                         // bytes for which the chip had no room while it could not hand over
+	uint64_t lost;                         // bytes for which the chip's buffer was full during a stall
 };
 
-// Plug in: make a pseudo-terminal, print its name. Exits the program with a message if there is none.
+// Plug in: create a pseudo-terminal and print its name. Exits with a message on failure.
 void link_plug(struct link *l);
 
-// Pull the cable: the computer sees a hang-up.
+// Unplug the cable: the computer gets a hang-up.
 void link_unplug(struct link *l);
 
-// Read what the computer has sent; notice whether it has the port open.
+// Read received bytes; check whether the computer has the port open.
 void link_fetch(struct link *l);
 
-// Let everything onto the line that has come.
+// Put all received bytes on the line.
 void link_admit(struct link *l);
 
-// Let whole frames onto the line, one or all that are there; false if there is none.
+// Put complete frames on the line, one or all; false if there is none.
 bool link_admit_frames(struct link *l, bool all);
 
-// Take a lone delimiter away, by which the computer says that it has nothing to say; false if there is none. The
-// firmware does not get it: on a real line there would be nothing at all.
+// Remove a lone delimiter, by which the computer reports that it sends nothing; false if there is none. The
+// firmware does not receive it: a real line would be idle.
 bool link_take_silence(struct link *l);
 
-// For the chip's serial port: take a byte out, put one in.
+// For the chip's serial port: take a byte from the computer, pass one to it.
 int link_next(void *link);
 void link_sent(void *link, uint8_t byte);
 
-// Hand what has been sent so far to the computer, where no USB chip holds it back.
+// Pass the bytes sent so far to the computer, unless a USB chip holds them back.
 void link_flush(struct link *l);
 
 // Set the latency timer of the USB chip, 0: none.
 void link_set_latency(struct link *l, avr_cycle_count_t latency);
 
-// Let nothing through for so long, to the board or from it. What the chip has no room for is lost.
+// Pass no bytes to or from the board for some cycles. Bytes beyond the chip's buffer are lost.
 void link_stall(struct link *l, bool to, avr_cycle_count_t cycles);
 
-// Note that a stall or the latency timer has ended.
+// End a stall or the latency timer that is due.
 void link_tick(struct link *l);

@@ -2,13 +2,13 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// Make the chip and put a firmware into it.
+// Create the chip and load a firmware into it.
 #pragma once
 
 #include <sim_avr.h>
 
-// Return an ATmega328P holding the .elf or .hex file. Exits with a message if that cannot be.
+// Return an ATmega328P with the .elf or .hex file loaded. Exits with a message on failure.
 avr_t *load_firmware(const char *path, uint32_t frequency, uint32_t millivolts);
 
-// Put a bootloader (.hex) beside the firmware; from now on every reset begins with it.
+// Load a boot loader (.hex) in addition to the firmware; every reset then starts it.
 void load_bootloader(avr_t *avr, const char *path);

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 
 // Usage: virtual_board FIRMWARE.elf [options]; --help lists them. Prints `port /dev/pts/N` once it is
-// plugged in and one JSON object with its counters at the end.
+// plugged in, and one JSON object with its counters at the end.
 
 #include "eeprom.h"
 #include "run.h"
@@ -32,8 +32,8 @@ static void catch_signals(void)
 	signal(SIGPIPE, SIG_IGN);
 }
 
-// A simulation that outran the machine at real-time priority would lock it. Short turns need no right: they
-// ask Linux 6.12 and later to be woken sooner for less time; older ones ignore them.
+// At real-time priority, a simulation slower than real time would lock the machine. A short time slice needs no
+// privilege: Linux 6.12 and later wake the thread sooner for less time; older versions ignore it.
 static void take_ordinary_priority(void)
 {
 	struct {
@@ -89,7 +89,7 @@ int main(int argc, char **argv)
 	catch_signals();
 	script_open(&run.script, options.script);
 	board_start(&board, &options);
-	script_run(&run.script, &board);  // what is due at 0 holds before anybody hears of the port
+	script_run(&run.script, &board);  // commands at time 0 apply before the port is announced
 	if (board.link.fd < 0)
 		link_plug(&board.link);
 	run_all(&run);

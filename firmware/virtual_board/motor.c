@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// simavr gives no events in phase-correct mode, so the duty is read from the timer's own registers.
+// simavr generates no events in phase-correct mode, so the duty is read from the timer's registers.
 
 #include "motor.h"
 

@@ -2,7 +2,8 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// From the chip's registers to the motor's force: PWM on D5 (OC0B) and direction on D8, or on D3 (OC2B) and D12.
+// Converts the chip's registers to the motor's force: PWM on D5 (OC0B) and direction on D8, or on D3 (OC2B)
+// and D12.
 #pragma once
 
 #include <stdbool.h>
@@ -13,12 +14,12 @@ struct motor {
 	double power;           // force = full_force * share^power, share = (duty - dead band) / (255 - dead band)
 	double dead_band;       // duty of 255 below which the motor does not turn
 	double high_direction;  // +1 or -1: sign of the force while the direction pin is high
-	bool old_pins;          // the motor is connected to D3 and D12, not to D5 and D8
+	bool old_pins;          // the motor is connected to D3 and D12 instead of D5 and D8
 	int duty;               // signed, of 255
 	bool known;             // false: the output is on in a timer mode that is not modelled
 };
 
-// The registers from which the output follows, by their data addresses on the ATmega328P.
+// The registers that determine the output, by their data addresses on the ATmega328P.
 enum { MOTOR_REGISTERS = 10 };
 extern const uint8_t motor_registers[MOTOR_REGISTERS];
 
@@ -28,5 +29,5 @@ bool motor_read(struct motor *m, const uint8_t *data);
 // Force on the handle [N].
 double motor_force(const struct motor *m);
 
-// Say on standard error in which mode the timer is that is not modelled.
+// Report on standard error a timer mode that is not modelled.
 void motor_complain(const struct motor *m, const uint8_t *data, double seconds);

@@ -17,24 +17,25 @@ struct options {
 	enum mode mode;
 	bool control;             // commands on standard input
 	double seconds;           // board time to run; infinite by default
-	double slice;             // s of board time between two looks at the clock and at the cable
+	double slice;             // s of board time between two checks of the clock and the cable
 	double answer_timeout;    // s of real time that lockstep waits for an answer
-	double awaited;           // identifier of the frames that the computer answers, in lockstep
+	double awaited;           // identifier of the frames that need an answer in lockstep
 	double log_period;        // s; 0: a row per conversion of the sensor
 
 	double mass, viscous, coulomb, stop;                   // paddle
-	double position, velocity;                             // at the start
+	double position, velocity;                             // initial values
 	double handle_radius, pulley_radius, sector_radius;    // m
-	double torque, direction;                              // N m at full duty; sign while the pin is high
+	// N m at full duty; sign of the force while the direction pin is high
+	double torque, direction;
 	double pins, motor_power, dead_band;
 	enum sensor_kind sensor;
 	double sensor_absent, spi_flip;
 	double counts, lowest, magnet, sensor_sign;
 
-	struct damage to, from;                                // what goes wrong
+	struct damage to, from;                                // injected faults
 	struct misreading misreading;
 	double latency, seed;
 };
 
-// Read the command line; on a mistake print what is wrong and exit with code 2.
+// Parse the command line; on an error print it and exit with code 2.
 struct options options_read(int argc, char **argv);

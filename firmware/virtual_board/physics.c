@@ -4,7 +4,7 @@
 
 // The equation M x" + c x' + k x = f0 + f1 t - sigma Fc is linear between events (a stop of the motion,
 // an end stop, the end of the target's ramp). Each piece is a power series in s = t / h, exact to
-// rounding because h is kept short against the system's time constants; events are its roots.
+// rounding because h is short compared to the system's time constants; events are its roots.
 
 #include "physics.h"
 
@@ -90,7 +90,7 @@ static double root(double (*f)(const struct series *, double), const struct seri
 	return high;
 }
 
-// First s in (0, 1] at which motion with the given sign comes to rest; 2 if it does not.
+// Return the first s in (0, 1] at which a motion with this sign stops; 2 if it does not.
 static double rest_at(const struct series *p, double v, double sign)
 {
 	double end = sign * velocity_at(p, 1.0);
@@ -107,7 +107,7 @@ static double rest_at(const struct series *p, double v, double sign)
 	return 2.0;
 }
 
-// First s in (0, 1] at which the handle reaches an end stop; 2 if it does not.
+// Return the first s in (0, 1] at which the handle reaches an end stop; 2 if it does not.
 static double stop_at(const struct series *p, double stop)
 {
 	double end = position_at(p, 1.0);
@@ -117,7 +117,7 @@ static double stop_at(const struct series *p, double stop)
 	return root(position_at, p, sign * stop, -sign, 0.0, 1.0);
 }
 
-// Seconds for which a handle at rest stays; sets the direction in which it leaves then.
+// Return the time in s for which a handle at rest sticks; set the direction of its motion afterwards.
 static double stuck_for(const struct plant *p, const struct piece *q, double *direction)
 {
 	double net = q->f0 - q->stiffness * p->x;
@@ -131,7 +131,7 @@ static double stuck_for(const struct plant *p, const struct piece *q, double *di
 	return ((q->f1 > 0.0 ? high : low) - net) / q->f1;
 }
 
-// One piece of at most h seconds up to the next event; returns the seconds used.
+// Advance one piece of at most h seconds, up to the next event; return its duration.
 static double advance_piece(struct plant *p, double h)
 {
 	struct piece q = piece_of(p);

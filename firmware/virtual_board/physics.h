@@ -11,10 +11,10 @@ struct plant {
 	double mass, viscous, coulomb;  // kg, N s/m, N at the handle
 	double stop;                    // end stops at +-stop [m]; infinite: none
 	bool held;                      // a hand holds the handle
-	bool arriving;                  // it took the handle and is still on its way to where it first went
+	bool arriving;                  // the hand has taken the handle and moves to its first target
 	double hand_mass, hand_damping, hand_stiffness;
 	bool prescribed;                // the handle follows the target exactly
-	double target, goal, ramp;      // m, m, s left until the target has moved to the goal
+	double target, goal, ramp;      // m, m, s: remaining time until the target reaches the goal
 	double motor, external;         // N, constant until changed
 	double x, v;                    // m, m/s
 };

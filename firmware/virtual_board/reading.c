@@ -25,7 +25,7 @@ static void note_reading(struct board *b, int value)
 		board_log(b);
 }
 
-// The converter holds its input one and a half of its clocks after the start.
+// The converter samples its input one and a half of its clock periods after the start.
 static avr_cycle_count_t sample_and_hold(avr_t *avr, avr_cycle_count_t when, void *param)
 {
 	struct board *b = param;
@@ -60,7 +60,7 @@ static int hall_angle(void *outside)
 	return b->misreading.last;
 }
 
-// The encoder counts by itself; the program takes its count in the clock's handler.
+// The encoder counts independently; the program reads its count in the clock's handler.
 static void clock_handler(avr_irq_t *irq, uint32_t running, void *param)
 {
 	struct board *b = param;
@@ -78,7 +78,7 @@ static avr_timer_t *find_timer_1(avr_t *avr)
 	exit(1);
 }
 
-// An interrupt that is switched on while its flag stands comes at once; simavr forgets it.
+// An interrupt that is enabled while its flag is set is triggered at once; simavr does not do so.
 static void clock_mask_written(avr_irq_t *irq, uint32_t value, void *param)
 {
 	struct board *b = param;
@@ -95,8 +95,8 @@ static void attach_converter(struct board *b)
 	                        conversion_started, b);
 }
 
-// The program asks for edges alone. Asked for levels, as after a reset, simavr looks at a pin in every cycle for as
-// long as it is low, sleeping or not, whether its interrupt is on or off.
+// The program uses edges only. If levels are selected, as after a reset, simavr checks a low pin in every cycle,
+// even if the chip sleeps or its interrupt is disabled.
 static void forget_levels(avr_t *avr)
 {
 	for (int pin = EXTINT_IRQ_OUT_INT0; pin <= EXTINT_IRQ_OUT_INT1; pin++)

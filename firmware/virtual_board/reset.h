@@ -2,16 +2,16 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// Everything that starts the chip anew, and how the chip can tell.
+// All causes of a reset, and the registers by which the chip distinguishes them.
 #pragma once
 
 #include "board.h"
 
-// The supply comes on. adapter: the cable is a real one, opening the port resets and speeds must agree.
+// Power on. adapter: the cable is a real one, so that opening the port resets and baud rates must agree.
 void reset_by_power(struct board *b, bool adapter);
 
-// If the port has been opened since the last look and the cable is a real one.
+// Reset if the port has been opened since the last call and the cable is a real one.
 void reset_by_cable(struct board *b);
 
-// If the watchdog has expired.
+// Reset if the watchdog has expired.
 void reset_by_watchdog(struct board *b);

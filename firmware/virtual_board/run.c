@@ -10,9 +10,9 @@
 #include <time.h>
 #include <unistd.h>
 
-// Lockstep: board time that one frame from the computer buys when no frame asks for an answer.
+// Lockstep: board time granted for one frame from the computer while no frame needs an answer.
 #define IDLE_GRANT 20e-3
-// How often an unwatched event (port opened, port closed, end of freeze) is looked for.
+// s between checks for an event without notification (port opened, port closed, end of freeze)
 #define LOOK 5e-3
 
 volatile sig_atomic_t run_ended;
@@ -29,8 +29,8 @@ static bool over(const struct run *r)
 	return run_ended || r->board->quit || board_seconds(r->board) >= r->options->seconds;
 }
 
-// Sleep until the computer or a command says something, or for that long. A hung-up port is left out:
-// poll would return at once, for ever.
+// Sleep until the computer or a command sends data, or for a time. A hung-up port is excluded:
+// poll would return immediately, for ever.
 static void wait_for_events(struct run *r, double seconds)
 {
 	struct board *b = r->board;
@@ -74,7 +74,7 @@ static void sleep_until(struct run *r, double deadline)
 		wait_for_events(r, left);
 }
 
-// Hold the board still until it is resumed.
+// Stop the board until it is resumed.
 static void stay_frozen(struct run *r)
 {
 	while (r->board->frozen && !over(r))
@@ -95,7 +95,7 @@ static void run_paced(struct run *r)
 			deadline = now;
 		}
 		if (late > 0.5 * slice || now > look) {
-			link_fetch(&r->board->link);  // waiting has fetched what came otherwise
+			link_fetch(&r->board->link);  // already done while waiting
 			look = now + LOOK;
 		}
 		link_admit(&r->board->link);
@@ -115,8 +115,8 @@ static bool answered(struct link *l)
 	return link_admit_frames(l, l->asked) || (l->asked && link_take_silence(l));
 }
 
-// Wait for a whole frame from the computer, or for a lone delimiter as an answer; for ever if none was asked for.
-// Without a question one frame is let through at a time, so that what happens does not depend on how fast they came.
+// Wait for a complete frame from the computer, or for a lone delimiter; without limit if no answer was requested.
+// Without a request, frames are admitted one at a time, so that the result does not depend on their speed.
 static void wait_for_answer(struct run *r)
 {
 	struct link *l = &r->board->link;
@@ -157,8 +157,10 @@ static bool more_to_come(const struct link *l, double told)
 	return l->fd >= 0 && l->in_end - l->in_at < LINK_IN && (double)l->fetched < told;
 }
 
-// The computer's turn: it has heard the time and how many bytes it will find; it says how many it sent. Bytes
-// take their time through a pseudo-terminal, so both sides count; nothing depends on how fast they are.
+// Wait for the computer's turn: it has received the time and the number of bytes to read, and reports the number
+// of bytes that it sent. Bytes take time to pass a pseudo-terminal, so both sides count them; the result does not
+// depend
+// on that time.
 static void wait_for_turn(struct run *r)
 {
 	struct board *b = r->board;
@@ -167,7 +169,7 @@ static void wait_for_turn(struct run *r)
 	fflush(stdout);
 	while (!over(r) && (b->told < 0.0 || more_to_come(&b->link, b->told))) {
 		wait_for_events(r, LOOK);
-		link_fetch(&b->link);  // a port just opened is not watched yet
+		link_fetch(&b->link);  // a port that was just opened is not polled yet
 	}
 	link_admit(&b->link);
 }

@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// How board time goes on: with the clock, with the computer's answers, or as fast as it can.
+// Progress of board time: with the clock, with the computer's answers, or as fast as possible.
 #pragma once
 
 #include "board.h"
@@ -15,13 +15,13 @@ struct run {
 	const struct options *options;
 	struct script script;
 	struct input input;
-	unsigned slips;             // stalls after which board time was not made up for
-	double slipped;             // s of real time given up in them
-	unsigned unanswered;        // answers that did not come in time (lockstep)
+	unsigned slips;             // number of stalls that board time did not catch up
+	double slipped;             // s of real time lost in these stalls
+	unsigned unanswered;        // answers that were late (lockstep)
 };
 
 // Set by a signal handler: end soon.
 extern volatile sig_atomic_t run_ended;
 
-// Run until told to quit or until the board time is over.
+// Run until a command to quit, or to the end of the board time.
 void run_all(struct run *r);

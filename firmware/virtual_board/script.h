@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// Where commands come from: a script by board time, lines on standard input.
+// Sources of commands: a script by board time, and lines on standard input.
 #pragma once
 
 #include "board.h"
@@ -10,14 +10,14 @@
 struct script {
 	char *text;                     // whole file
 	char *line;                     // next line, NULL: none
-	avr_cycle_count_t due;          // its cycle; the largest there is: none
+	avr_cycle_count_t due;          // cycle of the next line; the largest value: none
 };
 
-// Read a script of lines `seconds command`, times not decreasing. Exits with a message if it is not one.
+// Read a script of lines `seconds command` with non-decreasing times. Exits with a message if it is invalid.
 void script_open(struct script *s, const char *path);
 void script_close(struct script *s);
 
-// Carry out what is due.
+// Execute the commands that are due.
 void script_run(struct script *s, struct board *b);
 
 struct input {
@@ -26,5 +26,5 @@ struct input {
 	size_t length;
 };
 
-// Read standard input without waiting; its end asks the board to quit.
+// Read standard input without waiting; its end quits the board.
 void input_run(struct input *in, struct board *b);

@@ -9,7 +9,7 @@
 
 static const struct {
 	const char *name;
-	double counts, turns;  // usual counts from one repeat to the next, and turns of the motor between them
+	double counts, turns;  // usual counts from one repeat to the next, and turns of the motor for them
 } KINDS[] = {{"mr", 921, 0.5}, {"as5048a", 16384, 1.0}, {"quadrature", 48, 1.0}};
 
 struct sensor sensor_make(enum sensor_kind kind, double counts, double metres, double magnet, double lowest)

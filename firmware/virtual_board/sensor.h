@@ -12,20 +12,21 @@ enum sensor_kind { MAGNETORESISTIVE, AS5048A, QUADRATURE };
 struct sensor {
 	enum sensor_kind kind;
 	double counts_per_turn;  // counts from one repeat to the next; a quadrature encoder's are per turn
-	double metres_per_count; // handle travel per count; negative: the magnet is turned round
-	double magnet;           // counts at position 0: the angle at which the magnet happens to sit
+	double metres_per_count; // handle travel per count; negative: the magnet is reversed
+	double magnet;           // counts at position 0, given by the mounting angle of the magnet
 	double lowest;           // converter value at the beginning of each half turn
 };
 
-// Make a sensor. counts: from one repeat to the next, 0: what is usual for the kind; metres: handle travel per
-// turn of the motor, negative: the magnet is turned round.
+// Create a sensor. counts: from one repeat to the next, 0: the usual number of this kind; metres: handle travel
+// per turn of the motor, negative: the magnet is reversed.
 struct sensor sensor_make(enum sensor_kind kind, double counts, double metres, double magnet, double lowest);
 
 // Find a kind by its name; false if there is none.
 bool sensor_named(const char *name, enum sensor_kind *kind);
 
-// What is read at a handle position [m]: a saw tooth of whole counts, for a quadrature encoder a plain count.
+// Return the reading at a handle position [m]: a saw tooth of whole counts, or for an encoder the count
+// itself.
 int sensor_count(const struct sensor *s, double position);
 
-// Smallest voltage [mV] that a 10-bit converter with this reference [mV] turns into the value.
+// Return the smallest voltage [mV] that a 10-bit converter with this reference [mV] converts to the value.
 int sensor_millivolts(int count, int reference);

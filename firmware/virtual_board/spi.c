@@ -11,7 +11,7 @@
 
 enum { DDRB = 0x24, PORTB = 0x25, SPCR = 0x4c, SPSR = 0x4d, SPDR = 0x4e, SELECT = 1 << 2 };
 enum { SPE = 1 << 6, MSTR = 1 << 4, CPOL = 1 << 3, CPHA = 1 << 2, SPIF = 1 << 7, WCOL = 1 << 6, SPI2X = 1 };
-enum { HASTE = 5 };  // whole cycles within 350 ns
+enum { HASTE = 5 };  // number of whole cycles in 350 ns
 
 static unsigned cycles_per_bit(const uint8_t *data)
 {
@@ -24,8 +24,8 @@ static avr_cycle_count_t shifted(avr_t *avr, avr_cycle_count_t when, void *param
 {
 	struct spi *s = param;
 	(void)when;
-	uint8_t answer = 0xff;  // nobody drives the line, which is pulled up
-	// the device takes its data at the falling edge of a clock that rests low
+	uint8_t answer = 0xff;  // the line is not driven and pulled up
+	// the device samples data at the falling edge of a clock that is low when idle
 	bool understood = (avr->data[SPCR] & (CPOL | CPHA)) == CPHA && s->selected;
 	if (understood)
 		answer = s->exchange(s->device, s->leaving);
@@ -71,7 +71,7 @@ static void write_status(avr_t *avr, avr_io_addr_t addr, uint8_t value, void *pa
 	avr->data[addr] = (uint8_t)((avr->data[addr] & ~SPI2X) | (value & SPI2X));
 }
 
-// Switching the interrupt on asks for service if the flag stands.
+// Enabling the interrupt triggers it if its flag is set.
 static void write_control(avr_t *avr, avr_io_addr_t addr, uint8_t value, void *param)
 {
 	struct spi *s = param;

@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The chip's SPI port as master, to the cycle, and one device at the other end, selected by D10.
+// The chip's SPI port as master, cycle-accurate, with one device, selected by D10.
 #pragma once
 
 #include <sim_avr.h>
@@ -12,18 +12,18 @@
 struct spi {
 	avr_t *avr;
 	avr_int_vector_t *vector;
-	// The device: selected or let go; one byte there, one back, after both have been shifted.
+	// The device: selected or deselected; a byte exchanged with it, after both have been shifted.
 	void (*select)(void *device, bool selected);
 	uint8_t (*exchange)(void *device, uint8_t byte);
 	void *device;
 
 	bool selected, shifting;
 	uint8_t leaving;
-	avr_cycle_count_t changed;  // when the selection last changed
-	unsigned hasty;             // selections and clocks within 350 ns of each other: nobody can tell what comes
-	unsigned overwritten;       // bytes written into one that was being shifted
+	avr_cycle_count_t changed;  // time of the last change of selection
+	unsigned hasty;             // selections and clocks within 350 ns of each other: the result is undefined
+	unsigned overwritten;       // bytes written while another byte was being shifted
 };
 
-// Take the SPI port over from simavr, whose own takes 100 us a byte. Call spi_reset after every reset.
+// Replace simavr's SPI port, which takes 100 us per byte. Call spi_reset after every reset.
 void spi_attach(struct spi *s, avr_t *avr);
 void spi_reset(struct spi *s);

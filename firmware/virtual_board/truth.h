@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The truth log: what really happened, at every conversion of the sensor or at a fixed period.
+// The truth log: the true state at every conversion of the sensor or at a fixed period.
 #pragma once
 
 #include <stdint.h>

@@ -2,8 +2,8 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The USB chip between serial line and computer, after FTDI's note AN232B-04: bytes from the board go to the
-// computer when a packet of 62 is full or when the latency timer ends, which starts anew with each packet.
+// The USB chip between serial line and computer, after FTDI's note AN232B-04: bytes from the board are passed to
+// the computer when a packet of 62 is full or when the latency timer ends, which restarts with each packet.
 
 #include "link.h"
 
@@ -42,7 +42,7 @@ int link_next(void *link)
 }
 
 // --- to the computer
-// A frame's identifier is its first byte behind the COBS code; code 1 stands for a zero.
+// A frame's identifier is its first byte after the COBS code; code 1 stands for a zero.
 static int identifier(const struct link *l)
 {
 	if (l->frame_length < 3)

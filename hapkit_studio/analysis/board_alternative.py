@@ -1,4 +1,4 @@
-"""The cheapest option that feels the same as one that a board cannot render."""
+"""Find the cheapest option that feels the same as one that a board cannot render."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -40,7 +40,7 @@ class Alternative:
 
     @property
     def words(self) -> str:
-        """Return its cost and its difference in one line."""
+        """Return the option's cost and difference in one line."""
         program = self.plan.program
         return (
             f"{self.choice.word(self.option)} takes {program.size:,} bytes, {program.usual:,.0f} cycles, and "
@@ -57,7 +57,7 @@ class AlternativeResult:
 
 
 def find(question: RefusedRequest) -> AlternativeResult:
-    """Return the option of least cost on the board that feels the same as the refused one."""
+    """Return the cheapest option on the board that feels the same as the refused one."""
     request = question.request
     for one in sorted(_options(question), key=lambda one: one.plan.program.usual):
         other = replace(request, values={**request.values, one.choice.key: float(one.option)})

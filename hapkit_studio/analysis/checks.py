@@ -35,13 +35,12 @@ def whole_number(value: object, name: str, least: int) -> int:
 
 
 def _shown(value: object) -> str:
-    """Format a value in one short line."""
     words = " ".join(repr(value).split())
     return words if len(words) <= 60 else words[:57] + "…"
 
 
 def bisected(holds: Callable[[float], bool], low: float, high: float, halvings: int) -> tuple[float, float]:
-    """Bisect a condition that is true at ``low`` and false at ``high``; return the final bracket."""
+    """Bisect a condition that is true at ``low`` and false at ``high``; return the final interval."""
     for _ in range(halvings):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if holds(middle) else (low, middle)

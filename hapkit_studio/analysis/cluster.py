@@ -24,7 +24,7 @@ _DASK = "distributed"
 
 
 class ClusterError(StudioError):
-    """A cluster cannot be used; the text gives the reason and the remedy."""
+    """A cluster cannot be used; the message contains the reason and the remedy."""
 
 
 class ClusterExecutor(Executor):
@@ -114,5 +114,5 @@ def _check_workers(client: Any, address: str) -> None:
 
 
 def studio_version() -> str:
-    """Return the version of the studio; run on the workers."""
+    """Return the version of the studio; called on the workers."""
     return __version__

@@ -69,9 +69,9 @@ def dominant(time: np.ndarray, values: np.ndarray) -> float:
 
 
 class Line(NamedTuple):
-    """A regression line: slope, its half 95 % interval, end points (2,) along x and y.
+    """A regression line: slope, half of its 95 % interval, end points (2,) along x and y.
 
-    left: RMS of the residuals over that of y.
+    left: ratio of the RMS of the residuals to that of y.
     """
 
     slope: float
@@ -86,7 +86,7 @@ def line(x: np.ndarray, y: np.ndarray, kept: np.ndarray) -> Line | None:
 
     Least squares with a constant; the interval allows for autocorrelated residuals.
     """
-    from hapkit_studio.analysis.identify import regression  # here: it loads scipy.stats
+    from hapkit_studio.analysis.identify import regression  # imported here, because it loads scipy.stats
 
     middle = x[kept].mean()
     columns = np.column_stack([x - middle, np.ones(len(x))])

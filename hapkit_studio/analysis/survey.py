@@ -148,7 +148,7 @@ def _rows(database: sqlite3.Connection, axes: Axes) -> Iterator[tuple[int, np.nd
     for row, blob in database.execute("SELECT row, limits FROM limits"):
         fits = isinstance(blob, bytes) and len(blob) == dampings * _NUMBER.itemsize
         limits = np.frombuffer(blob if fits else b"", _NUMBER)
-        if not (0 <= row < rows and fits and np.all(limits >= 0.0)):  # not >= : false for NaN
+        if not (0 <= row < rows and fits and np.all(limits >= 0.0)):  # not >=, because that is false for NaN
             raise sqlite3.DataError(f"its row {row} is damaged; there are rows 0 to {rows - 1:,}")
         yield row, limits
 

@@ -15,7 +15,7 @@ TOLERANCE = 2e-3  # N, interpolation tolerance: a hundredth of a perceptible for
 # threshold for refinement: the interpolation error is up to 1 / 0.382 times this indicator
 _REFINE_ABOVE = 0.35 * TOLERANCE
 WHOLE = 1000  # even steps of a whole curve: 0.12 mm of the 120 mm of a position
-_COARSER = (16, 4, 1)  # steps merged into one, by pass, while time allows
+_COARSER = (16, 4, 1)  # number of even steps sampled in one, in successive passes while time remains
 _PROBE = 0.382  # position of the test sample in a step, which detects waves as long as the step or half of it
 _PARTS = 8  # subdivisions of a step with a bend or jump, applied repeatedly
 _NARROWEST = 1e-9  # fraction of the range to which a bend or jump is located

@@ -1,6 +1,6 @@
 """Figures of speed and accuracy: work-precision charts, a scene's errors by part, the table of needs.
 
-Each method has the same marker and colour token in all charts, and differs in more than its colour.
+Each method has the same marker and colour token in all charts; methods never differ in colour only.
 """
 
 import math
@@ -382,7 +382,7 @@ EFFECT_COLUMNS = (
     Column("Most sensitive people", lambda effect: felt_words(effect.strict), unit="JND"),
     Column("Noticeable", lambda effect: effect.since_words, right=False),
     Column("Change of stiffness limit", lambda effect: effect.gain_words),
-)  # of a Needs' effects, each of leaving out one term
+)  # effects of a Needs, each of removing one term
 
 
 def draw_needs(figure: Any, c: Colors, results: "Sequence[Needs]") -> None:

@@ -49,7 +49,7 @@ def conditions(found: "Bode") -> list[str]:
 
 
 def draw(figure: Any, c: Colors, found: "Bode") -> None:
-    """Draw six quantities over frequency, and the frequency up to which each curve is a wall."""
+    """Draw six quantities over frequency, and the frequency up to which each curve acts as a wall."""
     grid = figure.add_gridspec(3, 2, height_ratios=(3, 3, 2))
     first = figure.add_subplot(grid[0, 0], xscale="log")
     # order of _values, then the coherence

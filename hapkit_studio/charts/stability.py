@@ -70,7 +70,7 @@ def stability_figure(
 ) -> None:
     """Write the plane with its verdict above and the conditions below; device: its name.
 
-    dampings: each hand's limit in N·s/m where no stiffness is rendered.
+    dampings: each hand's limit in N·s/m for scenes without stiffness.
     """
     shown = Map(plane)
     real = any(found is not None and found.real for found in (plane.cells, plane.points))
@@ -91,7 +91,7 @@ def stability_figure(
 
 
 def draw(figure: Any, c: style.Colors, shown: Map) -> "Dot":
-    """Draw regions, lines and measurements; return the dot, which moves."""
+    """Draw regions, lines and measurements; return the movable dot."""
     plane, axes = shown.plane, figure.add_subplot()
     measured = style.pale(c) if shown.outdated else c
     style.style_axes(axes, c, "damping b, N·s/m", "stiffness k, N/m")

@@ -1,4 +1,4 @@
-"""The commands of the command line: each module with a ``COMMAND`` is one."""
+"""The commands of the command line: each module with a ``COMMAND`` defines one."""
 
 from hapkit_studio.commands.base import Command
 from hapkit_studio.discovery import declared

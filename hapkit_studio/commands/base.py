@@ -1,4 +1,4 @@
-"""Type of a command: texts, options, function; and options shared by several commands."""
+"""The type of a command: texts, options, function; and options shared by several commands."""
 
 import argparse
 import contextlib

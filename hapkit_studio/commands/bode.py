@@ -51,7 +51,7 @@ OPTIONS = (
 
 def run(options: argparse.Namespace) -> base.Result:
     """Measure the responses; draw them if requested."""
-    from hapkit_studio.analysis.bode import on_board, simulation  # here: takes seconds
+    from hapkit_studio.analysis.bode import on_board, simulation  # imported here, because it takes seconds
     from hapkit_studio.charts.bode import bode_figure
 
     scene = base.environment_named(options.environment, options.trust)

@@ -67,7 +67,9 @@ def _wanted(options: argparse.Namespace) -> Board | None:
     if options.kit and options.file:
         raise ParameterError("Name a kit or a file, not both.")
     if options.springs:
-        from hapkit_studio.analysis.calibrate.motor import check_springs  # here: takes a second
+        from hapkit_studio.analysis.calibrate.motor import (
+            check_springs,
+        )  # imported here, because it takes a second
 
         check_springs(options.springs)
         check_number(options.springs_known, "springs' tolerance", "%", high=50.0)

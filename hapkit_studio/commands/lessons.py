@@ -19,7 +19,7 @@ from hapkit_studio.lessons.play import play_lesson, results
 from hapkit_studio.lessons.report import report
 
 FAILED = 2
-"""Exit code where a check of a played lesson does not pass, or a graded file is edited or damaged."""
+"""Exit code if a check of a played lesson fails, or a graded file is modified or damaged."""
 TEMPLATE = "lesson.md"
 
 

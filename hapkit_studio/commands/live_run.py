@@ -31,9 +31,9 @@ FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
 _AGAIN = "Check the USB cable, then try again."
 _REMARK_SECONDS = 0.005
-"""s without force from which on a remark is printed."""
+"""s without force that cause a remark."""
 _MEASURING = 0.6
-"""s after connecting in which the force is zero and the computer's delay is measured."""
+"""s of zero force after connecting, in which the computer's delay is measured."""
 _FEWEST_DELAYS = 100
 """Smallest number of measured delays for a mean."""
 
@@ -141,7 +141,7 @@ def _is_final(fault: Fault | None) -> bool:
 
 
 def fault_words(fault: Fault) -> str:
-    """Return why a run ended, and what to do before the next one."""
+    """Return the reason why a run ended, and what to do before the next one."""
     if fault.code == SLOW_LINK:
         return f"{fault.text} Force is zero. Let the board render (--render board), or use a faster port."
     if fault.code == SLOW_LAW:

@@ -31,7 +31,7 @@ def _list(options: argparse.Namespace) -> Result:
     for path in sorted(place.glob(f"*{SUFFIX}")):
         try:
             row = overview(path)
-        except OSError:  # deleted meanwhile
+        except OSError:  # the file was deleted meanwhile
             continue
         rows.append(row)
         if row.error:

@@ -31,7 +31,7 @@ OPTIONS = (
 
 def run(options: argparse.Namespace) -> base.Result:
     """Compute the missing rows; draw them if requested."""
-    from hapkit_studio.analysis import survey  # here: takes seconds
+    from hapkit_studio.analysis import survey  # imported here, because it takes seconds
     from hapkit_studio.charts.survey import survey_figure
 
     def draw() -> list[str]:

@@ -66,7 +66,7 @@ def _simulated(options: argparse.Namespace) -> ZWidth:
 
 
 def _on_device(options: argparse.Namespace) -> ZWidth:
-    """Measure on a device of its own; Ctrl+C, too, ends with a zero command."""
+    """Measure on a separate device; Ctrl+C also ends with a zero command."""
     hit = {"hit": options.speed} if options.speed is not None else {}
     limits = TrialLimits(**base.of_options(options, ("max_force", "push")), **hit)
     levels = dampings(options.damping, DEVICE_DAMPING)

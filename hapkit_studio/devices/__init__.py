@@ -1,4 +1,4 @@
-"""The devices to choose from: each module with a ``DEVICE``, here or in other packages, is one kind."""
+"""The available devices: each module with a ``DEVICE``, here or in other packages, defines one kind."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ ENTRY_POINTS = "hapkit_studio.devices"
 
 @dataclass(frozen=True)
 class DeviceEntry:
-    """One line of the device list; ``make`` returns the device, not yet opened."""
+    """A row of the device list; ``make`` returns the device, not yet opened."""
 
     key: str
     title: str
@@ -22,7 +22,7 @@ class DeviceEntry:
 
 @dataclass(frozen=True)
 class DeviceKind:
-    """A kind of device: its order, its entries at present, and the device for an unlisted key."""
+    """A kind of device: its position in the list, its present entries, and the device for an unlisted key."""
 
     order: int
     entries: Callable[[], Sequence[DeviceEntry]]
@@ -31,14 +31,14 @@ class DeviceKind:
 
 @cache
 def kinds() -> tuple[DeviceKind, ...]:
-    """Return every kind of device in the order of the list."""
+    """Return every kind of device in list order."""
     return tuple(
         sorted(declared(__name__, "DEVICE", DeviceKind, group=ENTRY_POINTS), key=lambda kind: kind.order)
     )
 
 
 def available() -> list[DeviceEntry]:
-    """Return the devices available now, the embedded one first."""
+    """Return the devices available now, the included one first."""
     return [entry for kind in kinds() for entry in kind.entries()]
 
 

@@ -45,7 +45,7 @@ _REMEDY = {
 
 @dataclass(frozen=True)
 class Avrdude:
-    """The program, and its list of chips if it needs to be told."""
+    """An avrdude program, and its list of chips if it cannot find that itself."""
 
     program: Path
     chips: Path | None = None
@@ -63,10 +63,10 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
         if found is None:
             raise AvrdudeMissingError(f"{given} is no program. Give the path of avrdude itself.")
         return _avrdude(Path(found))
-    folders: list[str | None] = [None]  # None: the path
+    folders: list[str | None] = [None]  # None: search the PATH
     for pattern in _FOLDERS.get(system, ()):
         versions = glob.glob(os.path.expandvars(os.path.expanduser(pattern)))
-        # newest first, by the numbers in a path: 6.10 is newer than 6.3
+        # newest first, by version numbers: 6.10 is newer than 6.3
         versions.sort(key=lambda path: [int(n) for n in re.findall(r"\d+", path)], reverse=True)
         folders += versions
     for folder in folders:
@@ -80,7 +80,7 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
 
 
 def _avrdude(program: Path) -> Avrdude:
-    # the Arduino IDE's avrdude looks for its chips in the folder it was built for
+    # the Arduino IDE's avrdude searches its chips in the folder for which it was built
     beside = program.resolve().parent.parent / "etc" / "avrdude.conf"
     return Avrdude(program, beside if beside.is_file() else None)
 
@@ -129,7 +129,7 @@ class Output:
         if text and (stage, part) == (self.stage, self.part):
             return
         if self.stage == WRITING and stage == VERIFYING and self.part < 1.0:
-            self._progress(WRITING, 1.0)  # both arrived in one chunk
+            self._progress(WRITING, 1.0)  # both stages arrived in one chunk
         self.stage, self.part = stage, part
         self._progress(stage, part)
 
@@ -140,7 +140,7 @@ class Output:
 
     @property
     def no_sync(self) -> bool:
-        """Return True if the boot loader has sent nothing but noise, or nothing."""
+        """Return True if the boot loader has sent nothing, or only noise."""
         found = _NO_SYNC.search(self.text) and not _OTHER_CHIP.search(self.text)
         return self.stage == CONNECTING and bool(found)
 
@@ -180,7 +180,7 @@ class Output:
 
 
 def no_boot_loader(port: str, speeds: tuple[int, ...]) -> FlashError:
-    """Return the error of a board whose boot loader answers at none of the speeds."""
+    """Return the error of a board whose boot loader answers at none of the baud rates."""
     tried, name = " or ".join(f"{speed:,}" for speed in speeds), port_errors.port_name(port)
     return FlashError(
         f"The boot loader on {name} does not answer at {tried} baud. Unplug the board, plug it in, flash "

@@ -1,4 +1,4 @@
-"""Runs a board from plain Python: each sample is answered with a bounded force, zero on any fault."""
+"""Run a board from plain Python: answer each sample with a limited force, zero after any fault."""
 
 import contextlib
 import math
@@ -16,7 +16,7 @@ from hapkit_studio.errors import DeviceError, NoDataError
 from hapkit_studio.protocol.messages import Board, BoardFlag, Force, MotorMap, Release, Sample, Settings, Stop
 
 Motion = Callable[[float, float, float], float]
-"""Force in N from time in s, distance from where the run began in m, velocity in m/s."""
+"""Force in N as a function of time in s, distance from the run's start in m, and velocity in m/s."""
 
 RECENT_SAMPLES = 10_000
 """Samples kept for drawing: ten seconds."""
@@ -43,7 +43,7 @@ class AbortedError(DeviceError):
 
 
 class LateError(AbortedError):
-    """The computer was late and the board's watchdog cut the motor: no fault of the kit."""
+    """The computer was late and the board's watchdog switched the motor off; the kit has no fault."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -136,7 +136,7 @@ class _Handle:
         self.x, self._last = x, sample
 
     def was_cut(self, sample: Sample) -> bool:
-        """Return True if the board's watchdog has cut a force that it had accepted."""
+        """Return True if the board's watchdog has switched off a force that it had accepted."""
         off = bool(sample.flags & BoardFlag.WATCHDOG)
         cut = off and self._obeyed and self.driven
         self._obeyed = self._obeyed or not off
@@ -144,13 +144,13 @@ class _Handle:
 
 
 class BoardRunner:
-    """Owns a board from open to close. One thread runs it; ``stop`` and ``cancel`` are thread-safe."""
+    """Own a board from open to close. One thread runs it; ``stop`` and ``cancel`` are thread-safe."""
 
     def __init__(self, board: Any):
         self.board = board
         self.recent: deque[Sample] = deque(maxlen=RECENT_SAMPLES)
         self.progress = (0.0, 0.0)
-        """s of the present run that have passed, and s that it takes; no run: both 0."""
+        """Elapsed time and duration in s of the present run; both 0 without one."""
         self._settings: Settings | None = None
         self._stop, self._cancel = threading.Event(), threading.Event()
 
@@ -301,7 +301,7 @@ class BoardRunner:
 
 
 def _check(sample: Sample, handle: _Handle, limits: Limits) -> None:
-    """Raise AbortedError if the handle is too far or too fast, or the board rejects the force."""
+    """Raise AbortedError if the handle is too far or too fast, or the board refuses the force."""
     if sample.flags & (BoardFlag.STOPPED | BoardFlag.OVER_SPEED):
         raise AbortedError("The board has switched its motor off. Force is zero. Hold the handle, try again.")
     distance = abs(handle.x - handle.start)

@@ -74,7 +74,7 @@ ORIGINS = {
     Origin.DAMAGED: "the usual kit's: what is stored is damaged",
     Origin.UNSAVED: "changed, not stored yet",
 }
-"""Descriptions of where the settings in force come from."""
+"""Descriptions of the origin of the settings in force."""
 _LABELS = {"label": "Name", "profile": "Kit", "table": "Torque at 1/8 to 8/8, of 255"}
 
 

@@ -9,7 +9,7 @@ from hapkit_studio.dynamics.jit import compiled, internal
 OF_COMPUTER, OF_BOARD = 0, 1
 DELAYS_KEPT = 4096
 LONGEST_DELAY = 65.5e-3  # s: longer delays saturate the field
-FAR_BEHIND = 1024  # samples: an older acknowledgement is invalid
+FAR_BEHIND = 1024  # samples: an acknowledgement farther behind is invalid
 
 
 class Delays(NamedTuple):
@@ -25,7 +25,6 @@ class Delays(NamedTuple):
 
 
 def new_delays() -> Delays:
-    """Return empty delays."""
     return Delays(np.zeros((2, DELAYS_KEPT)), *np.zeros((2, 2), dtype=np.int64))
 
 

@@ -22,13 +22,13 @@ from hapkit_studio.files import read_bytes
 from hapkit_studio.protocol.messages import BAUD, Hello
 
 FLASH_BYTES = 32256
-"""Flash of the ATmega328P besides the Arduino Uno's boot loader, in bytes."""
+"""Bytes of the ATmega328P's flash without the Arduino Uno's boot loader."""
 OLD_FLASH_BYTES = 30720
-"""The same for boards from before 2010, with a larger boot loader."""
+"""Bytes on boards from before 2010, which have a larger boot loader."""
 _HEX_BYTES = 1_000_000
-"""Limit of a .hex file in bytes; one that fills the chip has 90,000."""
+"""Limit of a .hex file in bytes; a full chip takes 90,000."""
 _DATA, _END, _SEGMENT, _HIGHER = 0, 1, 2, 4
-_HARMLESS = (3, 5)  # start-address records, not needed by the chip
+_HARMLESS = (3, 5)  # types of start-address records, which the chip does not need
 
 
 def read_image(path: Path) -> bytes:

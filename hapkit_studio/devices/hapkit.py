@@ -164,7 +164,7 @@ class HapkitBoard(Device):
 
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
         """Open the port and read Hello; raise the matching DeviceError. Motor off, samples off."""
-        if self.identity.vendor is not None:  # the same board may have another port now
+        if self.identity.vendor is not None:  # the board may have a different port now
             found = serial_ports.find_same_board(self.identity, serial_ports.ports())
             if found is None:
                 raise gone(self.port)
@@ -324,7 +324,7 @@ class HapkitBoard(Device):
 
     def _set_exclusive(self, request: str) -> None:
         """Claim or release exclusive access to the port, where the system supports it; root is exempt."""
-        if sys.platform == "win32":  # ports are always exclusive there
+        if sys.platform == "win32":  # Windows ports are always exclusive
             return
         import fcntl
         import termios
@@ -352,7 +352,7 @@ class HapkitBoard(Device):
 
 
 def _checked(body: bytes, port: str) -> Hello:
-    """Return the Hello in a body with our version and size and plausible numbers; raise DeviceError."""
+    """Return the Hello in a body of our version and size with plausible numbers; raise DeviceError."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
         words = f"Firmware speaks version {version}; this studio needs {PROTOCOL_VERSION}."

@@ -76,7 +76,7 @@ def gone(port: str) -> PortGoneError:
     title = f"Hapkit on {port_name(port)} is gone. Force is zero."
     return PortGoneError(
         f"{title} Plug it in, then try again.",
-        brief=f"{title} Trying to reconnect every second.",  # the window does
+        brief=f"{title} Trying to reconnect every second.",  # the window tries to reconnect
     )
 
 
@@ -140,7 +140,7 @@ def no_data(port: str, seconds: float) -> NoDataError:
 def unopened(port: str, error: OSError) -> DeviceError:
     """Return the error for an OSError on opening a port."""
     number = error.errno
-    if number is None and sys.platform == "win32":  # pyserial keeps only the text there
+    if number is None and sys.platform == "win32":  # pyserial stores only the text there
         return busy(port) if "PermissionError" in str(error) else not_there(port)
     if number in _BUSY:
         return busy(port)

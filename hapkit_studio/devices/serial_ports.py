@@ -85,7 +85,7 @@ class Port:
 
     @property
     def title(self) -> str:
-        """Return its text in the device list."""
+        """Return the port's title in the device list."""
         remark = ", not a Hapkit" if self.role is Role.OTHER else ""
         return f"{port_name(self.path)}: {self.words}{remark}".rstrip(": ")
 
@@ -96,7 +96,7 @@ def port_name(path: str) -> str:
 
 
 def is_path(key: str) -> bool:
-    """Return True if a key looks like the path of a port, listed or not."""
+    """Return True if a key looks like a port's path, listed or not."""
     return "/" in key or key.upper().startswith("COM")
 
 
@@ -203,12 +203,12 @@ class Latency:
 
     @property
     def long(self) -> bool:
-        """Return True if it needs a remedy."""
+        """Return True if the latency needs a remedy."""
         return self.timer is not None and self.timer > SHORT_TIMER
 
     @property
     def words(self) -> str:
-        """Return it as text with a remedy, if any; "" without a timer."""
+        """Return the latency as text with the remedy, if any; "" without a timer."""
         if self.timer is None:
             return ""
         said = f"USB latency timer {1e3 * self.timer:.0f} ms"

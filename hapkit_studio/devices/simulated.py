@@ -19,7 +19,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import check_number
 
 END_STOPS = 0.055  # m on either side: travel of the paddle in the window
-# kg: mass of the handle held by a hand's mass alone; not 0, as the equations divide by it
+# kg: mass of the handle if only the hand's mass counts; not 0, since the equations divide by it
 NO_MASS = 1e-13
 
 
@@ -130,7 +130,7 @@ def new_state(
     dev = np.zeros(_WIDTH)
     dev[X], dev[V], dev[_STOP] = position, velocity, end_stops
     size = 1 << (max(int(periods), 1) + 1).bit_length()
-    # the second half is scratch space for retiming pending commands without allocation
+    # the second half is a buffer for retiming pending commands without allocation
     return dev, np.zeros(2 * size)
 
 

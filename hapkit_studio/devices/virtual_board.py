@@ -23,7 +23,7 @@ from hapkit_studio.errors import DeviceError
 START_TIME = 10.0
 """s, time-out of a reply; a loaded machine may take a while to start a program."""
 END_TIME = 5.0
-"""s for writing its log and counters at the end; its EEPROM is written at every change."""
+"""s for writing the log and counters at the end; the EEPROM is written at every change."""
 
 
 class BoardProgram:
@@ -113,7 +113,7 @@ MODES = ("paced", "lockstep", "fast")
 PATIENCE = 10.0
 """s, time-out of a reply: a busy machine simulates slowly, and never loses a byte."""
 HAND_PERIOD = 1.0 / 60.0
-"""s in which the hand moves to a new target: the window's frame time."""
+"""s in which the hand moves to a new target: the duration of a frame of the window."""
 HOOK_PERIOD = 0.5
 """s in which an attached spring moves the handle to the middle."""
 
@@ -144,7 +144,7 @@ def truth(path: str | Path) -> np.ndarray:
 
 
 class VirtualBoard(HapkitBoard):
-    """A board in a process of its own: started by open, ended by close.
+    """A board in a separate process, started by open and ended by close.
 
     mode: "paced" follows the clock; "lockstep" waits for every reply and otherwise runs at full speed; "fast"
     never waits. In lockstep a lone delimiter counts as a reply and is not passed to the chip. log: path of

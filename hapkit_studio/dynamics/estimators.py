@@ -40,7 +40,7 @@ MEMORY = 48
 COEFFICIENTS = 8
 DIFFERENCE, IIR, BUTTERWORTH, FOAW, KALMAN = range(5)
 _POSITION, _VELOCITY, _RAW, _OLDER_RAW, _OLDER, _ESTIMATE, _WINDOW = range(7)
-# memory of adaptive windowing, after the common part: whether it has begun, samples, ages
+# memory of adaptive windowing, after the common part: initialised flag, samples, ages
 LONGEST = 16  # periods in its window
 _BEGUN, _SAMPLES, _AGES = 0, 1, 2 + LONGEST
 # samples of a quantised motion often lie exactly at the tolerance: reject them despite rounding
@@ -193,7 +193,7 @@ def kalman_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarr
 
 @dataclass(frozen=True)
 class Estimator:
-    """One estimator.
+    """A velocity estimator.
 
     ``design(rate, quantum, **options)`` returns its coefficients, float64[8]; ``response(coefs, period, z)``
     its transfer function from position to velocity at complex z, None for a nonlinear method.

@@ -10,7 +10,7 @@ from hapkit_studio.dynamics.jit import compiled
 
 @compiled
 def projected(velocity, limit):
-    """Return the velocity after friction that can reduce it by up to `limit` m/s: shrunk, or exactly 0.
+    """Return the velocity after dry friction that can change it by up to `limit` m/s: reduced, or exactly 0.
 
     With limit = F_c dt / m this is the implicit step of dry friction (Kikuuwe et al. 2006).
     """
@@ -40,7 +40,7 @@ def stribeck(velocity, static, kinetic, stribeck_velocity):
 
 @compiled
 def bristle(bend, moved, level, stiffness):
-    """Return the bristle deflection in m after its root moved: towards level / stiffness, never beyond.
+    """Return the bristle deflection in m after its root moved, which approaches level / stiffness.
 
     Dahl's and LuGre's law, exact for a level in N that is constant during the step; stiffness N/m > 0.
     """
@@ -52,7 +52,7 @@ def bristle(bend, moved, level, stiffness):
 
 @compiled
 def sticking_tether(x, before, anchor, slides, stiffness, damping, static, kinetic, dt):
-    """Return (force, anchor, slides): a spring and damper to an anchor that holds up to ``static`` N.
+    """Return (force, anchor, slides): a spring and damper to an anchor that sticks up to ``static`` N.
 
     Beyond that it slides with ``kinetic`` N > 0 until it reverses; then it sticks to a new anchor, at a
     spring force of ``kinetic``. slides has the sign of the force while sliding, else 0; x and before in m,

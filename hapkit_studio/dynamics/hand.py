@@ -83,25 +83,25 @@ def _there_and_back(t, reach: float, speed: float):
 
 
 def _tap(t):
-    """Every 0.8 s, 15 mm to the right and back at 0.1 m/s."""
+    """A tap every 0.8 s: 15 mm to the right and back at 0.1 m/s."""
     since = np.fmod(t, 0.8) - 0.1
     return np.minimum(np.maximum(0.0, 0.1 * since), np.maximum(0.0, 0.1 * (0.3 - since)))
 
 
 def _sweep(t):
-    """Out to the left end within 0.5 s, then across at 0.07 m/s and stay."""
+    """To the left end within 0.5 s, then across at 0.07 m/s, then at rest."""
     return -0.035 * _ramp(t, 0.0, 0.5) + np.clip(0.07 * (t - 0.6), 0.0, 0.070)
 
 
 def _shake(t):
-    """0.5 Hz rising by 1 Hz per second up to 6 Hz."""
+    """An oscillation of 0.5 Hz whose frequency rises by 1 Hz per second up to 6 Hz."""
     rising = np.minimum(t, 5.5)
     cycles = 0.5 * rising + 0.5 * rising * rising + 6.0 * (t - rising)
     return 0.012 * np.sin(2.0 * math.pi * cycles)
 
 
 def _fur(t, speed: float):
-    """From the middle to the head at 30 mm on the left, then 60 mm there and back."""
+    """From the middle to the head at 30 mm on the left, then strokes of 60 mm there and back."""
     return _there_and_back(t + 2.0 * 0.030 / speed, 0.030, speed)
 
 

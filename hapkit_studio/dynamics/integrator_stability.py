@@ -72,7 +72,7 @@ def spectral_radius(method: str, step: ArrayLike, ratio: ArrayLike) -> np.ndarra
 
 def _rk4_limit(ratio: float) -> float:
     """Return the step at which the spectral radius exceeds 1; above ratio 1 the faster mode decides."""
-    from scipy.optimize import brentq  # here: slow to import
+    from scipy.optimize import brentq  # imported here, because it is slow
 
     damped = min(ratio, 1.0)
     limit = float(brentq(lambda h: float(spectral_radius("rk4", h, damped)) - 1.0, 1.0, 4.0, xtol=1e-13))

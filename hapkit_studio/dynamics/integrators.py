@@ -25,7 +25,7 @@ def verlet(x, v, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wa
     touching, _, beyond = place(x, v, touch, side, speed, reach)
     closing = 0.0
     if pad > 0.0:
-        # the force decreases with speed, so its sign at equal speeds tells on which side the new velocity
+        # the force decreases with speed, so its sign at equal speeds shows on which side the new velocity
         # lies
         level = acceleration(x, speed, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
         closing = 1.0 if side * (speed - base - half * level) > 0.0 else 0.0

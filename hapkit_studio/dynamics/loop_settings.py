@@ -1,4 +1,4 @@
-"""Settings of a loop and of the device in it: one type, and one schema for all files that hold them."""
+"""Settings of a loop and of its device: one type, and one schema for all files that contain them."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -16,9 +16,9 @@ from hapkit_studio.quantity import Quantity
 
 RENDERERS = COMPUTER, BOARD = "computer", "board"
 MODELS = ("scene", "everything", "frictionless")
-"""What a simulated device models: what the scene needs, everything, or everything without dry friction."""
+"""Terms of a simulated device: those that the scene needs, all, or all without dry friction."""
 
-# What a person may set; the analysis takes what any device or loop can be (POSSIBLE).
+# range that a user may set; analysis accepts every possible device and loop (POSSIBLE)
 RATE = Parameter(
     "rate", "Servo rate", "Hz", 1000.0, 100.0, 10_000.0,
     "How many times per second the force is computed. In between, the force stays the same, so a "
@@ -47,7 +47,7 @@ GRIP = Choice(
 CONTROLLER = Choice("controller", "Passivity controller", ("off", "on"))
 MODEL = Choice("model", "Model", MODELS)
 WHERE = Choice("where", "Rendered by", RENDERERS)
-_RATES = range(4000, 499, -500)  # Hz: what a person may ask for; the board has finer steps
+_RATES = range(4000, 499, -500)  # Hz: rates offered to users; the board's own steps are finer
 BOARD_RATE = Choice(
     "board_rate", "Board's rate", ("fastest", *map(str, _RATES)), "fastest",
     (
@@ -68,12 +68,13 @@ POSSIBLE = {
         Parameter("delay", "The delay", "s", DELAY.default, 0.0, 10.0),
     )
 }
-"""What any device or loop can be, by name: wider than what a person may set."""
-MOST_LATE = 2000.0  # periods of delay: the exact limit examines every turn of the phase that they cause
+"""Possible range of every setting, wider than the range that a user may set."""
+# longest delay in periods; the exact limit evaluates every turn of the phase that the delay causes
+MOST_LATE = 2000.0
 
 
 def check_delay(rate: float, delay: float) -> None:
-    """Raise ParameterError for a delay (s) of more than MOST_LATE periods at a rate (Hz)."""
+    """Raise ParameterError for a delay in s of more than MOST_LATE periods at a rate in Hz."""
     if rate * delay > MOST_LATE:
         raise ParameterError(
             f"A delay of {delay:g} s at {rate:,g} Hz is {rate * delay:,g} periods; "
@@ -83,18 +84,19 @@ def check_delay(rate: float, delay: float) -> None:
 
 @dataclass(frozen=True)
 class LoopSettings:
-    """A loop, the hand on the handle, and the device; raise ParameterError for what none of them can be.
+    """Settings of a loop, the hand and the device; raise ParameterError for impossible values.
 
     rate Hz, delay s from a sample to its force; estimator: of velocity, "iir" or ("iir", {"cutoff": 20.0});
-    controller: the passivity controller is on; hand: a grip's name; own_grip: a grip without a name instead.
-    Of the device: mass kg, viscous N·s/m, coulomb N, sensor quantum m, force limit max_force N. model: how
-    much of a simulated device is modelled; where: who renders; board_rate: Hz, None for the fastest that the
-    law allows.
+    controller: the passivity controller is on; hand: name of a grip; own_grip: a grip without a name instead.
+    Device: mass kg, viscous N·s/m, coulomb N, sensor quantum m, force limit max_force N. model: modelled
+    terms of a simulated device; where: computer or board; board_rate: Hz, None for the fastest that the law
+    allows.
     """
 
     rate: float = RATE.default
     delay: float = DELAY.default
-    estimator: Spec = field(default="difference", hash=False)  # options are a dictionary
+    # its options are a dictionary, which has no hash
+    estimator: Spec = field(default="difference", hash=False)
     controller: bool = False
     hand: str = "released"
     mass: float = nominal.MASS
@@ -121,18 +123,18 @@ class LoopSettings:
 
     @property
     def period(self) -> float:
-        """Return the time between two samples in s."""
+        """Return the sampling period in s."""
         return 1.0 / self.rate
 
     @property
     def parted(self) -> tuple[int, float]:
-        """Return the delay as a number of whole periods and the rest in s."""
+        """Return the delay as whole periods, and the remaining fraction in s."""
         whole = math.floor(self.delay * self.rate + 1e-9)
         return whole, max(self.delay - whole * self.period, 0.0)
 
     @property
     def grip(self) -> Grip | None:
-        """Return what the hand adds to the handle, None for a released one."""
+        """Return the hand's impedance, None for a released handle."""
         return self.own_grip or grip_named(self.hand)
 
     @property
@@ -157,16 +159,16 @@ class LoopSettings:
 
     @property
     def options(self) -> dict[str, float]:
-        """Return the velocity estimator's options that differ from its own defaults or were given."""
+        """Return the velocity estimator's options that were given or differ from its defaults."""
         return {} if isinstance(self.estimator, str) else dict(self.estimator[1])
 
     @property
     def linear(self) -> bool:
-        """Return whether the velocity estimator has a transfer function, and so an exact limit."""
+        """Return True if the velocity estimator has a transfer function, so that an exact limit exists."""
         return parse(self.estimator)[0].response is not None
 
     def changed(self, **changes: Any) -> Self:
-        """Return these settings with some changed within a person's limits; raise ParameterError.
+        """Return the settings with some changed within a user's limits; raise ParameterError.
 
         Only the changes are checked.
         """
@@ -178,11 +180,11 @@ class LoopSettings:
 
 
 USUAL_LOOP = LoopSettings(estimator=ESTIMATOR.default_option, hand=GRIP.default_option)
-"""Settings that a person's loop starts with."""
+"""Initial settings of a user's loop."""
 
 
 def estimator_words(spec: Spec) -> tuple[str, str]:
-    """Write a velocity estimator with its options: for programs as the command line takes it, for people."""
+    """Format a velocity estimator with its options: for programs as on the command line, and for people."""
     method, options = parse(spec)
     numbers = [f"{key}={value:g}" for key, value in options.items()]
     given = f"{method.key}:{','.join(numbers)}" if numbers else method.key
@@ -194,7 +196,7 @@ def estimator_words(spec: Spec) -> tuple[str, str]:
 
 
 class Difference(NamedTuple):
-    """One setting in words: its name, its values before and after, their unit."""
+    """A changed setting as text: its name, both values, their unit."""
 
     name: str
     old: str
@@ -207,7 +209,7 @@ class Difference(NamedTuple):
 
 
 def difference(parameter: AnyParameter, old: Any, new: Any) -> Difference:
-    """Return two values of a parameter in words; options of a choice by index or by name."""
+    """Return two values of a parameter as text; options of a choice by index or by name."""
     if isinstance(parameter, Choice):
         before, after = (parameter.word(parameter.check(value)) for value in (old, new))
         return Difference(parameter.label, before, after, "")
@@ -218,20 +220,20 @@ def difference(parameter: AnyParameter, old: Any, new: Any) -> Difference:
 
 @dataclass(frozen=True)
 class Field:
-    """A setting of the loop in files: its parameter, and its key in sessions, which names the unit."""
+    """A loop setting in files: its parameter, and its key in sessions, which includes the unit."""
 
     parameter: AnyParameter
     recorded: str
     attribute: str = ""
-    """Of LoopSettings, where it is not the parameter's key."""
+    """Attribute of LoopSettings, if it differs from the parameter's key."""
 
     @property
     def key(self) -> str:
-        """Return its name in LoopSettings."""
+        """Return the setting's name in LoopSettings."""
         return self.attribute or self.parameter.key
 
     def check(self, value: Any) -> Any:
-        """Return the value as LoopSettings holds it; raise ParameterError."""
+        """Return the value in the form of LoopSettings; raise ParameterError."""
         match self.parameter.key:
             case "estimator":
                 method, _ = parse(tuple(value) if isinstance(value, list) else value)
@@ -252,7 +254,7 @@ class Field:
         return self.parameter.check(value)
 
     def difference(self, old: Any, new: Any) -> Difference:
-        """Return two values in words, an estimator without its options where the method is another one."""
+        """Return two values as text; an estimator without options if the method has changed."""
         match self.parameter.key:
             case "estimator":
                 (one, given), (other, wanted) = (_method_and_options(value) for value in (old, new))
@@ -292,13 +294,13 @@ FIELDS = {
         Field(BOARD_RATE, "board_rate"),
     )
 }
-"""What a person sets, by its name in LoopSettings."""
+"""Settings that a user may change, by their name in LoopSettings."""
 WITH_SCENE = ("rate", "delay", "estimator", "controller", "model", "hand")
-"""Settings that presets and demos hold; who renders is a matter of the device."""
+"""Settings in presets and demos; where to render depends on the device, so it is not included."""
 OPTIONS = "options"
 """Key of the velocity estimator's options in a file."""
 Reject = Callable[[ParameterError], object]
-"""Gets the error of each value that is left out."""
+"""Called with the error of each rejected value."""
 
 
 def ignore(_error: ParameterError) -> None:
@@ -306,7 +308,7 @@ def ignore(_error: ParameterError) -> None:
 
 
 def to_table(settings: LoopSettings, keys: Iterable[str] = FIELDS) -> dict[str, Any]:
-    """Return settings as files hold them, in SI units, choices by their names."""
+    """Return the settings for a file, in SI units, with choices by name."""
     table: dict[str, Any] = {}
     for key in keys:
         value = getattr(settings, key)
@@ -322,10 +324,10 @@ def from_table(
     reject: Reject = ignore,
     only: Iterable[str] | None = None,
 ) -> dict[str, Any]:
-    """Return the valid settings in a table by their names in LoopSettings; ``reject`` gets the other errors.
+    """Return the valid settings of a table by their names in LoopSettings; ``reject`` gets the errors.
 
-    Keys are those of ``to_table`` or of a session, as rate_Hz. usual.estimator: whose options they are where
-    no estimator is named. only: settings that the table may hold; any other key is an error then.
+    Keys are those of ``to_table`` or of a session, such as rate_Hz. usual: its estimator owns options in a
+    table without an estimator. only: permitted settings; other keys are errors.
     """
     fields = FIELDS.values() if only is None else [FIELDS[key] for key in only]
     names = {name: field for field in fields for name in (field.recorded, field.parameter.key)}
@@ -350,7 +352,7 @@ def from_table(
 
 
 def recorded(settings: LoopSettings) -> dict[str, Any]:
-    """Return settings as sessions and headers of tables hold them: keys with units, SI values."""
+    """Return settings for sessions and table headers: keys with units, SI values."""
     keys = ("hand", "where", "rate", "delay", "estimator", "controller")
     return {FIELDS[key].recorded: getattr(settings, key) for key in keys} | {
         "max_force_N": settings.max_force
@@ -358,7 +360,7 @@ def recorded(settings: LoopSettings) -> dict[str, Any]:
 
 
 def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:
-    """Return in words which settings differ, as far as both hold them, by their names in LoopSettings."""
+    """Return the settings that differ, as text; only those that both tables contain are compared."""
     return [
         field.difference(before[key], after[key])
         for key, field in FIELDS.items()

@@ -200,7 +200,7 @@ def forces(touching, beyond, x, v, friction, b, k, f, touch, side, speed, contac
 
 @compiled
 def exact(x, v, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
-    """Return (x, v) after h seconds; after 64 pieces with contact, the object waits until the end."""
+    """Return (x, v) after h seconds; after 64 pieces with contact, the object rests until the end."""
     if friction == 0.0 and contact == 0.0 and pad == 0.0 and wall == 0.0:
         x, v = moved(x, v, h, m, b, k, f)
         return x, v

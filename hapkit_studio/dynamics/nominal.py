@@ -4,4 +4,4 @@ MASS = 0.044  # kg, of the moving parts
 VISCOUS = 0.5  # N·s/m
 COULOMB_FORCE = 0.10  # N
 QUANTUM = 20.7e-6  # m, one count of the sensor
-MAX_FORCE = 3.0  # N, the clamp in force
+MAX_FORCE = 3.0  # N, the usual force limit

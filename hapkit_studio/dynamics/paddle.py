@@ -14,7 +14,7 @@ _MAX_EVENTS = 256
 _SERIES_REACH = 0.5
 _TERMS = 13  # 0.5¹³ / 16! is below the last digit of 1 / 3!
 _SERIES = tuple(1.0 / math.factorial(n + 3) for n in reversed(range(_TERMS)))
-_SMALL = 1e-9  # below this, log(1 + x) equals its first two terms
+_SMALL = 1e-9  # for smaller x, log(1 + x) equals the first two terms of its series
 
 
 @internal
@@ -163,7 +163,7 @@ def _too_fast(x, v, push, rate, mass, damping, stiffness, h):
 
 @internal
 def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
-    """Return when a slide in direction ``sign`` first stops within h, inf if it does not.
+    """Return when a slide in direction ``sign`` first stops within h, inf without a stop.
 
     0: a start from rest was lost in rounding. h is short enough for one zero of the acceleration. Without a
     spring, the velocity under a constant force is monotonic: the stop has a closed form.

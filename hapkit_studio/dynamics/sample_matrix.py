@@ -93,5 +93,4 @@ def used(matrices: np.ndarray) -> np.ndarray:
 
 
 def radius(matrix: np.ndarray) -> float:
-    """Return the spectral radius."""
     return float(np.abs(np.linalg.eigvals(matrix)).max())

@@ -53,7 +53,7 @@ def _inverse_plant(loop: LoopSettings, w: np.ndarray) -> np.ndarray:
 
 
 def _frequencies(loop: LoopSettings) -> np.ndarray:
-    """Return rad/sample from nearly 0 to pi, dense enough for every turn of the delay's phase.
+    """Return angles in rad per sample from nearly 0 to pi, dense enough for every turn of the delay's phase.
 
     Without delay or hand the crossing is near sqrt(2 b T / m), so the range starts well below that.
     """
@@ -71,14 +71,14 @@ def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, n
     """
     values = curve(w, np.arange(columns)[:, np.newaxis])
     negative = np.signbit(values.imag)
-    negative[:, -1] = negative[:, -2]  # real at pi: the imaginary part is rounding
+    negative[:, -1] = negative[:, -2]  # the value at pi is real; its imaginary part is a rounding error
     column, place = np.nonzero(negative[:, :-1] != negative[:, 1:])
     low, high, below = w[place], w[place + 1], negative[column, place]
     at_low, at_high = values.imag[column, place], values.imag[column, place + 1]
     middle, was_left, found = low, np.full(len(low), -1), np.zeros(len(low), bool)
     # Illinois rule: secant method, halving the weight of an end that is kept twice
     for _ in range(_MOST_STEPS):
-        last = middle  # results of finished columns stay the same
+        last = middle  # columns that have converged do not change
         middle = np.where(found, last, high - at_high * (high - low) / (at_high - at_low))
         found |= np.abs(middle - last) <= _CLOSE * middle
         if found.all():
@@ -108,7 +108,7 @@ def _velocity_of(loop: LoopSettings) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def _damping_crossings(loop: LoopSettings) -> tuple[np.ndarray, np.ndarray]:
-    """Return dampings at which roots cross the unit circle, at nearly no stiffness, and how many leave it."""
+    """Return (dampings at which roots cross the unit circle with nearly no stiffness, roots leaving it)."""
     velocity = _velocity_of(loop)
 
     def curve(w: np.ndarray, column: np.ndarray) -> np.ndarray:
@@ -167,7 +167,7 @@ def stiffness_limits(loop: LoopSettings, damping: np.ndarray) -> np.ndarray:
 
 
 def stable(loop: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Return whether stiffness (m,) in N/m is stable at virtual damping (n,) in N·s/m: bool (m, n)."""
+    """Return True for stiffness (m,) in N/m stable at virtual damping (n,) in N·s/m: bool (m, n)."""
     found = np.zeros((len(stiffness), len(damping)), dtype=bool)
     for column, intervals in enumerate(stable_intervals(loop, damping)):
         for low, high in intervals:

@@ -1,4 +1,4 @@
-"""The library of virtual environments: each module with an ``ENVIRONMENT`` is one."""
+"""The library of virtual environments: each module with an ``ENVIRONMENT`` defines one."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -42,7 +42,7 @@ def named(key: str) -> Environment:
 
 
 class _Library(ModuleType):
-    """Makes ``hapkit_studio.environments()`` return the library while the name stays a package."""
+    """Make ``hapkit_studio.environments()`` return the library, although the name is a package."""
 
     def __call__(self) -> Mapping[str, Environment]:
         return discover()

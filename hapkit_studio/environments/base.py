@@ -1,4 +1,4 @@
-"""Type of an environment: a force law with its parameters, texts and drawing."""
+"""The type of an environment: a force law with its parameters, texts and drawing."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ Curve = Callable[[Values, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Conditions(LoopSettings):
-    """Settings that a scene is rendered with, and the handle's highest speed of late in m/s, 0 if unknown."""
+    """Loop settings of a scene, and the handle's recent maximum speed in m/s, 0 if unknown."""
 
     coulomb: float = 0.0
     speed: float = 0.0
@@ -67,7 +67,7 @@ class MovingObject:
 
 @dataclass(frozen=True)
 class Environment:
-    """A virtual environment; each module in this folder with an ``ENVIRONMENT`` is found.
+    """A virtual environment; each module in this folder with an ``ENVIRONMENT`` is discovered.
 
     formula: short HTML. impedance: maps values by name to the (stiffness N/m, damping N·s/m) that bound
     stability, None without a linear limit. terms: maps them to the terms for identification, the impedance by
@@ -127,7 +127,7 @@ class Environment:
             self.force.companion = self.stored
 
     def values(self, given: Mapping[str, object] | None = None) -> dict[str, float]:
-        """Return every parameter's number, defaults filled in; raise ParameterError."""
+        """Return every parameter's number, with defaults for missing ones; raise ParameterError."""
         given = {} if given is None else given
         if not isinstance(given, Mapping):
             raise ParameterError(
@@ -143,18 +143,18 @@ class Environment:
         """Return valid values with some of them changed; only these are checked. Raise ParameterError."""
         known = {p.key: p for p in self.parameters}
         for key in changes.keys() - known.keys():
-            resolve(self.parameters, {key: changes[key]}, self.title)  # raises: it is not known
+            resolve(self.parameters, {key: changes[key]}, self.title)  # raises, because the key is unknown
         numbers = {**values, **{key: known[key].check(value) for key, value in changes.items()}}
         if complaint := self.check(numbers):
             raise ParameterError(complaint)
         return numbers
 
     def needed_at(self, values: Values) -> tuple[str, ...]:
-        """Return the terms of the device that it needs; () if unknown, as at other values."""
+        """Return the terms of the device that the scene needs; () if unknown, as at other values."""
         return self.needs if all(values[p.key] == p.default for p in self.parameters) else ()
 
     def place(self, values: Values, position: np.ndarray, state: np.ndarray) -> np.ndarray | None:
-        """Return its object's position in m (n,) at positions (n,) and states (n, values), or None."""
+        """Return the moving object's position in m (n,) at positions (n,) and states (n, values), or None."""
         named = dict(zip(self.state_names, state.T, strict=False))
         return None if self.moves is None else self.moves.place(values, position, named)
 

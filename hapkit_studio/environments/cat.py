@@ -9,13 +9,14 @@ from hapkit_studio.environments.base import Environment, Values, no_terms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
-FUR_STIFFNESS = 200.0  # N/m: hairs bend by 2 to 3 mm before they slip
+FUR_STIFFNESS = 200.0  # N/m: a stroke bends hairs by 2 to 3 mm before they slip
 HAIR_SPACING = 0.003  # m
-# Speeds of the hand in m/s: at rest below the first; felt as caress between the next two (1 to 10 cm/s:
-# C-tactile afferents, Löken et al. 2009; extended, as tufts vary the speed); rough beyond the last.
+# Speeds of the hand in m/s: at rest below the first; felt as a caress between the next two (1 to 10 cm/s:
+# C-tactile afferents, Löken et al. 2009; wider here, as tufts vary the speed); rough beyond the last.
 RESTS, SLOW, FAST, ROUGH = 0.003, 0.005, 0.12, 0.14
 PACE_TIME = 0.01  # s: time constant of two low-passes, against sensor counts and the purr
-LIKED, MISLIKED, HATED = 3.0, 0.8, 3.5  # contentment per metre
+# contentment per metre at a caress, at another speed, and against the nap
+LIKED, MISLIKED, HATED = 3.0, 0.8, 3.5
 FORGETS = 10.0  # s: time constant of the mood; a caress decays only while the hand rests
 PURRS_ABOVE, SWATS_BELOW = 0.3, -0.5
 BREATH_PITCH, BREATH_STRENGTH = 1.2, 0.2  # Hz, and the relative increase on exhaling and decrease on inhaling

@@ -166,7 +166,7 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
 
 def creep_speed(pull: float, values: Values) -> float:
     """Return the steady creep speed in m/s of smoothed friction under a pull in N below it."""
-    from scipy.optimize import brentq  # here: slow to import
+    from scipy.optimize import brentq  # imported here, because it is slow
 
     kinetic, width, viscous = levels(values)[1], values["stick_velocity"], values["viscous"]
     # without viscous friction; with a margin for rounding errors
@@ -183,7 +183,7 @@ def _damping_limit(conditions: Conditions) -> float:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Warn which model exceeds its limit, and which cannot hold."""
+    """Warn of a model beyond its stability limit, and of a model that cannot stick."""
     model, period = values["model"], conditions.period
     kinetic = levels(values)[1]
     if model == COULOMB:
@@ -226,7 +226,7 @@ ENVIRONMENT = Environment(
             "suddenly. Stribeck and LuGre hold, then break away gradually.",
             labels=LABELS,
             method=True,
-            exact="projection",  # the only model that holds without oscillation, like dry friction
+            exact="projection",  # the only model that sticks without oscillation, like dry friction
         ),
         Parameter("kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while sliding", "F_k"),
         Parameter("static_force", "Static force", "N", 0.6, 0.0, 3.0, "Pull at which it breaks away", "F_s"),

@@ -57,7 +57,7 @@ def impedance(values: Values) -> tuple[float, float]:
 
 
 def unused(values: Values) -> dict[str, str]:
-    """Return the parameters of the other kinds."""
+    """Return the parameters that belong to other kinds of texture."""
     kind = int(values["kind"])
     keys = (("amplitude", "seed"), ("damping", "seed"), ("damping",))[kind]
     return {key: f"Not used by {KINDS[kind]}" for key in keys}

@@ -32,7 +32,7 @@ def terms(p: Values) -> ForceTerms:
 
 
 def unused(p: Values) -> dict[str, str]:
-    """Return the damping if it is switched off."""
+    """Return the damping parameter if damping is switched off."""
     return {"damping": "Not used: damping never acts"} if p["damping_mode"] == 2 else {}
 
 

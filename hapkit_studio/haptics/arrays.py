@@ -1,4 +1,4 @@
-"""The arrays one running loop works on, and the words it shares with the window."""
+"""The arrays of one running loop, and the control words that it shares with the window."""
 
 from typing import NamedTuple
 
@@ -11,60 +11,61 @@ from hapkit_studio.haptics.block import Block
 from hapkit_studio.haptics.record import Record, record, zeros
 from hapkit_studio.laws import native
 
-# Places on each side of its start where the passivity observer can know the law's force.
+# number of cells on each side of the start in which the passivity observer can record the law's force
 CELLS = 640
 
-# The tick's own state: forces in N, positions in m, times in s.
+# the tick's private state: forces in N, positions in m, times in s
 TICK = record(
-    ("gain", "f8"),  # share of the force: fades in from 0 to 1 after whatever made the force zero
-    ("ramp", "f8"),  # share of the way from the old parameters to the new ones
-    ("blend", "f8"),  # share of the new law in a cross-fade
+    ("gain", "f8"),  # factor of the force: fades in from 0 to 1 after every cause of zero force
+    ("ramp", "f8"),  # progress from the old parameters to the new ones, 0 to 1
+    ("blend", "f8"),  # weight of the new law in a cross-fade, 0 to 1
     ("last_position", "f8"),
-    ("energy", "f8"),  # J given to the handle since the start
-    ("applied", "f8"),  # the force sent last
-    ("hold", "f8"),  # s of zero force still to come after connecting
-    ("good", "f8"),  # s with samples since the sensor was stale
-    ("stale_times", "f8", 3),  # when the sensor was last stale, a ring
-    ("fault_value", "f8"),  # what made the latched fault, in its unit
-    ("fault_position", "f8"),  # where, m; the limit in s for a slow law or link
-    ("clock", "f8"),  # the simulated board's clock
-    ("velocity", "f8"),  # the estimate in m/s
-    ("law_time", "f8"),  # s that a call of the law took lately, in live loops
-    ("overrun", "f8"),  # s that laws longer than a period have taken since overrun_since
+    ("energy", "f8"),  # energy given to the handle since the start, J
+    ("applied", "f8"),  # the last force sent
+    ("hold", "f8"),  # remaining time of zero force after connecting, s
+    ("good", "f8"),  # time since the sensor was last stale, s
+    ("stale_times", "f8", 3),  # ring of the times at which the sensor became stale
+    ("fault_value", "f8"),  # the value that caused the latched fault, in its own unit
+    ("fault_position", "f8"),  # position of the fault in m; for a slow law or link, the time limit in s
+    ("clock", "f8"),  # time of the simulated board's clock
+    ("velocity", "f8"),  # estimated velocity in m/s
+    ("law_time", "f8"),  # recent duration of a call of the law in s, in live loops
+    ("overrun", "f8"),  # total time in s of law calls longer than a period, since overrun_since
     ("overrun_since", "f8"),
-    ("clock_read_at", "f8"),  # processor time when a headless run read the clock last, 0 before
-    ("slot", "i8"),  # the row of params, states and laws in force
+    ("clock_read_at", "f8"),  # processor time at the latest reading of the clock in a headless run, 0 before
+    ("slot", "i8"),  # index of the slot in force in params, states and laws
     ("started", "i8"),
-    ("number", "i8"),  # ticks since the start
-    ("stale", "i8"),  # 1 + the cause, 0 while samples come
-    ("cleared", "i8"),  # the last value seen of control.clear
-    ("row_flags", "i8"),  # of the last row
-    ("generation", "i8"),  # the last accepted one
-    ("slow_law", "i8"),  # the address of the law that was too slow
-    ("signals", "i8"),  # of headless runs: the socket that signals come to
-    ("ticks_done", "i8"),  # of headless runs, since the clock was read: ticks, and work in passes of loops
+    ("number", "i8"),  # number of ticks since the start
+    ("stale", "i8"),  # 1 + the cause, 0 while samples arrive
+    ("cleared", "i8"),  # last value read from control.clear
+    ("row_flags", "i8"),  # flags of the last row
+    ("generation", "i8"),  # last accepted generation of the settings
+    ("slow_law", "i8"),  # address of the law that was too slow
+    ("signals", "i8"),  # headless runs: the socket that reports signals
+    ("ticks_done", "i8"),  # headless runs: ticks, and loop iterations, since the clock was last read
     ("work_done", "i8"),
 )
-_KEPT = "fault_value", "fault_position", "number", "slow_law"  # by a restart
+_KEPT = "fault_value", "fault_position", "number", "slow_law"  # fields that survive a restart
 
-# The energy in J that may be given, and the excess over it.
+# limit of the energy that the law may give, and the excess over it, in J
 LIMIT = record(("limit", "f8"), ("excess", "f8"))
 
-# The passivity observer's state: energies in J, lengths in m, times in s.
+# state of the passivity observer: energies in J, lengths in m, times in s
 WATCH = record(
-    ("given", "f8"),  # the energy given since the observer began
-    ("alarm", LIMIT),  # the generous limit
-    ("strict", LIMIT),  # the controller's
-    ("most", "f8"),  # the highest work of the law's force from the start to a known place
-    ("edge", "f8"),  # of the present count, from its lower edge
-    ("since", "f8"),  # how long the count has not changed
-    ("impulse", "f8"),  # N·s in that time
-    ("peak", "f8"),  # N, the largest force
-    ("speed", "f8"),  # m/s over the last count
-    ("start", "f8"),  # where the observer began
-    ("ends", "f8", 2),  # N: the force at the last known place on the left, on the right
-    # The straightest motion: where it turned last, the time since then, the integral of v² in m²/s until then
-    # and until now; the least and the greatest velocity since then that pass all counts, with their times.
+    ("given", "f8"),  # energy given since the observer started
+    ("alarm", LIMIT),  # limit for the alarm, with a tolerance
+    ("strict", LIMIT),  # limit for the passivity controller, without a tolerance
+    ("most", "f8"),  # maximum work of the law's force from the start to any cell with a known force
+    ("edge", "f8"),  # position within the present sensor count, from its lower edge
+    ("since", "f8"),  # time since the count last changed
+    ("impulse", "f8"),  # impulse of the force in that time, N·s
+    ("peak", "f8"),  # maximum force in N
+    ("speed", "f8"),  # mean velocity over the last count, m/s
+    ("start", "f8"),  # position at which the observer started
+    ("ends", "f8", 2),  # force in N in the outermost known cell on the left and on the right
+    # The straightest motion through all counts: position of the last reversal, time since then, the integral
+    # of v² in m²/s until then and until now; the smallest and largest velocity since then that pass all
+    # counts, and their times.
     ("turn", "f8"),
     ("lasted", "f8"),
     ("before", "f8"),
@@ -73,15 +74,16 @@ WATCH = record(
     ("least_time", "f8"),
     ("greatest", "f8"),
     ("greatest_time", "f8"),
-    ("effect", "f8"),  # N, the mean force over the last period
-    ("cells_known", "i8"),  # on each side, 1 + those where the force is known; 0 before the observer begins
-    ("renew", "i8"),  # begin again
-    ("calls", "i8"),  # of the law in this tick
-    ("opaque", "i8"),  # the law takes too long to be called
-    ("frozen", "f8", block.STATES),  # the law's state when the observer began
+    ("effect", "f8"),  # mean force over the last period, N
+    # 1 + number of cells with a known force, on each side; 0 before the observer starts
+    ("cells_known", "i8"),
+    ("renew", "i8"),  # nonzero: restart the observer
+    ("calls", "i8"),  # calls of the law in this tick
+    ("opaque", "i8"),  # nonzero: the law is too slow for extra calls
+    ("frozen", "f8", block.STATES),  # the law's state when the observer started
     ("scratch", "f8", block.STATES),
-    ("work", "f8", 2 * CELLS + 1),  # of the law's force from the start to each place
-    ("fault", "i8", native.FAULT_WORDS),  # of those calls
+    ("work", "f8", 2 * CELLS + 1),  # work of the law's force from the start to each cell
+    ("fault", "i8", native.FAULT_WORDS),  # faults of those calls
 )
 
 LINE = 8  # int64 words of a cache line
@@ -91,51 +93,54 @@ def _lines(*names: str) -> tuple[tuple[str, str, int], ...]:
     return tuple((name, "i8", LINE) for name in names)
 
 
-# Shared between the loop's thread and the window's: the first word of each line, read by load_acquire and
-# written by store_release.
+# Shared by the loop's thread and the window's: the first word of each line, read with load_acquire and
+# written with store_release.
 CONTROL = record(
-    *_lines("quit", "stop", "clear"),  # the window's: end the loop, E-stop, count of faults cleared
-    *_lines("zero", "flip"),  # the window's: how often zero and direction were set
-    *_lines("head", "accepted"),  # rows written so far; the generation of settings in force
+    # written by the window: end the loop, E-stop, number of times faults were cleared
+    *_lines("quit", "stop", "clear"),
+    *_lines("zero", "flip"),  # written by the window: number of times zero and direction were set
+    *_lines("head", "accepted"),  # number of rows written; generation of the settings in force
     *_lines("fault", "done"),  # the latched fault; the loop has ended
-    *_lines("missed", "lost_frames", "crc_errors"),  # counts: ticks, frames
-    *_lines("stale_count", "stale_causes"),  # counts: all, and one word for each of CAUSES
-    *_lines("stale_forces", "board_errors"),  # counts: forces that the board refused as too old, bad frames
+    *_lines("missed", "lost_frames", "crc_errors"),  # numbers of missed ticks and frames
+    # numbers of stale periods: total, and one word for each of CAUSES
+    *_lines("stale_count", "stale_causes"),
+    # numbers of forces that the board refused as too old, and of its bad frames
+    *_lines("stale_forces", "board_errors"),
 )
 
-# a law's own codes, and the loop's between them
+# fault codes: a law's own, and between them the loop's
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL = native.NOT_A_NUMBER, native.LAW_INDEX, native.LAW_FUEL
 LAW_DIVISION = native.LAW_DIVISION
 NO_FAULT, OVER_SPEED, STALE_SENSOR, DEVICE_GONE, RUNAWAY = 0, 4, 5, 6, 7
 SLOW_LAW, SLOW_LINK = 9, 10
 
-# why the force went to zero for a while: the line brought no sample, the computer was away or the law held it
-# up, the board switched its motor off although it was answered, its clock jumped
+# why the force was zero temporarily: no sample arrived, the computer was suspended, the law blocked the loop,
+# the board switched its motor off although it was answered, the board's clock jumped
 CAUSES = NO_SAMPLE, AWAY, HELD_UP, CUT, CLOCK_JUMP = range(5)
 
 
 class LoopArrays(NamedTuple):
-    """Everything the tick reads and writes: arrays and records, allocated once."""
+    """All arrays and records that the tick reads and writes, allocated once."""
 
-    tick: Record  # of TICK
-    params: np.ndarray  # (2, 32): one row a slot, what each law reads now
-    start: np.ndarray  # (32,): where the ramp of the numbers began
-    goal: np.ndarray  # (32,): where it ends
-    states: np.ndarray  # (2, 16): one row a slot
-    laws: np.ndarray  # (2,): addresses
-    memory: np.ndarray  # the velocity estimator's
-    fault: np.ndarray  # (native.FAULT_WORDS,), set by laws
-    watch: Record  # of WATCH
-    sequence: np.ndarray  # the block in force
+    tick: Record  # a TICK record
+    params: np.ndarray  # (2, 32): parameters that each slot's law reads now
+    start: np.ndarray  # (32,): start values of the parameters' ramp
+    goal: np.ndarray  # (32,): end values of the ramp
+    states: np.ndarray  # (2, 16): the law's state in each slot
+    laws: np.ndarray  # (2,): addresses of the laws
+    memory: np.ndarray  # state of the velocity estimator
+    fault: np.ndarray  # (native.FAULT_WORDS,), written by laws
+    watch: Record  # a WATCH record
+    sequence: np.ndarray  # sequence number of the block in force
     settings: Record
-    program: np.ndarray  # the law for the board, packed
-    draft: Block  # the block being read, perhaps torn
-    block: Block  # the block as the window writes it
-    control: Record  # of CONTROL
+    program: np.ndarray  # the board's law, packed
+    draft: Block  # the block being read, possibly torn
+    block: Block  # the block that the window writes
+    control: Record  # a CONTROL record
 
 
 def new_arrays(shared: Block) -> LoopArrays:
-    """Return arrays at rest that read their settings from the given block."""
+    """Return the arrays of a stopped loop that reads its settings from the given block."""
     tick = zeros(TICK)
     tick.signals = interrupts.fileno()
     return LoopArrays(
@@ -156,10 +161,10 @@ def new_arrays(shared: Block) -> LoopArrays:
 
 
 def restart(r: LoopArrays, hold_seconds: float) -> None:
-    """Bring the tick back to its start before a loop runs: settings afresh, the force fades in from zero.
+    """Reset the tick before a loop runs; the force fades in from zero.
 
-    hold_seconds of zero force come first. E-stop and latched faults stay, but for the device's own going
-    away; counts go on.
+    The first hold_seconds have zero force. E-stop and latched faults remain, except for "device
+    disconnected"; counters continue.
     """
     if r.control.fault[0] == DEVICE_GONE:
         r.control.fault[0] = NO_FAULT

@@ -1,7 +1,7 @@
-"""The parameter block: how settings reach the loop. One writer, one reader, neither ever waits.
+"""The parameter block passes settings to the loop: one writer, one reader, and neither ever waits.
 
-A seqlock: the sequence word is odd while the writer is at work; the reader copies, looks again, and where
-the word has moved simply tries at its next tick. The newest block wins.
+A seqlock: the sequence number is odd while the writer writes. The reader copies the block and reads the
+number again; if it has changed, the reader tries again in its next tick. The newest block wins.
 """
 
 from typing import NamedTuple
@@ -13,66 +13,66 @@ from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics.clib import assign, fence, load_acquire, store_release
 from hapkit_studio.haptics.record import Record, record, zeros
 
-PARAMS, STATES = 32, 16  # numbers that a law may have, and keep
+PARAMS, STATES = 32, 16  # most parameters and state variables of a law
 
 SETTINGS = record(
-    ("params", "f8", PARAMS),  # the law's parameters
-    ("initial_state", "f8", STATES),  # the law's
-    ("coefs", "f8", estimators.COEFFICIENTS),  # of the velocity estimator
-    ("period", "f8"),  # s
-    ("delay", "f8"),  # s
-    ("max_force", "f8"),  # N
-    ("max_speed", "f8"),  # m/s
-    ("fade", "f8"),  # s that a change takes
-    ("viscous", "f8"),  # N·s/m, the device's own damping
-    ("coulomb", "f8"),  # N, a simulated device's dry friction
-    ("quantum", "f8"),  # m, a count of the sensor
-    ("damper", "f8"),  # N·s/m that the passivity controller may add, 0: there is none
-    ("board_first", "f8"),  # coefficients of the board's estimator
+    ("params", "f8", PARAMS),  # parameters of the law
+    ("initial_state", "f8", STATES),  # initial state of the law
+    ("coefs", "f8", estimators.COEFFICIENTS),  # coefficients of the velocity estimator
+    ("period", "f8"),
+    ("delay", "f8"),
+    ("max_force", "f8"),
+    ("max_speed", "f8"),
+    ("fade", "f8"),  # duration in s of a parameter ramp or cross-fade
+    ("viscous", "f8"),  # damping of the device itself, N·s/m
+    ("coulomb", "f8"),  # dry friction of a simulated device, N
+    ("quantum", "f8"),  # travel per sensor count, m
+    ("damper", "f8"),  # maximum damping of the passivity controller in N·s/m, 0: off
+    ("board_first", "f8"),  # coefficients of the estimator on the board
     ("board_second", "f8"),
-    ("hand", "f8", 3),  # kg, N·s/m, N/m: mass, damping and stiffness of the simulated hand
-    ("hand_target", "f8"),  # m
-    ("law", "i8"),  # its address
+    ("hand", "f8", 3),  # mass in kg, damping in N·s/m and stiffness in N/m of the simulated hand
+    ("hand_target", "f8"),
+    ("law", "i8"),  # address of the compiled law
     ("n_params", "i8"),
     ("n_state", "i8"),
-    ("discrete", "i8"),  # bit i: parameter i is a choice, which cross-fades
+    ("discrete", "i8"),  # bit i is set if parameter i is a choice, which cross-fades
     ("estimator", "i8"),  # a code of dynamics.estimators, or TRUTH
-    ("generation", "i8"),  # counts the changes
+    ("generation", "i8"),  # incremented by every change
     ("hand_on", "i8"),
-    ("stored", "i8"),  # address of the law for the energy that objects hold, 0: there is none
-    ("releases", "i8"),  # how often the simulated handle was let go at rest
-    ("code_id", "i8"),  # the board's law, rate and estimator without constants, 0: the computer renders
-    ("program_id", "i8"),  # the law's bytes, constants included; equal for equal bytes
-    ("board_law", "i8"),  # address here of the law that the board renders
-    ("board_form", "i8", 7),  # what the board is told of the law, in the order of link.PERIOD to link.CHECK
-    ("board_moving", "i8"),  # constants that the board has room to change at a time
+    ("stored", "i8"),  # address of the function for the energy stored in virtual objects, 0: none
+    ("releases", "i8"),  # number of times the simulated handle was released at rest
+    # digest of the board's law, rate and estimator without constants; 0: the computer renders
+    ("code_id", "i8"),
+    ("program_id", "i8"),  # digest of the law's bytes including constants
+    ("board_law", "i8"),  # address on this computer of the law that the board renders
+    ("board_form", "i8", 7),  # header of the law for the board, in the order of link.PERIOD to link.CHECK
+    ("board_moving", "i8"),  # number of constants for which the board has change buffers
 )
 
 PROGRAM_WORDS = 256
-"""int64 words of the law for the board: 2,048 bytes, all the memory that an ATmega328P has."""
+"""int64 words for the board's law: 2,048 bytes, the whole memory of an ATmega328P."""
 
-# In place of an estimator's code: the velocity is the one the driver put into the row, without an estimate.
+# in place of an estimator's code: use the true velocity, which the driver wrote into the row
 TRUTH = -1
-# In place of a program's number: half of it is another one's.
+# in place of program_id: the packed law is a torn copy
 TORN = -1
 
 
 class Block(NamedTuple):
-    """Settings, the law for the board packed into int64 words, and the seqlock's sequence number."""
+    """The settings, the law for the board packed into int64 words, and the seqlock's sequence number."""
 
     sequence: np.ndarray  # (1,) int64, shared between threads
-    settings: Record  # of SETTINGS
+    settings: Record  # a SETTINGS record
     program: np.ndarray
 
 
 def new_block() -> Block:
-    """Return an empty block."""
     return Block(np.zeros(1, np.int64), zeros(SETTINGS), np.zeros(PROGRAM_WORDS, np.int64))
 
 
 @internal
 def copy(source: Block, to: Block) -> None:
-    """Copy a block's content, all but its sequence; the law for the board where it is another one."""
+    """Copy everything except the sequence number; skip the board's law if it is unchanged."""
     if to.settings.program_id != source.settings.program_id:
         for i in range(PROGRAM_WORDS):
             to.program[i] = source.program[i]
@@ -81,7 +81,6 @@ def copy(source: Block, to: Block) -> None:
 
 @compiled
 def publish(block: Block, new: Block) -> None:
-    """Replace the block's content."""
     sequence = block.sequence[0]
     store_release(block.sequence, 0, sequence + 1)
     fence()
@@ -92,7 +91,7 @@ def publish(block: Block, new: Block) -> None:
 
 @compiled
 def take(block: Block, to: Block) -> bool:
-    """Copy the block; return whether it was whole. What a torn copy holds may not be used."""
+    """Copy the block; return False if the copy is torn, and must not be used."""
     sequence = load_acquire(block.sequence, 0)
     if sequence & 1:
         return False

@@ -1,4 +1,4 @@
-"""What a board can render by itself, and how a law is to be rendered there."""
+"""Which laws a board can render itself, at which rate and with which estimator."""
 
 import hashlib
 import math
@@ -24,22 +24,23 @@ from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, 
 if TYPE_CHECKING:
     from hapkit_studio.laws.board import Program
 
-CLOCK = 16e6  # cycles a second of its processor
-TICKS = 2e6  # a second of its timer, which counts every period
+CLOCK = 16e6  # clock frequency of the board's processor, Hz
+TICKS = 2e6  # frequency of the board's timer, which measures the periods, Hz
 RATES = tuple(range(4000, 499, -100))
-"""Hz at which a board is asked to render, the fastest first; it keeps the nearest whole number of ticks."""
-_SHARE = 0.8  # of its processor, which a law takes as a rule at most
+"""Rates in Hz to request from a board, the fastest first; it uses the nearest whole number of ticks."""
+_SHARE = 0.8  # largest typical load of the board's processor by a law, as a fraction
 _KEPT = 64
 
 ESTIMATORS = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}
-INSTEAD = "kalman"  # the estimator of a board that does not have the one that was chosen
+INSTEAD = "kalman"  # substitute for an estimator that the board does not have
 
 
 @dataclass(frozen=True)
 class BoardPlan:
-    """How a board is to render a law: its program, period in ticks of its timer, estimator and coefficients.
+    """How a board renders a law: program, period in timer ticks, estimator and coefficients.
 
-    moving: constants that it has room to move at a time; share: of its processor, from 0 to 1, as a rule.
+    moving: number of constants for which the board has change buffers. share: typical fraction of the
+    processor that the law uses.
     """
 
     law: Law
@@ -53,12 +54,11 @@ class BoardPlan:
 
     @property
     def rate(self) -> float:
-        """Return the rate in Hz."""
         return TICKS / self.period
 
     @cached_property
     def code_id(self) -> int:
-        """Return a number that stands for all of it but the constants."""
+        """Return a digest of everything except the constants."""
         p = self.program
         start = p.given[: p.states]
         shape = p.code, start, len(p.given), p.slots, self.period, self.estimator, self.first, self.second
@@ -66,18 +66,18 @@ class BoardPlan:
 
     @cached_property
     def program_id(self) -> int:
-        """Return a number that stands for the program with its constants."""
+        """Return a digest of the program with its constants."""
         return _digest(self.program.data)
 
 
 def _digest(data: bytes) -> int:
-    """Return a number above 0 that tells what is different."""
+    """Return a positive 63-bit digest."""
     return 1 + int.from_bytes(hashlib.blake2b(data, digest_size=7).digest())
 
 
 @dataclass(frozen=True)
 class PlanRequest:
-    """What a board is asked to render: a law with its parameters by key, and how; rate None: the fastest."""
+    """A law with its parameters by key, rate (None: the fastest) and estimator that a board is to render."""
 
     environment: Environment
     values: Values
@@ -87,7 +87,7 @@ class PlanRequest:
 
     @property
     def key(self) -> tuple:
-        """Return what stands for it in a dictionary."""
+        """Return the request as a dictionary key."""
         law = self.environment.force
         numbers = tuple(self.values[p.key] for p in law.parameters)
         return law, numbers, repr(self.estimator), self.quantum, self.rate
@@ -95,7 +95,10 @@ class PlanRequest:
 
 @dataclass(frozen=True)
 class BoardPlanner:
-    """The room in bytes that a board has for one law, its settings if it is open, and what it was asked."""
+    """Plan how a board renders laws.
+
+    room: bytes that the board has for one law. settings: the board's settings if it is open.
+    """
 
     arena: int
     settings: Settings | None = None
@@ -103,29 +106,30 @@ class BoardPlanner:
     _latest: dict[tuple, BoardPlan] = field(default_factory=dict, compare=False, repr=False)
 
     def known(self, request: PlanRequest) -> BoardPlan | str | None:
-        """Return the answer to a request that was worked out before: how it is rendered, or why not."""
+        """Return the cached plan, or the reason why the board cannot render; None if not cached."""
         return self._answers.get(request.key)
 
     def plan(self, request: PlanRequest) -> BoardPlan | str:
-        """Return how a request is rendered, or in one line why not; compiles the law, for about 0.1 s."""
+        """Return the plan for a request, or the reason in one line; compiling a law takes about 0.1 s."""
         found = self.known(request)
         return self.keep(request, self._work_out(request)) if found is None else found
 
     def keep(self, request: PlanRequest, answer: BoardPlan | str) -> BoardPlan | str:
-        """Keep an answer to a request, and return it."""
+        """Cache the answer to a request, and return it."""
         while len(self._answers) >= _KEPT:
             self._answers.pop(next(iter(self._answers)), None)
         self._answers[request.key] = answer
         return answer
 
     def _work_out(self, request: PlanRequest) -> BoardPlan | str:
-        """Try the fastest rate up to the one asked for, then those that the law's cycles leave time for."""
+        """Try the fastest rate up to the requested one, then the rates that the law's cycles allow."""
         law = request.environment.force
         numbers = tuple(request.values[p.key] for p in law.parameters)
         title, room = request.environment.title, min(self.arena, 8 * block.PROGRAM_WORDS)
         key = law, repr(request.estimator), request.quantum, request.rate
         before = self._latest.get(key)
-        if before is not None:  # other constants of the same code keep its rate: it need not be sent again
+        # if only constants of the same code change, keep the rate, so that the code need not be sent again
+        if before is not None:
             program = _compiled(law, numbers, 1.0 / before.rate, room)
             if (
                 not isinstance(program, str)
@@ -159,7 +163,7 @@ class BoardPlanner:
 
 
 class BackgroundPlanner:
-    """Works requests out in a thread of its own; of several that wait, the newest.
+    """Plan requests in a separate thread; of several waiting requests, only the newest.
 
     done is called in that thread with the planner that has answered.
     """
@@ -170,12 +174,12 @@ class BackgroundPlanner:
         self._waiting: Future = Future()
 
     def plan(self, planner: BoardPlanner, request: PlanRequest) -> BoardPlan | str | None:
-        """Return a known answer; None where it is being worked out from now on."""
+        """Return the cached answer, or None after starting the work."""
 
         def work_out() -> None:
             try:
                 planner.plan(request)
-            except Exception as defect:  # nobody asks the future
+            except Exception as defect:  # the future's exception is never read
                 traceback.print_exc()
                 planner.keep(
                     request, f"{request.environment.title} cannot be rendered on the board: {defect}"
@@ -189,15 +193,15 @@ class BackgroundPlanner:
         return found
 
     def close(self) -> None:
-        """Let the thread end; what waits is forgotten."""
+        """End the thread, and discard a waiting request."""
         self._thread.shutdown(wait=False, cancel_futures=True)
         self._thread = ThreadPoolExecutor(1, "hapkit-law")
 
 
 @lru_cache(maxsize=_KEPT)
 def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) -> "Program | str":
-    """Return a law's program for a room in bytes, or in words why there is none."""
-    from hapkit_studio.laws import board  # off the first sample's way
+    """Return a law's program that fits into ``room`` bytes, or the reason why there is none."""
+    from hapkit_studio.laws import board  # imported here, because it would delay the first sample
 
     values = dict(zip((p.key for p in law.parameters), numbers, strict=True))
     try:
@@ -207,22 +211,22 @@ def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) ->
 
 
 def share(program: "Program", rate: float) -> float:
-    """Return the share of the board's processor that a law takes as a rule at a rate in Hz."""
+    """Return the typical fraction of the board's processor that a law uses at a rate in Hz."""
     return (rate * (program.usual + program.rest) + frames(rate) * FRAME) / CLOCK
 
 
 def frames(rate: float) -> float:
-    """Return the frames of telemetry a second at a rate in Hz: a whole fraction of it, 500 to 1000."""
+    """Return the telemetry rate in Hz at a loop rate in Hz: a whole fraction of it, 500 to 1000."""
     return rate / math.ceil(rate / 1000.0 - 1e-9)
 
 
 def fits(program: "Program", rate: float) -> bool:
-    """Return whether a law takes its share at most at a rate in Hz, and never more than a period."""
+    """Return True if a law's typical load at a rate in Hz is allowed, and its longest call fits."""
     return share(program, rate) <= _SHARE and rate * (program.most + REST_AT_MOST) <= CLOCK
 
 
 def fastest(program: "Program") -> float:
-    """Return a rate in Hz that a law can surely have: with a frame of telemetry every millisecond."""
+    """Return a rate in Hz at which a law certainly fits, with one telemetry frame per millisecond."""
     as_a_rule = (_SHARE * CLOCK - 1000 * FRAME) / (program.usual + program.rest)
     return min(as_a_rule, CLOCK / (program.most + REST_AT_MOST))
 
@@ -234,14 +238,14 @@ _REFUSED: dict[int, str] = {
 
 
 def refusal_text(why: int) -> str:
-    """Return in one line why a board does not render the law that it was sent."""
+    """Return in one line why a board refuses a law."""
     name = Refusal(why).name.lower().replace("_", " ") if why in list(Refusal) else f"reason {why}"
     words = _REFUSED.get(why, f"refuses this law ({name})")
     return f"The board {words}. The computer renders."
 
 
 def check_rate(request: float | None) -> None:
-    """Raise ParameterError for a rate that no board has."""
+    """Raise ParameterError for a rate that no board supports."""
     if request is not None and request not in RATES:
         raise ParameterError(
             f"A board renders at {RATES[-1]} to {RATES[0]:,} Hz in steps of {RATES[0] - RATES[1]} Hz, "
@@ -250,12 +254,12 @@ def check_rate(request: float | None) -> None:
 
 
 def spec_on_board(spec: Spec) -> Spec:
-    """Return the velocity estimator that a board uses for the one chosen: its own, or Kalman."""
+    """Return the velocity estimator that a board uses: the chosen one if it has it, otherwise Kalman."""
     return spec if estimators.parse(spec)[0].key in ESTIMATORS else INSTEAD
 
 
 def coefficients(spec: Spec, rate: float, quantum: float) -> tuple[int, float, float]:
-    """Return estimator and coefficients as the board takes them, the second one in 1/s."""
+    """Return the board's code of the estimator and its two coefficients, the second in 1/s."""
     code, coefs = estimators.design(spec_on_board(spec), rate, quantum)
     if code == estimators.KALMAN:
         return int(Estimator.KALMAN), float(coefs[0]), float(coefs[1] * rate)
@@ -265,7 +269,7 @@ def coefficients(spec: Spec, rate: float, quantum: float) -> tuple[int, float, f
 
 
 def tell_link(line: Link, settings: Settings, pwm_top: int) -> None:
-    """Let a connection know what the board says of its kit."""
+    """Store in the link the board's settings and its force at each duty."""
     line.motor[: pwm_top + 1] = motor_forces(settings, pwm_top)
     body = Board(**{w.name: getattr(settings, w.name) for w in Board.layout()}).pack()
     line.settings[:] = np.frombuffer(body, np.uint8)
@@ -274,7 +278,7 @@ def tell_link(line: Link, settings: Settings, pwm_top: int) -> None:
 
 
 def motor_forces(kit: Settings, top: int) -> np.ndarray:
-    """Return the force in N at the handle for each duty from 0 to top, (top + 1,), by the kit's map."""
+    """Return the force in N at the handle for each duty 0 to top, (top + 1,), from the motor map."""
     share = np.clip((np.arange(top + 1) - kit.dead_band) / (top - kit.dead_band), 0.0, 1.0)
     if kit.motor_map == MotorMap.SQUARE:
         torque = share**2

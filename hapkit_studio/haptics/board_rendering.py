@@ -1,7 +1,7 @@
-"""A board that renders: what the computer sends it, and how its telemetry becomes rows.
+"""Rendering on the board: what the computer sends, and how telemetry becomes rows.
 
-Settings, the law, its constants and that the computer is there are sent. Each such function writes its
-frames to ``frame`` and returns their length.
+The computer sends settings, the law, changed constants and keep-alive messages. Each of these functions
+writes its frames to ``frame`` and returns their length in bytes.
 """
 
 import math
@@ -20,15 +20,15 @@ from hapkit_studio.haptics.tick import due, latch, recover, refresh
 from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.law_frames import PIECE, TUNED
 
-FRAME = 1e-3  # s: the least from one frame of telemetry to the next
-TICK = 0.5e-6  # s: the unit of a board's period
+FRAME = 1e-3  # shortest time between telemetry frames, s
+TICK = 0.5e-6  # unit of a board's period, s
 _FADE = 0.030
 _OFF = codec.FLAG_WATCHDOG | codec.FLAG_REFUSED | codec.FLAG_OVER_SPEED | codec.FLAG_STOPPED
 
 
 @internal
 def frame_seconds(period: int) -> float:
-    """Return the s from one frame of telemetry to the next at a board's period; at least FRAME."""
+    """Return the time in s between telemetry frames at a board's period in ticks; at least FRAME."""
     if period <= 0:
         return FRAME
     return TICK * period * math.ceil(FRAME / (TICK * period) - 1e-9)
@@ -36,7 +36,7 @@ def frame_seconds(period: int) -> float:
 
 @internal
 def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
-    """Show the k-th decoded frame, telemetry, in the ring's next row."""
+    """Write the k-th decoded frame, telemetry, to the ring's next row."""
     sample, state = conn.samples[k], conn.state
     row = out.rows[rows.next_index(out)]
     note_who_renders(r, conn, sample)
@@ -55,7 +55,7 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
     state.seen_speed = (position - r.tick.last_position) / period
     fill_row(r, conn, sample, row, position, period)
     frames = period / frame_seconds(conn.law[link.PERIOD])
-    if sample[codec.LOST] > 0.0 and conn.law[link.PERIOD] > 0:  # ticks are not all shown
+    if sample[codec.LOST] > 0.0 and conn.law[link.PERIOD] > 0:  # some ticks have no row
         conn.reader[codec.LOST_FRAMES] += max(int(frames + 0.5) - 1, 0)
     r.tick.row_flags = flags_of(r, conn, sample, now, frames >= 1.5)
     row[rows.FLAGS] = r.tick.row_flags
@@ -65,7 +65,7 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
 
 @internal
 def note_who_renders(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
-    """Notice that the board renders what it was told to, or that it was not told to."""
+    """Record that the board renders, or that it has stopped."""
     state = conn.state
     at, generation = state.handover, int(sample[codec.GENERATION])
     if at == link.SENDING_LAW and generation == state.law_generation:
@@ -79,7 +79,7 @@ def note_who_renders(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
 
 @internal
 def finite(value: float) -> float:
-    """Return a number, 0 in place of what is none."""
+    """Return a number, or 0 for NaN and infinity."""
     return value if math.isfinite(value) else 0.0
 
 
@@ -87,7 +87,7 @@ def finite(value: float) -> float:
 def fill_row(
     r: LoopArrays, conn: Link, sample: np.ndarray, row: np.ndarray, position: float, period: float
 ) -> None:
-    """Fill what the board says of motion, force and state; state is kept where its law is in force."""
+    """Fill in the board's motion, force and state; the state is stored only while its own law is in force."""
     t, sign = r.tick, conn.state.sign
     duty = int(sample[codec.PWM])
     applied = sign * math.copysign(conn.motor[min(abs(duty), conn.motor.size - 1)], duty)
@@ -103,7 +103,7 @@ def fill_row(
     t.applied = applied
     t.last_position = position
     t.velocity = row[rows.VELOCITY]
-    r.watch.renew = 1  # the passivity observer does not watch here
+    r.watch.renew = 1  # the passivity observer is inactive while the board renders
     row[rows.ENERGY_GIVEN] = row[rows.ENERGY_LIMIT] = math.nan
     states, at = r.states[t.slot], int(sample[codec.STATE_AT])
     same = conn.state.handover == link.ON_BOARD and r.settings.board_law == r.settings.law
@@ -115,9 +115,9 @@ def fill_row(
 
 @internal
 def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: bool) -> int:
-    """Return the row's flags; what the board latched is latched here, with words.
+    """Return the row's flags, and latch faults that the board reports.
 
-    gap: frames are missing before this one, or were not shown. What the sensor left out is one as well.
+    gap: frames before this one are missing or have no row. Skipped sensor readings also count as a gap.
     """
     state, said = conn.state, int(sample[codec.FLAGS])
     missed = (int(sample[codec.OVERRUNS]) - conn.state.overruns) & 0xFF
@@ -128,7 +128,8 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
     latch_reported_faults(r, state, said, now)
     off = said & codec.FLAG_WATCHDOG != 0 and said & codec.FLAG_STOPPED == 0
     if off and conn.state.motor_seen_on and not r.tick.stale:
-        causes = r.control.stale_causes  # switched off although it was told that someone is there
+        # the board switched its motor off although it had received keep-alive messages
+        causes = r.control.stale_causes
         store_release(causes, arrays.CUT, causes[arrays.CUT] + 1)
     conn.state.motor_seen_on = not off
     flags = rows.GAP if gap or said & codec.FLAG_SENSOR else 0
@@ -149,9 +150,9 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
 
 @internal
 def latch_reported_faults(r: LoopArrays, state: Record, said: int, now: float) -> None:
-    """Latch over-speed and a force that is no number, unless the board was told just now to forget them.
+    """Latch over-speed and non-finite forces, unless clearing them was just sent to the board.
 
-    A board that saw a leap gives up its estimate: then the speed is what its positions come to.
+    After a jump of the sensor the board resets its estimate; the speed is then computed from the positions.
     """
     speed, position = r.tick.velocity, r.tick.last_position
     if now < state.excused:
@@ -163,24 +164,24 @@ def latch_reported_faults(r: LoopArrays, state: Record, said: int, now: float) -
         latch(r, arrays.NOT_A_NUMBER, math.nan, position)
 
 
-# s between two words that the computer is there. A board goes silent 25 ms after the last: five may be lost.
-# Each costs it 300 cycles.
+# Interval in s between keep-alive messages. A board switches off 25 ms after the last one, so five may be
+# lost. Each costs it 300 cycles.
 ALIVE_APART = 4e-3
 _HALF_FRAME = 0.5e-3
-# Pieces of a law that may go out together, one for each frame that has come: the board works one off in a
-# millisecond, and has room for 128 bytes that wait.
+# Most pieces of a law sent together, one for each received frame: the board processes a piece in a
+# millisecond and has an input buffer of 128 bytes.
 AT_ONCE = 3
-WINDOW = 16 * PIECE  # bytes of a law that may be under way
-REPEAT = 0.02  # s beyond a round trip after which pieces that have not arrived are sent again
-TUNE_AGAIN = 0.05  # the same for constants; those before them have moved by then and left their room
-STUCK = 0.5  # s in which a law that has arrived whole begins
+WINDOW = 16 * PIECE  # most bytes of a law that are sent but not yet acknowledged
+REPEAT = 0.02  # time-out in s, beyond a round trip, after which missing pieces are sent again
+TUNE_AGAIN = 0.05  # the same for constants; by then earlier changes are complete and their buffers free
+STUCK = 0.5  # time-out in s for a completely received law to start
 _GENERATIONS = 255
-FIRST_SLOT = 2  # behind position and velocity
+FIRST_SLOT = 2  # the slots before it hold position and velocity
 
 
 @internal
 def answer(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Encode what answers frame k, as the handover stands; return its length."""
+    """Encode the answer to frame k according to the state of the handover; return its length."""
     at, code_id = conn.state.handover, link.wanted_code(r, conn)
     if at == link.FADING_OUT:
         length = encode_zero(conn, k, frame)
@@ -198,15 +199,14 @@ def answer(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> 
 
 @internal
 def encode_zero(conn: Link, k: int, frame: np.ndarray) -> int:
-    """Encode a force of zero in answer to sample k."""
     return codec.encode_force(frame, int(conn.samples[k, codec.SEQ]), 0, 0.0)
 
 
 @internal
 def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Begin to hand over, the force at zero: zero and direction first, where a person has set another one.
+    """Start the handover at zero force: send zero and direction first if a person has changed them.
 
-    The board's zero counts before its sense; its force follows its direction.
+    The board's zero is a count before its direction is applied; its force is applied after.
     """
     state, body = conn.state, conn.settings
     state.law_due = 1
@@ -227,7 +227,7 @@ def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndar
 
 @internal
 def send_settings(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Wait until the board has the settings; from the next frame on its counts are ours."""
+    """Send the settings until the board has them; from the next frame on its zero is the computer's."""
     state = conn.state
     if conn.reader[codec.SETTINGS_FRAMES] != state.settings_seen:
         state.zero, state.sign = 0.0, 1.0
@@ -241,7 +241,7 @@ def send_settings(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 
 @internal
 def send_law(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, code_id: int) -> int:
-    """Announce the law until the board acknowledges it, then send its code; take note of a refusal."""
+    """Announce the law until the board acknowledges it, then send its code; record a refusal."""
     state, sample = conn.state, conn.samples[k]
     if state.law_due or state.code_id != code_id:
         take_law(r, conn, k, code_id)
@@ -260,7 +260,7 @@ def send_law(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, c
 
 @internal
 def take_law(r: LoopArrays, conn: Link, k: int, code_id: int) -> None:
-    """Take the law in force to send it to the board, with a generation of its own."""
+    """Copy the law in force for sending, under a new generation number."""
     state = conn.state
     state.law_generation = next_generation(conn, k)
     state.code_id, state.program_id = code_id, r.settings.program_id
@@ -276,7 +276,7 @@ def take_law(r: LoopArrays, conn: Link, k: int, code_id: int) -> None:
 
 @internal
 def next_generation(conn: Link, k: int) -> int:
-    """Return a number from 1 to 255 that is neither the last law's nor what the board says now."""
+    """Return a generation from 1 to 255 that neither the last law nor the board's present one has."""
     state, told = conn.state, int(conn.samples[k, codec.GENERATION])
     generation = state.generation
     for _ in range(3):
@@ -289,7 +289,6 @@ def next_generation(conn: Link, k: int) -> int:
 
 @internal
 def encode_law(conn: Link, frame: np.ndarray) -> int:
-    """Encode the law's header: rate, estimator and sizes."""
     state, law = conn.state, conn.law
     return law_frames.encode_law(
         frame,
@@ -308,7 +307,7 @@ def encode_law(conn: Link, frame: np.ndarray) -> int:
 
 @internal
 def send_pieces(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Send the next bytes of the law; go back to the first one missing where none has arrived for a while."""
+    """Send the next bytes of the law; after a time-out, start again at the first missing byte."""
     state = conn.state
     whole = 4 * conn.law[link.CONSTANTS] + conn.law[link.CODE]
     received = min(int(conn.samples[k, codec.RECEIVED]), whole)
@@ -332,14 +331,14 @@ def send_pieces(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 
 @internal
 def return_to_computer(conn: Link) -> None:
-    """Begin to hand back to the computer."""
+    """Start to return rendering to the computer."""
     conn.state.handover = link.RETURNING
     conn.state.asked_at = -link.REPEAT_AFTER
 
 
 @internal
 def send_leave(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Encode Leave: the computer renders; again while telemetry goes on."""
+    """Encode Leave, repeatedly until telemetry stops."""
     state = conn.state
     if now - state.asked_at < link.REPEAT_AFTER:
         return send_now_and_then(conn, k, frame, law_frames.ALIVE)
@@ -349,7 +348,7 @@ def send_leave(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 
 @internal
 def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, code_id: int) -> int:
-    """Send a new law, changed constants, or only a sign of life."""
+    """Send a new law, changed constants, or only a keep-alive message."""
     state = conn.state
     if r.tick.stale:
         return send_now_and_then(conn, k, frame, law_frames.HELLO_REQUEST)
@@ -375,13 +374,13 @@ def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, cod
 
 @internal
 def constant_differs(r: LoopArrays, conn: Link, i: int) -> bool:
-    """Return whether the board may have another i-th constant than it is to have."""
+    """Return True if the board's i-th constant may differ from the requested one."""
     return conn.unsure[i] or law_frames.constant_of(conn.program, i) != law_frames.constant_of(r.program, i)
 
 
 @internal
 def send_constants(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Send the first constants that are new; until the board says so nobody knows whether it has them."""
+    """Send the first changed constants; they count as unsure until the board acknowledges them."""
     state = conn.state
     state.tuning, state.tuned_at = next_generation(conn, k), now
     law_frames.begin_tune(frame, state.law_generation, state.tuning)
@@ -398,7 +397,7 @@ def send_constants(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndar
 
 @internal
 def send_now_and_then(conn: Link, k: int, frame: np.ndarray, word: int) -> int:
-    """Encode a message without fields, once every few milliseconds of the board's clock."""
+    """Encode a message without fields, at intervals of a few milliseconds of the board's clock."""
     time = conn.samples[k, codec.BOARD_TIME]
     if 0.0 <= time - conn.state.alive_at < ALIVE_APART - _HALF_FRAME:
         return 0

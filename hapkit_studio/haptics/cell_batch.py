@@ -1,8 +1,7 @@
-"""Many runs of one scene with other numbers, judged as they go: the batch's samples without their rows.
+"""Run one scene many times with different parameters, and end each run as soon as its outcome is known.
 
-One set of loop arrays and one plant serve all cells, so a thread computes hundreds of cells without Python.
-Their memory is one flat array: one copy brings all back to the start. Every sample is the batch's,
-bit for bit.
+A thread computes hundreds of cells without Python, with one set of loop arrays and one plant. Their memory is
+one flat array, so a single copy resets them. Every sample equals that of the batch engine bit for bit.
 """
 
 import math
@@ -18,43 +17,43 @@ from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import load_acquire
 from hapkit_studio.haptics.simulated_loop import Plant
 
-# A run's time falls into equal parts. Of each: the lowest and highest true position in m, and the sum over
-# its samples of a^2 + (w v)^2 in m2/s4, steady along a spring's own oscillation at w.
+# Each run is divided into parts of equal duration. For each: the lowest and highest true position in m, and
+# the sum over its samples of a^2 + (w v)^2 in m2/s4, constant for an oscillation at the angular frequency w.
 PARTS = 12
 LOW, HIGH, POWER = range(3)
-# How a run ended: whole, beyond what is near, at rest for good, died out, in a small steady buzz.
+# how a run ended
 COMPLETED, LEFT_RANGE, SETTLED, DIED_OUT, STEADY = range(5)
-# The reach of a steady motion differs from part to part by no more than this share.
+# largest relative difference in reach between parts of a steady motion
 _STEADY_SHARE = 0.01
 
 
 class Cells(NamedTuple):
-    """What differs from run to run; every array has one entry, or row, a cell."""
+    """The parameters that differ between runs; one entry or row per cell."""
 
     numbers: np.ndarray  # (n, p): the law's first p parameters
-    starts: np.ndarray  # (n,) m: where the handle is let go at rest
-    samples: np.ndarray  # (n,) int64: of one part
-    weights: np.ndarray  # (n,) rad/s: w of POWER
+    starts: np.ndarray  # (n,) m: position from which the handle is released at rest
+    samples: np.ndarray  # (n,) int64: samples per part
+    weights: np.ndarray  # (n,) rad/s: angular frequency w of POWER
 
 
 class Limits(NamedTuple):
-    """What ends a run early."""
+    """Conditions that end a run early."""
 
-    far: float  # m: |x| beyond it, or no number, is lost
-    still: int  # samples: not moving at all for so long is rest for good
-    faint: float  # m: a motion that stays within that in a whole part has died out
-    small: float  # m: a steady motion no larger than that is known well enough
+    far: float  # m: the run has left if |x| exceeds it or is not finite
+    still: int  # samples: the handle is at rest for good if it has not moved for this long
+    faint: float  # m: the motion has died out if a whole part stays within it
+    small: float  # m: a steady motion of at most this size needs no further samples
 
 
 NEVER_STILL, NEVER_FAINT, NEVER_SMALL = 1 << 62, 0.0, 0.0
 
 
 class CellResults(NamedTuple):
-    """What the runs left; every array has one entry a cell."""
+    """The outcome of the runs; one entry per cell."""
 
-    parts: np.ndarray  # (n, PARTS, 3): LOW, HIGH, POWER; zeros where the run had ended
+    parts: np.ndarray  # (n, PARTS, 3): LOW, HIGH, POWER; zeros after the run's end
     ends: np.ndarray  # (n,) int64: COMPLETED, LEFT_RANGE, SETTLED, DIED_OUT or STEADY
-    samples: np.ndarray  # (n,) int64: rendered ones
+    samples: np.ndarray  # (n,) int64: number of rendered samples
 
 
 def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, np.ndarray]:
@@ -80,9 +79,9 @@ def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, np.ndarray]:
 
 @inlined
 def _end_of(parts: np.ndarray, part: int, limits: Limits) -> int:
-    """Return how a run ends with a part that it has rendered whole: COMPLETED if it goes on.
+    """Return how a run ends after a complete part; COMPLETED if it continues.
 
-    It is steady where three parts up to this one reach equally far, and not farther than `small`.
+    The motion is steady if the last three parts have the same reach, at most `small`.
     """
     if max(-parts[part, LOW], parts[part, HIGH]) < limits.faint:
         return DIED_OUT
@@ -106,7 +105,7 @@ def _watch(
     limits: Limits,
     parts: np.ndarray,
 ) -> tuple[int, int]:
-    """Render one run; fill parts (PARTS, 3); return how it ended and after how many samples."""
+    """Render one run into parts (PARTS, 3); return how it ended and its number of samples."""
     period = r.block.settings.period
     speed, waited, done, end = 0.0, 0, 0, COMPLETED
     for part in range(PARTS):
@@ -142,7 +141,7 @@ def restart(
     numbers: np.ndarray,
     start: float,
 ) -> None:
-    """Bring arrays and plant back as the scene made them, with other parameters and another start in m."""
+    """Reset arrays and plant to the scene's initial state, with new parameters and a new start in m."""
     for j in range(flat.shape[0]):
         flat[j] = made[j]
     for j in range(numbers.shape[0]):
@@ -163,10 +162,10 @@ def run(
     row: np.ndarray,
     found: CellResults,
 ) -> None:
-    """Render every cell and fill found, the rest not at all where a law is too slow or a person ends it.
+    """Render every cell into ``found``; stop early if a law is too slow or the user cancels.
 
-    flat is the memory of arrays and plant, made a copy of it as the scene made them; row (ROW_WIDTH,) is room
-    for one sample; hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
+    flat: the memory of arrays and plant; made: a copy of its initial content. row (ROW_WIDTH,): a buffer for
+    one sample. hand: mass, damping and stiffness of a hand that rests at 0 m, zeros for none.
     """
     for i in range(cells.starts.shape[0]):
         restart(r, body, flat, made, hand, cells.numbers[i], cells.starts[i])
@@ -177,9 +176,9 @@ def run(
 
 
 def run_cells(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limits) -> CellResults:
-    """Return what the runs of a scene with the cells' numbers left; a hand rests at 0 m, None: no hand.
+    """Return the results of a scene's runs with the cells' parameters; a grip's hand rests at 0 m.
 
-    Raise LawError where the law is too slow.
+    Raise LawError if the law is too slow.
     """
     r, body, flat = packed(*scene.prepare())
     made = flat.copy()

@@ -1,10 +1,11 @@
-"""What compiled code has beside numba's own: C functions by their symbol, ordered loads and stores.
+"""C functions by symbol, and ordered loads and stores, for code compiled with numba.
 
-Compiled functions that hold a ctypes pointer carry an address and are never cached; a symbol is resolved
-each time the machine code is loaded. Addresses are integers, e.g. ``array.ctypes.data``.
+A compiled function that refers to a ctypes pointer contains an address, so numba does not cache it; a symbol
+is resolved each time the machine code is loaded. Addresses are integers, e.g. ``array.ctypes.data``.
 
-Ordered loads and stores are for what two threads share: without them LLVM hoists a flag out of a loop. Words
-are elements of one-dimensional int64 arrays. Interpreted, Python's own lock orders everything.
+Two threads share words by ordered loads and stores: without them LLVM hoists the load of a flag out of a
+loop. Words are elements of one-dimensional int64 arrays. In interpreted mode Python's own lock orders all
+accesses.
 """
 
 import ctypes
@@ -32,7 +33,7 @@ _int, _uint, _long, _ulong = types.int32, types.uint32, types.int64, types.uint6
 
 
 def declare(symbol, result, *arguments):
-    """Return the C function for compiled code, or for Python where compiling is switched off."""
+    """Return the C function for compiled code, or for Python if compilation is disabled."""
     if not config.DISABLE_JIT:
         return types.ExternalFunction(symbol, result(*arguments))
     function = getattr(ctypes.CDLL(None, use_errno=True), symbol, None)
@@ -45,7 +46,8 @@ def declare(symbol, result, *arguments):
 poll = declare("poll", _int, _ADDRESS, _ulong, _int)
 read = declare("read", _long, _int, _ADDRESS, _ulong)
 write = declare("write", _long, _int, _ADDRESS, _ulong)
-recv = declare("recv", _long, _int, _ADDRESS, _ulong, _int)  # on Windows the upper half of its result is none
+# on Windows the upper half of the result is undefined
+recv = declare("recv", _long, _int, _ADDRESS, _ulong, _int)
 clock_gettime = declare("clock_gettime", _int, _int, _ADDRESS)
 clock_nanosleep = declare("clock_nanosleep", _int, _int, _int, _ADDRESS, _ADDRESS)
 sched_setscheduler = declare("sched_setscheduler", _int, _int, _int, _ADDRESS)
@@ -57,7 +59,7 @@ pthread_self = declare("pthread_self", _ADDRESS)
 pthread_mach_thread_np = declare("pthread_mach_thread_np", _uint, _ADDRESS)
 thread_policy_set = declare("thread_policy_set", _int, _uint, _int, _ADDRESS, _uint)
 
-# of kernel32
+# functions of kernel32
 QueryPerformanceCounter = declare("QueryPerformanceCounter", _int, _ADDRESS)
 QueryPerformanceFrequency = declare("QueryPerformanceFrequency", _int, _ADDRESS)
 CreateWaitableTimerExW = declare("CreateWaitableTimerExW", _ADDRESS, _ADDRESS, _ADDRESS, _uint, _uint)
@@ -70,7 +72,7 @@ SetThreadPriority = declare("SetThreadPriority", _int, _ADDRESS, _int)
 
 
 def add_symbols(library, names) -> None:
-    """Make a library's functions known to compiled code by name."""
+    """Register a library's functions by name for compiled code."""
     for name in names:
         llvm.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
 
@@ -86,7 +88,7 @@ _I64 = ir.IntType(64)
 
 @intrinsic
 def word_pair(typingctx):
-    """Return the address of two int64 words, zero, on the caller's stack: valid until the caller returns."""
+    """Return the address of two zeroed int64 words on the caller's stack, valid until the caller returns."""
 
     def codegen(context, builder, signature, args):
         pair = cgutils.alloca_once(builder, _I64, size=2)
@@ -122,7 +124,7 @@ def set_word(typingctx, address, index, value):
 
 @intrinsic
 def last_error(typingctx):
-    """Return errno as the C function just called left it."""
+    """Return the errno of the preceding C function."""
     symbol = (
         "__error" if sys.platform == "darwin" else "_errno" if sys.platform == "win32" else "__errno_location"
     )
@@ -197,17 +199,17 @@ else:
 
     @compiled
     def load_acquire(words: np.ndarray, index: int) -> int:
-        """Return words[index]; nothing that follows is read before it."""
+        """Return words[index]; later reads are not moved before it."""
         return _load(words, index)
 
     @compiled
     def store_release(words: np.ndarray, index: int, value: int) -> None:
-        """Set words[index]; everything written before is seen first."""
+        """Set words[index]; all earlier writes become visible before it."""
         _store(words, index, value)
 
     @compiled
     def fence() -> None:
-        """Order everything before against everything after."""
+        """Issue a full memory barrier."""
         _fence()
 
     @compiled

@@ -1,9 +1,9 @@
-"""The loop's clocks and its sleep: three functions per system, compiled, without the GIL.
+"""The loop's clocks and its sleep: three compiled functions per operating system, without the GIL.
 
-``now()`` returns monotonic seconds (the clock of ``time.perf_counter``); ``until(deadline)`` returns at or
-after that instant, at once when it has passed; ``thread_time()`` returns the processor time that the calling
-thread has used (the clock of ``time.thread_time``), which stands still while another thread has the
-processor. All are called from compiled code and from Python.
+``now()`` returns monotonic seconds (the clock of ``time.perf_counter``); ``until(deadline)`` sleeps until
+that instant, and returns at once if it has passed; ``thread_time()`` returns the processor time used by the
+calling thread (the clock of ``time.thread_time``), without the time in which other threads run. All can be
+called from compiled code and from Python.
 """
 
 import sys
@@ -33,7 +33,7 @@ def linux_now() -> float:
 
 @compiled
 def linux_thread_time() -> float:
-    """Return CLOCK_THREAD_CPUTIME_ID in s: a system call, some 0.2 µs."""
+    """Return CLOCK_THREAD_CPUTIME_ID in s; this system call takes about 0.2 µs."""
     spec = clib.word_pair()
     clib.clock_gettime(_LINUX_THREAD_CPUTIME, spec)
     return clib.get_word(spec, 0) + 1e-9 * clib.get_word(spec, 1)
@@ -41,7 +41,7 @@ def linux_thread_time() -> float:
 
 @compiled
 def linux_until(deadline: float) -> None:
-    """Sleep to an absolute time in s; a signal does not cut it short (clock_nanosleep(2))."""
+    """Sleep until an absolute time in s; signals do not interrupt it (clock_nanosleep(2))."""
     if not deadline > 0.0:
         return
     spec = clib.word_pair()
@@ -54,7 +54,7 @@ def linux_until(deadline: float) -> None:
 
 @compiled
 def macos_tick() -> float:
-    """Return the length of a Mach tick in s; mach_timebase_info fills two uint32: numerator, denominator."""
+    """Return a Mach tick in s; mach_timebase_info fills two uint32: numerator, denominator."""
     pair = clib.word_pair()
     clib.mach_timebase_info(pair)
     word = clib.get_word(pair, 0)
@@ -77,7 +77,7 @@ def macos_thread_time() -> float:
 
 @compiled
 def macos_until(deadline: float) -> None:
-    """Sleep to an absolute time in s (mach_wait_until)."""
+    """Sleep until an absolute time in s (mach_wait_until)."""
     if deadline > 0.0:
         clib.mach_wait_until(int(deadline / macos_tick()))
 
@@ -93,7 +93,7 @@ def windows_now() -> float:
 
 @compiled
 def windows_thread_time() -> float:
-    """Return kernel and user time in s, in steps of the system's tick, 15.6 ms (GetThreadTimes)."""
+    """Return kernel and user time in s, in steps of the system's tick of 15.6 ms (GetThreadTimes)."""
     life, used = clib.word_pair(), clib.word_pair()
     clib.GetThreadTimes(clib.GetCurrentThread(), life, life + 8, used, used + 8)
     return 1e-7 * (clib.get_word(used, 0) + clib.get_word(used, 1))
@@ -101,7 +101,7 @@ def windows_thread_time() -> float:
 
 @compiled
 def windows_until(deadline: float) -> None:
-    """Sleep to an absolute time in s on a high-resolution waitable timer (relative, in 100 ns, negative)."""
+    """Sleep until an absolute time in s with a high-resolution waitable timer, relative in 100 ns."""
     remaining = int((deadline - windows_now()) * 1e7)
     if remaining <= 0:
         return

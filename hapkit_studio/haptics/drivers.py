@@ -1,4 +1,4 @@
-"""Drivers: each runs the loop for the devices that name it, all with the same tick."""
+"""Drivers run the loop: one per kind of connection, all with the same tick."""
 
 import sys
 from typing import Any
@@ -14,15 +14,16 @@ from hapkit_studio.haptics.health import silent
 from hapkit_studio.haptics.link import Link
 from hapkit_studio.haptics.rows import Ring
 
-# After connecting, force stays zero that long while the delay of the line is measured.
+# s of zero force after connecting, in which the delay of the line is measured
 HOLD_SECONDS = 0.5
 
 
 class Driver:
-    """Owns one connection; ``run`` keeps its thread until the control words say quit.
+    """Own one connection; ``run`` occupies its thread until the control word ``quit`` is set.
 
-    hold_seconds of zero force come first; rate: Hz of the device's own clock, None without one; planner:
-    what its board can render, no_planner in one line why that is nothing.
+    hold_seconds: time of zero force at the start. rate: Hz of the device's own clock, None without one.
+    planner: plans what the board can render, None without a board. no_planner: the reason in one line why
+    there is none.
     """
 
     hold_seconds = 0.0
@@ -34,24 +35,24 @@ class Driver:
         self.conn = conn
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
-        """Render until told to quit; whatever ends it, the last act is a zero command."""
+        """Render until ``quit`` is set; always send zero force last."""
         raise NotImplementedError
 
     def refusal(self, plan: BoardPlan) -> str:
-        """Return in one line why the device has refused to render what it was sent, "" if it has not."""
+        """Return in one line why the device refused a plan, "" if it did not."""
         state = self.conn.state
         refused = state.refused == plan.code_id
         return board_plan.refusal_text(int(state.refusal)) if refused else ""
 
     def move_hand(self, target: float | None, grip: str) -> None:
-        """Move the hand on the handle, where the device has one."""
+        """Move the simulated hand on the handle, if the device has one."""
 
     def close(self) -> None:
-        """Let go of the device."""
+        """Disconnect the device."""
 
 
 class SimulatedDriver(Driver):
-    """Moves a device's model: nothing to open, nothing to lose; the hand comes with the parameter block."""
+    """Run the loop on a simulated device; the hand's motion comes from the parameter block."""
 
     def __init__(self, device: Device):
         super().__init__(link.new_link(device.quantum))
@@ -63,7 +64,7 @@ class SimulatedDriver(Driver):
 
 
 class SerialDriver(Driver):
-    """A board at the end of a port, paced by its samples."""
+    """Run the loop on a board at a serial port, synchronised to its samples."""
 
     hold_seconds = HOLD_SECONDS
 
@@ -103,7 +104,7 @@ class SerialDriver(Driver):
 
 
 class PortableDriver(SerialDriver):
-    """The same in a plain Python thread, for systems whose ports are no file descriptors."""
+    """Run the loop in a plain Python thread, for systems whose ports are not file descriptors."""
 
     def _loop(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         if r.control.quit[0]:
@@ -119,7 +120,7 @@ _DRIVERS: dict[str, type[SimulatedDriver] | type[SerialDriver]] = {
 
 
 def driver_for(device: Device) -> Driver:
-    """Return the driver that a device names, opened; raise DeviceError."""
+    """Return the opened driver of a device; raise DeviceError."""
     if device.driver not in _DRIVERS:
         drivers = ", ".join(_DRIVERS)
         raise DeviceError(f"{device.title}: its driver is one of {drivers}, not {device.driver!r}.")
@@ -127,5 +128,5 @@ def driver_for(device: Device) -> Driver:
 
 
 def no_board(device: Device) -> str:
-    """Return in one line why a device without a board renders no laws."""
+    """Return in one line why a device without a board cannot render laws itself."""
     return f"{device.title} has no board: the computer renders."

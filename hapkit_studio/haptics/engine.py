@@ -1,4 +1,4 @@
-"""The engine: the one object the window talks to. It sends parameters, never forces, and never waits."""
+"""The engine connects the window to the loop: it passes parameters, never forces, and never waits."""
 
 import math
 import threading
@@ -27,7 +27,7 @@ from hapkit_studio.haptics.settings import BlockContent
 
 STARTING = Priority("Starting")
 JOIN_SECONDS = 2.0
-LATELY = 2000  # measured delays that count, a second or two of them
+LATELY = 2000  # number of newest delays that are evaluated, one or two seconds
 FIRST_LOOP = LoopSettings(hand=GRIP.default_option, viscous=0.0, coulomb=0.0)
 """Settings before a device is open."""
 
@@ -37,12 +37,11 @@ def _environment(named: str | Environment) -> Environment:
 
 
 class Engine:
-    """Runs one device's loop in a thread of its own and passes settings to it."""
+    """Run one device's loop in its own thread and pass settings to it."""
 
     def __init__(self, device: Device, environment: str | Environment = "wall", realtime: bool = True):
         self.device = device
         self._realtime = realtime
-        # the loop
         self.arrays = arrays.new_arrays(block.new_block())
         self._ring = new_ring(self.arrays.control)
         self.lateness_bins = health.new_histogram()
@@ -52,18 +51,17 @@ class Engine:
         self._thread: threading.Thread | None = None
         self._priority = STARTING
         self._message = ""
-        # the settings
         self._lock = threading.RLock()
-        # a law by its address, with the last generation of settings that needed it
+        # compiled laws by address, each with the last settings generation that used it
         self.kept_laws: dict[int, tuple[int, object]] = {}
-        self._titles: dict[int, str] = {}  # of environments, by their law's address
+        self._titles: dict[int, str] = {}  # titles of environments by their law's address
         self._planning = BackgroundPlanner(self._planned)
         chosen = _environment(environment)
         self._content = BlockContent(chosen, chosen.values(), FIRST_LOOP)
 
-    # --- life
+    # --- start and end
     def start(self) -> None:
-        """Open the device and start the loop; raise DeviceError. Compiles on the very first start."""
+        """Open the device and start the loop; raise DeviceError. The very first start compiles it."""
         self.close()
         self.driver, self._message = driver_for(self.device), ""
         try:
@@ -75,7 +73,7 @@ class Engine:
     def _begin(self, driver: Driver) -> None:
         known = {key: getattr(self.device, key) for key in ("mass", "viscous", "quantum", "max_force")}
         self._change_loop(rate=driver.rate or self.loop.rate, **known)
-        # compile or load the loop: with the quit word set it renders no sample
+        # compile or load the loop; it renders nothing, because ``quit`` is set
         store_release(self.arrays.control.quit, 0, 1)
         driver.run(self.arrays, new_ring(self.arrays.control, 2), self.lateness_bins)
         self.lateness_bins[:] = 0
@@ -98,7 +96,7 @@ class Engine:
             priority.release()
 
     def close(self) -> None:
-        """Stop the loop with a zero command and let go of the device."""
+        """Stop the loop with a zero command and disconnect the device."""
         store_release(self.arrays.control.quit, 0, 1)
         if self._thread is not None:
             self._thread.join(JOIN_SECONDS)
@@ -109,14 +107,17 @@ class Engine:
         self._planning.close()
 
     def use(self, device: Device) -> None:
-        """Change to another device, settings and readers kept; raise DeviceError with the force at zero."""
+        """Change to another device with the same settings and readers.
+
+        If DeviceError is raised, the force is zero.
+        """
         self.close()
         self.device = device
         self.start()
 
-    # --- settings: checked here, in force at the next tick
+    # --- settings are checked here and used from the next tick on
     def _change(self, **changes: Any) -> None:
-        """Publish the content of the block with some of it replaced."""
+        """Publish the block's content with some values replaced."""
         with self._lock:
             content = replace(self._content, **changes, generation=self._content.generation + 1)
             device = self._modelled(content.environment, content.values, content.settings.model)
@@ -134,7 +135,7 @@ class Engine:
             self._change(settings=replace(self.loop, **changes))
 
     def _write(self, content: BlockContent) -> None:
-        """Write settings into the loop's block; every law is kept alive until the loop has left it."""
+        """Write settings to the loop's block; every law stays alive as long as the loop may call it."""
         encoded, law = content.encode(), content.environment.force.compiled()
         accepted = int(load_acquire(self.arrays.control.accepted, 0))
         self.kept_laws[law.address] = content.generation, law
@@ -152,17 +153,17 @@ class Engine:
 
     @property
     def loop(self) -> LoopSettings:
-        """Return the loop in force, with the device as the loop models it."""
+        """Return the loop settings in force, with the device as the loop models it."""
         return self._content.settings
 
     @property
     def grip(self) -> str:
-        """Return how firmly the hand holds."""
+        """Return the grip of the simulated hand."""
         return self.loop.hand
 
     @property
     def modelled(self) -> SimulatedHapkit | None:
-        """Return the device's model with the terms that the loop simulates now, None for hardware."""
+        """Return the device model with the terms simulated now, None for hardware."""
         return self._modelled(self.environment, self._content.values, self.loop.model)
 
     def _modelled(self, environment: Environment, values: Values, terms: str) -> SimulatedHapkit | None:
@@ -175,18 +176,21 @@ class Engine:
 
     @property
     def max_force(self) -> float:
-        """Return the clamp in force in N: the device's own limit, or one below it."""
+        """Return the force limit in force in N: the device's own, or a lower one."""
         return self.loop.max_force
 
     def set_environment(self, key: str | Environment, values: Mapping[str, object] | None = None) -> None:
-        """Switch to an environment, cross-faded over 30 ms; raise ParameterError."""
+        """Switch to an environment with a cross-fade of 30 ms; raise ParameterError."""
         chosen = _environment(key)
         self._change(environment=chosen, values=chosen.values(values))
 
     def replace_environment(
         self, present: Environment, its_values: Mapping[str, float], key: str | Environment, values: Mapping
     ) -> bool:
-        """Switch to an environment where another with its values is in force still; return whether it was."""
+        """Switch to an environment only if ``present`` with its values is still in force.
+
+        Return True if so.
+        """
         with self._lock:
             still = self.environment is present and self.values == its_values
             if still:
@@ -194,20 +198,20 @@ class Engine:
             return still
 
     def set_parameter(self, key: str, value: object) -> None:
-        """Change one parameter; raise ParameterError, and the loop keeps the last good value."""
+        """Change one parameter; if ParameterError is raised, the loop continues with the last valid value."""
         self.put_values(self.environment.changed(self._content.values, {key: value}))
 
     def put_values(self, values: Mapping[str, float]) -> None:
-        """Change the environment's values to these, which are checked already."""
+        """Change the environment's parameters to values that are already checked."""
         self._change(values=values)
 
     def set_loop(self, **changes: Any) -> None:
-        """Change settings of the loop, all but who renders; raise ParameterError."""
+        """Change loop settings, except where rendering happens; raise ParameterError."""
         checked = self.loop.changed(**changes)
         self.change_loop({key: getattr(checked, key) for key in changes})
 
     def change_loop(self, changes: Mapping[str, Any]) -> None:
-        """Change checked settings of the loop; raise ParameterError for another rate than the board's own."""
+        """Change checked loop settings; raise ParameterError for a rate that the device does not have."""
         rate = changes.get("rate")
         own_rate = self.driver.rate if self.driver is not None else None
         if rate is not None and own_rate not in (None, rate):
@@ -219,50 +223,53 @@ class Engine:
             self._tell_hand()
 
     def limit_force(self, newtons: float) -> None:
-        """Clamp the force to so many N, the device's own limit at most; raise ParameterError, DeviceError."""
+        """Limit the force to a value in N below the device's own limit; raise ParameterError, DeviceError."""
         most = self.device.max_force
         if not 0.0 < newtons <= most:
             raise ParameterError(f"The force limit goes from 0 to {most:g} N, not {newtons:g} N.")
         self._change_loop(max_force=newtons)
 
     def move_hand(self, target: float | None) -> None:
-        """Move the hand's target to a position in m, None lets go; raise ParameterError."""
+        """Move the hand's target to a position in m; None releases the handle. Raise ParameterError."""
         if target is not None and not math.isfinite(target):
             raise ParameterError(f"The hand's target must be a finite number of m, not {target:g}.")
         self._change(target=target)
         self._tell_hand()
 
     def release_at_rest(self) -> None:
-        """Let a simulated handle go where it is, without the speed that it has."""
+        """Release a simulated handle at its present position with zero speed."""
         with self._lock:
             self._change(target=None, releases=self._content.releases + 1)
 
     def _tell_hand(self) -> None:
-        """Tell the driver of a device with a hand of its own what the hand does."""
+        """Pass the hand's target and grip to the driver of a device with a hand of its own."""
         if self.driver is not None:
             self.driver.move_hand(self._content.target, self.grip)
 
-    # --- who renders, the computer or the board: in force once the loop has handed over
+    # --- where rendering happens, on the computer or the board: changes take effect after the handover
     @property
     def where(self) -> str:
-        """Return who is to render, "computer" or "board"; what the board cannot render stays here."""
+        """Return where to render, "computer" or "board".
+
+        The computer if the board cannot render the scene.
+        """
         return BOARD if self.loop.where == BOARD and not self.board_refusal() else COMPUTER
 
     @property
     def rendering(self) -> str:
-        """Return who renders at this moment; while one hands over to the other, the computer."""
+        """Return where rendering happens now; "computer" during a handover."""
         on_board = self.driver is not None and self.driver.conn.state.handover == link.ON_BOARD
         return BOARD if on_board else COMPUTER
 
     @property
     def renders_on_boards(self) -> bool:
-        """Return whether the open device is a board that renders laws."""
+        """Return True if the open device is a board that can render laws."""
         return self.driver is not None and self.driver.planner is not None
 
     def set_where(self, where: str, rate: float | None = None) -> None:
-        """Let the "computer" or the "board" render, the latter at a rate in Hz or the law's fastest.
+        """Let the "computer" or the "board" render, the board at a rate in Hz or the law's fastest.
 
-        The force fades out and in again. Raise ParameterError where the board is known not to be able to.
+        The force fades out and in again. Raise ParameterError if the board is known to be unable to.
         """
         if where not in RENDERERS:
             raise ParameterError(f"{' or '.join(RENDERERS)} renders, not {where!r}.")
@@ -271,30 +278,30 @@ class Engine:
             raise ParameterError(refusal)
         self.prefer(where, rate)
         if where == BOARD and self.arrays.control.fault[0] == arrays.SLOW_LINK:
-            self.clear_fault()  # the board needs no fast link
+            self.clear_fault()  # rendering on the board needs no fast link
 
     def prefer(self, where: str, rate: float | None = None) -> None:
-        """Let one of them render every scene that it can; raise ParameterError for a rate no board has."""
+        """Set where to render every scene, if possible; raise ParameterError for an unsupported rate."""
         board_plan.check_rate(rate)
         self._change_loop(where=where, board_rate=rate)
 
     @property
     def board_plan(self) -> BoardPlan | None:
-        """Return how the board is to render the scene in force, None while the computer renders."""
+        """Return the plan by which the board renders the scene in force, None while the computer renders."""
         plan = self._content.board
         refused = plan is not None and self.driver is not None and self.driver.refusal(plan)
         return None if refused else plan
 
     @property
     def possible_plan(self) -> BoardPlan | None:
-        """Return how the board would render the scene in force; None where it cannot, or nobody knows yet."""
+        """Return the plan by which the board could render the scene, None if none is known."""
         found = self._answer(self._content)
         return found if isinstance(found, BoardPlan) else None
 
     def board_refusal(self, wait: bool = False) -> str:
         """Return in one line why the board cannot render the scene in force; "" if it can.
 
-        A law that is new to it is compiled in the background: "" until that is done, unless one can wait.
+        A new law is compiled in the background: the answer is "" until then, unless ``wait`` is set.
         """
         found, driver = self._answer(self._content, wait), self.driver
         if isinstance(found, BoardPlan):
@@ -302,9 +309,9 @@ class Engine:
         return found or ""
 
     def _plan_for(self, content: BlockContent) -> BoardPlan | None:
-        """Return how the board is to render it, None where the computer does.
+        """Return the board's plan for the settings, None if the computer is to render.
 
-        While a law is compiled the board goes on with the one that it has.
+        While a law is being compiled the board continues with the previous one.
         """
         if content.settings.where != BOARD:
             return None
@@ -314,9 +321,9 @@ class Engine:
         return found if isinstance(found, BoardPlan) else None
 
     def _answer(self, content: BlockContent, wait: bool = False) -> BoardPlan | str | None:
-        """Return how the open board renders the settings, or in one line why not.
+        """Return the open board's plan for the settings, or the reason in one line why there is none.
 
-        None while that is being worked out.
+        None while the background thread is working on it.
         """
         driver = self.driver
         if driver is None:
@@ -335,38 +342,36 @@ class Engine:
         return driver.planner.plan(request) if wait else self._planning.plan(driver.planner, request)
 
     def _planned(self, planner: BoardPlanner) -> None:
-        """Take over what the background has worked out."""
+        """Use a plan from the background thread."""
         with self._lock:
             if self.loop.where == BOARD and self.driver is not None and self.driver.planner is planner:
                 self._change()
 
     def delay_of(self, where: str) -> MeasuredDelay | None:
-        """Return the delay in s as measured lately where one of them renders, None where it was not yet."""
+        """Return the recently measured delay in s of one place of rendering, None if not measured yet."""
         if self.driver is None:
             return None
         which = delays.OF_BOARD if where == BOARD else delays.OF_COMPUTER
         return delays.measured_delay(self.driver.conn.delays, which, LATELY)
 
     def missed_of(self, where: str) -> int:
-        """Return how many ticks one of them has missed: answers too late, or ticks that the board skipped."""
+        """Return the missed ticks of one place: late answers, or ticks that the board skipped."""
         skipped = 0 if self.driver is None else int(self.driver.conn.state.skipped)
         return skipped if where == BOARD else max(int(self.arrays.control.missed[0]) - skipped, 0)
 
-    # --- the board
     def zero_here(self) -> None:
-        """Make the present position the zero of a real board; the force fades in again."""
+        """Set a real board's zero to the present position; the force fades in again."""
         self._count_up(self.arrays.control.zero)
 
     def flip_direction(self) -> None:
-        """Turn the positive direction of a real board around; the force fades in again."""
+        """Reverse the positive direction of a real board; the force fades in again."""
         self._count_up(self.arrays.control.flip)
 
     def _count_up(self, word: np.ndarray) -> None:
         store_release(word, 0, int(word[0]) + 1)
 
-    # --- safety
     def stop(self) -> None:
-        """E-stop: zero force from the next tick until released on purpose."""
+        """E-stop: zero force from the next tick on until it is released."""
         store_release(self.arrays.control.stop, 0, 1)
 
     def release_stop(self) -> None:
@@ -385,26 +390,29 @@ class Engine:
 
     @property
     def clock_jumps(self) -> int:
-        """Return how often the board's clock went back, stood still or jumped ahead."""
+        """Return how often the board's clock jumped back, stopped or jumped ahead."""
         return health.count_link(self.arrays.control).clock_jumps
 
     def clear_fault(self) -> None:
-        """Clear a latched fault; the law starts anew, the force fades in from zero."""
+        """Clear a latched fault.
+
+        The law restarts from its initial state, and the force fades in from zero.
+        """
         self._count_up(self.arrays.control.clear)
 
-    # --- what comes back
+    # --- measurements
     def reader(self) -> RingReader:
-        """Return a reader of all rows from now on, with a cursor of its own."""
+        """Return an independent reader of all rows from now on."""
         return RingReader(self._ring)
 
     def renders(self, environment: Environment) -> bool:
-        """Return whether the newest rows hold this environment's state: a switch takes until a tick."""
+        """Return True if the newest rows contain this environment's state, after the tick that switches."""
         law = int(self.arrays.laws[self.arrays.tick.slot])
         return environment is self.environment and law == environment.force.compiled().address
 
     @property
     def settled(self) -> bool:
-        """Return whether the newest rows are of the environment's law alone: a switch takes its time."""
+        """Return True if the newest rows come from the environment's law alone, after the cross-fade."""
         r = self.arrays
         if not self.renders(self.environment) or r.tick.blend < 1.0:
             return False
@@ -415,15 +423,15 @@ class Engine:
 
     @property
     def excess(self) -> tuple[float, float]:
-        """Return the energy in J given beyond its limit, and how much of it means something."""
+        """Return the energy in J given beyond the limit, and the threshold in J of a felt excess."""
         watch, quantum = self.arrays.watch, float(self.arrays.settings.quantum)
         felt = passivity.FELT + passivity.COUNTS * quantum * float(watch.peak)
         return float(watch.alarm.excess), felt
 
     def health(self) -> Health:
-        """Return how the loop is doing; call it at a few hertz.
+        """Return the loop's health; call it a few times per second.
 
-        A loop that the device has left ends at once: it is not running, and its words are there by then.
+        If the device disconnects, the loop ends at once; its message is ready as soon as it no longer runs.
         """
         control, thread, held = self.arrays.control, self._thread, self._priority
         rate, late, missed_lately = self._watch.look(control, self.lateness_bins)

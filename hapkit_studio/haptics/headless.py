@@ -1,4 +1,4 @@
-"""A scene rendered without a window or a clock: the raw entry of simulate, sweeps and stability tests."""
+"""Render a scene without a window and without real time: used by simulate, sweeps and stability tests."""
 
 import math
 from collections.abc import Mapping
@@ -25,9 +25,9 @@ from hapkit_studio.haptics.tick import tick
 def simulate_sample(
     r: LoopArrays, body: Plant, row: np.ndarray, target: float, after: float, shown: float
 ) -> bool:
-    """Fill one row, whose time is set, and move the device on as the hand's target goes on to `after` m.
+    """Fill one row, whose time is set, and move the device while the hand's target moves to `after` m.
 
-    shown is the target in the row, nan where no hand holds. Return whether the run goes on.
+    shown: target stored in the row, NaN without a hand. Return False if the run is to end.
     """
     simulated_loop.write_truth(body, shown, row)
     force = tick(r, simulated_loop.measure(body), r.block.settings.period, body.dev[simulated.EFFECT], row)
@@ -40,10 +40,10 @@ def simulate_sample(
 def run_batch(
     r: LoopArrays, body: Plant, hand: np.ndarray, targets: np.ndarray, holding: np.ndarray, out: np.ndarray
 ) -> int:
-    """Fill one row a sample; return how many were done: fewer only where the run was told to quit.
+    """Fill one row per sample; return the number of rows, fewer only if the run was cancelled.
 
-    hand is mass, damping, stiffness; targets (n + 1,) in m, linear between samples; holding (n,) says
-    whether the hand holds from sample k on; out is (n, ROW_WIDTH), row 0 the initial state.
+    hand: mass, damping, stiffness. targets: (n + 1,) in m, linear between samples. holding: (n,), whether the
+    hand holds the handle from sample k on. out: (n, ROW_WIDTH), row 0 is the initial state.
     """
     settings = r.block.settings
     period, grip = settings.period, (hand[0], hand[1], hand[2])
@@ -64,7 +64,7 @@ def run_batch(
 def run_prescribed(
     r: LoopArrays, body: Plant, positions: np.ndarray, velocities: np.ndarray, out: np.ndarray
 ) -> None:
-    """Fill one row a sample of a motion imposed on the handle: positions, velocities (n,) in m, m/s."""
+    """Fill one row per sample of a prescribed motion: positions in m and velocities in m/s, (n,)."""
     settings = r.block.settings
     simulated_loop.configure(body, settings, (0.0, 0.0, 0.0), False)
     patience.begin(r)
@@ -77,27 +77,27 @@ def run_prescribed(
             return
 
 
-_AT_ONCE = 1 << 17  # rows, 35 MB: Ctrl+C need not wait for gigabytes
+_AT_ONCE = 1 << 17  # rows per call, 35 MB, so that Ctrl+C is handled soon
 
 
 def new_rows(count: int) -> np.ndarray:
-    """Return room for count rows, its memory in place: what is timed then is the loop alone."""
+    """Return an array of rows whose memory is already mapped, so that timings measure only the loop."""
     out = np.empty((count, rows.ROW_WIDTH))
     for first in range(0, count, _AT_ONCE):
         out[first : first + _AT_ONCE] = 0.0
     return out
 
 
-# The hand's speed in a prescribed motion comes from its positions this far apart.
+# step in s of the numerical derivative of a prescribed motion
 _DIFFERENCE_SECONDS = 1e-6
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What is rendered: values may lie beyond a person's limits, they only have to be finite.
+    """An environment with its values, device and loop; values need only be finite, not within limits.
 
-    true_velocity: the law gets the paddle's own velocity in place of the loop's estimate. designed_for: the
-    quantum in m that the velocity estimator expects, where it is not the device's own.
+    true_velocity: the law gets the paddle's true velocity instead of the loop's estimate. designed_for:
+    sensor quantum in m that the velocity estimator assumes, None for the device's own.
     """
 
     environment: Environment
@@ -109,7 +109,7 @@ class Scene:
     designed_for: float | None = None
 
     def prepare(self) -> tuple[LoopArrays, Plant]:
-        """Return the arrays at full parameters, and the device at its initial motion."""
+        """Return the loop's arrays with the final parameters, and the device at its initial state."""
         device = self.device
         settings = replace(
             self.loop, mass=device.mass, viscous=device.viscous, coulomb=device.coulomb_force,
@@ -128,7 +128,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class PreparedRun:
-    """A scene and the hand on it, made ready: ``run`` is compiled code alone, and happens once."""
+    """A prepared scene and hand; ``run`` executes compiled code only, and may be called once."""
 
     title: str
     arrays: LoopArrays
@@ -139,16 +139,16 @@ class PreparedRun:
     out: np.ndarray
 
     def run(self) -> np.ndarray:
-        """Render; return the telemetry rows (count, ROW_WIDTH); raise LawError where the law is too slow."""
+        """Render; return the telemetry rows (count, ROW_WIDTH); raise LawError if the law is too slow."""
         run_batch(self.arrays, self.body, self.grip, self.targets, self.holding, self.out)
         patience.check(self.arrays, self.title)
         return self.out
 
 
 def prepare_run(scene: Scene, hand: Hand, count: int, room: int | None = None) -> PreparedRun:
-    """Return a scene made ready for count rows; raise ParameterError for a motion that is not finite.
+    """Prepare a scene for count rows; raise ParameterError for a motion that is not finite.
 
-    room: rows of memory, where they are rendered in chunks.
+    room: rows of memory, for rendering in chunks.
     """
     r, body = scene.prepare()
     times = np.arange(count + 1) / scene.loop.rate
@@ -159,11 +159,11 @@ def prepare_run(scene: Scene, hand: Hand, count: int, room: int | None = None) -
     return PreparedRun(scene.environment.title, r, body, numbers, targets, holding, out)
 
 
-_CHUNK = 256  # rows kept of each chunk; it stays in the processor's cache
+_CHUNK = 256  # rows per chunk, which fit into the processor's cache
 
 
 def render_every(scene: Scene, hand: Hand, count: int, every: int) -> np.ndarray:
-    """Return every n-th of count telemetry rows, rendered in chunks: a fast loop needs no memory for all."""
+    """Return every n-th of count telemetry rows; only one chunk of rows is in memory at a time."""
     made, kept = prepare_run(scene, hand, count, min(count, _CHUNK * every)), []
     for at in range(0, count, len(made.out)):
         targets, holding = made.targets[at : at + len(made.out) + 1], made.holding[at : at + len(made.out)]
@@ -177,7 +177,7 @@ def render_every(scene: Scene, hand: Hand, count: int, every: int) -> np.ndarray
 
 
 def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np.ndarray, LoopArrays]:
-    """Return count telemetry rows and the arrays they left.
+    """Return count telemetry rows and the loop's final arrays.
 
     Raise ParameterError for a motion that is not finite, LawError for a law that is too slow.
     """

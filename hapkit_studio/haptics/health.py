@@ -1,4 +1,4 @@
-"""How the loop is doing: rate, lateness, what was missed and lost; a latched fault in words."""
+"""The loop's health: rate, lateness, losses, and messages for latched faults."""
 
 import math
 import time
@@ -16,13 +16,12 @@ from hapkit_studio.haptics.priority import Priority
 from hapkit_studio.haptics.record import Record
 
 _FINE = np.arange(1, 1001)
-# bins 1 µs wide up to 1 ms, 10 µs up to 10 ms, 100 µs up to 100 ms, and one for all beyond
+# widths of bins: 1 µs up to 1 ms, 10 µs up to 10 ms, 100 µs up to 100 ms, and one overflow bin
 LATENESS_EDGES_US = np.concatenate((_FINE, 1000 + 10 * _FINE[:900], 10_000 + 100 * _FINE[:900], [np.inf]))
 LATENESS_BINS = 2801
 
 
 def new_histogram() -> np.ndarray:
-    """Return empty bins, int64 (LATENESS_BINS,)."""
     return np.zeros(LATENESS_BINS, dtype=np.int64)
 
 
@@ -43,7 +42,7 @@ def add_lateness(bins: np.ndarray, lateness: float) -> None:
 
 
 def lateness_percentiles(bins: np.ndarray) -> dict[str, float]:
-    """Return p50, p99, p99.9 and max in µs, each the upper edge of its bin; 0 where nothing was counted."""
+    """Return p50, p99, p99.9 and max in µs, each the upper edge of its bin; 0 for empty bins."""
     total = int(bins.sum())
     if not total:
         return {"p50": 0.0, "p99": 0.0, "p99.9": 0.0, "max": 0.0}
@@ -58,11 +57,11 @@ WINDOW_SECONDS = 10.0
 
 @dataclass(frozen=True)
 class LinkCounts:
-    """What went wrong between computer and board, counted since the start.
+    """Counts of link errors between computer and board since the start.
 
-    no_sample, away, held_up, cut: how often the force went to zero because the line brought no sample, the
-    computer was busy elsewhere, the law held it up, the board switched its motor off. clock_jumps: how often
-    the board's clock went back, stood still or jumped ahead.
+    no_sample, away, held_up, cut: how often the force went to zero because no sample arrived, the computer
+    was suspended, the law blocked the loop, the board switched its motor off. clock_jumps: how often the
+    board's clock jumped back, stopped or jumped ahead.
     """
 
     lost_frames: int
@@ -77,7 +76,7 @@ class LinkCounts:
 
 
 def count_link(control: Record) -> LinkCounts:
-    """Return what the loop has counted."""
+    """Return the loop's counters."""
     words = control.lost_frames, control.crc_errors, control.board_errors, control.stale_forces
     causes = (int(control.stale_causes[cause]) for cause in arrays.CAUSES)
     return LinkCounts(*(int(word[0]) for word in words), *causes)
@@ -85,10 +84,10 @@ def count_link(control: Record) -> LinkCounts:
 
 @dataclass(frozen=True)
 class Health:
-    """A snapshot for status bar and command line; delay in s, None while it has not been measured.
+    """A snapshot of the loop for status bar and command line; delay in s, None before it is measured.
 
-    Rate, lateness in µs and missed_lately (lost frames too) are of the last 10 s, other counts of all time.
-    stale: why the force is zero for a while, "" where it is not.
+    Rate, lateness in µs and missed_lately (including lost frames) cover the last 10 s, other counts all time.
+    stale: the reason for temporary zero force, "" if there is none.
     """
 
     rate: float
@@ -105,12 +104,12 @@ class Health:
 
 @dataclass
 class Watch:
-    """Keeps past counts, so that rate and lateness speak of the last seconds only."""
+    """Compare counts over a sliding window, for the rate and lateness of the last seconds."""
 
     past: deque = field(default_factory=deque)
 
     def look(self, control: Record, bins: np.ndarray) -> tuple[float, dict[str, float], int]:
-        """Return (rate in Hz, lateness percentiles in µs, ticks missed or lost) of about WINDOW_SECONDS."""
+        """Return rate in Hz, lateness percentiles in µs, missed and lost ticks over WINDOW_SECONDS."""
         now, head, counts = time.perf_counter(), int(control.head[0]), bins.copy()
         missed = int(control.missed[0] + control.lost_frames[0])
         self.past.append((now, head, counts, missed))
@@ -123,7 +122,7 @@ class Watch:
         return (head - before) / (now - then), recent, missed - missed_before
 
     def forget(self) -> None:
-        """Start anew, e.g. after another device or rate."""
+        """Discard past counts, for example after a change of device or rate."""
         self.past.clear()
 
 
@@ -144,14 +143,14 @@ _STALE = {
 
 
 def stale_reason(r: LoopArrays) -> str:
-    """Return why the force is zero for a while, "" where it is not."""
+    """Return the reason for temporary zero force, "" if there is none."""
     cause = int(r.tick.stale) - 1
     return "" if cause < 0 else _STALE[cause][0]
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A latched fault: its code, the reason in one line, what to do."""
+    """A latched fault: its code, the reason in one line, the remedy."""
 
     code: int
     text: str
@@ -159,13 +158,13 @@ class Fault:
 
 
 def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | None:
-    """Return the fault of a code with the values the loop left, None for no fault; law: what it is called."""
+    """Describe a latched fault from the loop's values, None for no fault; law: the name of the law."""
     value, second = float(r.tick.fault_value), float(r.tick.fault_position)
     line, limit = int(r.fault[1]), float(r.settings.max_speed)
     place = f"x = {number(1e3 * second, 2)} mm"
     name, at = "NaN" if math.isnan(value) else "infinity", f" (line {line})" if line else ""
     stale, remedy = _STALE[int(value) if code == arrays.STALE_SENSOR else arrays.NO_SAMPLE]
-    # beyond it the board does not know
+    # the board measures no longer delays
     trip = f"more than {_ms(LONGEST_DELAY)} ms" if value >= LONGEST_DELAY else f"{_ms(value)} ms"
     gone = silent("The board", value) if value > 0.0 else "The device is gone."
     found = {
@@ -193,19 +192,19 @@ def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | No
 
 
 def _ms(seconds: float) -> str:
-    """Write a time in ms with two digits that say something."""
+    """Format a time in ms with two significant digits."""
     return f"{1e3 * seconds:.{0 if seconds >= 0.01 else 2}f}"
 
 
 def silent(name: str, seconds: float) -> str:
-    """Say that a board has sent nothing for so many s, and why that may be."""
+    """Return the message that a board has sent nothing for some seconds, with likely causes."""
     return f"{name} has sent nothing for {seconds:.0f} s: it started anew, or hangs."
 
 
 def _beyond(value: float, limit: float) -> str:
-    """Write a speed with as many decimals as show that it is above the limit.
+    """Format a speed with enough decimals to show that it exceeds the limit.
 
-    The board samples up to four times as often as it tells: a short peak is known to it alone.
+    The board samples up to four times per telemetry frame, so a short peak may be missing in the rows.
     """
     if value <= limit:
         return f"seen by the board between two frames, {value:.1f} m/s over a frame"

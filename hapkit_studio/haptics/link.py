@@ -1,8 +1,9 @@
-"""One serial connection inside a loop: frames in, rows and answers out. Both serial drivers use it.
+"""One serial connection in a loop: frames in, rows and answers out, for both serial drivers.
 
-A board renders from its law's first telemetry on, the computer from the first sample on. One hands over to
-the other at zero force: on the way to the board the computer's force fades out, the board learns zero and
-direction as the person set them, then the law; it fades its force in by itself.
+A board renders from the first telemetry of its law on, the computer from the first sample on. They hand over
+at
+zero force: towards the board the computer's force fades out, the computer sends zero and direction as a
+person set them, then the law; the board then fades its force in.
 """
 
 import math
@@ -21,114 +22,116 @@ from hapkit_studio.haptics.rows import Ring
 from hapkit_studio.haptics.tick import STALE_AFTER, latch, live_tick, mark_stale
 from hapkit_studio.protocol import codec, law_frames
 
-# What a connection knows, in SI units.
+# state of a connection, in SI units
 STATE = record(
-    ("quantum", "f8"),  # m, a count of the sensor
-    ("sign", "f8"),  # 1.0, or -1.0 where the direction is flipped
-    ("zero", "f8"),  # the count at 0 m
-    ("effect", "f8"),  # the force in effect
-    ("fade_left", "f8"),  # share of the computer's force on the way to the board
-    ("last_arrival", "f8"),  # when the last frame came, by our clock and by the board's
+    ("quantum", "f8"),  # travel per sensor count, m
+    ("sign", "f8"),  # 1.0, or -1.0 for a reversed direction
+    ("zero", "f8"),  # sensor count at 0 m
+    ("effect", "f8"),
+    ("fade_left", "f8"),  # weight of the computer's force during the handover to the board, 1 to 0
+    ("last_arrival", "f8"),  # arrival of the last frame, by the computer's clock and by the board's
     ("last_board_time", "f8"),
-    ("quiet", "f8"),  # how long the line has been quiet
-    ("looked_at", "f8"),  # when the line was read last
+    ("quiet", "f8"),  # time without a received byte
+    ("looked_at", "f8"),  # time at which the line was last read
     ("last_answer", "f8"),
-    ("asked_at", "f8"),  # when something was asked for
-    ("moved_at", "f8"),  # when the board's count of received bytes changed
-    ("tuned_at", "f8"),  # when constants were sent
-    ("alive_at", "f8"),  # when a keep-alive was sent
-    ("faded_at", "f8"),  # when the board's fade is over
-    ("excused", "f8"),  # until when faults that the board latched are old ones
-    ("first", "f8"),  # coefficients of the law's estimator
+    ("asked_at", "f8"),  # time of the last request
+    ("moved_at", "f8"),  # time at which the board's counter of received bytes last changed
+    ("tuned_at", "f8"),  # time at which constants were last sent
+    ("alive_at", "f8"),  # time of the last keep-alive message
+    ("faded_at", "f8"),  # time at which the board's fade ends
+    ("excused", "f8"),  # faults that the board reports before this time are old
+    ("first", "f8"),  # coefficients of the board's velocity estimator
     ("second", "f8"),
-    ("seen_speed", "f8"),  # from one position that the board tells to the next
-    ("round_trip", "f8"),  # from a sample to its force, as measured last, without added delay
+    ("seen_speed", "f8"),  # speed from consecutive positions in telemetry
+    ("round_trip", "f8"),  # last measured time from a sample to its force, without added delay
     ("too_long_since", "f8"),
-    ("watchdog", "f8"),  # the board refuses forces after it
-    ("motor_off_time", "f8"),  # for which the board has kept its motor off although it was answered
+    ("watchdog", "f8"),  # time after which the board switches off without a force
+    ("motor_off_time", "f8"),  # time for which the motor has been off although the board was answered
     ("clock_shift", "f8"),  # correction of the board's clock for its jumps
-    ("clock_last", "f8"),  # the last corrected time, and when it came by our clock
+    ("clock_last", "f8"),  # last corrected board time, and its arrival by the computer's clock
     ("clock_at", "f8"),
-    ("clock_ahead", "f8"),  # the least that our clock was ahead of it lately
+    ("clock_ahead", "f8"),  # recent minimum of computer time minus board time
     ("started", "i8"),
     ("sent_stop", "i8"),
-    ("zeroed", "i8"),  # counts of zero and direction set, as obeyed last
+    ("zeroed", "i8"),  # last processed values of the counters of zero and direction
     ("flipped", "i8"),
-    ("handover", "i8"),  # who renders, one of the six below
+    ("handover", "i8"),  # state of the handover, one of the six below
     ("settings_seen", "i8"),  # the board's settings are known; they can be changed; its zero was stored
     ("configurable", "i8"),
     ("calibrated", "i8"),
-    ("generation", "i8"),  # sent last, of a law or of a change of its constants
-    ("law_generation", "i8"),  # the law's, 0 before the first
-    ("tuning", "i8"),  # of the change under way, 0: none
-    ("code_id", "i8"),  # the law sent last, as the block has it
-    ("program_id", "i8"),  # the same with its constants, 0 where the board may have others
-    ("law_due", "i8"),  # the law is to be sent again
-    ("received", "i8"),  # bytes of the law that the board has, and that were sent
+    ("generation", "i8"),  # last generation sent, of a law or of a change of its constants
+    ("law_generation", "i8"),  # generation of the law, 0 before the first
+    ("tuning", "i8"),  # generation of the change in progress, 0: none
+    ("code_id", "i8"),  # code_id of the law last sent
+    ("program_id", "i8"),  # its program_id, 0 if the board may have different constants
+    ("law_due", "i8"),  # nonzero: the law must be sent again
+    ("received", "i8"),  # bytes of the law that the board has received, and that were sent
     ("sent", "i8"),
-    ("refused", "i8"),  # the code_id that the board has refused, 0: none, and why
+    ("refused", "i8"),  # code_id of the law that the board refused, 0: none; and the reason
     ("refusal", "i8"),
-    ("overruns", "i8"),  # as the board counts them: ticks missed, forces too old, unreadable frames
+    ("overruns", "i8"),  # the board's counters: missed ticks, forces too old, unreadable frames
     ("stale_told", "i8"),
     ("errors_told", "i8"),
-    ("skipped", "i8"),  # ticks that the board skipped since it was opened
-    ("motor_seen_on", "i8"),  # the computer's forces have reached the board
-    ("left_out", "i8"),  # samples were left out of the record since the last row
-    ("last_was_sample", "i8"),  # the last frame was one of the computer's ticks
-    ("answered", "i8"),  # the sample that the last force answered
-    ("too_long", "i8"),  # answers in a row that took longer than the board's watchdog waits
+    ("skipped", "i8"),  # ticks that the board has skipped since it was opened
+    ("motor_seen_on", "i8"),  # nonzero once a force of the computer has switched the motor on
+    ("left_out", "i8"),  # nonzero: samples since the last row have no row
+    ("last_was_sample", "i8"),  # nonzero if the last frame was a sample, which the computer's tick renders
+    ("answered", "i8"),  # number of the sample that the last force answered
+    ("too_long", "i8"),  # consecutive answers that took longer than the board's watchdog time
 )
 
 ON_COMPUTER, FADING_OUT, SENDING_SETTINGS, SENDING_LAW, ON_BOARD, RETURNING = range(6)
-"""The handover: the computer renders; its force fades out; the board takes over zero and direction; it is
-sent its law; it renders; it was told to stop rendering."""
+"""States of the handover: the computer renders; its force fades out; the board receives zero and direction.
+
+It receives its law; it renders; it was told to stop rendering.
+"""
 
 CHUNK, HISTORY = 4096, 2048
-MOST_ADDED = 255  # periods of added delay: what a force can say of the sample that it answers
-# s without a frame after which a board counts as gone: it began anew, and no longer streams, or hangs
+MOST_ADDED = 255  # most periods of added delay: the message has one byte for the age of its sample
+# s without a frame after which the board counts as disconnected: it has restarted, and no longer streams, or
+# hangs
 GONE_AFTER = 1.0
-MOTOR_ON_WITHIN = 0.3  # s after which a board that is answered has its motor on
-# so many answers in a row, over so many s, each too late: the computer cannot render
+MOTOR_ON_WITHIN = 0.3  # s after which a board that is answered has switched its motor on
+# the computer cannot render after this many consecutive late answers over this many s
 _SLOW_ANSWERS, SLOW_AFTER = 4, 0.15
-REPEAT_AFTER = 0.1  # s after which what has no effect is sent once more
-CLOCK_SLACK = 0.1  # s by which the board's clock may gain on ours between two frames
-_CLOCK_SLOW = 0.1  # and fall behind for good, as a share: a virtual board that is held up does
+REPEAT_AFTER = 0.1  # s after which a message without effect is repeated
+CLOCK_SLACK = 0.1  # s by which the board's clock may run ahead of the computer's between two frames
+# fraction by which it may run slower permanently, as a virtual board on a busy computer does
+_CLOCK_SLOW = 0.1
 _ROUNDING = 1e-9
 
 _MOTOR_OFF = codec.FLAG_WATCHDOG | codec.FLAG_STOPPED | codec.FLAG_REFUSED
 
-# --- what the law is like that the board gets, in the order of the block's board_form
+# --- header of the board's law, in the order of the block's board_form
 PERIOD, ESTIMATOR, STATES, CONSTANTS, SLOTS, CODE, CHECK = range(7)
 
 
 class Link(NamedTuple):
-    """The connection's arrays, allocated once."""
-
     reader: np.ndarray
     buffer: np.ndarray
     data: np.ndarray
     frame: np.ndarray
     samples: np.ndarray
-    forces: np.ndarray  # the answer to each of the last samples, as the board counts direction
-    state: Record  # of STATE
+    forces: np.ndarray  # the answers to the last samples, in the board's direction
+    state: Record  # a STATE record
     delays: Delays
-    law: np.ndarray  # what the law is like that the board got last, (7,)
-    program: np.ndarray  # its bytes, packed, the constants as they were sent last
-    unsure: np.ndarray  # 1 for each number at their beginning that the board may not have
-    settings: np.ndarray  # the body of Board that it has, uint8
-    motor: np.ndarray  # force in N at each duty from 0 to its top
-    poll: np.ndarray  # one pollfd structure
+    law: np.ndarray  # (7,), header of the law last sent to the board
+    program: np.ndarray  # its packed bytes, with the constants last sent
+    unsure: np.ndarray  # 1 for each leading number that the board may not have
+    settings: np.ndarray  # body of the board's Board message, uint8
+    motor: np.ndarray  # force in N at each duty from 0 to full duty
+    poll: np.ndarray
 
 
 def new_link(quantum: float, watchdog: float = 0.025) -> Link:
-    """Return a connection that has received nothing, for a sensor of quantum m a count.
+    """Return a new connection for a sensor with a travel of quantum in m per count.
 
-    watchdog: s after which the board obeys no force.
+    watchdog: time in s after which the board switches off without a force.
     """
     reader, buffer = codec.new_reader()
     state = zeros(STATE)
     state.quantum, state.sign, state.watchdog = quantum, 1.0, watchdog
-    state.last_arrival = math.inf  # the first frame is not late
+    state.last_arrival = math.inf  # so that the first frame does not count as late
     return Link(
         reader=reader,
         buffer=buffer,
@@ -149,9 +152,9 @@ def new_link(quantum: float, watchdog: float = 0.025) -> Link:
 
 @internal
 def wanted_code(r: LoopArrays, link: Link) -> int:
-    """Return the CODE_ID of the law that the board is to render now, 0 where the computer renders.
+    """Return the CODE_ID of the law that the board is to render now, 0 if the computer renders.
 
-    Zero and direction that a person sets are taken over by the computer; what the board refused stays here.
+    The computer applies a zero and a direction set by a person; it also renders laws that the board refused.
     """
     zeroed, flipped = load_acquire(r.control.zero, 0), load_acquire(r.control.flip, 0)
     if zeroed != link.state.zeroed or flipped != link.state.flipped:
@@ -162,7 +165,7 @@ def wanted_code(r: LoopArrays, link: Link) -> int:
 
 @internal
 def fade_out(r: LoopArrays, link: Link, period: float) -> float:
-    """Return the share of the force that a sample's answer may have: it fades out on the way to the board."""
+    """Return the weight of the force in a sample's answer: it fades out during a handover to the board."""
     state = link.state
     held = r.tick.hold > 0.0 or r.tick.stale or load_acquire(r.control.fault, 0)
     if state.handover == ON_COMPUTER:
@@ -183,21 +186,21 @@ def fade_out(r: LoopArrays, link: Link, period: float) -> float:
 
 @internal
 def computer_answers(link: Link) -> bool:
-    """Return whether samples are answered by forces."""
+    """Return True if the computer answers samples with forces."""
     renderer = link.state.handover
     return renderer == ON_COMPUTER or (renderer == FADING_OUT and link.state.fade_left > 0.0)
 
 
 @internal
 def position_of(link: Link, count: float) -> float:
-    """Return the handle's position in m for a sensor count."""
+    """Return the handle's position in m at a sensor count."""
     state = link.state
     return state.sign * (count - state.zero) * state.quantum
 
 
 @internal
 def resume(r: LoopArrays, link: Link, count: float, velocity: float) -> None:
-    """Let the tick go on from another motion, or another meaning of position; the force fades in."""
+    """Continue the tick from another position and velocity; the force fades in."""
     position = position_of(link, count)
     estimators.resume(r.memory, position, velocity)
     r.tick.last_position = position
@@ -206,7 +209,7 @@ def resume(r: LoopArrays, link: Link, count: float, velocity: float) -> None:
 
 @internal
 def apply_zero_and_direction(r: LoopArrays, link: Link, count: float) -> None:
-    """Set zero and direction when the window asked for it; on a board without a zero the first sample."""
+    """Set zero and direction if the window requested it; without a stored zero, at the first sample."""
     state = link.state
     zeroed = load_acquire(r.control.zero, 0)
     flipped = load_acquire(r.control.flip, 0)
@@ -223,7 +226,7 @@ def apply_zero_and_direction(r: LoopArrays, link: Link, count: float) -> None:
 
 @internal
 def effect(link: Link, sample: np.ndarray, period: float) -> float:
-    """Return the mean force in N over the last period: the old one until the answer came, then that."""
+    """Return the mean force in N over the last period, weighted by the time before and after the answer."""
     old = link.state.effect
     new = link.forces[int(sample[codec.ANSWERED]) % HISTORY]
     if int(sample[codec.FLAGS]) & _MOTOR_OFF:
@@ -236,10 +239,10 @@ def effect(link: Link, sample: np.ndarray, period: float) -> float:
 
 @internal
 def note_link(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None:
-    """Measure how long samples and forces are on their way; where no force can be in time, latch that.
+    """Measure the round trip of samples and forces; latch a fault if no force can arrive in time.
 
-    Delays are measured from samples that follow one another while the motor is on. The board obeys no force
-    whose newest sample is older than its watchdog's time, but for zero.
+    Delays are measured from consecutive samples while the motor is on. The board ignores a force whose newest
+    sample is older than its watchdog time, unless the force is zero.
     """
     state, delay = link.state, sample[codec.DELAY]
     seq, answered, period = int(sample[codec.SEQ]), int(sample[codec.ANSWERED]), r.settings.period
@@ -263,20 +266,20 @@ def note_link(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None
 
 @internal
 def added_periods(r: LoopArrays) -> int:
-    """Return the added delay in whole periods."""
     return min(int(r.settings.delay / r.settings.period + 0.5), MOST_ADDED)
 
 
 @compiled
 def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
-    """Return whether nothing was answered for STALE_AFTER; once there was a sample the sensor then is stale.
+    """Return True if nothing was answered for STALE_AFTER; mark the sensor stale after its first sample.
 
-    The board has its motor off then. A wait never takes much longer than STALE_AFTER.
+    The board's motor is off by then. A wait never takes much longer than STALE_AFTER.
     """
     state = link.state
     if now - state.last_answer < STALE_AFTER:
         return False
-    if state.last_answer > state.looked_at:  # in this very pass: it took so long itself
+    # within one iteration of the loop, so the iteration itself was too slow
+    if state.last_answer > state.looked_at:
         slow = load_acquire(r.control.fault, 0) == arrays.SLOW_LAW
         cause = arrays.HELD_UP if slow else arrays.AWAY
     else:
@@ -288,9 +291,9 @@ def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
 
 @compiled
 def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
-    """Return whether a board that has been heard is silent for GONE_AFTER; latch that it is gone.
+    """Return True if a board that has sent frames is silent for GONE_AFTER; latch that it disconnected.
 
-    A pass that took longer than its wait counts no more than twice that: then the computer was away.
+    An iteration longer than its wait, as when the computer was suspended, counts at most twice the wait.
     """
     state = link.state
     if not math.isfinite(state.last_arrival):
@@ -305,10 +308,10 @@ def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
 
 @internal
 def watch_motor(r: LoopArrays, link: Link, said: int, now: float) -> None:
-    """Where the board cut its motor off although it was answered, come back as from a stale sensor.
+    """Treat the sensor as stale if the board switched its motor off although it was answered.
 
-    Not where that is as it should be: until the first answer is heard, after stop and release; but that does
-    not take for ever.
+    The motor is off as expected until the first answer arrives and after an E-stop and its release, but only
+    for MOTOR_ON_WITHIN.
     """
     state = link.state
     if said & codec.FLAG_STOPPED or state.handover != ON_COMPUTER:
@@ -326,10 +329,12 @@ def watch_motor(r: LoopArrays, link: Link, said: int, now: float) -> None:
 
 @compiled
 def check_clock(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None:
-    """Correct a sample's board time where the board's clock went back, stood still or jumped ahead.
+    """Correct a sample's board time after the board's clock jumped back, stopped or jumped ahead.
 
-    It jumped where it went on by more than the samples that were sent, and by more than our clock. Time goes
-    on by their periods then, and the force is zero as after a gap: such a board may have started anew.
+    It jumped ahead if it advanced by more than the samples that were sent, and more than the computer's
+    clock. The
+    corrected time advances by their periods, and the force is zero as after a gap: the board may have
+    restarted.
     """
     state = link.state
     time, elapsed = sample[codec.BOARD_TIME] + state.clock_shift, now - state.clock_at
@@ -354,7 +359,7 @@ def check_clock(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> No
 
 @internal
 def time_since_last(link: Link, sample: np.ndarray) -> float:
-    """Return the time in s since the last row by the board's clock, 0 where that means nothing."""
+    """Return the time in s since the last row by the board's clock, 0 if unknown."""
     before = link.state.last_board_time
     passed = sample[codec.BOARD_TIME] - before
     return passed if before > 0.0 and 0.0 < passed < 1.0 else 0.0
@@ -362,10 +367,10 @@ def time_since_last(link: Link, sample: np.ndarray) -> float:
 
 @compiled
 def write_times(link: Link, board_time: float, row: np.ndarray, now: float) -> None:
-    """Fill the row's times, and nan where only a simulation knows.
+    """Fill in the row's times, and NaN for simulated quantities.
 
-    It is late by what came later than one period after the last frame by the board's clock. Against the last
-    frame alone: the two clocks drift, and a virtual board that was held up stays behind.
+    A frame's lateness is its delay beyond one board period after the previous frame. It is compared with the
+    previous frame only, because the two clocks drift and a delayed virtual board stays behind.
     """
     state = link.state
     row[rows.LATENESS] = max(0.0, (now - state.last_arrival) - (board_time - state.last_board_time))
@@ -377,9 +382,9 @@ def write_times(link: Link, board_time: float, row: np.ndarray, now: float) -> N
 
 @internal
 def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
-    """Render the k-th decoded sample into the ring's next row; keep its answer.
+    """Render the k-th decoded sample into the ring's next row; store its answer.
 
-    There is a gap where more than a period has passed by the board's clock. Lost samples count as answered by
+    There is a gap if more than a period has passed by the board's clock. Lost samples count as answered with
     the same force.
     """
     sample = link.samples[k]

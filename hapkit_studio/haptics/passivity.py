@@ -1,24 +1,26 @@
 """The passivity observer and controller in the time domain (Hannaford & Ryu, 2002), between law and guard.
 
-The observer sums the energy given to handle and hand and compares it with a limit: what the law could give
-from where the observer began. The law itself is asked for that, at rest at every place, a few places a tick,
-its state held: the highest work of its force. A law without a state can be told everywhere what it still may
-give, so its limit follows down, and energy that a damper took excuses nothing later; objects that move say
-what they hold. What the paddle's own damping takes of an excess lifts the limit.
+The observer sums the energy that the law gives to handle and hand, and compares it with a limit: the energy
+that the law can give from the position where the observer started. This is the maximum work of the law's
+static force, which the observer computes by calling the law at rest, with its initial state, at a few more
+cells in every tick. For a law without a state the limit also decreases as the handle moves, so energy taken
+by a damper earlier does not excuse energy given later; a law with moving objects reports the energy stored in
+them. Energy dissipated by the paddle's own damping raises the limit by at most the excess.
 
-Sensor steps feign no energy: where the reading goes on by one count the handle has just passed the edge
-between the two, so a slow way in and out again, on the same edges, sums up to nothing.
+Quantisation causes no apparent energy: at a change by one count the handle is exactly at the edge between
+both counts, so a slow motion in and out over the same edges sums to zero.
 
-Nor do they feign damping. b v² of every count's difference is more than the damping takes, because counts
-jump where the handle glides. That is right for an alarm, which may not be false, but a controller that trusts
-it lets energy grow. So there are two limits: an alarm goes by the generous one, the controller by the strict
-one, which only what the counts prove lifts. Of all motions through the same counts, the one that goes
-straight on until an edge makes it turn has the least integral of v².
+Quantisation causes no apparent damping either. Summing b v² over differences of counts overestimates the
+dissipation, because counts jump while the handle glides. An alarm may be optimistic, since it must not be
+false, but a controller must not. Hence two limits: the tolerant one for the alarm, and for the controller a
+strict one, raised only by the dissipation that the counts prove. Of all motions through the same counts, the
+one that keeps its velocity until an edge forces it to turn has the smallest integral of v².
 
-Nor does a delay of part of a period hide anything from the controller: what a force that changes on the way
-gives beyond its mean is taken at its most, for a free handle. What a controller can hold is limited by its
-damping, late itself: a spring where K (T/2 + td) - b is up to 0.75 of most_damping; from 0.9 on, the motor's
-force limit alone ends the growth.
+A delay of a fraction of a period is covered as well: if the force changes within a period, the controller
+assumes the largest energy beyond the mean force's that a free handle can get. The controller's effect is
+limited
+by its damping, which is itself delayed: it stabilises a spring if K (T/2 + td) - b is at most 0.75 of
+most_damping; above 0.9, only the motor's force limit ends the growth.
 """
 
 import math
@@ -31,37 +33,38 @@ from hapkit_studio.haptics.arrays import CELLS, LoopArrays
 from hapkit_studio.haptics.record import Record
 from hapkit_studio.laws.native import LAW_FUEL, call
 
-# Energy of a force and a length that fingers do not feel (0.3 N, 0.4 mm), in J.
+# energy in J that fingers do not feel: 0.3 N over 0.4 mm
 FELT = 0.12e-3
-# Counts by which the sensor may err at the highest force: a count at either end of the way, half a count as
-# the reading lags behind, and where the limit follows, the same once more.
+# Sensor error in counts at the largest force: one count at either end of the path, half a count of delay,
+# and, where the limit follows the handle, the same again.
 COUNTS = 4.0
-# Forces at so many times so many m to either side are known; so many of them are asked for a tick, each side,
-# more where the handle is faster, up to so many: what it could give is known before it is given.
+# Cell width in m, and the number of cells per tick and side for which the law is called: more while the
+# handle moves fast, up to the maximum, so that the possible energy is known before it is given.
 CELL, A_TICK, MOST_A_TICK = 0.125e-3, 4, 64
 A_METRE = 1.0 / CELL
-# Passes of loops that one call of the law may take, and all calls of a tick: a law that takes more is not
-# asked, and what it can give stays unknown.
+# Loop iterations that one call of the law, and all calls in a tick, may take. A slower law is not called, and
+# the energy that it can give remains unknown.
 MOST_PASSES, PASSES_A_TICK = 250, 2000
-# Of a period, in a live loop: the law's own call and those of the observer.
+# largest fraction of a period, in a live loop, for the law's own call and the observer's
 MOST_SHARE = 0.5
-# A controller's damping stays below this share of mass over period and delay: of a spring of K = 0, theory
-# 1.3, the stable ones are 2.0 and, a period late, 0.83; with a stiff spring and both, the best is 0.42.
+# Largest damping of the controller, as a fraction of mass over period plus delay. Without a spring the limit
+# is 1.3 in theory; in simulation 2.0, and 0.83 with a delay of a period; with a stiff spring and a delay at
+# best 0.42.
 SAFE = 0.25
-# The most force a controller adds, as a share of the device's.
+# largest force that a controller adds, as a fraction of the device's maximum
 SHARE = 0.5
 
 HELD = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
 
 
 def most_damping(mass: float, period: float, delay: float) -> float:
-    """Return the most damping in N·s/m that a controller may add, of mass kg, period s and delay s."""
+    """Return the most damping in N·s/m that a controller may add, for mass in kg, period and delay in s."""
     return SAFE * mass / (period + delay)
 
 
 @inlined
 def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
-    """Sum up the energy given since the last sample by the mean force in N in effect since then."""
+    """Add the energy given since the last sample by the mean force in N over that time."""
     w = r.watch
     moved = position - r.tick.last_position
     controlled = r.settings.damper != 0.0
@@ -80,7 +83,7 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
         proven = viscous * straighten(w, position, edge, elapsed)
     if abs(moved) <= 1.5 * quantum:
         if w.since > 0.0:
-            edge *= period / elapsed  # half a sample past it
+            edge *= period / elapsed  # the edge is half a sample in the past
             effect = (w.impulse + effect * period) / elapsed
             period = elapsed
         if moved < 0.0:
@@ -97,10 +100,11 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
 
 @inlined
 def untold(r: LoopArrays, effect: float) -> float:
-    """Return the most work in J that the change to another mean force in N gave beyond the mean's.
+    """Return the largest possible work in J of a change to another mean force in N, beyond the mean's work.
 
-    A force that changes by dF at a share d of a period gives a free handle d (1 - d) T² / 2m dF
-    ((1/2 - d) dF - b v) more, and what comes and goes with F². The worst d: 1/24 and 1/8 for its two terms.
+    If the force changes by dF at a fraction d of a period, a free handle gets d (1 - d) T² / 2m dF
+    ((1/2 - d) dF - b v) more, plus a term in F² that averages out. The maxima of the two terms over d are
+    1/24 and 1/8.
     """
     w, settings = r.watch, r.settings
     change, w.effect = effect - w.effect, effect
@@ -111,7 +115,7 @@ def untold(r: LoopArrays, effect: float) -> float:
 
 @inlined
 def straighten(w: Record, position: float, half: float, elapsed: float) -> float:
-    """Lead the straightest motion through one more count, half of it in m; return how v² dt grew in m²/s."""
+    """Extend the straightest motion by one count, half of it in m; return the increase of v² dt in m²/s."""
     w.lasted += elapsed
     ahead = position - w.turn
     if ahead - half > w.greatest * w.lasted:
@@ -132,7 +136,7 @@ def straighten(w: Record, position: float, half: float, elapsed: float) -> float
 
 @inlined
 def turn(w: Record, velocity: float, time: float) -> None:
-    """Turn after a time in s at a velocity in m/s, at a count's edge; the motion up to there is known."""
+    """Turn at a count's edge after a time in s with a velocity in m/s; the motion until then is final."""
     w.turn += velocity * time
     w.before += velocity * velocity * time
     w.lasted -= time
@@ -141,7 +145,10 @@ def turn(w: Record, velocity: float, time: float) -> None:
 
 @inlined
 def compare(r: LoopArrays, position: float, taken: float, proven: float) -> None:
-    """Compare what was given with both limits; what the damping took, and what of it is proven, is in J."""
+    """Compare the given energy with both limits.
+
+    Taken, proven: dissipated energy in J, and its provable part.
+    """
     w = r.watch
     known = w.cells_known
     cell = (position - w.start) * A_METRE
@@ -151,18 +158,18 @@ def compare(r: LoopArrays, position: float, taken: float, proven: float) -> None
         w.strict.limit += proven
         return
     level = w.given
-    if follows:  # and what a law without a state can still give
+    if follows:  # plus the energy that a law without a state can still give
         below = math.floor(cell)
         i, work = CELLS + int(below), w.work
         level += w.most - (work[i] + (cell - below) * (work[i + 1] - work[i]))
     settle(w.alarm, level, taken, follows)
-    if r.settings.damper != 0.0:  # nobody else goes by it, and it costs 0.5 ns
+    if r.settings.damper != 0.0:  # only the controller uses it, and it costs 0.5 ns
         settle(w.strict, level, proven, follows)
 
 
 @inlined
 def settle(limit: Record, level: float, taken: float, follows: bool) -> None:
-    """Update a limit and the excess over it, in J: what the damping took lifts the limit by any excess."""
+    """Update a limit and its excess in J: dissipated energy raises the limit by at most the excess."""
     excess = level - limit.limit
     if excess > 0.0:
         lifted = min(taken, excess)
@@ -176,13 +183,13 @@ def settle(limit: Record, level: float, taken: float, follows: bool) -> None:
 
 @inlined
 def threshold(r: LoopArrays) -> float:
-    """Return the excess in J that means something: it would be felt, and no sensor step can feign it."""
+    """Return the threshold in J of an excess that can be felt and that quantisation cannot cause."""
     return FELT + COUNTS * r.settings.quantum * r.watch.peak
 
 
 @inlined
 def control(r: LoopArrays, period: float) -> float:
-    """Return the force in N to take off, along the motion, so that the excess is gone within a period."""
+    """Return the force in N along the motion, to be subtracted, that removes the excess within a period."""
     w = r.watch
     most = r.settings.damper
     if most == 0.0 or w.strict.excess <= FELT:
@@ -196,7 +203,7 @@ def control(r: LoopArrays, period: float) -> float:
 
 @inlined
 def judge(r: LoopArrays, taken: float, position: float, period: float, row: np.ndarray) -> None:
-    """Write the flags and the row's energies; restart the observer after every change of the rendered law."""
+    """Write the row's flags and energies; restart the observer after every change of the rendered law."""
     w, t = r.watch, r.tick
     flags = t.row_flags
     if flags & HELD or r.tick.ramp < 1.0 or w.renew:
@@ -216,7 +223,7 @@ def judge(r: LoopArrays, taken: float, position: float, period: float, row: np.n
 
 @internal
 def force_at(r: LoopArrays, position: float, period: float) -> float:
-    """Return the force in N that the law's beginning gives at rest at a place, as far as the motor can."""
+    """Return the law's static force in N at a position from its initial state, within the motor's limit."""
     w = r.watch
     fault = w.fault
     for i in range(rows.STATES):
@@ -237,7 +244,7 @@ def force_at(r: LoopArrays, position: float, period: float) -> float:
 
 @internal
 def ask(r: LoopArrays, position: float, period: float) -> None:
-    """Ask the law for its force at the next places, and sum up the work on the way to them."""
+    """Call the law at the next cells, and add the work up to them."""
     w = r.watch
     if w.cells_known == 0:
         begin(r, position, period)
@@ -262,9 +269,9 @@ def ask(r: LoopArrays, position: float, period: float) -> None:
 
 @internal
 def reach(r: LoopArrays, position: float, period: float) -> int:
-    """Return up to which cell to ask: past where the handle is after another period, twice as fast.
+    """Return the last cell to evaluate: beyond the position reached in one period at twice the speed.
 
-    A live loop asks for no more than its law has time for.
+    In a live loop the law's duration limits the number of cells.
     """
     w, each = r.watch, r.tick.law_time
     known = w.cells_known
@@ -281,7 +288,7 @@ def reach(r: LoopArrays, position: float, period: float) -> int:
 
 @internal
 def lift(w: Record, work: float) -> None:
-    """Raise what the law can give to a work in J."""
+    """Raise the maximum of the law's work to a value in J."""
     if work > w.most:
         w.alarm.limit += work - w.most
         w.strict.limit += work - w.most
@@ -290,7 +297,7 @@ def lift(w: Record, work: float) -> None:
 
 @internal
 def begin(r: LoopArrays, position: float, period: float) -> None:
-    """Begin here: nothing given, nothing known of what the law can give but what its objects hold."""
+    """Start the observer here; no energy is given, no cell known, only the energy stored in objects."""
     w = r.watch
     w.opaque = 0
     w.given = w.alarm.limit = w.alarm.excess = w.strict.limit = w.strict.excess = w.most = 0.0

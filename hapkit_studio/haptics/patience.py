@@ -1,7 +1,7 @@
-"""When a headless run ends early: its law takes too long, or a person presses Ctrl+C.
+"""End a headless run early if its law takes too long or the user presses Ctrl+C.
 
-Clocks cost more than a tick. So work is counted, ticks and passes of the law's loops, and the clock is read
-once that comes to some tenths of a millisecond; where a pass takes long, to a few ticks.
+Reading a clock takes longer than a tick. Instead, work is counted in ticks and loop iterations of the law,
+and the clock is read after some tenths of a millisecond of work, or after a few ticks if iterations are slow.
 """
 
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
@@ -16,22 +16,23 @@ from hapkit_studio.laws.native import INTERPRETED
 from hapkit_studio.laws.translate import FUEL
 
 LONGEST = 1e-3
-"""s of processor time that a law may take in a headless run, or a period where that is longer: references run
-at rates that no machine keeps."""
-_WORK_OF_A_TICK, _LOOK_AFTER = 20, 50_000  # in passes of a law's loops
-_PEEK = 2  # MSG_PEEK
+"""s of processor time allowed for a call of a law in a headless run, at least a period, since reference runs
+use rates that no machine achieves."""
+# work in loop iterations of a law: of one tick, and between readings of the clock
+_WORK_OF_A_TICK, _LOOK_AFTER = 20, 50_000
+_PEEK = 2
 
 
 @internal
 def interrupted(r: LoopArrays) -> bool:
-    """Return whether a signal has come that Python has not handled yet."""
+    """Return True if a signal arrived that Python has not handled yet."""
     socket = r.tick.signals
     return socket >= 0 and clib.recv(socket, clib.word_pair(), 1, _PEEK) & 0xFFFFFFFF == 1
 
 
 @compiled
 def look(r: LoopArrays) -> None:
-    """Tell the run to quit where its law takes too long, or a person wants it to."""
+    """Cancel the run if its law takes too long or the user requests it."""
     t = r.tick
     ticks, before = t.ticks_done, t.clock_read_at
     t.work_done = t.ticks_done = 0
@@ -45,14 +46,14 @@ def look(r: LoopArrays) -> None:
 
 @internal
 def begin(r: LoopArrays) -> None:
-    """Forget when the clock was read last: other things have taken time since."""
+    """Restart the measurement of the law's time, because other work has intervened."""
     r.tick.clock_read_at = 0.0
     r.tick.work_done = r.tick.ticks_done = 0
 
 
 @inlined
 def goes_on(r: LoopArrays) -> bool:
-    """Return whether to go on after one more call of the law."""
+    """Return True if the run continues after one more call of the law."""
     t = r.tick
     t.ticks_done += 1
     t.work_done += _WORK_OF_A_TICK
@@ -64,7 +65,7 @@ def goes_on(r: LoopArrays) -> bool:
 
 
 def check(r: LoopArrays, title: str) -> None:
-    """Raise LawError where a run was ended as its law takes too long, KeyboardInterrupt for a person."""
+    """Raise LawError if a run was ended because of a slow law, KeyboardInterrupt if by the user."""
     if r.control.fault[0] == arrays.SLOW_LAW:
         taken, limit = float(r.tick.fault_value), float(r.tick.fault_position)
         raise LawError(

@@ -1,9 +1,8 @@
-"""The loop's priority: ask for the most the system grants, say in words what was obtained.
+"""The loop's thread priority: request the highest that the system grants, and describe the result.
 
-``obtain`` and ``release`` are called in the thread they concern, ``demote`` from compiled code. Linux is in
-``realtime_linux``; the others take a time-constraint policy (macOS, <mach/thread_policy.h>) or join the
-Multimedia Class Scheduler's "Pro Audio" task (Windows, avrt.h), and keep a share for other threads by
-themselves.
+``obtain`` and ``release`` are called in the thread concerned, ``demote`` from compiled code. Linux is in
+``realtime_linux``. macOS uses a time-constraint policy (<mach/thread_policy.h>), Windows the "Pro Audio" task
+of the Multimedia Class Scheduler (avrt.h); both reserve processor time for other threads.
 """
 
 import ctypes
@@ -23,7 +22,10 @@ _task = threading.local()
 
 
 def macos_obtain(library: Any = None) -> tuple[str, int]:
-    """Ask for 0.2 ms of computing within 0.5 ms of every 1 ms; return the words and the level (0: none)."""
+    """Request 0.2 ms of computing within 0.5 ms of every 1 ms.
+
+    Return a description and the level, 0: none.
+    """
     library = library or ctypes.CDLL(None)
     ratio = (ctypes.c_uint32 * 2)()
     library.mach_timebase_info(ctypes.byref(ratio))
@@ -36,14 +38,14 @@ def macos_obtain(library: Any = None) -> tuple[str, int]:
 
 
 def macos_release(library: Any = None) -> None:
-    """Give the calling thread the standard policy back."""
+    """Restore the standard policy of the calling thread."""
     library = library or ctypes.CDLL(None)
     library.thread_policy_set(_macos_thread(library), _STANDARD_POLICY, (ctypes.c_uint32 * 1)(), 0)
 
 
 @compiled
 def macos_demote() -> None:
-    """Give the calling thread the standard policy at once, from compiled code."""
+    """Restore the standard policy of the calling thread at once, from compiled code."""
     clib.thread_policy_set(
         clib.pthread_mach_thread_np(clib.pthread_self()), _STANDARD_POLICY, clib.word_pair(), 0
     )
@@ -56,7 +58,7 @@ def _macos_thread(library: Any) -> int:
 
 
 def windows_obtain(library: Any = None) -> tuple[str, int]:
-    """Join the task "Pro Audio" at critical priority; return the words and the level (0: none)."""
+    """Join the task "Pro Audio" at critical priority; return a description and the level, 0: none."""
     library = _avrt(library)
     index = ctypes.c_uint32(0)
     handle = library.AvSetMmThreadCharacteristicsW("Pro Audio", ctypes.byref(index))
@@ -68,7 +70,6 @@ def windows_obtain(library: Any = None) -> tuple[str, int]:
 
 
 def windows_release(library: Any = None) -> None:
-    """Leave the task."""
     handle = getattr(_task, "handle", None)
     if handle:
         _avrt(library).AvRevertMmThreadCharacteristics(handle)
@@ -77,7 +78,7 @@ def windows_release(library: Any = None) -> None:
 
 @compiled
 def windows_demote() -> None:
-    """Give the calling thread normal priority at once, from compiled code."""
+    """Restore normal priority of the calling thread at once, from compiled code."""
     clib.SetThreadPriority(clib.GetCurrentThread(), _PRIORITY_NORMAL)
 
 
@@ -92,14 +93,15 @@ def _avrt(library: Any) -> Any:
 
 
 class System(NamedTuple):
-    """How one system raises the calling thread's priority and takes it back."""
+    """The functions by which one operating system raises and restores the calling thread's priority."""
 
     obtain: Callable[[], tuple[str, int]]
     release: Callable[[], None]
     demote: Callable[[], None]
     how_to_get_more: str
-    enough: int = 1  # the level from which on there is no more
-    is_realtime: Callable[[int], bool] = lambda thread: True  # never taken away for good
+    enough: int = 1  # no higher priority exists from this level on
+    # the system never withdraws the priority permanently
+    is_realtime: Callable[[int], bool] = lambda thread: True
 
 
 SYSTEMS = {
@@ -128,7 +130,10 @@ release, demote = _system.release, _system.demote
 
 @dataclass(frozen=True)
 class Priority:
-    """What was obtained, e.g. "Real-time, FIFO 80", and in one sentence how to get more (may be empty)."""
+    """A description of the priority, e.g.
+
+    "Real-time, FIFO 80", and how to get a higher one (may be empty).
+    """
 
     text: str
     realtime: bool = False
@@ -137,20 +142,20 @@ class Priority:
 
 
 def obtain() -> Priority:
-    """Raise the calling thread's priority; call it once everything is compiled, right before the loop."""
+    """Raise the calling thread's priority; call it after compiling everything, just before the loop."""
     text, level = _system.obtain()
     return Priority(text, level > 0, "" if level >= _system.enough else _system.how_to_get_more, level)
 
 
 def held(obtained: Priority, thread: int) -> Priority:
-    """Return what is left of an obtained priority: a thread that did not let go was demoted meanwhile."""
+    """Return the present priority: a thread that did not block has been demoted meanwhile."""
     if not obtained.realtime or _system.is_realtime(thread):
         return obtained
     return Priority("Normal priority, demoted", how="Lower the rate, then connect again.")
 
 
 def probe() -> Priority:
-    """Return what a loop started now would obtain, from a thread of its own."""
+    """Return the priority that a loop started now would obtain, determined in a separate thread."""
     found = []
 
     def ask() -> None:
@@ -164,7 +169,7 @@ def probe() -> Priority:
 
 
 def report() -> str:
-    """Return what this user's loop obtains, and what to do for more."""
+    """Return a description of the priority of this user's loop, and how to get a higher one."""
     now = probe()
     lines = [f"The loop of this user obtains: {now.text}."]
     if now.how:

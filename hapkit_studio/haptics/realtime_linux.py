@@ -1,9 +1,9 @@
 """Real-time priority on Linux for the calling thread: SCHED_FIFO, RealtimeKit, nice.
 
-Beside it what needs no priority: timer slack, locked memory, processors kept awake. A thread that
-holds the processor is demoted from a signal handler: the kernel sends SIGXCPU once a real-time thread has run
-for RLIMIT_RTTIME without blocking (setrlimit(2)). A Python handler would have to wait for the main thread and
-the GIL; this one is compiled.
+Also timer slack, locked memory and processors without sleep states, which need no priority. A signal handler
+demotes a thread that does not block: the kernel sends SIGXCPU once a real-time thread has run for
+RLIMIT_RTTIME without blocking (setrlimit(2)). A Python handler would have to wait for the main thread and the
+GIL, so this one is compiled.
 """
 
 import ctypes
@@ -31,7 +31,7 @@ _SLOTS = 16
 _SYMBOL = "hapkit_studio_realtime_threads"
 _OTHER_RESET_ON_FORK = 0x40000000
 
-# word 0 counts the demotions, the others hold thread ids or 0; a symbol keeps the handler cacheable
+# word 0 counts demotions, the others are thread ids or 0; a symbol keeps the handler cacheable
 _table = (ctypes.c_int64 * (1 + _SLOTS))()
 llvm.add_symbol(_SYMBOL, ctypes.addressof(_table))
 
@@ -49,7 +49,7 @@ def _table_address(typingctx):
 
 @functools.cache
 def _handler():
-    """Compile or load the handler; only system calls in it, so it is safe at any instant."""
+    """Compile or load the handler; it makes only system calls, so it is async-signal-safe."""
 
     @cfunc(types.void(types.int32), cache=True)
     def on_overrun(number):
@@ -64,7 +64,7 @@ def _handler():
 
 
 def watch_overrun(thread: int, hard_limit_us: int | None = None) -> None:
-    """Have a thread demoted after 100 ms without blocking; optionally lower the hard limit for good."""
+    """Demote a thread after 100 ms without blocking; optionally lower the hard limit permanently."""
     if thread not in _table[1:]:
         _table[1 + list(_table[1:]).index(0)] = thread
     if config.DISABLE_JIT:
@@ -79,7 +79,7 @@ def watch_overrun(thread: int, hard_limit_us: int | None = None) -> None:
 
 
 def forget_overrun(thread: int) -> None:
-    """Stop watching a thread."""
+    """Stop monitoring a thread."""
     for slot in range(1, 1 + _SLOTS):
         if _table[slot] == thread:
             _table[slot] = 0
@@ -100,13 +100,13 @@ _KIT = ("org.freedesktop.RealtimeKit1", "/org/freedesktop/RealtimeKit1", "org.fr
 
 
 def obtain() -> tuple[str, int]:
-    """Raise the calling thread as far as it may go; return the words and the real-time level (0: none).
+    """Raise the calling thread's priority as far as allowed; return a description and the level, 0: none.
 
-    Compile everything first: from here on 100 ms without blocking end the privilege.
+    Compile everything first: from here on, 100 ms without blocking end the privilege.
     """
     thread = threading.get_native_id()
     if not config.DISABLE_JIT:
-        _handler()  # under an inherited limit a real-time thread has no time to compile it
+        _handler()  # compiled first: an inherited limit leaves a real-time thread no time for it
     set_timer_slack(1)
     lock_memory()
     keep_processors_awake()
@@ -118,7 +118,7 @@ def obtain() -> tuple[str, int]:
 
 
 def release() -> None:
-    """Give the calling thread normal priority and the default timer slack back."""
+    """Restore the calling thread's normal priority and default timer slack."""
     thread = threading.get_native_id()
     os.sched_setscheduler(0, os.SCHED_OTHER | os.SCHED_RESET_ON_FORK, os.sched_param(0))
     if os.getpriority(os.PRIO_PROCESS, thread) < 0:
@@ -130,17 +130,17 @@ def release() -> None:
 
 @compiled
 def demote() -> None:
-    """Give the calling thread normal priority at once, from compiled code."""
+    """Restore the calling thread's normal priority at once, from compiled code."""
     clib.sched_setscheduler(0, _OTHER_RESET_ON_FORK, clib.word_pair())
 
 
 def set_timer_slack(nanoseconds: int) -> None:
-    """Let the calling thread's sleeps end that late at most, beside the scheduler's own delay; 0: default."""
+    """Limit the extra lateness of the calling thread's sleeps, in addition to the scheduler's; 0: default."""
     ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(nanoseconds), 0, 0, 0)
 
 
 def lock_memory() -> None:
-    """Keep the process's pages in memory where no limit could make a later allocation fail."""
+    """Lock the process's pages in memory unless a limit could make a later allocation fail."""
     status = Path("/proc/thread-self/status").read_text().splitlines()
     capabilities = next((int(line.split()[1], 16) for line in status if line.startswith("CapEff:")), 0)
     unlimited = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY
@@ -149,9 +149,10 @@ def lock_memory() -> None:
 
 
 def keep_processors_awake() -> bool:
-    """Ask for a wake-up latency of 0 µs until released, where allowed (the kernel's PM QoS interface).
+    """Request a wake-up latency of 0 µs until released, if permitted (the kernel's PM QoS interface).
 
-    A virtual processor that halts is given back late by its host: p99.9 3 ms without, 0.18 ms with.
+    A halted virtual processor is resumed late by its host: p99.9 is 3 ms without the request, 0.18 ms with
+    it.
     """
     let_processors_sleep()
     try:
@@ -163,7 +164,7 @@ def keep_processors_awake() -> bool:
 
 
 def let_processors_sleep() -> None:
-    """Take back what ``keep_processors_awake`` asked for in this thread."""
+    """Withdraw the request of ``keep_processors_awake`` in this thread."""
     file = getattr(_held, "file", None)
     if file is not None:
         file.close()
@@ -171,7 +172,7 @@ def let_processors_sleep() -> None:
 
 
 def is_realtime(thread: int) -> bool:
-    """Say whether a thread of this process is scheduled in real time."""
+    """Return True if a thread of this process has real-time scheduling."""
     policy = os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK
     return policy in (os.SCHED_FIFO, os.SCHED_RR)
 
@@ -189,7 +190,7 @@ def _take_fifo(thread: int) -> tuple[str, int] | None:
 
 
 def _ask_realtime_kit(thread: int) -> tuple[str, int] | None:
-    """Ask the system service; it demands a hard RLIMIT_RTTIME and grants a bounded priority."""
+    """Ask RealtimeKit, which requires a hard RLIMIT_RTTIME and grants a limited priority."""
     if shutil.which("busctl") is None:
         return None
     bounds = _busctl("get-property", *_KIT, "MaxRealtimePriority", "RTTimeUSecMax")
@@ -207,7 +208,7 @@ def _ask_realtime_kit(thread: int) -> tuple[str, int] | None:
 
 
 def _busctl(verb: str, *arguments: str) -> str:
-    """Return what busctl prints, empty when the bus, the service or the right to use it is missing."""
+    """Return the output of busctl, "" if the bus, the service or the permission is missing."""
     command = ["busctl", "--system", "--timeout=2", "--auto-start=yes", verb, *arguments]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=5, check=False)

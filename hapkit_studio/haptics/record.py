@@ -1,17 +1,16 @@
-"""Records: numbers with names, read and written as attributes in Python and in compiled code."""
+"""Records: named numbers that Python and compiled code read and write as attributes."""
 
 from typing import Any
 
 import numpy as np
 
-Record = Any  # a numpy.record; its fields have no types that mypy knows
+Record = Any  # a numpy.record; mypy does not know the types of its fields
 
 
 def record(*fields: tuple) -> np.dtype:
-    """Return a dtype whose elements have their fields as attributes, of 8 bytes each or arrays of these."""
+    """Return a dtype of records whose fields are attributes: 8-byte numbers, or arrays of them."""
     return np.dtype((np.record, np.dtype(list(fields), align=True)))
 
 
 def zeros(dtype: np.dtype) -> Record:
-    """Return a record of zeros."""
     return np.zeros(1, dtype)[0]

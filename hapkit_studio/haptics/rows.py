@@ -1,8 +1,8 @@
-"""Telemetry: the row that every tick writes, in SI units, and the ring of rows that readers follow.
+"""Telemetry: the row that every tick writes, in SI units, and a ring buffer of rows for readers.
 
 HOST_TIME is the computer's monotonic clock (time.perf_counter), so rows before and after a lost connection
-stand on one axis; BOARD_TIME is the device's own clock since it started. The loop writes and never waits;
-each reader follows with its own cursor.
+share a time axis; BOARD_TIME is the device's own clock since it started. The loop writes without waiting;
+each reader has its own cursor.
 """
 
 from typing import NamedTuple
@@ -26,32 +26,31 @@ STATE = len(SIGNALS)
 ROW_WIDTH = STATE + STATES
 
 CLAMPED, STOPPED, FAULT, STALE, FADING, GAP = 1, 2, 4, 8, 16, 32
-# the passivity observer: more was given than could be stored; the controller adds damping
+# the passivity observer: more energy was given than the limit; the controller adds damping
 ACTIVE, DAMPED = 64, 128
 CAPACITY = 1 << 16
 
 
 class Ring(NamedTuple):
-    """Rows (capacity, ROW_WIDTH), and the control words that hold the count of rows ever written."""
+    """Rows (capacity, ROW_WIDTH), and the control words with the number of rows written."""
 
     rows: np.ndarray
-    control: Record  # arrays.CONTROL
+    control: Record  # a CONTROL record
 
 
 def new_ring(control: Record, capacity: int = CAPACITY) -> Ring:
-    """Return an empty ring; capacity is a power of two."""
+    """Return an empty ring; capacity must be a power of two."""
     return Ring(np.zeros((capacity, ROW_WIDTH)), control)
 
 
 @internal
 def next_index(ring: Ring) -> int:
-    """Return the index of the row to fill next."""
     return ring.control.head[0] & (ring.rows.shape[0] - 1)
 
 
 @internal
 def publish(ring: Ring) -> None:
-    """Hand the filled row to the readers; what comes after is written after."""
+    """Publish the filled row to the readers with a release store."""
     store_release(ring.control.head, 0, ring.control.head[0] + 1)
     fence()
 
@@ -63,7 +62,7 @@ def _head(ring):
 
 
 class RingReader:
-    """Reads every row once; rows overwritten before they were read are counted in ``lost``."""
+    """Read every row once; ``lost`` counts the rows overwritten before they were read."""
 
     def __init__(self, ring: Ring):
         self._ring = ring
@@ -71,14 +70,14 @@ class RingReader:
         self.lost = 0
 
     def rewind(self, count: int) -> None:
-        """Go back, so that the next call of read gives up to so many rows more, as far as they are kept."""
+        """Go back by up to ``count`` rows, as far as they are still stored."""
         oldest = max(int(_head(self._ring)) - self._ring.rows.shape[0] + 1, 0)
         self._cursor = max(self._cursor - count, oldest)
 
     def read(self, most: int = CAPACITY) -> np.ndarray:
-        """Return the rows written since the last call, at most so many: (n, ROW_WIDTH), oldest first."""
+        """Return at most ``most`` rows written since the last call: (n, ROW_WIDTH), oldest first."""
         capacity = self._ring.rows.shape[0]
-        # The writer may be filling the oldest row this very moment, so that one is given up as well.
+        # The writer may be overwriting the oldest row right now, so it counts as lost too.
         head = int(_head(self._ring))
         first = max(self._cursor, head - capacity + 1)
         stop = min(head, first + most)

@@ -1,11 +1,11 @@
-"""The live loop on a serial port: wakes on a frame, answers at once, never spins.
+"""The live loop on a serial port: a frame wakes it, it answers at once, and never busy-waits.
 
-One chunk of bytes comes in, one answer goes out: the functions for that serve the compiled loop and the
-plain Python thread for systems whose ports are no file descriptors. They leave the bytes to send at the start
-of the link's ``frame`` and return how many they are.
+Each chunk of received bytes gets one answer. The same functions serve the compiled loop and the plain Python
+thread for systems whose ports are not file descriptors. They write the answer to the start of the link's
+``frame`` and return its length.
 
-What hangs up, errs or ends (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the loop with a latched fault, and
-so does a board that sends nothing any more: one that began anew in mid-motion has forgotten to stream.
+A hang-up, error or end of the line (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the loop with a latched
+fault. So does a board that stops sending, because a restarted board no longer streams.
 """
 
 import contextlib
@@ -27,16 +27,17 @@ from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Sample
 
-# s in which the samples before the newest may be rendered: later, their forces and the newest's are too old.
+# Time limit in s for rendering the samples before the newest; beyond it their forces, and the newest's, are
+# too old.
 CATCH_UP = 0.005
 
 
 @compiled
 def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> int:
-    """Render the samples in the first size bytes of the line's data, answer the newest.
+    """Render the samples in the first size bytes of the line's data, and answer the newest.
 
-    Older samples of the same chunk count as missed: their answers would come too late. Where the law has no
-    time for them they are skipped. Telemetry is shown.
+    Older samples in the same chunk count as missed, because their answers would be too late; if the law is
+    too slow for them, they are skipped. Telemetry is written to rows.
     """
     count = codec.feed(conn.reader, conn.buffer, conn.data, size, conn.samples)
     now, length, skipped = clock.now(), 0, 0
@@ -70,7 +71,7 @@ def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> i
 
 @internal
 def has_no_time_for(r: LoopArrays, conn: Link, sample: np.ndarray, older: int) -> bool:
-    """Return whether the law, as slow as at the last sample, has no time for samples before the newest."""
+    """Return True if the law, at its last duration, is too slow to render samples before the newest."""
     if sample[codec.KIND] != codec.SAMPLE or not conn.state.last_was_sample:
         return False
     each = r.tick.law_time
@@ -79,9 +80,9 @@ def has_no_time_for(r: LoopArrays, conn: Link, sample: np.ndarray, older: int) -
 
 @internal
 def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
-    """Fill the ring's next row from frame k; return whether it is one to be shown.
+    """Fill the ring's next row from frame k; return False if the row must not be published.
 
-    What comes while the board takes over another zero is not: nobody knows which zero it counts from.
+    It must not while the board changes its zero, since the zero of its count is unknown then.
     """
     state = conn.state
     count_errors(r, conn, conn.samples[k])
@@ -90,7 +91,7 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
         board_rendering.show(r, conn, out, k, now)
         return True
     if state.handover == link.SENDING_SETTINGS or state.handover == link.SENDING_LAW:
-        # a board that takes over settings or checks a law leaves a sample out: the line lost none
+        # a board that applies settings or verifies a law skips samples, which the line has not lost
         conn.reader[codec.LOST_FRAMES] -= int(conn.samples[k, codec.LOST])
     if state.handover == link.SENDING_SETTINGS:
         state.left_out, state.last_was_sample = 1, 0
@@ -100,7 +101,7 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
     elif state.handover == link.ON_BOARD:  # the board has lost its law
         state.handover, state.law_due = link.SENDING_LAW, 1
     if not state.last_was_sample:
-        # the computer's tick goes on from the motion as the board saw it
+        # the computer's tick continues from the motion that the board measured
         link.resume(r, conn, conn.samples[k, codec.COUNT], r.tick.velocity)
         conn.forces[:] = 0.0
         conn.state.effect = 0.0
@@ -111,7 +112,7 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
 
 @internal
 def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
-    """Add up what the board counts in a byte: forces refused as too old, frames that it could not read."""
+    """Update counts of the board's errors from its 8-bit counters: refused forces and unreadable frames."""
     state = conn.state
     errors, stale = int(sample[codec.RX_ERRORS]), int(sample[codec.STALE])
     if state.started and sample[codec.KIND] == codec.SAMPLE:
@@ -127,10 +128,10 @@ def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
 
 @internal
 def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
-    """Encode what answers frame k: a changed E-stop first, then force, or a word where the board renders.
+    """Encode the answer to frame k: a changed E-stop first, then a force, or a message to a rendering board.
 
-    While the board renders, a latched fault stops it as well. An added delay answers a sample of so many
-    periods ago.
+    While the board renders, a latched fault also stops it. With added delay the answer belongs to an earlier
+    sample.
     """
     state, length, stopped = conn.state, 0, load_acquire(r.control.stop, 0)
     conn.state.last_answer = now
@@ -139,7 +140,7 @@ def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
     if stopped != state.sent_stop:
         state.sent_stop = stopped
         if not stopped:
-            state.law_due = 1  # its state has gone on meanwhile
+            state.law_due = 1  # its state has changed since
         length = codec.encode_simple(conn.frame, codec.STOP if stopped else codec.RELEASE)
     if not link.computer_answers(conn):
         return length + board_rendering.answer(r, conn, k, now, conn.frame[length:])
@@ -150,9 +151,9 @@ def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
 
 @compiled
 def answer_silence(r: LoopArrays, conn: Link) -> int:
-    """Where nothing was answered for STALE_AFTER, mark the sensor stale and encode a zero force.
+    """If nothing was answered for STALE_AFTER, mark the sensor stale and encode zero force.
 
-    A board that renders hears a question: without a word that the computer is there it switches off.
+    A rendering board gets a keep-alive request, without which it switches off.
     """
     now = clock.now()
     if not link.note_gap(r, conn, now):
@@ -165,9 +166,9 @@ def answer_silence(r: LoopArrays, conn: Link) -> int:
 
 @compiled
 def encode_zero(conn: Link) -> int:
-    """Encode a zero force, the last act of every loop; where the board renders, take its law away first.
+    """Encode zero force, the last message of every loop; a rendering board is first told to stop rendering.
 
-    Told twice the board does so at once; told once it lets its force go out over 30 ms.
+    After a second message the board stops at once; after a single one its force fades out over 30 ms.
     """
     length = 0
     if conn.state.handover >= link.SENDING_LAW:
@@ -180,20 +181,20 @@ _POLLIN = 1
 _POLL_ENDED = 8 | 16 | 32
 _EAGAIN, _EINTR = errno.EAGAIN, errno.EINTR
 _TIMEOUT_MS = int(1e3 * STALE_AFTER)
-# A poll that finds bytes there returns in a few microseconds; one that waited took longer.
+# s: poll returns sooner if bytes are already there, and takes longer if it has to wait
 _NO_WAIT = 10e-6
 
 
 @internal
 def send(fd: int, frame: np.ndarray, size: int) -> None:
-    """Write what is to be sent, if anything; a full line drops it, the board's watchdog covers that."""
+    """Write a frame, if any; drop it if the line's buffer is full, which the board's watchdog tolerates."""
     if size > 0:
         clib.write(fd, frame.ctypes.data, size)
 
 
 @internal
 def wait(fd: int, spec: np.ndarray) -> int:
-    """Wait for bytes for up to STALE_AFTER; return 1 for bytes, 0 for none, -1 where the line has ended."""
+    """Wait up to STALE_AFTER for bytes; return 1 for bytes, 0 for a time-out, -1 if the line has ended."""
     spec[0] = fd | (_POLLIN << 32)
     ready = clib.poll(spec.ctypes.data, 1, _TIMEOUT_MS)
     if ready < 0:
@@ -206,10 +207,10 @@ def wait(fd: int, spec: np.ndarray) -> int:
 
 @compiled
 def hold_back(r: LoopArrays, before: float, hurried: int) -> int:
-    """Latch once that the machine cannot keep up, and wait a period a pass until that is cleared.
+    """Latch a fault if the machine cannot keep up; then wait a period per iteration until it is cleared.
 
-    Return how many passes in a row found bytes there. After a period's wait the next one does as well, so
-    clearing begins the count anew: else no board at its own rate could ever be cleared.
+    Return the number of consecutive iterations that found bytes without waiting. Clearing resets it: after a
+    wait of a period bytes are always there, so a board at its own rate could never be cleared otherwise.
     """
     if hurried == MOST_PASSES_WITHOUT_WAITING + 1:
         latch(r, arrays.RUNAWAY, 1.0 / r.settings.period, 0.0)
@@ -220,7 +221,7 @@ def hold_back(r: LoopArrays, before: float, hurried: int) -> int:
 
 @compiled
 def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None:
-    """Own the calling thread until told to quit or the line ends; the last act is a zero command."""
+    """Occupy the calling thread until told to quit or the line ends; always send zero force last."""
     adopt(r, 0.0)
     conn.state.last_answer = clock.now()
     hurried = 0
@@ -248,7 +249,7 @@ def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None
 
 
 def warm_up() -> None:
-    """Compile or load all that a sample needs, by rendering one under a latched fault, that calls no law."""
+    """Compile or load everything that a sample needs, by rendering one with a latched fault and no law."""
     r, conn = new_arrays(block.new_block()), new_link(1.0)
     r.control.fault[0] = arrays.RUNAWAY
     frame = np.frombuffer(encode(Sample(*13 * (0,))), dtype=np.uint8)
@@ -267,10 +268,10 @@ def run_portable(
     read: Callable[[float], bytes],
     write: Callable[[bytes], object],
 ) -> None:
-    """Do what ``run`` does in a plain Python thread, for systems whose ports are no file descriptors.
+    """Run the loop in a plain Python thread, for systems whose ports are not file descriptors.
 
-    The same tick, codec and answers; only waiting, reading and writing differ: they go through
-    read(seconds) and write(bytes), which may raise OSError.
+    Tick, codec and answers are those of ``run``; waiting, reading and writing use read(seconds) and
+    write(bytes), which may raise OSError.
     """
 
     def send(size: int) -> None:
@@ -292,7 +293,7 @@ def run_portable(
     except OSError:
         latch(r, arrays.DEVICE_GONE, 0.0, 0.0)
     finally:
-        # where the line is gone, the board's own watchdog cuts the motor
+        # if the line has ended, the board's own watchdog switches the motor off
         with contextlib.suppress(OSError):
             send(encode_zero(conn))
         store_release(r.control.done, 0, 1)

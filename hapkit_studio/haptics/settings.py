@@ -24,13 +24,13 @@ MAX_SPEED = 3.0
 
 @dataclass
 class BlockContent:
-    """Everything that the parameter block holds, by name.
+    """The content of the parameter block, by name.
 
-    settings.mass and viscous are what the passivity observer assumes; viscous and coulomb are those of a
-    simulated device, 0 for a board, which has its own. true_velocity: the law gets the paddle's own velocity.
-    designed_for: sensor quantum in m that the estimator expects, None for settings.quantum. target: of the
-    hand in m, None while it has let go. releases: how often a simulated handle was released at rest. board:
-    how the board renders, None while the computer does.
+    settings.mass and viscous: the passivity observer's assumptions. viscous and coulomb: friction of a
+    simulated device, 0 for a board, which has its own. true_velocity: the law gets the paddle's true
+    velocity. designed_for: sensor quantum in m that the estimator assumes, None for settings.quantum. target:
+    of the hand in m, None after release. releases: how often a simulated handle was released at rest. board:
+    the board's plan, None while the computer renders.
     """
 
     environment: Environment
@@ -45,7 +45,7 @@ class BlockContent:
     generation: int = 0
 
     def encode(self) -> Block:
-        """Return the block's content; compiles the law if it is new."""
+        """Return the block; compiles the law if it is new."""
         content = block.new_block()
         settings = content.settings
         law = self.environment.force.compiled()

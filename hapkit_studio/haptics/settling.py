@@ -1,7 +1,7 @@
-"""A scene let go from rest, or kicked: does it come to rest; if not, how far and how fast does it swing?
+"""Release a scene's handle, at rest or with a speed: does it settle, and if not, how does it oscillate?
 
-The run is judged as it goes, in windows of a given number of samples, so that it ends as soon as it is known.
-Every sample is the batch's, bit for bit.
+The run is evaluated in windows of a given number of samples, so that it ends as soon as the outcome is known.
+Every sample equals that of the batch engine bit for bit.
 """
 
 import math
@@ -17,53 +17,56 @@ from hapkit_studio.haptics.cell_batch import restart
 from hapkit_studio.haptics.simulated_loop import Plant
 from hapkit_studio.laws.native import call
 
-# How a run ends: it rests, is beyond what is near, comes down from quarter to quarter for long, swings
-# steadily, ever farther, now more now less, or is not known after the most windows.
+# Outcomes: at rest; moved far away; oscillation shrinking for long, steady, growing, or irregular; undecided
+# after the most windows.
 RESTS, LEAVES, SHRINKS, STEADY, GROWS, IRREGULAR, OPEN = range(7)
 FIRST_LOOK, MOST_WINDOWS, CALM_WINDOWS = 16, 256, 4
-# From one quarter of the run to the next, a steady swing changes by no more than this share of itself, one
-# that grows by more than that.
+# Largest relative change of a steady oscillation from one quarter of the run to the next; above the second
+# value it grows.
 _STEADY_SHARE, _GROWING_SHARE = 0.002, 0.04
-# After so many windows a swing that neither grows nor shrinks from quarter to quarter stays irregular, or is
-# steady where its last two differ by less than a share.
+# After this many windows an oscillation that neither grows nor shrinks is irregular, or steady if its last
+# two quarters differ by less than this fraction.
 _LONG_LOOK, _IRREGULAR_SHARE = 64, 0.05
-# What comes down to a swing that lasts does so ever more slowly: the last quarter's share is not so much of
-# the one before in the logarithm.
+# Converging to a limit cycle: the logarithmic decay of the last quarter is below this fraction of the one
+# before.
 _AS_FAST = 0.9
-# The motion has turned where it came back by so much of what a window reaches besides its drift.
+# hysteresis of a reversal, as a fraction of the window's range beyond its drift
 _TURNED = 0.25
 
 
 class Quiet(NamedTuple):
-    """What counts as rest or as gone."""
+    """Thresholds for rest, and the distance at which the handle has left."""
 
-    least: float  # m: a window's motion no wider than that is rest
-    reach: float  # m: no wider than that is rest, too, where its force is steady
-    force: float  # N: peak to peak, a steady one
-    still: int  # samples without any motion
-    far: float  # m from where it was let go
-    drifts: bool  # nothing brings it back: how far it swings is that of its turns, beside their drift
+    least: float  # m: a window with a range up to this is at rest
+    reach: float  # m: a window with a range up to this is at rest if its force is steady
+    force: float  # N: largest peak-to-peak change of a steady force
+    still: int  # number of samples without any motion
+    far: float  # m from the start
+    # True if no force centres the handle: the amplitude is measured between reversals, without the drift
+    drifts: bool
 
 
 class Swing(NamedTuple):
-    """What a run left, of its last half; each of shape (1,), but low and high."""
+    """The oscillation in the last half of a run; each of shape (1,), except low and high."""
 
-    reach: np.ndarray  # m, peak to peak; where it drifts, a turn's: mean, or the most of an irregular one
-    frequency: np.ndarray  # Hz: turns over their time, nan where there was not one whole turn
-    clamped: np.ndarray  # share of the samples whose force is at the limit
-    samples: np.ndarray  # of the whole run, up to its last window's end
-    low: np.ndarray  # (MOST_WINDOWS,) m: of each window the lowest and highest position; 0 and a mean turn
+    # m, peak to peak; with a drift, the mean of the reversals, or the maximum of an irregular oscillation
+    reach: np.ndarray
+    frequency: np.ndarray  # Hz, NaN without a complete cycle
+    clamped: np.ndarray  # fraction of the samples with the force at its limit
+    samples: np.ndarray  # number of samples of the whole run, up to the end of its last window
+    # (MOST_WINDOWS,) m: lowest and highest position of each window; with a drift, 0 and the mean reversal
+    low: np.ndarray
     high: np.ndarray
 
 
 def new_swing() -> Swing:
-    """Return room for what a run leaves."""
+    """Return an empty result."""
     return Swing(*np.zeros((4, 1)), *np.zeros((2, MOST_WINDOWS)))
 
 
 @inlined
 def _reach(low: np.ndarray, high: np.ndarray, first: int, end: int) -> float:
-    """Return how far apart the outermost positions of some windows are, in m."""
+    """Return the range of positions in m over several windows."""
     lowest, highest = math.inf, -math.inf
     for i in range(first, end):
         lowest, highest = min(lowest, low[i]), max(highest, high[i])
@@ -72,7 +75,7 @@ def _reach(low: np.ndarray, high: np.ndarray, first: int, end: int) -> float:
 
 @inlined
 def _looked(low: np.ndarray, high: np.ndarray, count: int) -> int:
-    """Return how a run of `count` windows ends: OPEN if it goes on."""
+    """Return the outcome after `count` windows; OPEN if the run continues."""
     quarter = count // 4
     before = _reach(low, high, count - 2 * quarter, count - quarter)
     after = _reach(low, high, count - quarter, count)
@@ -103,11 +106,11 @@ def let_go(
     row: np.ndarray,
     swing: Swing,
 ) -> int:
-    """Render one run, fill swing, return how it ended; ``patience.check`` says whether it was ended.
+    """Render one run into ``swing`` and return the outcome; ``patience.check`` reports a cancelled run.
 
-    flat is the memory of arrays and plant, made a copy of it as the scene made them; hand: mass, damping,
-    stiffness, zeros for none; start: position m, speed m/s, the hand's target m; window: samples; shrinks,
-    grows: whether to end a run that does; row (ROW_WIDTH,) is room for one sample.
+    flat: the memory of arrays and plant; made: a copy of its initial content. hand: mass, damping, stiffness,
+    zeros for none. start: position in m, speed in m/s, the hand's target in m. window: samples. shrinks,
+    grows: whether to end a run with that outcome. row (ROW_WIDTH,): a buffer for one sample.
     """
     restart(r, body, flat, made, hand, start[:0], start[0])
     body.dev[simulated.V] = start[1]
@@ -139,7 +142,8 @@ def let_go(
             elif way * (extreme - x) > band:
                 if way > 0.0:
                     first, last, turns = done if turns == 0 else first, done, turns + 1
-                # a turn's width beside a straight drift: its far end from the middle of its near ones
+                # width of a reversal beside a straight drift: distance of its far end from the middle of its
+                # neighbours
                 width = abs(turned - 0.5 * (earlier + extreme))
                 turn, widest, sides = turn + width, max(widest, width), sides + 1
                 earlier, turned = turned, extreme
@@ -170,16 +174,16 @@ def let_go(
                 swing.frequency[0] = (turns - 1) / ((last - first) * period) if turns > 1 else math.nan
                 return end
             look *= 2
-        if n + 1 == look // 2:  # what is left is of the last half
+        if n + 1 == look // 2:  # keep only the last half
             turns, clamped, counted, sides, turn, widest = 0, 0, 0, 0, 0.0, 0.0
     return OPEN
 
 
 @compiled
 def static_forces(r: LoopArrays, places: np.ndarray, forces: np.ndarray) -> None:
-    """Fill the law's forces (n,) in N at rest at places (n,) in m, its state at the start each time.
+    """Fill in the law's static forces (n,) in N at positions (n,) in m, each with the initial state.
 
-    ``patience.check`` says whether it was ended before.
+    ``patience.check`` reports a cancelled run.
     """
     settings = r.block.settings
     patience.begin(r)

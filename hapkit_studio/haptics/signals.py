@@ -1,25 +1,27 @@
-"""The signals: every number that a tick writes into its row, declared once.
+"""The signals: every quantity that a tick writes into its row, declared once.
 
-Rows, session files, tables for other programs, plots, cursors and trigger take name, unit, scale and storage
-from here. The order is that of the row's columns; after them come the law's state variables.
+Rows, session files, exported tables, plots, cursors and trigger take name, unit, scale and storage format
+from this table. Its order is that of the row's columns; the law's state variables follow.
 """
 
 from dataclasses import dataclass
 
 ALWAYS, ON_REQUEST, NEVER = "always", "on request", "never"
-"""When a signal is recorded in a session."""
+"""Recording of a signal in sessions."""
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A number of every row, in SI units.
+    """A quantity in every row, in SI units.
 
-    shown_unit, scale: its unit in the window, and how many of these one SI unit has.
-    step: session files store multiples of it, without one 32-bit floats; in_counts: of the sensor's quantum.
-    delta_to: session files store the difference to this signal, which it mostly equals.
-    whole: its values are integers. extremes: session files keep the extremes of every block, to draw from.
-    header: its column in tables for other programs, where that is not the name with the unit.
-    gaps: a single NaN breaks its line in a plot, however many samples a column of pixels holds.
+    shown_unit, scale: its unit in the window, and the number of such units per SI unit.
+    step: session files store integer multiples of it; without a step, 32-bit floats. in_counts: step in units
+    of the sensor's quantum.
+    delta_to: session files store the difference to this signal.
+    whole: the values are integers. extremes: session files store the extremes of every block for the overview
+    plot.
+    header: the column's name in exported tables if it is not the name with the unit.
+    gaps: plots show every single NaN as a gap, even if a pixel column contains many samples.
     """
 
     name: str
@@ -37,11 +39,11 @@ class Signal:
 
     @property
     def column_name(self) -> str:
-        """Return the name of its column in tables for other programs, as "velocity_m_per_s"."""
+        """Return the column name in exported tables, such as "velocity_m_per_s"."""
         return self.header or "_".join(filter(None, (self.name, self.unit.replace("/", "_per_"))))
 
 
-# energy: work on the handle since the loop began; energy_given: since the passivity observer restarted;
+# energy: work on the handle since the loop started; energy_given: since the passivity observer restarted;
 # energy_limit: the most that a passive scene could have given since then. Both are NaN without the observer.
 SIGNALS = (
     Signal("tick", step=1.0, whole=True),
@@ -65,4 +67,4 @@ SIGNALS = (
 )
 BY_NAME = {signal.name: signal for signal in SIGNALS}
 COLUMN = {signal.name: column for column, signal in enumerate(SIGNALS)}
-"""The column of each signal in a row."""
+"""Column index of each signal in a row."""

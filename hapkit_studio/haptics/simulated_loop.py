@@ -1,6 +1,6 @@
-"""The simulated Hapkit inside a loop, and the live loop on it.
+"""The simulated Hapkit in a loop, and the live loop on it.
 
-The loop sleeps to absolute deadlines, renders, and moves the paddle on.
+The loop sleeps until absolute deadlines, renders a sample, and advances the paddle.
 """
 
 import math
@@ -24,12 +24,12 @@ from hapkit_studio.haptics.tick import adopt, latch, live_tick
 MASS, QUANTUM = 0, 1
 HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET, TOP_SPEED, RELEASES = 2, 5, 6, 7, 8, 9, 10, 11
 _CONSTANTS = 12
-# The pointer moves in steps of a frame; a hand does not.
+# s: a pointer's steps, once per video frame, are smoothed over this time, since a hand moves smoothly
 POINTER_SECONDS = 0.012
 
 
 class Plant(NamedTuple):
-    """The device's arrays: motion and pending commands, constants, what was configured last."""
+    """The device's arrays: motion and pending commands, constants, last configuration."""
 
     dev: np.ndarray
     queue: np.ndarray
@@ -47,7 +47,7 @@ def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
 
 @internal
 def configure(plant: Plant, settings: Record, hand: tuple[float, float, float], holds: bool) -> None:
-    """Bring a hand and the settings' period, delay and friction into force where any of them changed.
+    """Apply the hand and the settings' period, delay and friction if any of them changed.
 
     hand: mass, damping and stiffness in SI units.
     """
@@ -66,10 +66,10 @@ def configure(plant: Plant, settings: Record, hand: tuple[float, float, float], 
 
 @compiled
 def follow_settings(plant: Plant, r: LoopArrays) -> None:
-    """Bring the block's device, hand, period and delay into force; a hand appears where the handle is.
+    """Apply the block's device, hand, period and delay; a new hand starts at the handle's position.
 
-    One that lets the handle go at rest takes its speed. Another sensor's first reading is where the handle
-    was, so it is no motion.
+    A hand that releases the handle at rest sets its speed to zero. After a change of sensor, its first
+    reading is the handle's present position and not a motion.
     """
     settings, constants = r.settings, plant.constants
     on = settings.hand_on != 0
@@ -92,19 +92,19 @@ def follow_settings(plant: Plant, r: LoopArrays) -> None:
 
 @compiled
 def cut_motor(plant: Plant) -> None:
-    """Switch the motor off at once: forces still on their way are dropped, whatever the delay."""
+    """Switch the motor off at once, and discard delayed forces."""
     plant.queue[:] = 0.0
 
 
 @compiled
 def measure(plant: Plant) -> float:
-    """Return the position in m that the sensor reads now."""
+    """Return the position in m that the sensor measures now."""
     return simulated.quantise(plant.dev[simulated.X], plant.constants[QUANTUM])
 
 
 @compiled
 def write_truth(plant: Plant, target: float, row: np.ndarray) -> None:
-    """Fill the row's truth: the paddle's physics at this instant."""
+    """Write the row's truth: the paddle's true motion at this instant."""
     row[rows.TRUE_POSITION] = plant.dev[simulated.X]
     row[rows.TRUE_VELOCITY] = plant.dev[simulated.V]
     row[rows.HAND_FORCE] = plant.dev[simulated.HAND_FORCE]
@@ -113,7 +113,7 @@ def write_truth(plant: Plant, target: float, row: np.ndarray) -> None:
 
 @internal
 def lead(plant: Plant, pointer: float) -> tuple[float, float]:
-    """Move the hand's target on towards the pointer in m; return where it was and where it is in a period."""
+    """Move the hand's target towards the pointer in m; return the target now and after a period."""
     now = plant.constants
     target, most = now[TARGET], now[TOP_SPEED] * now[PERIOD]
     step = (pointer - target) * -math.expm1(-now[PERIOD] / POINTER_SECONDS)
@@ -123,15 +123,15 @@ def lead(plant: Plant, pointer: float) -> tuple[float, float]:
     return target, now[TARGET]
 
 
-# A pass that finds its deadline gone by did not wait; so many in a row mean the machine cannot keep up.
+# number of consecutive iterations that missed their deadline after which the machine cannot keep up
 MOST_PASSES_WITHOUT_WAITING = 100
 
 
 @internal
 def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: float) -> None:
-    """Render one sample at the clock's now, publish its row, move the paddle on to the next one.
+    """Render one sample at the present time, publish its row, and advance the paddle to the next sample.
 
-    Settings that the tick takes hold from this sample on; up to here the old period has passed.
+    Settings that the tick adopts apply from this sample on; the time until now still had the old period.
     """
     row = out.rows[rows.next_index(out)]
     write_truth(body, body.constants[TARGET], row)
@@ -152,7 +152,7 @@ def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: f
 
 @compiled
 def run(r: LoopArrays, body: Plant, out: Ring, late: np.ndarray) -> None:
-    """Own the calling thread until told to quit; the last act is a zero command."""
+    """Occupy the calling thread until told to quit; always send zero force last."""
     adopt(r, measure(body))
     follow_settings(body, r)
     deadline = clock.now()

@@ -1,10 +1,10 @@
-"""The one tick: position in, force out. Every driver renders through it, live, headless and in sweeps.
+"""The tick: position in, force out. Every driver renders through it, live, headless and in sweeps.
 
 position -> velocity estimate -> law -> passivity -> fade -> safety -> motor command -> telemetry row
 
-What the passivity controller takes comes off the clamped force, and the sum is clamped once more.
+The passivity controller's force is subtracted from the clamped force, and the result is clamped again.
 
-New settings come into force inside it: numbers ramp, choices and laws cross-fade.
+New settings are adopted inside the tick: numbers ramp, choices and laws cross-fade.
 """
 
 import math
@@ -24,18 +24,22 @@ STALE_AFTER = 0.020
 RECOVER_AFTER = 0.100
 STALE_WINDOW = 10.0
 OVERRUN_WINDOW, MOST_OVERRUN, MOST_ONCE = 0.1, 0.005, 0.050
-"""s of processor time: a law latches a fault where two or more calls longer than a period use the second
-within the first, or one call uses the third. A page that the kernel has to clear takes some ms, once."""
+"""s of processor time: a law latches a fault if two or more calls longer than a period take MOST_OVERRUN in
+total within OVERRUN_WINDOW, or one call takes MOST_ONCE. A page that the kernel must clear takes some ms,
+once."""
 LONGEST_TURN = 20e-6
-"""s of processor time that one turn of a law's loops explains, and the rest of a call: some 1,000 sines. A
-computer that lends its processor to others counts their time as the thread's, 4 ms at once."""
-_SUSPECT = 0.1  # of a period: shorter ticks by the wall clock need no look at the processor time
+"""s of processor time that one loop iteration of a law explains, and the rest of a call: about 1,000 sines.
+
+A computer that lends its processor to others counts their time as the thread's, 4 ms at a time.
+"""
+# fraction of a period: the processor time is read only after ticks longer than this by the wall clock
+_SUSPECT = 0.1
 _ROUNDING = 1e-9
 
 
 @internal
 def due(r: LoopArrays) -> bool:
-    """Return whether ``refresh`` has anything to do; at nearly every tick it has not."""
+    """Return True if ``refresh`` has work to do; in nearly every tick it has none."""
     if load_acquire(r.block.sequence, 0) != r.sequence[0]:
         return True
     if load_acquire(r.control.clear, 0) != r.tick.cleared:
@@ -46,7 +50,7 @@ def due(r: LoopArrays) -> bool:
 
 @internal
 def refresh(r: LoopArrays, position: float, period: float) -> None:
-    """Take a newer block, move ramp and cross-fade on by a period, obey a cleared fault."""
+    """Read a newer block, advance ramp and cross-fade by a period, clear a fault on request."""
     if load_acquire(r.block.sequence, 0) != r.sequence[0]:
         adopt(r, position)
     t = r.tick
@@ -63,7 +67,7 @@ def refresh(r: LoopArrays, position: float, period: float) -> None:
 
 @compiled
 def adopt(r: LoopArrays, position: float) -> None:
-    """Bring a new block into force; while a cross-fade runs it waits, and the newest one is taken after."""
+    """Adopt a new block; during a cross-fade it waits, and the newest block is adopted afterwards."""
     t = r.tick
     if t.blend < 1.0 and t.started:
         return
@@ -91,7 +95,7 @@ def adopt(r: LoopArrays, position: float) -> None:
 
 @internal
 def other_loop(r: LoopArrays) -> bool:
-    """Return whether the block just read has another loop or device than the one in force."""
+    """Return True if the new block changes the loop or the device."""
     new, old = r.draft.settings, r.settings
     for i in range(estimators.COEFFICIENTS):
         if new.coefs[i] != old.coefs[i]:
@@ -105,7 +109,7 @@ def other_loop(r: LoopArrays) -> bool:
 
 @internal
 def begin(r: LoopArrays, position: float) -> None:
-    """Start at full parameters: the first block is not a change."""
+    """Start with the first block's parameters at once, without a ramp."""
     r.tick.started = 1
     estimators.reset(r.memory, position)
     r.tick.last_position = position
@@ -115,7 +119,7 @@ def begin(r: LoopArrays, position: float) -> None:
 
 @internal
 def other_form(r: LoopArrays) -> bool:
-    """Return whether the new block has another law or another choice than the one in force."""
+    """Return True if the new block changes the law or a choice."""
     slot = r.tick.slot
     if r.settings.law != r.laws[slot]:
         return True
@@ -128,7 +132,7 @@ def other_form(r: LoopArrays) -> bool:
 
 @internal
 def other_numbers(r: LoopArrays) -> bool:
-    """Return whether a number has another goal than the one it ramps to."""
+    """Return True if a parameter's target differs from that of its present ramp."""
     for i in range(r.settings.n_params):
         if r.settings.params[i] != r.goal[i]:
             return True
@@ -137,7 +141,10 @@ def other_numbers(r: LoopArrays) -> bool:
 
 @internal
 def switch(r: LoopArrays) -> None:
-    """Put the new form into the other slot and begin to fade over to it; a kept law keeps its state."""
+    """Put the new law and choices into the other slot and start a cross-fade.
+
+    An unchanged law keeps its state.
+    """
     old = r.tick.slot
     new = 1 - old
     fresh = r.settings.law != r.laws[old]
@@ -151,7 +158,7 @@ def switch(r: LoopArrays) -> None:
 
 @internal
 def enter(r: LoopArrays, slot: int, fresh: bool) -> None:
-    """Load law, parameters and, for a fresh law, its first state into a slot."""
+    """Load law and parameters into a slot, and for a fresh law its initial state."""
     r.laws[slot] = r.settings.law
     for i in range(r.settings.n_params):
         r.params[slot, i] = r.settings.params[i]
@@ -163,21 +170,21 @@ def enter(r: LoopArrays, slot: int, fresh: bool) -> None:
 
 @internal
 def restore(r: LoopArrays, slot: int) -> None:
-    """Give a slot its law's first state."""
+    """Set a slot's state to its law's initial state."""
     for i in range(rows.STATES):
         r.states[slot, i] = r.settings.initial_state[i]
 
 
 @internal
 def advanced(share: float, step: float) -> float:
-    """Return a share moved on towards 1; what rounding leaves to do is done."""
+    """Return a progress advanced towards 1; a remainder due to rounding counts as complete."""
     share += step
     return share if share < 1.0 - _ROUNDING else 1.0
 
 
 @internal
 def move(r: LoopArrays, step: float) -> None:
-    """Move the ramp of the numbers and the cross-fade by a step, a share of the whole."""
+    """Advance the parameters' ramp and the cross-fade by a step, a fraction of the whole."""
     t = r.tick
     if t.ramp < 1.0:
         ramp = advanced(t.ramp, step)
@@ -192,7 +199,7 @@ def move(r: LoopArrays, step: float) -> None:
 
 @internal
 def clear_fault(r: LoopArrays) -> None:
-    """Forget a latched fault; the law starts from its first state, the force fades in from zero."""
+    """Clear a latched fault; the law restarts from its initial state, and the force fades in from zero."""
     if load_acquire(r.control.fault, 0) == arrays.NO_FAULT:
         return
     r.fault[0] = 0
@@ -205,7 +212,7 @@ def clear_fault(r: LoopArrays) -> None:
 
 @internal
 def render(r: LoopArrays, position: float, velocity: float, period: float) -> float:
-    """Return the force in N the law asks for, both laws weighted while a switch fades over."""
+    """Return the law's force in N; during a cross-fade, the weighted mean of both laws."""
     t = r.tick
     slot = r.tick.slot
     asked = call(r.laws[slot], r.params[slot], r.states[slot], position, velocity, period, r.fault)
@@ -219,7 +226,7 @@ def render(r: LoopArrays, position: float, velocity: float, period: float) -> fl
 
 @compiled
 def latch(r: LoopArrays, code: int, value: float, position: float) -> None:
-    """Latch a fault: the first one stays until it is cleared."""
+    """Latch a fault; only the first one is stored until it is cleared."""
     if load_acquire(r.control.fault, 0) == arrays.NO_FAULT:
         r.tick.fault_value = value
         r.tick.fault_position = position
@@ -228,7 +235,7 @@ def latch(r: LoopArrays, code: int, value: float, position: float) -> None:
 
 @compiled
 def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
-    """Nothing came, or was answered, in time: zero force from here; three times in ten seconds latch."""
+    """Mark the sensor stale: zero force from now on; latch a fault at the third time in ten seconds."""
     t = r.tick
     t.good = 0.0
     if r.tick.stale:
@@ -246,9 +253,9 @@ def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
 
 @compiled
 def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: int) -> bool:
-    """Take the processor time in s that some ticks took; latch a law that takes longer than a limit each.
+    """Record the processor time in s of some ticks; latch a law whose calls are longer than a limit.
 
-    now: s by any clock that goes on meanwhile. Return whether the law is latched by this call.
+    now: s by any clock that runs meanwhile. Return True if this call latches the law.
     """
     t, each = r.tick, spent / ticks
     if each <= limit:
@@ -267,7 +274,7 @@ def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: 
 
 @internal
 def recover(r: LoopArrays, period: float) -> None:
-    """Count good frames after a gap, lost ones not; after RECOVER_AFTER the force fades in again."""
+    """Count consecutive good frames after a gap; after RECOVER_AFTER the force fades in again."""
     t = r.tick
     t.good += min(period, r.settings.period)
     if t.good >= RECOVER_AFTER:
@@ -276,7 +283,7 @@ def recover(r: LoopArrays, period: float) -> None:
 
 @internal
 def blocked(r: LoopArrays, period: float) -> int:
-    """Return the flags that hold the force at zero now: stop, fault, stale sensor, hold after connecting."""
+    """Return the flags that force zero now: E-stop, fault, stale sensor, start-up after connecting."""
     flags = 0
     if load_acquire(r.control.stop, 0):
         flags |= rows.STOPPED
@@ -292,10 +299,10 @@ def blocked(r: LoopArrays, period: float) -> int:
 def guard(
     r: LoopArrays, asked: float, taken: float, velocity: float, position: float, period: float
 ) -> float:
-    """Return the force in N that may reach the motor: the last line before it. Sets the row's flags.
+    """Return the force in N that may reach the motor, the last check before it, and set the row's flags.
 
-    taken, the passivity controller's, comes off what the motor can give: off a force beyond that it would do
-    nothing.
+    taken: the passivity controller's force. It is subtracted after clamping, since it would have no effect on
+    a force beyond the motor's limit.
     """
     t = r.tick
     if not math.isfinite(asked - taken) or r.fault[0]:
@@ -327,10 +334,10 @@ def guard(
 
 @inlined_and_called
 def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
-    """Render one sample; fill the row's columns that the tick knows; return the force for the motor in N.
+    """Render one sample; fill the row's columns that the tick knows; return the motor force in N.
 
-    effect is the mean force in N in effect since the last sample; the driver fills times and truth, truth
-    before the tick where the block asks for the true velocity.
+    effect: mean force in N in effect since the last sample. The driver fills in times and truth, the truth
+    before the tick if the block requests the true velocity.
     """
     t = r.tick
     if due(r):
@@ -368,10 +375,11 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
 
 @inlined
 def live_tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
-    """Render one sample as ``tick`` does, and measure its law: one that is too slow gives no force.
+    """Render one sample like ``tick``, and measure its law's duration: a law that is too slow gives no force.
 
-    While two laws cross-fade they have a period each. What counts is processor time that the law's turns
-    explain: a thread that had to wait for a processor has a slow machine, not a slow law.
+    During a cross-fade each of the two laws may take a period. Only processor time that the law's loop
+    iterations
+    explain counts: a thread that waited for a processor has a slow machine, not a slow law.
     """
     r.watch.calls = 0
     used, begun = clock.thread_time(), clock.now()

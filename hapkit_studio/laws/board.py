@@ -38,12 +38,12 @@ class Program:
 
     @property
     def usual(self) -> float:
-        """Return the mean cycles of a call, for the imposed motion with the highest mean."""
+        """Return the mean cycles of a call for the imposed motion with the highest mean."""
         return machine.mean_cycles(self.code, self.slots, self.given)[0]
 
     @property
     def rest(self) -> int:
-        """Return the usual cycles of a tick besides the law, more if the law reads the velocity."""
+        """Return the typical cycles of a tick in addition to the law, more if the law reads the velocity."""
         reads = any(
             kind == "s" and self.code[at + 1 + i] == machine.V
             for at, operation, _ in instructions(self.code)
@@ -75,8 +75,8 @@ class Code:
 
     name: str
     operands: tuple = ()
-    mask: int = 0  # of the compare-and-jump instructions
-    line: int = 0  # in the source
+    mask: int = 0  # mask of the compare-and-jump instructions
+    line: int = 0  # line in the source
 
 
 class Label:
@@ -189,7 +189,7 @@ class _Section:
         self._numbers: dict[str, int] = {}  # bit positions of variables
         self._ends: dict[int, Label] = {}
         self._loops: list[tuple[Label, Label]] = []
-        self._starts: dict[int, Label] = {}  # by LOOP instruction
+        self._starts: dict[int, Label] = {}  # keyed by LOOP instruction
         self._extra = self._line = 0
         if function is None:
             assert body is not None
@@ -217,7 +217,7 @@ class _Section:
         self.code.append(Code("LABEL", (label,)))
 
     def kept(self, value: t.Expr) -> t.Var:
-        """Return a temporary that holds a value."""
+        """Return a temporary variable that contains a value."""
         self.load(value)
         self._extra += 1
         made = t.Var(f"#{self._extra}")

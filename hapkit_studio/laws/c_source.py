@@ -14,7 +14,7 @@ from hapkit_studio.laws.readable import specialise
 from hapkit_studio.laws.translate import TABLE_PREFIX, checked
 from hapkit_studio.parameters import Choice
 
-# reserved words of C++, and names of the Arduino core, some of them macros, which ignore scope
+# reserved words of C++, and names of the Arduino core, some of which are macros without scope
 _RESERVED = """
 alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const constexpr
 continue decltype default delete do double dynamic_cast else enum explicit export extern false final float
@@ -98,13 +98,13 @@ def _table(name: str, numbers: Sequence[float]) -> str:
 
 
 class _Writer:
-    """Writes functions in C; records the helpers, state and tables they use."""
+    """Write functions in C; record the helpers, state and tables that they use."""
 
     def __init__(
         self, names: Mapping[str, str], functions: Mapping[str, t.Function], remarks: Mapping[int, str]
     ):
         self.names, self.functions = names, functions
-        self.remarks = dict(remarks)  # by source line; removed once written
+        self.remarks = dict(remarks)  # by source line; removed when written
         self.helpers: set[str] = set()
         self.states: set[str] = set()
         self.tables: dict[str, None] = {}

@@ -119,10 +119,10 @@ class _Evaluation:
         self.names |= dict.fromkeys(("x", "v"), frozenset((Form(parts=frozenset((MOTION,))),)))
         self.states: dict[int, Forms] = {}
         self.guards: Guards = frozenset()
-        self.ends: list[dict[int, Forms]] = []  # states at each return of the law
+        self.ends: list[dict[int, Forms]] = []  # states at every return of the law
         self.returned: list[list[Forms]] | None = None  # return values of the helper being evaluated
         self.angles: list[tuple[int, Form]] = []  # arguments of sin, cos, tan, with their lines
-        self.line = 0  # in the law's source
+        self.line = 0  # current line in the law's source
         self.walk(law.tree.body)
 
     # --- statements

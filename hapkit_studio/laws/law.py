@@ -93,13 +93,13 @@ class Law:
         return self._compiled
 
     def is_compiled(self) -> bool:
-        """Return True if ``compiled`` only loads machine code: milliseconds, not seconds."""
+        """Return True if ``compiled`` only loads machine code, in milliseconds instead of seconds."""
         if self._compiled is not None:
             return True
         return native.is_compiled(self.source) and (self.companion is None or self.companion.is_compiled())
 
     def plain(self, values: Mapping[str, float], x: float, v: float, dt: float = 1e-3) -> float:
-        """Return the force in N of the Python function itself, in the initial state; NaN without one."""
+        """Return the force in N by the Python function itself, in the initial state; NaN if it fails."""
         return float(self.forces(values, np.array([x]), np.array([v]), dt)[0])
 
     def forces(

@@ -26,7 +26,6 @@ class Mistake:
 
     @property
     def said(self) -> str:
-        """Return the message on the example line."""
         return self.message.format(self.names[0]) if self.names else self.message
 
 

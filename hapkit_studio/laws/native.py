@@ -22,8 +22,8 @@ from numba.extending import intrinsic
 from hapkit_studio.errors import LawError
 
 KEPT_SECONDS = 60 * 86_400.0
-# fault code; fault line, or remaining fuel without a fault; line of the first non-finite value; fuel limit, 0
-# for the default
+# fault code; fault line, or without a fault the remaining fuel; line of the first non-finite value; fuel
+# limit, 0 for the default
 FAULT_WORDS = 4
 # fault codes
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL, LAW_DIVISION = 1, 2, 3, 8
@@ -37,9 +37,9 @@ _loading = threading.Lock()
 
 
 def load(source: str) -> tuple[int, object]:
-    """Return (address, object to keep alive) of a generated law's source.
+    """Return (address, object that keeps it alive) of a generated law's source.
 
-    The file name is the hash of its text, so an edited law or helper never meets a stale cache. Raise
+    The file name is the hash of its text, so a modified law or helper never uses a stale cache. Raise
     LawError if the types do not fit.
     """
     with _loading:

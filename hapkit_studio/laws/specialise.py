@@ -33,7 +33,7 @@ def specialise(law: CheckedLaw, known: Mapping[int, float], period: float, small
     while True:
         walk = Specialiser(law, known, period, inlined)
         made = t.Specialised(walk.law(), list(walk.functions.values()), law.tables)
-        sizes: dict[str, int] = {}  # of functions, including their callees
+        sizes: dict[str, int] = {}  # sizes of functions, including their callees
         for key, function in walk.functions.items():
             sizes[key] = t.weight(function.body) + sum(sizes[k] for k in t.called(function.body))
         more = {key for key, size in sizes.items() if walk.calls[key] == 1 or size <= small}
@@ -50,8 +50,8 @@ class _Scope:
     """State of a function during the walk."""
 
     tree: ast.FunctionDef
-    shows: bool  # its lines are lines of the law's file
-    block: t.Block | None = None  # the block it becomes; None for the law's body
+    shows: bool  # True if its line numbers are those of the law's file
+    block: t.Block | None = None  # the block that it becomes; None for the law's body
     found: list[tuple[t.Leave, list[t.Expr]]] = field(default_factory=list)  # return values
     pinned: dict[str, str] = field(default_factory=dict)  # variables of names that a loop changes
     loads: Counter[str] | None = None
@@ -74,7 +74,6 @@ class Specialiser:
         self.line = 0
 
     def law(self) -> list[t.Statement]:
-        """Return the law's statements."""
         period = t.Var("dt") if self.period is None else t.Num(self.period, "dt")
         self.frames.append({"x": t.Var("x"), "v": t.Var("v"), "dt": period})
         self.used.update(("x", "v", "dt"))
@@ -266,7 +265,7 @@ class Specialiser:
                 mine[name] = chosen[yes, no]
 
     def stays(self, test: t.Test, several: bool = False) -> bool:
-        """Return True if a test may be moved: it is one cheap comparison, or with ``several`` more."""
+        """Return True if a test may be moved: it is one cheap comparison, or several if allowed."""
         match test:
             case t.Compare(_, left, right):
                 return _is_cheap(left) and _is_cheap(right)

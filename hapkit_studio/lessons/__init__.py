@@ -1,7 +1,7 @@
-"""Guided labs: lessons in Markdown files, and checks that are evaluated on recorded data.
+"""Guided labs: lessons in Markdown files, with checks that are evaluated on recorded data.
 
-A lesson is one file in assets/lessons or in an instructor's folder (``library``). ``evaluate`` answers one
-check of a step with a sentence, from the samples recorded so far (``Samples``).
+A lesson is a file in assets/lessons or in an instructor's folder (``library``). ``evaluate`` answers a step's
+check with a sentence, from the samples recorded so far (``Samples``).
 """
 
 from hapkit_studio.lessons.evaluate import Result, evaluate

@@ -1,4 +1,4 @@
-"""A check evaluated on recorded samples: the newest interval that qualifies, and a sentence about it."""
+"""Evaluate a check on recorded samples: choose the newest suitable interval, and describe the result."""
 
 import math
 from collections.abc import Iterator
@@ -21,20 +21,21 @@ from hapkit_studio.lessons.samples import Samples, runs
 from hapkit_studio.parameters import AnyParameter, Choice
 
 CORRECT, WRONG, WAITING = "correct", "wrong", "waiting"
-_MARGIN = 0.030  # s before and after a contact
-_MERGED = 0.050  # s: contacts less apart are one, as a hand that buzzes on the surface
-_LONGEST = 10.0  # s of an interval
-_MOST_TRIED = 40  # intervals, newest first; a check is evaluated many times a minute
-_STEPS = 4  # windows overlap by all but this part of their length
-_ENOUGH = 0.95  # of a window's length
+_MARGIN = 0.030  # s before and after a contact that belong to its interval
+# s: contacts with a shorter pause are one contact, as when the handle chatters on the surface
+_MERGED = 0.050
+_LONGEST = 10.0  # longest interval, s
+_MOST_TRIED = 40  # intervals, newest first; limits the time, since a check is evaluated many times a minute
+_STEPS = 4  # windows per window length: successive ones are shifted by 1 / _STEPS of it
+_ENOUGH = 0.95  # fraction of a window's length that must be recorded
 
 
 @dataclass(frozen=True)
 class Result:
-    """The answer to a check: its state, a sentence, the value in SI with half its interval.
+    """The answer to a check: state, sentence, and the value in SI with half its 95 % interval.
 
-    start, stop: the interval that was evaluated, in s since the recording began, NaN without one; stamp: the
-    hash of its samples.
+    start, stop: the evaluated interval in s after the start of the recording, NaN without one. stamp: hash of
+    its samples.
     """
 
     state: str
@@ -47,12 +48,12 @@ class Result:
 
     @property
     def correct(self) -> bool:
-        """Say whether the check has passed."""
+        """Return True if the check has passed."""
         return self.state == CORRECT
 
 
 def evaluate(check: Check, samples: Samples) -> Result:
-    """Evaluate a check on the newest interval that qualifies."""
+    """Evaluate a check on the newest suitable interval."""
     entry = MEASUREMENTS[check.measure]
     setting = ""
     short: tuple[float, str] | None = None
@@ -84,7 +85,7 @@ def evaluate(check: Check, samples: Samples) -> Result:
 
 
 def evaluate_interval(check: Check, part: Samples) -> Result:
-    """Evaluate a check on one interval, as stored with an answer."""
+    """Evaluate a check on one interval, such as the one stored with an answer."""
     if not len(part):
         return Result(WAITING, "The interval holds no samples.")
     if wrong := _wrong_setting(check, part):
@@ -96,7 +97,7 @@ def evaluate_interval(check: Check, part: Samples) -> Result:
 
 
 def judge(check: Check, found: Measured, part: Samples) -> Result:
-    """Return the result of a measured value."""
+    """Compare a measured value with the check's expectation."""
     entry = MEASUREMENTS[check.measure]
     said = f"{entry.label} {entry.interval_words(found)}"
     state, words = _verdict(check, entry, found, part)
@@ -134,17 +135,17 @@ def _verdict(check: Check, entry: Measurement, found: Measured, part: Samples) -
 
 def _wanted(check: Check, part: Samples) -> tuple[float, str]:
     if isinstance(check.expect, str):
-        assert part.scene is not None  # the environment is the check's, or the interval does not qualify
+        assert part.scene is not None  # the interval is suitable, so its environment is the check's
         return part.scene[1][check.expect], "set"
     assert check.expect is not None
     return check.expect, "expected"
 
 
-# --- which interval
+# --- choice of the interval
 
 
 def _wrong_setting(check: Check, part: Samples) -> str:
-    """Return what is to be set in another way, "" where the settings are those of the check."""
+    """Return the sentence that a setting is wrong, "" if the settings suit the check."""
     scene, known = part.scene, {**environments.discover(), **part.known}
     if scene is None or scene[0].key != check.environment:
         shown = scene[0].title if scene else str(part.settings.get("environment") or "another scene")
@@ -184,7 +185,7 @@ def _setting(
 
 
 def _intervals(check: Check, entry: Measurement, segment: Samples) -> Iterator[Samples]:
-    """Yield the intervals of a segment that a check may look at, the newest first."""
+    """Yield the intervals of a segment that suit the check's measurement, the newest first."""
     kind = entry.intervals
     if kind == PASS:
         yield from _passes(check, segment)
@@ -224,7 +225,7 @@ def _windows(segment: Samples, seconds: float) -> Iterator[Samples]:
 
 
 def _passes(check: Check, segment: Samples) -> Iterator[Samples]:
-    """Yield each way through the region, from outside on one side to outside on the other."""
+    """Yield each passage through the region, from outside on one side to outside on the other."""
     assert check.between is not None
     low, high = check.between
     place = segment.position
@@ -238,7 +239,7 @@ def _passes(check: Check, segment: Samples) -> Iterator[Samples]:
 
 
 def _reached(check: Check, entry: Measurement, part: Samples) -> tuple[float, str]:
-    """Return which share of the least need an interval reaches, and what is missing, "" if nothing is."""
+    """Return the smallest ratio of a movement to its need, and the sentence if it is below 1, or ""."""
     needs = dict(check.needs)
     if entry.intervals not in (PASS,) and not (entry.intervals in (PRESS, TOUCH) and part.depth is not None):
         needs.setdefault("seconds", _ENOUGH * (check.seconds or entry.seconds))
@@ -252,7 +253,7 @@ def _reached(check: Check, entry: Measurement, part: Samples) -> tuple[float, st
 
 
 def _nothing(check: Check, entry: Measurement) -> str:
-    """Return what to do where no interval was found at all."""
+    """Return the advice for a recording without any suitable interval."""
     if entry.intervals == PASS and check.between is not None:
         low, high = (on_screen(end, "m", 3) for end in check.between)
         return f"You did not move through from {low} to {high}; cross it once."

@@ -1,4 +1,4 @@
-"""Formulas of a lesson, rendered by matplotlib's mathtext."""
+"""Render a lesson's formulas with matplotlib's mathtext."""
 
 import io
 from collections.abc import Iterator, Sequence
@@ -7,19 +7,20 @@ from typing import Any
 from hapkit_studio.lessons.lesson import Formula, Hint, Lesson, LessonError, Text
 
 INLINE = "$"
-"""Begins and ends the code span that is a formula: `$K d$`."""
+"""Start and end of a code span that contains a formula: `$K d$`."""
 
 
 def is_formula(token: Any) -> bool:
-    """Return whether a token of markdown-it is a formula within a line."""
+    """Return True if a token of markdown-it is an inline formula."""
     text = token.content
     return token.type == "code_inline" and len(text) > 2 and text[0] == text[-1] == INLINE
 
 
 def svg(tex: str, size: float = 12.0, color: str = "currentColor") -> str:
-    """Return a formula as an SVG element that stands on the line of the text around it, in its size.
+    """Return a formula as an SVG element, aligned with the baseline and size of the surrounding text.
 
-    size in points: only how fine the outline is. Raise ValueError for TeX that mathtext does not know.
+    size in points only determines the resolution of the outline. Raise ValueError for TeX unknown to
+    mathtext.
     """
     from matplotlib.font_manager import FontProperties
     from matplotlib.path import Path
@@ -43,7 +44,7 @@ def svg(tex: str, size: float = 12.0, color: str = "currentColor") -> str:
 
 
 def check_formulas(lesson: Lesson) -> None:
-    """Raise LessonError, with its line, for a formula that cannot be rendered."""
+    """Raise LessonError, with the line, for a formula that cannot be rendered."""
     for tex, line in _formulas(lesson):
         try:
             svg(tex)

@@ -1,4 +1,4 @@
-"""Grading: every answer of handed-in files evaluated again from the file's own samples, in one table."""
+"""Grading: evaluate every answer of handed-in files again from the file's own samples, in one table."""
 
 import csv
 import html
@@ -17,14 +17,14 @@ from hapkit_studio.lessons.measurements import MEASUREMENTS
 from hapkit_studio.sessions.file import SUFFIX
 
 EDITED, DAMAGED, MISSING = "edited", "damaged", "missing"
-"""States beside those of a check: the file contradicts its samples; it cannot be read; no answer."""
+"""States in addition to those of a check: the file contradicts its samples; it is unreadable; no answer."""
 COLUMNS = ("student", "file", "lesson", "step", "task", "value", "state", "reason")
-_SAME = 1e-6  # relative difference of a value evaluated again on another computer
+_SAME = 1e-6  # largest relative difference of a value that was evaluated on another computer
 
 
 @dataclass(frozen=True)
 class Row:
-    """One task of one student."""
+    """The grade of one task of one student."""
 
     student: str
     file: str
@@ -36,7 +36,7 @@ class Row:
     reason: str
 
     def cells(self) -> tuple[str, ...]:
-        """Return the cells in the order of COLUMNS, each one printable line."""
+        """Return the cells in the order of COLUMNS, each as one printable line."""
         return tuple(printable(getattr(self, name)).replace("\n", " ") for name in COLUMNS)
 
 
@@ -45,7 +45,7 @@ def grade(
     lessons: Mapping[str, Lesson],
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[Row]:
-    """Return the rows of every session in a folder, in the order of their names."""
+    """Return the rows of every session in a folder, ordered by file name."""
     paths = sorted(Path(folder).glob(f"*{SUFFIX}"))
     found: list[Row] = []
     for at, path in enumerate(paths):
@@ -56,7 +56,7 @@ def grade(
 
 
 def grade_file(path: Path, lessons: Mapping[str, Lesson]) -> list[Row]:
-    """Return a row for each task of a handed-in file, and one for each thing wrong with the file."""
+    """Return a row for each task of a handed-in file, and for each fault of the file."""
     try:
         handed = read(path)
     except StudioError as error:
@@ -96,7 +96,7 @@ def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
 
 
 def check_again(check: Check, answer: Answer, again: Result, stamp: str) -> tuple[str, str, str]:
-    """Return the value, state and reason of an answer beside the result of the same interval now."""
+    """Return the value, state and reason of an answer compared with the re-evaluated interval."""
     entry, said = MEASUREMENTS[check.measure], answer.result
     value = entry.words(again.value) if math.isfinite(again.value) else ""
     if stamp != said.stamp and said.state in (CORRECT, WRONG):
@@ -115,11 +115,8 @@ def _alike(one: float, two: float) -> bool:
     return math.isclose(one, two, rel_tol=_SAME, abs_tol=1e-12)
 
 
-# --- tables
-
-
 def as_csv(rows: Iterable[Row]) -> str:
-    """Return the rows as CSV; a cell that a spreadsheet would compute is text."""
+    """Return the rows as CSV; cells that a spreadsheet would compute are escaped."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -128,12 +125,12 @@ def as_csv(rows: Iterable[Row]) -> str:
 
 
 def _as_text(cell: str) -> str:
-    """Return a cell that no spreadsheet takes for a formula: a student chooses names and answers."""
+    """Escape a cell that a spreadsheet would take for a formula, since students enter names and answers."""
     return f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell
 
 
 def as_html(rows: Sequence[Row]) -> str:
-    """Return the rows as a page of its own, all text escaped."""
+    """Return the rows as a complete HTML page, with all text escaped."""
     from hapkit_studio.lessons.page import page
 
     heads = "".join(f"<th>{name}</th>" for name in COLUMNS)
@@ -150,7 +147,7 @@ def as_html(rows: Sequence[Row]) -> str:
 
 
 def summary(rows: Sequence[Row]) -> str:
-    """Return how many files and tasks there are, and which files need a look."""
+    """Return the numbers of files and tasks, and the files that need attention."""
     files = {row.file for row in rows}
     tasks = [row for row in rows if row.task]
     right = sum(row.state == CORRECT for row in tasks)

@@ -1,8 +1,8 @@
-"""Handing in: a student's answers as events in the session that holds the samples they refer to.
+"""Handing in: add a student's answers as events to the session that contains the samples.
 
-One event names the lesson and the student, one each answered check and question. A check's answer has its
-interval and the hash of the interval's samples and settings, so that it can be evaluated again, and an edit
-of either is noticed.
+One event names the lesson and the student; each answered check and question is another event. A check's
+answer has its interval and a hash of the interval's samples and settings. So the check can be evaluated
+again, and a modified file is detected.
 """
 
 import math
@@ -26,10 +26,10 @@ from hapkit_studio.sessions.session import Session, add_events
 from hapkit_studio.version import __version__
 
 LESSON, STEP, ANSWER = "lesson", "step", "answer"
-"""Kinds of events: the lesson and the student; the number of the step that begins; an answer."""
-MOST_TEXT = 20_000  # characters of an answer
+"""Kinds of events: lesson and student; number of the step that starts; an answer."""
+MOST_TEXT = 20_000  # characters in an answer
 _MOST_LINES, _NAME, _SENTENCE = 1_000, 200, 2_000
-_MOST_ANSWERS = 1_000  # of a file
+_MOST_ANSWERS = 1_000  # answers in a file
 _LONGEST = 31 * 86_400.0  # s
 _CHUNK = 1000  # samples
 _STATES = ("correct", "wrong", "waiting", "review")
@@ -37,7 +37,7 @@ _STATES = ("correct", "wrong", "waiting", "review")
 
 @dataclass(frozen=True)
 class Answer:
-    """A stored answer: a check's result with its interval, or what was entered for a question."""
+    """A stored answer: a check's result with its interval, or the text entered for a question."""
 
     key: str
     result: Result
@@ -48,7 +48,7 @@ class Answer:
 class HandedIn:
     """A handed-in file: the lesson's key and stamp, the student, the samples, and the answers by key.
 
-    damage says in words what of the file cannot be read.
+    damage: messages on the unreadable parts of the file.
     """
 
     path: Path
@@ -70,9 +70,8 @@ def hand_in(
 ) -> list[tuple[Check | Question, Result]]:
     """Add the answers to a complete session, and return the result of every check and question.
 
-    answers: what was entered, by the question's key. intervals: of checks that have passed, by the check's
-    key, from and to in s since the session began; the other checks are evaluated on the step's samples. Raise
-    SessionError.
+    answers: text entered, by the question's key. intervals: start and stop in s after the session's start, by
+    the key of each check that passed; other checks are evaluated on the step's samples. Raise SessionError.
     """
     found: list[tuple[Check | Question, Result]] = []
 
@@ -118,7 +117,7 @@ def _evaluated(
 
 
 def _step_ranges(session: Session, samples: Samples) -> dict[int, list[tuple[float, float]]]:
-    """Return when each step was open, from and to in s since the session began; {} where none is noted."""
+    """Return when each step was open, as (start, stop) in s after the session's start; {} if unknown."""
     begin = float(session.starts[0])
     steps = [(event.time - begin, event.what.get("number")) for event in session.events if event.kind == STEP]
     ends = [*(start for start, _ in steps[1:]), math.inf]
@@ -130,14 +129,14 @@ def _step_ranges(session: Session, samples: Samples) -> dict[int, list[tuple[flo
 
 
 def step_event(time: float, number: int) -> Event:
-    """Return the event of a step that begins, the first 1, at a time in s of the computer's clock."""
+    """Return the event for the start of a step, counted from 1, at a time in s of the computer's clock."""
     return Event(time, STEP, {"number": number})
 
 
 def save_played(
     path: str | Path, lesson: Lesson, played: Sequence[tuple[Step, Played]], student: str
 ) -> list[tuple[Check | Question, Result]]:
-    """Write what a scripted student did into a new session, and hand it in; raise SessionError."""
+    """Save a scripted student's runs as a new session, and hand it in; raise SessionError."""
     answers: dict[str, str] = {}
     with SessionWriter.whole(path) as writer:
         writer.note(Event(0.0, ABOUT, {"device": "Simulated Hapkit", "quantum_m": DEVICE.quantum}))
@@ -154,11 +153,11 @@ def save_played(
     return hand_in(path, lesson, student, answers)
 
 
-# --- reading
+# --- read a handed-in file
 
 
 def read(path: str | Path) -> HandedIn:
-    """Return a handed-in file; raise SessionError where it is none."""
+    """Read a handed-in file; raise SessionError for other files."""
     with closing(Session(path)) as session:
         lesson = session.latest(LESSON)
         if not lesson:
@@ -179,7 +178,7 @@ def read(path: str | Path) -> HandedIn:
 
 
 def _answer(what: Mapping[str, Any], name: str) -> Answer:
-    """Return an answer of which every value is checked; raise FileError."""
+    """Return an answer after checking every value; raise FileError."""
     key = checked_text(what.get("key"), f"{name}: an answer's key", 20)
     place = f"{name}: answer {key}"
     state = checked_text(what.get("state"), f"{place}: state", 20)

@@ -1,4 +1,4 @@
-"""What a lesson consists of: steps of text, settings, checks, questions, plots and hints."""
+"""The parts of a lesson: steps with text, settings, checks, questions, plots and hints."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,19 +13,19 @@ from hapkit_studio.formatting import number
 
 
 class LessonError(FileError):
-    """A lesson cannot be used; the text names its file and line."""
+    """A lesson is invalid; the message names its file and line."""
 
 
 @dataclass(frozen=True)
 class Text:
-    """Markdown, parsed into tokens of markdown-it."""
+    """Markdown as tokens of markdown-it."""
 
     tokens: Sequence[Any]
 
 
 @dataclass(frozen=True)
 class Formula:
-    """A displayed formula in TeX, as matplotlib's mathtext takes it."""
+    """A displayed formula in the TeX of matplotlib's mathtext."""
 
     tex: str
     line: int
@@ -33,14 +33,14 @@ class Formula:
 
 @dataclass(frozen=True)
 class Hint:
-    """Help that is shown on request."""
+    """A hint, shown on request."""
 
     tokens: Sequence[Any]
 
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot that a step points at, and that the report draws from the evaluated interval."""
+    """A plot to which a step refers; the report draws it from the evaluated interval."""
 
     over: str
     caption: str
@@ -48,7 +48,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Scene:
-    """The settings with which a step begins; grip None: no hand. view: the page of the window to show."""
+    """The initial settings of a step; grip None: no hand. view: the window's page to show."""
 
     environment: Environment
     values: Mapping[str, float]
@@ -62,12 +62,12 @@ class Scene:
 
 @dataclass(frozen=True)
 class Check:
-    """A measurement on the student's own data and what it must come to.
+    """A measurement on the student's own data, and its expected value.
 
-    expect: a number in SI, or the key of a parameter whose value in force is expected; tolerance in SI, or
-    percent of what is expected; at_least, at_most: limits in place of an expected value. needs: the least
-    size of the movement by the name of a quantity; where: the range of settings in force that counts, by key,
-    or the option of a choice. between: positions in m that the handle must pass.
+    expect: a number in SI, or the key of a parameter whose present value is expected; tolerance in SI, or in
+    percent of the expected value; at_least, at_most: limits instead of an expected value. needs: smallest
+    movement, by the name of a quantity; where: permitted ranges of settings by key, or a choice's option.
+    between: positions in m between which the handle must move.
     """
 
     key: str
@@ -103,18 +103,17 @@ class Question:
 
     @property
     def kind(self) -> str:
-        """Return "choice", "number" or "text"."""
         return "choice" if self.options else "text" if self.value is None else "number"
 
     @property
     def example(self) -> str:
-        """Return an answer that is accepted."""
+        """Return an accepted answer."""
         if self.value is not None:
             return f"{self.value:g}"
         return self.answer or "My answer in my own words."
 
     def judge(self, given: str) -> tuple[str, str]:
-        """Return the state and a sentence for an answer as it was entered."""
+        """Return the state, and a sentence, for an answer as entered."""
         given = given.strip()
         if not given:
             return "waiting", "Not answered yet."
@@ -138,7 +137,7 @@ class Question:
 class Play:
     """One run of a scripted student: settings that differ from the scene's, and the hand's path.
 
-    path: the hand's name in ``SCRIPTS``, or points (s, m); release: when it lets go in s.
+    path: name of a path in ``SCRIPTS``, or points (s, m); release: time in s at which the hand lets go.
     """
 
     values: Mapping[str, float]
@@ -155,7 +154,7 @@ Block = Text | Formula | Hint | Plot | Check | Question
 
 @dataclass(frozen=True)
 class Step:
-    """One step: its title, its content in the order of the file, its scene and its scripted runs."""
+    """A step: title, content in the order of the file, scene and scripted runs."""
 
     title: str
     line: int
@@ -165,12 +164,10 @@ class Step:
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Return the step's checks."""
         return tuple(block for block in self.blocks if isinstance(block, Check))
 
     @property
     def questions(self) -> tuple[Question, ...]:
-        """Return the step's questions."""
         return tuple(block for block in self.blocks if isinstance(block, Question))
 
 
@@ -184,7 +181,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Lesson:
-    """A lesson: its key is its file's name; source its text; stamp identifies this version of the text."""
+    """A lesson; key: its file's name; source: its text; stamp: hash of the text."""
 
     key: str
     path: Path
@@ -201,7 +198,7 @@ class Lesson:
     stamp: str
 
     def tasks(self) -> Iterator[tuple[int, Step, Check | Question]]:
-        """Yield every check and question with its step and the step's number, the first 1."""
+        """Yield the number of a step, counted from 1, the step, and a check or question, for all of them."""
         for at, step in enumerate(self.steps, 1):
             for block in step.blocks:
                 if isinstance(block, Check | Question):
@@ -209,7 +206,7 @@ class Lesson:
 
     @property
     def summary(self) -> str:
-        """Return steps, checks, questions and duration in one line."""
+        """Return the numbers of steps, checks and questions, and the duration, in one line."""
         kinds = [type(task) for _, _, task in self.tasks()]
         counts = {
             "step": len(self.steps),

@@ -1,4 +1,4 @@
-"""The lessons that there are: those that ship with the studio, and those in an instructor's folder."""
+"""The available lessons: those included in the studio, and those in an instructor's folder."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,25 +10,25 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.lessons.lesson import Lesson, LessonError
 from hapkit_studio.lessons.parse import SUFFIX, read
 
-MOST_FILES = 500  # of a folder
+MOST_FILES = 500  # files in a folder
 
 
 @dataclass(frozen=True)
 class Library:
-    """Lessons by key in their order, and in one line each why a file was left out."""
+    """Lessons by key, in order, and the reason in one line for each rejected file."""
 
     lessons: Mapping[str, Lesson]
     errors: tuple[str, ...] = ()
 
     def named(self, key: str) -> Lesson:
-        """Return the lesson of a key; raise ParameterError."""
+        """Return the lesson with a key; raise ParameterError."""
         return discovery.named(self.lessons, key, "lesson")
 
 
 def library(folder: str | Path | None = None, known: Mapping[str, Environment] | None = None) -> Library:
-    """Return the studio's lessons and those of a folder, which replace the studio's of the same name.
+    """Return the studio's lessons and those of a folder, which replace studio lessons of the same name.
 
-    known: the environments by key, None: the library's. Raise ParameterError without such a folder.
+    known: the environments by key, None: the library's. Raise ParameterError if the folder is missing.
     """
     paths = {path.stem: path for path in sorted(resources.path("lessons").glob(f"*{SUFFIX}"))}
     if folder is not None:
@@ -47,7 +47,7 @@ def library(folder: str | Path | None = None, known: Mapping[str, Environment] |
 
 
 def lesson_named(name: str, folder: str | Path | None = None) -> Lesson:
-    """Return a lesson by its key, or the one in a file; raise ParameterError, LessonError with the line."""
+    """Return a lesson by its key or its file; raise ParameterError, or LessonError with the line."""
     path = Path(name).expanduser()
     if path.suffix == SUFFIX:
         return read(path)

@@ -1,7 +1,7 @@
-"""The table of measurements that a check refers to: each one function on a recorded interval.
+"""The measurements that a check can use: one function each, applied to a recorded interval.
 
-A function returns the value in SI with half of its 95 % interval, or raises NotMeasured with a sentence that
-says what is missing and what to do. Forces are commanded ones: nothing measures the force at the handle.
+A function returns the value in SI with half of its 95 % interval, or raises NotMeasured with the reason and
+the remedy. Forces are the commanded ones; the force at the handle is not measured.
 """
 
 import math
@@ -20,15 +20,15 @@ from hapkit_studio.lessons.samples import Samples, runs
 Region = tuple[float, float] | None
 
 PRESS, WINDOW, TOUCH, PASS = "press", "window", "touch", "pass"
-_FIT_SECONDS = 0.015  # s over which the speed before and after a contact is fitted
-_TREMBLE = 2.0  # sensor steps: a handle that moves less is at rest
+_FIT_SECONDS = 0.015  # duration in s of the fits of the speed before and after a contact
+_TREMBLE = 2.0  # sensor steps: range of positions of a handle at rest
 _REST_SECONDS = 0.5
-_PURRS = (15.0, 40.0)  # Hz, in which a purr is looked for; a cat's own pitch is 20 to 30 Hz
-_CLEAR = 6.0  # a spectral peak is this many times the median of its band
-_RINGS = (5.0, 400.0)  # Hz
-_SWINGS = 6  # extremes of a free oscillation that its measurement needs
-_EXACT = 1e-4  # of the value: a narrower interval is not worth showing
-_STEADY = 0.02  # m/s: speeds of an object that moves freely differ by less from sample to sample
+_PURRS = (15.0, 40.0)  # Hz: range of purring; the cat's pitch is 20 to 30 Hz
+_CLEAR = 6.0  # smallest ratio of a spectral peak to the median of its band
+_RINGS = (5.0, 400.0)  # Hz: range of a ringing surface
+_SWINGS = 6  # fewest extremes of a free oscillation for a measurement
+_EXACT = 1e-4  # relative width of an interval that is too narrow to show
+_STEADY = 0.02  # m/s: largest change per sample in the velocity of a freely moving object
 
 
 class Measured(NamedTuple):
@@ -39,15 +39,15 @@ class Measured(NamedTuple):
 
 
 class NotMeasured(Exception):
-    """The interval does not tell it; the text says why and what to do."""
+    """The interval is not sufficient; the message contains the reason and the remedy."""
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """One entry: its name and unit, how it is computed, and which intervals it looks at.
+    """A measurement: name, unit, function, and kind of interval.
 
-    intervals: "press" is a contact, or in a scene without a surface a window; "window" so many seconds;
-    "touch" a contact with the moment before and after; "pass" a way through a region.
+    intervals: "press" is a contact, or a window in a scene without a surface; "window" has a fixed duration;
+    "touch" is a contact with a margin before and after; "pass" is a passage through a region.
     """
 
     key: str
@@ -60,7 +60,7 @@ class Measurement:
     needs_region: bool = False
 
     def words(self, value: float) -> str:
-        """Write a value with its unit as on the screen."""
+        """Format a value with its unit."""
         if self.decimals is not None:
             return f"{number(value, self.decimals)} {self.unit}".rstrip()
         if self.unit == "J":
@@ -68,7 +68,7 @@ class Measurement:
         return on_screen(value, self.unit, 3)
 
     def interval_words(self, found: Measured) -> str:
-        """Write a value with its interval."""
+        """Format a value with its interval."""
         if not found.half > _EXACT * abs(found.value) or not math.isfinite(found.half):
             return self.words(found.value)
         if self.decimals is not None:
@@ -85,14 +85,14 @@ def _screen_unit(unit: str, value: float) -> tuple[float, str]:
     return (1e3, f"m{unit}") if unit == "m" or (unit == "s" and abs(value) < 1.0) else (1.0, unit)
 
 
-# --- what was rendered
+# --- rendered terms
 
 
 def _identified(name: str) -> Callable[[Samples, Region], Measured]:
     """Return the function that identifies a term of the rendered force."""
 
     def compute(samples: Samples, region: Region) -> Measured:
-        from hapkit_studio.analysis import identify  # takes seconds to import
+        from hapkit_studio.analysis import identify  # imported here, because it takes seconds
 
         known = samples.scene[0].force_terms(samples.scene[1]).terms if samples.scene else ()
         terms = None if name in known else (name,)
@@ -112,7 +112,7 @@ def _identified(name: str) -> Callable[[Samples, Region], Measured]:
 
 
 def _delay(samples: Samples, region: Region) -> Measured:
-    """Return the delay by which a pure spring's force is late: it makes a damping of −K(T/2 + delay)."""
+    """Return the delay in s of a pure spring, whose negative damping is −K(T/2 + delay)."""
     stiffness, damping = _identified("stiffness")(samples, None), _identified("damping")(samples, None)
     if not stiffness.value > 0.0:
         raise NotMeasured("The delay is measured on a spring or a wall: set a stiffness.")
@@ -122,7 +122,7 @@ def _delay(samples: Samples, region: Region) -> Measured:
 
 
 def _slope(samples: Samples, region: Region) -> Measured:
-    """Return the slope of the force against the position, positive for a force that pushes back."""
+    """Return the slope of force over position, positive for a restoring force."""
     depth = samples.depth
     kept = np.ones(len(samples), bool) if depth is None else depth > 0.0
     kept &= np.abs(samples.applied_force) > 0.0
@@ -137,7 +137,7 @@ def _peak_force(samples: Samples, region: Region) -> Measured:
 
 
 def _work(samples: Samples, region: Region) -> Measured:
-    """Return the work that the device did on the handle on its way through the region."""
+    """Return the work of the device on the handle during its passage through the region."""
     moved = np.diff(samples.position)
     step = 0.5 * samples.quantum * float(np.abs(samples.applied_force).max())
     return Measured(float(samples.applied_force[:-1] @ moved), step)
@@ -147,14 +147,14 @@ def _work(samples: Samples, region: Region) -> Measured:
 
 
 def _energy_per_bounce(samples: Samples, region: Region) -> Measured:
-    """Return the energy that the surface gave to the handle in one contact."""
+    """Return the energy that the surface gives to the handle in one contact."""
     inside = _inside(samples)
     given = float(samples.energy[inside.stop - 1] - samples.energy[inside.start])
     return Measured(given, 0.5 * samples.quantum * float(np.abs(samples.applied_force).max()))
 
 
 def _restitution(samples: Samples, region: Region) -> Measured:
-    """Return the speed out of a contact over the speed into it."""
+    """Return the ratio of the speeds after and before a contact."""
     inside = _inside(samples)
     count = max(round(_FIT_SECONDS / samples.period), 4)
     before = _speed(samples.cut(slice(max(inside.start - count, 0), inside.start)))
@@ -175,7 +175,7 @@ def _inside(samples: Samples) -> slice:
 
 
 def _speed(samples: Samples) -> Measured:
-    """Return the mean speed by a straight line through the positions, and the error of the sensor's steps."""
+    """Return the mean velocity from a straight-line fit of the positions, with its quantisation error."""
     if len(samples) < 4:
         raise NotMeasured("The contact is too close to the beginning or the end of the recording.")
     time = samples.time - samples.time.mean()
@@ -185,7 +185,7 @@ def _speed(samples: Samples) -> Measured:
 
 
 def _transient(index: int) -> Callable[[Samples, Region], Measured]:
-    """Return the function that fits the ringing after an entry: 1 its frequency, 2 its decay."""
+    """Return the function that fits the ringing after an entry, for its frequency (1) or decay (2)."""
 
     def compute(samples: Samples, region: Region) -> Measured:
         from scipy.optimize import OptimizeWarning, curve_fit
@@ -233,13 +233,10 @@ def _transient(index: int) -> Callable[[Samples, Region], Measured]:
 
 
 def _strongest(time: np.ndarray, values: np.ndarray) -> float:
-    """Return the frequency in Hz at which a short signal is strongest."""
+    """Return the frequency in Hz of the strongest component of a short signal."""
     tried = np.geomspace(*_RINGS, 300)
     basis = np.exp(-2j * math.pi * tried[:, None] * time)
     return float(tried[int(np.abs(basis @ values).argmax())])
-
-
-# --- oscillations
 
 
 def _oscillation(samples: Samples) -> oscillation.Oscillation:
@@ -261,12 +258,12 @@ def _oscillation_amplitude(samples: Samples, region: Region) -> Measured:
 
 
 def _rest(samples: Samples, region: Region) -> Measured:
-    """Return how far the handle still moves, from peak to peak."""
+    """Return the peak-to-peak motion that remains."""
     return Measured(float(np.ptp(samples.position)))
 
 
 def _largest_push(samples: Samples, region: Region) -> Measured:
-    """Return how far the handle was from where it came to rest."""
+    """Return the largest distance of the handle from its rest position."""
     last = samples.between(float(samples.time[-1]) - _REST_SECONDS, float(samples.time[-1]))
     if np.ptp(last.position) > _TREMBLE * samples.quantum:
         moved = on_screen(float(np.ptp(last.position)), "m", 2)
@@ -275,7 +272,7 @@ def _largest_push(samples: Samples, region: Region) -> Measured:
 
 
 def _purring(samples: Samples, region: Region) -> Measured:
-    """Return the frequency of a purr in the applied force."""
+    """Return the frequency of the purring in the applied force."""
     window = np.hanning(len(samples))
     force = samples.applied_force - samples.applied_force.mean()
     power = np.abs(np.fft.rfft(window * force)) ** 2
@@ -289,7 +286,7 @@ def _purring(samples: Samples, region: Region) -> Measured:
 
 
 def _peaks(strong: np.ndarray) -> bool:
-    """Return whether the strong frequencies in Hz are close together, as the pitch moves by 2.4 Hz."""
+    """Return True if the strong frequencies in Hz form one peak, as the pitch varies by 2.4 Hz."""
     return bool(len(strong)) and float(np.ptp(strong)) < 6.0
 
 
@@ -302,7 +299,7 @@ def _vibration(samples: Samples, region: Region) -> Measured:
 
 
 def _spatial_period(samples: Samples, region: Region) -> Measured:
-    """Return the distance in m from one ridge of the force to the next."""
+    """Return the distance in m between ridges of the force."""
     reach = float(np.ptp(samples.position))
     if reach < 50.0 * samples.quantum:
         raise NotMeasured("The handle hardly moves: go across the ridges.")
@@ -320,10 +317,10 @@ def _spatial_period(samples: Samples, region: Region) -> Measured:
 
 
 def _slips(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Return when slips begin in s (n,), and how far they go in m (n,)."""
+    """Return the start times in s (n,) and distances in m (n,) of slips."""
     from scipy.ndimage import uniform_filter1d
 
-    # over 10 ms: one sensor step in a millisecond is no slip
+    # over 10 ms, because a sensor step within a millisecond is not a slip
     count = max(round(0.010 / samples.period), 1)
     speed = np.abs(uniform_filter1d(np.gradient(samples.position, samples.time), count))
     mean = float(np.ptp(samples.position) / np.ptp(samples.time))
@@ -348,7 +345,7 @@ def _stick_slip_amplitude(samples: Samples, region: Region) -> Measured:
 
 
 def _mean(values: np.ndarray) -> Measured:
-    """Return the mean and half of its 95 % interval by Student's t."""
+    """Return the mean and half of its 95 % interval, from Student's t."""
     from scipy.stats import t
 
     count = len(values)
@@ -360,15 +357,12 @@ def _mean(values: np.ndarray) -> Measured:
     return Measured(float(values.mean()), half)
 
 
-# --- counts, the object, the loop
-
-
 def _clicks(samples: Samples, region: Region) -> Measured:
-    """Return how many clicks came."""
+    """Return the number of clicks."""
     if samples.scene is None or not samples.scene[0].counts:
         raise NotMeasured("Nothing clicks here: choose the button.")
     counted = samples.count(samples.scene[0].counts[0])
-    assert counted is not None  # an environment's counts are among its states
+    assert counted is not None  # environments with ``counts`` have the counts in their state
     return Measured(float(np.sum(np.diff(counted) > 0.0)))
 
 
@@ -379,7 +373,7 @@ def _object(samples: Samples) -> np.ndarray:
 
 
 def _free_swing(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Return when in s and how far in m an object swings to, extreme after extreme, left alone."""
+    """Return the times in s and positions in m of the extremes of an object's free oscillation."""
     from scipy.signal import find_peaks
 
     place = _object(samples)
@@ -397,7 +391,7 @@ def _free_swing(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _object_growth(samples: Samples, region: Region) -> Measured:
-    """Return the growth of an object's free swing in 1/s; negative where it decays."""
+    """Return the growth rate of an object's free oscillation in 1/s, negative if it decays."""
     from scipy.stats import linregress, t
 
     time, away = _free_swing(samples)
@@ -413,7 +407,7 @@ def _object_frequency(samples: Samples, region: Region) -> Measured:
 
 
 def _object_restitution(samples: Samples, region: Region) -> Measured:
-    """Return the speed of an object after a bounce over the speed before, mean of all bounces."""
+    """Return the ratio of an object's speeds after and before a bounce, averaged over all bounces."""
     place = _object(samples)
     speed = np.gradient(place, samples.time)
     steady = np.abs(np.gradient(speed)) < _STEADY * samples.period
@@ -445,7 +439,7 @@ def _travel(samples: Samples, region: Region) -> Measured:
 
 
 def _peak_speed(samples: Samples, region: Region) -> Measured:
-    """Return the highest speed over 20 ms, in which sensor steps do not count."""
+    """Return the highest speed, averaged over 20 ms to suppress quantisation."""
     count = max(round(0.020 / samples.period), 1)
     if len(samples) <= count:
         raise NotMeasured("The recording is too short.")
@@ -501,14 +495,14 @@ MEASUREMENTS = _table(
 
 @dataclass(frozen=True)
 class Need:
-    """A least size of the movement: how it is computed, its unit, and the sentence if it is not reached."""
+    """A required smallest movement: its function, unit, and the sentence if it is not reached."""
 
     compute: Callable[[Samples], float]
     unit: str
     sentence: str
 
     def short(self, value: float, least: float) -> str:
-        """Return what was done and what is to be done."""
+        """Return the sentence that compares the movement with the required one."""
         return self.sentence.format(on_screen(value, self.unit, 2), on_screen(least, self.unit, 3))
 
 
@@ -529,4 +523,4 @@ NEEDS = {
     ),
     "seconds": Need(lambda s: float(s.time[-1] - s.time[0]), "s", "That lasted {}; go on for at least {}."),
 }
-"""What a check may ask of the movement, by name."""
+"""Requirements of a check on the movement, by name."""

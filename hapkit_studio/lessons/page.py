@@ -1,4 +1,4 @@
-"""A page of HTML on its own: its style is inside, and nothing is loaded."""
+"""A self-contained HTML page with an embedded style."""
 
 import html
 
@@ -40,9 +40,9 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 
 
 def page(title: str, body: str, wide: bool = False) -> str:
-    """Return a page; the body is HTML whose text is escaped. A browser loads nothing for it.
+    """Return a page; the body is HTML with escaped text. A browser loads no other files.
 
-    wide: for a table in place of text.
+    wide: for a table instead of text.
     """
     kind = ' class="table"' if wide else ""
     return (

@@ -1,4 +1,4 @@
-"""The reader of lesson files: Markdown with a TOML header and fenced blocks, all of it checked.
+"""The parser of lesson files: Markdown with a TOML header and fenced blocks, all of it validated.
 
 Nothing in a lesson is executed, and HTML in it is shown as text. An error names the file and the line.
 """
@@ -51,31 +51,31 @@ from hapkit_studio.lessons.measurements import MEASUREMENTS, NEEDS
 SUFFIX = ".md"
 MOST_STEPS, MOST_TASKS = 40, 100
 HIDDEN = ("values", "theory", "verdict", "map", "energy")
-"""What a lesson may hide in the window."""
+"""Parts of the window that a lesson may hide."""
 DEVICES = ("any", "simulated")
 OVER = ("time", "position", "velocity")
 _FENCE = "+++"
 _LINE, _PARAGRAPH = 200, 1_000  # characters
-_MOST_NESTED = 20  # of Markdown's blocks inside one another
-_REACH = 0.06  # m: farther than any handle goes
+_MOST_NESTED = 20  # nesting depth of Markdown's blocks
+_REACH = 0.06  # m: beyond the range of every handle
 _LONGEST_PLAY = 60.0  # s
 _WORD = re.compile(r"[a-z][a-z0-9_]*")
 
 
 @cache
 def views() -> tuple[str, ...]:
-    """Return the keys of the window's views, by the names of their modules: lessons are read without Qt."""
+    """Return the keys of the window's views from their modules' names, without importing Qt."""
     return "live", *assigning(Path(__file__).parents[1] / "gui" / "pages", "VIEW")
 
 
 def markdown() -> MarkdownIt:
-    """Return the parser of a lesson's text: CommonMark without HTML and images, with tables."""
+    """Return the Markdown parser of lessons: CommonMark without HTML and images, with tables."""
     found = MarkdownIt("commonmark", {"html": False, "maxNesting": _MOST_NESTED}).enable("table")
     return found.disable(["image", "html_block", "html_inline"])
 
 
 def read(path: str | Path, known: Mapping[str, Environment] | None = None) -> Lesson:
-    """Return the lesson in a file; known: the environments by key, None: the library's. Raise LessonError."""
+    """Read a lesson from a file; known: environments by key, None: the library's. Raise LessonError."""
     path = Path(path)
     try:
         text = read_text(path).replace("\r\n", "\n").replace("\r", "\n")
@@ -87,7 +87,7 @@ def read(path: str | Path, known: Mapping[str, Environment] | None = None) -> Le
 
 
 class _Reader:
-    """Reads one file; ``line`` is where the block stands that is being read."""
+    """Read one file; ``line`` is the line number of the present block."""
 
     def __init__(self, path: Path, text: str, known: Mapping[str, Environment]):
         self.path, self.text, self.known = path, text, known
@@ -110,7 +110,7 @@ class _Reader:
             raise head.wrong("environments", "a lesson has at least one environment")
         lock = head.words("lock", self._lockable(keys))
         head.finish()
-        # the header's lines stay as empty ones, so that a token's line is the file's
+        # replace the header's lines by empty ones, so that a token's line number is that of the file
         body = "\n" * (end + 1) + "\n".join(self.lines[end + 1 :])
         intro, steps = self._steps(markdown().parse(body), self._first_scene(keys[0], lock, found["hide"]))
         if not steps:
@@ -127,7 +127,7 @@ class _Reader:
         )
 
     def _header_end(self) -> int:
-        """Return the number of the line that ends the header, the first line 0."""
+        """Return the number of the header's last line, counted from 0."""
         if self.lines[0].strip() != _FENCE:
             raise self._error(1, f"a lesson begins with a header between two lines {_FENCE}")
         for at, line in enumerate(self.lines[1:], 1):
@@ -148,7 +148,10 @@ class _Reader:
         return LessonError(f"{self.path.name}, line {line}: {wrong}.")
 
     def _table(self, text: str, line: int, last: int) -> "_Table":
-        """Return the TOML in some lines; parsed behind empty lines, so that its errors name the file's."""
+        """Return the TOML in some lines.
+
+        Parsed after empty lines, so that errors have the file's line numbers.
+        """
         found = parse_toml("\n" * (line - 1) + text, self.path.name)
         return _Table(self, found, line, last)
 
@@ -159,7 +162,7 @@ class _Reader:
     # --- steps
 
     def _steps(self, tokens: list[Token], scene: Scene) -> tuple[tuple[Block, ...], tuple[Step, ...]]:
-        """Return what stands before the first step, and the steps."""
+        """Return the blocks before the first step, and the steps."""
         intro: list[Block] = []
         steps: list[Step] = []
         blocks, plays, text = intro, list[Play](), list[Token]()
@@ -403,7 +406,7 @@ class _Reader:
 
     @staticmethod
     def _grip(table: "_Table", scene: Scene) -> Grip | None:
-        """Return a grip by its name, or of given mass, damping and stiffness, as a rubber band has them."""
+        """Return a grip by its name, or with a given mass, damping and stiffness (a rubber band)."""
         if not isinstance(table.peek("grip"), dict):
             return grip_named(table.choice("grip", GRIPS, scene.grip) or "released")
         names = ("mass", "damping", "stiffness")
@@ -412,13 +415,13 @@ class _Reader:
 
 
 class _Table:
-    """A TOML table of a lesson, of which every value is taken once; what is left is an error."""
+    """A TOML table of a lesson; reading removes a value, and ``finish`` rejects the remaining ones."""
 
     def __init__(self, reader: _Reader, values: Mapping[str, Any], line: int, last: int):
         self._reader, self._left, self.line, self._last = reader, dict(values), line, last
 
     def line_of(self, key: str) -> int:
-        """Return the line on which a key stands, the table's first without one."""
+        """Return the line number of a key, or of the table if it lacks the key."""
         begins = re.compile(rf"\s*{re.escape(key)}\s*[=.]|\s*\[+\s*{re.escape(key)}\s*\]")
         for line in range(self.line, self._last + 1):
             if begins.match(self._reader.lines[line - 1]):
@@ -429,7 +432,7 @@ class _Table:
         return self._reader._error(self.line_of(key), why)
 
     def attempt(self, key: str, check: Callable[..., Any], *given: Any) -> Any:
-        """Return what a check makes of values; raise LessonError that names the line of the key."""
+        """Return the result of ``check`` for values; raise LessonError with the line of the key."""
         try:
             return check(*given)
         except ParameterError as error:
@@ -489,7 +492,7 @@ class _Table:
         return self.attempt(key, checked_table, value, key)
 
     def numbers(self, key: str, known: Iterable[str]) -> dict[str, float]:
-        """Return a table of positive numbers by known names."""
+        """Return a table of positive numbers with known names."""
         found, names = {}, tuple(known)
         for name, value in self.table(key).items():
             if name not in names:
@@ -498,7 +501,7 @@ class _Table:
         return found
 
     def points(self, key: str, value: object, reach: float = 1e9, unit: str = "") -> tuple[float, float]:
-        """Return two numbers; of a range they go up."""
+        """Return two numbers, in ascending order for a range."""
         pair = self.attempt(key, checked_list, value, key, 2)
         low, high = (self.attempt(key, checked_number, v, key, -reach, reach, unit) for v in pair)
         if key != "hand" and low >= high:
@@ -506,7 +509,7 @@ class _Table:
         return low, high
 
     def values(self, environment: Environment, before: Mapping[str, float]) -> dict[str, float]:
-        """Return an environment's values, of which some are given under "values"."""
+        """Return an environment's values, some of which the table gives under "values"."""
         given = {**before, **self.table("values")}
         return self.attempt("values", environment.values, given)
 
@@ -523,6 +526,6 @@ class _Table:
         return tuple(found)
 
     def finish(self) -> None:
-        """Raise LessonError for a key that nobody has taken."""
+        """Raise LessonError for an unknown key."""
         for key in self._left:
             raise self.wrong(key, f"the name {quoted(key)} is not known here")

@@ -1,4 +1,4 @@
-"""A lesson played headless: a scripted student on the simulated Hapkit, for authors and for tests."""
+"""Play a lesson headless: a scripted student on the simulated Hapkit, for authors and for tests."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ DEVICE = SimulatedHapkit()
 
 @dataclass(frozen=True)
 class Played:
-    """What a scripted student did in one step: telemetry rows of its runs, their settings, and answers."""
+    """A scripted student's work in one step: telemetry rows of the runs, settings, and answers."""
 
     tables: tuple[np.ndarray, ...]
     settings: tuple[Settings, ...]
@@ -35,7 +35,6 @@ class Played:
 
 
 def hand_of(play: Play) -> Hand:
-    """Return the hand of a run."""
     if isinstance(play.path, str):
         script = SCRIPTS[play.path]
         if play.path == "released" or play.grip is None:
@@ -53,7 +52,7 @@ def hand_of(play: Play) -> Hand:
 
 
 def render(play: Play) -> np.ndarray:
-    """Return the telemetry rows (n, ROW_WIDTH) of a run, which begins at rest at the start of its path."""
+    """Return a run's telemetry rows (n, ROW_WIDTH); it starts at rest at the first point of its path."""
     start = 0.0 if isinstance(play.path, str) else play.path[0][1]
     device = SimulatedHapkit(initial_position=start)
     scene = headless.Scene(play.environment, play.values, device, play.loop)
@@ -62,7 +61,7 @@ def render(play: Play) -> np.ndarray:
 
 
 def settings_in(play: Play) -> Settings:
-    """Return what was set during a run, as a session keeps it."""
+    """Return a run's settings in the form of a session."""
     return {
         **settings_of.of_scene(play.environment, dict(play.values)),
         "state_names": list(play.environment.state_names),
@@ -80,7 +79,7 @@ def settings_in(play: Play) -> Settings:
 
 
 def play_step(step: Step, plays: Iterable[Play] | None = None, begin: float = 0.0) -> Played:
-    """Play one step's runs one after the other, the first at ``begin`` s; plays: other ones than its own."""
+    """Play a step's runs in sequence, from ``begin`` in s on; plays: replaces the step's own runs."""
     tables: list[np.ndarray] = []
     settings: list[Settings] = []
     for play in step.plays if plays is None else plays:
@@ -94,7 +93,7 @@ def play_step(step: Step, plays: Iterable[Play] | None = None, begin: float = 0.
 
 
 def play_lesson(lesson: Lesson) -> list[tuple[Step, Played]]:
-    """Play every step that has runs or questions, on one clock."""
+    """Play every step that has runs or questions, on one time axis."""
     found: list[tuple[Step, Played]] = []
     begin = 0.0
     for step in lesson.steps:
@@ -106,7 +105,7 @@ def play_lesson(lesson: Lesson) -> list[tuple[Step, Played]]:
 
 
 def results(played: Iterable[tuple[Step, Played]]) -> list[tuple[Check | Question, Result]]:
-    """Return the result of every check and question, each on its own step's samples."""
+    """Return the result of every check and question, each from its own step's samples."""
     found: list[tuple[Check | Question, Result]] = []
     for step, one in played:
         samples = one.samples() if one.tables else None

@@ -1,4 +1,4 @@
-"""The report on a handed-in lesson: figures, answers, settings, what was not measured, on one page."""
+"""The report on a handed-in lesson: figures, answers, settings and missing measurements, on one page."""
 
 import html
 import math
@@ -18,7 +18,7 @@ from hapkit_studio.lessons.page import page
 from hapkit_studio.lessons.parse import markdown
 from hapkit_studio.lessons.samples import Samples
 
-_FIGURE_SAMPLES = 2000  # of a figure's interval; more are not seen, and make the page large
+_FIGURE_SAMPLES = 2000  # samples in a figure; more would enlarge the page without being visible
 _SIZE = re.compile(r'\b(?:width|height)="[\d.]+pt"')
 _WORDS = {"review": "for the reviewer", MISSING: "not measured", "waiting": "not passed"}
 
@@ -62,7 +62,7 @@ def _facts(handed: HandedIn) -> str:
 
 
 def _step(step: Step, handed: HandedIn, missing: list[str]) -> Iterator[str]:
-    """Yield a step's text, tasks and figures; add what was not measured to ``missing``."""
+    """Yield a step's text, tasks and figures; append its missing measurements to ``missing``."""
     last: Samples | None = None
     drawn = any(isinstance(block, Plot) for block in step.blocks)
     for block in step.blocks:
@@ -97,7 +97,7 @@ def _task(state: str, title: str, given: str, reason: str) -> str:
 
 
 def _figure(part: Samples, over: str, caption: str) -> str:
-    """Return the interval's figure as inline SVG; its own caption holds the settings."""
+    """Return the interval's figure as inline SVG; its own caption contains the settings."""
     thinned = part.cut(slice(None, None, max(len(part) // _FIGURE_SAMPLES, 1)))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "figure.svg"
@@ -108,7 +108,7 @@ def _figure(part: Samples, over: str, caption: str) -> str:
 
 
 def inline_svg(text: str) -> str:
-    """Return the SVG element of matplotlib's file without its header and metadata, in the page's width."""
+    """Return the SVG element of a matplotlib file without header and metadata, as wide as the page."""
     text = text[text.index("<svg") :]
     if "<metadata>" in text:
         text = text[: text.index("<metadata>")] + text[text.index("</metadata>") + len("</metadata>") :]
@@ -128,7 +128,7 @@ def _code(renderer: Any, tokens: Sequence[Any], at: int, options: Any, env: Any)
 
 
 def _formula(tex: str) -> str:
-    """Return a formula as SVG; the text itself where it cannot be read."""
+    """Return a formula as SVG, or its source if it is invalid."""
     try:
         return svg(tex)
     except ValueError:

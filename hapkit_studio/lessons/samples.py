@@ -1,4 +1,4 @@
-"""Recorded samples, and the intervals of them that a check can look at."""
+"""Recorded samples, and their segments with constant settings."""
 
 import hashlib
 import json
@@ -20,7 +20,7 @@ from hapkit_studio.sessions import settings as settings_of
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.settings_log import Log, Settings
 
-# A change is noted up to 0.1 s after it was made, and values ramp for 30 ms.
+# s: a change is recorded up to 0.1 s late, and parameters ramp for 30 ms
 _BEFORE_CHANGE, _AFTER_CHANGE = 0.1, 0.05
 _SIGNALS = ("position", "velocity", "force", "applied_force", "energy")
 _NUMBERS = ("time", *_SIGNALS)
@@ -29,9 +29,9 @@ _BAD = rows.STOPPED | rows.FAULT | rows.STALE | rows.GAP
 
 @dataclass(frozen=True)
 class Samples:
-    """Columns (n,) in SI units, state (n, values); named as in a run of ``simulate``.
+    """Columns (n,) in SI units, and state (n, values), with the names of a run of ``simulate``.
 
-    time in s counts from the start of the recording; log holds the settings from each time on.
+    time in s counts from the start of the recording; log: the settings from each time on.
     """
 
     time: np.ndarray
@@ -51,7 +51,7 @@ class Samples:
     def of_rows(
         cls, table: np.ndarray, log: Log, known: Mapping[str, Environment] | None = None
     ) -> "Samples":
-        """Return the samples of telemetry rows (n, ROW_WIDTH); log's times count from the first row."""
+        """Return the samples of telemetry rows (n, ROW_WIDTH); the log's times count from the first row."""
         time = table[:, rows.HOST_TIME]
         signals: dict[str, Any] = {name: table[:, COLUMN[name]] for name in _SIGNALS}
         return cls(
@@ -69,7 +69,7 @@ class Samples:
         found = session.read(["time", "board_time", *_SIGNALS, "flags", "state"])
         time, board = found["time"], found["board_time"]
         log = settings_of.log(session.events, float(time[0]), float(time[-1]))
-        if (np.diff(board) > 0.0).all():  # the device's own clock has no jitter
+        if (np.diff(board) > 0.0).all():  # preferred, because the device's own clock has no jitter
             changed = np.interp([time[0] + when for when, _ in log], time, board - board[0]).tolist()
             log = [(when, settings) for when, (_, settings) in zip(changed, log, strict=True)]
             time = board
@@ -87,13 +87,12 @@ class Samples:
         return len(self.time)
 
     def between(self, start: float, stop: float) -> "Samples":
-        """Return the samples with start <= time <= stop; the log holds what was in force there."""
+        """Return the samples with start <= time <= stop, and the settings log for them."""
         first, last = np.searchsorted(self.time, [start, stop], "left")
         last += last < len(self.time) and self.time[last] == stop
         return self.cut(slice(int(first), int(last)))
 
     def cut(self, part: slice) -> "Samples":
-        """Return some of the samples, with their times."""
         columns = {name: getattr(self, name)[part] for name in (*_NUMBERS, "flags", "state")}
         if not len(columns["time"]):
             return replace(self, **columns)
@@ -103,7 +102,7 @@ class Samples:
         return replace(self, **columns, log=log or self.log[:1])
 
     def segments(self) -> Iterator["Samples"]:
-        """Yield the parts during which no setting changed and the device worked, the newest first."""
+        """Yield the segments with constant settings and without faults, the newest first."""
         if not len(self):
             return
         changes = [when for when, _ in self.log[1:]]
@@ -114,23 +113,23 @@ class Samples:
                 yield from reversed(list(self.between(begin, end)._working()))
 
     def _working(self) -> Iterator["Samples"]:
-        """Yield the parts without a fault and without a gap of more than 20 periods."""
+        """Yield the segments without a fault and without a gap of more than 20 periods."""
         good = (self.flags & _BAD) == 0
         gaps = np.diff(self.time)
         broken = gaps > 20.0 * np.median(gaps) if len(gaps) else np.zeros(0, bool)
         for part in runs(good, np.flatnonzero(broken) + 1):
             yield self.cut(part)
 
-    # --- settings in force at the end
+    # --- settings at the end of the segment
 
     @property
     def settings(self) -> Settings:
-        """Return the settings in force."""
+        """Return the settings at the end."""
         return self.log[-1][1]
 
     @cached_property
     def scene(self) -> tuple[Environment, dict[str, float]] | None:
-        """Return the environment in force and its values; None where this studio does not know it."""
+        """Return the environment and its values at the end; None if the environment is unknown."""
         key = str(self.settings.get("environment"))
         try:
             found = self.known.get(key) or environments.named(key)
@@ -140,29 +139,28 @@ class Samples:
 
     @property
     def delay(self) -> float:
-        """Return the added delay in s."""
         return float(self.settings.get("delay_s") or 0.0)
 
     @property
     def period(self) -> float:
-        """Return the time between samples in s, from the recorded times."""
+        """Return the sampling period in s, from the recorded times."""
         return float(np.median(np.diff(self.time))) if len(self) > 1 else math.nan
 
     @property
     def quantum(self) -> float:
-        """Return the sensor's step in m, 20.7 µm where it is not known."""
+        """Return the sensor's step in m, 20.7 µm if unknown."""
         device = self.settings.get("device")
         found = device.get("quantum") if isinstance(device, Mapping) else self.settings.get("quantum_m")
         return float(found) if isinstance(found, int | float) else 20.7e-6
 
     @property
     def hand_force(self) -> np.ndarray:
-        """Return NaN (n,): no check uses the force of a simulated hand, which a real one does not tell."""
+        """Return NaN (n,): checks ignore a simulated hand's force, since a real hand's is unknown."""
         return np.full(len(self), math.nan)
 
     @property
     def moves(self) -> dict[str, np.ndarray]:
-        """Return the place in m (n,) of what moves besides the handle, by its name."""
+        """Return the positions in m (n,) of the scene's other moving objects by name."""
         if self.scene is None or self.scene[0].moves is None:
             return {}
         environment, values = self.scene
@@ -171,7 +169,7 @@ class Samples:
 
     @cached_property
     def depth(self) -> np.ndarray | None:
-        """Return how deep in m (n,) the handle is in the surface; None where the scene has none."""
+        """Return the penetration in m (n,) of the surface; None in a scene without one."""
         if self.scene is None or not self.scene[0].shades:
             return None
         _, values = self.scene
@@ -179,12 +177,12 @@ class Samples:
         return side * (self.position - values["position"])
 
     def count(self, name: str) -> np.ndarray | None:
-        """Return a state of the law (n,) by its name, None without it."""
+        """Return a state variable of the law (n,) by its name, None if unknown."""
         names = self.scene[0].state_names[: self.state.shape[1]] if self.scene else ()
         return self.state[:, names.index(name)] if name in names else None
 
     def stamp(self) -> str:
-        """Return a hash of the samples and the settings: an edit of either changes it."""
+        """Return a hash of samples and settings that detects changes of either."""
         total = hashlib.sha256()
         for name in _NUMBERS:
             total.update(np.ascontiguousarray(getattr(self, name), dtype="<f8").tobytes())
@@ -196,12 +194,12 @@ class Samples:
 
 
 def _as_json(settings: Settings) -> Any:
-    """Return settings as they are when they come back from a file."""
+    """Return settings in the form in which a file returns them."""
     return json.loads(json.dumps(settings, default=str))
 
 
 def runs(good: np.ndarray, breaks: np.ndarray | tuple = ()) -> list[slice]:
-    """Return the slices of consecutive true values (n,), cut before each index in breaks."""
+    """Return the slices of consecutive true values (n,), also split at each index in ``breaks``."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(np.int8), [0]])))
     found = []
     for first, last in zip(edges[::2], edges[1::2], strict=True):

@@ -19,13 +19,13 @@ from hapkit_studio.protocol.messages import (
     Telemetry,
 )
 
-# columns of a decoded row: those of a sample, then those of telemetry only
+# columns of a decoded row: those of a sample, then those only of telemetry
 SEQ, BOARD_TIME, COUNT, ANSWERED, DELAY, FLAGS, PWM, LOST, RX_ERRORS = range(9)
 KIND, GENERATION, STALE, RECEIVED, REFUSAL = range(9, 14)
 VELOCITY, ASKED, OVERRUNS, STATE_AT, STATE = range(14, 19)
 SAMPLE_WIDTH = 19
 
-# source of a row. LOST counts samples for SAMPLE, ticks not shown for TELEMETRY
+# source of a row; LOST counts lost samples for SAMPLE, ticks without a frame for TELEMETRY
 SAMPLE, TELEMETRY = 0, 1
 
 US = 1e-6
@@ -36,7 +36,7 @@ _COLUMNS = {
     "refusal": REFUSAL, "velocity": VELOCITY, "asked": ASKED, "overruns": OVERRUNS, "state_at": STATE_AT,
     "state": STATE,
 }  # fmt: skip
-"""Fields copied to a row as they are; the time is unwrapped."""
+"""Fields copied to a row unchanged; the time is unwrapped."""
 _UNSIGNED, _SIGNED, _FLOAT = range(3)
 
 

@@ -1,4 +1,4 @@
-"""Compiled frames for a board that renders by itself: law in pieces, constants, keep-alive.
+"""Compiled frames for a board that renders: law in pieces, constants, keep-alive.
 
 A law's bytes are packed into int64 words, little endian, as ``packed`` returns them.
 """

@@ -26,12 +26,12 @@ class Wire(NamedTuple):
 
     @property
     def numbers(self) -> int:
-        """How many numbers the field holds; text is one value."""
+        """Return the number of numbers in the field; text is one value."""
         return 1 if self.code.endswith("s") else int(self.code[:-1] or 1)
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Least and greatest value of each of its numbers."""
+        """Return the smallest and largest value of each number in the field."""
         kind = self.code[-1]
         if kind == "f":
             return -FLOAT_MAX, FLOAT_MAX
@@ -46,7 +46,7 @@ def wire(code: str, help: str, unit: str = "") -> Any:
 
 @dataclass(frozen=True)
 class Message:
-    """Base of all messages; a subclass names its id, whose top bit says that it comes from the board."""
+    """Base of all messages; a subclass declares its id, whose top bit is set for messages from the board."""
 
     ID: ClassVar[int]
 
@@ -120,18 +120,18 @@ TUNED = 6
 
 
 class Estimator(IntEnum):
-    """How the board estimates velocity; the coefficients of Law are first and second."""
+    """Velocity estimator of the board; its coefficients are ``first`` and ``second`` of Law."""
 
     DIFFERENCE = 0
     """v = (x - before) / T."""
     IIR = 1
     """v += first ((x - before) / T - v)."""
     KALMAN = 2
-    """The steady filter: r = x - (at + T v); at += T v + first r; v += second r."""
+    """Steady-state filter: r = x - (at + T v); at += T v + first r; v += second r."""
 
 
 class Pins(IntEnum):
-    """Where motor 1 is connected."""
+    """Connector of motor 1."""
 
     D5_D8 = 0
     """PWM on D5, direction on D8: every board since 2013's second."""
@@ -140,7 +140,7 @@ class Pins(IntEnum):
 
 
 class Sensor(IntEnum):
-    """What reads the motor's angle."""
+    """Type of the motor's angle sensor."""
 
     MAGNETORESISTIVE = 0
     """Analog on A2, repeats every half turn."""
@@ -151,37 +151,37 @@ class Sensor(IntEnum):
 
 
 class MotorMap(IntEnum):
-    """How the motor's torque follows from its duty."""
+    """Relation of the motor's torque to its duty."""
 
     SQUARE = 0
     """torque = constant * duty^2."""
     LINEAR = 1
     """torque = constant * duty."""
     TABLE = 2
-    """torque = constant * table / 255, straight between eight duties."""
+    """torque = constant * table / 255, interpolated between eight duties."""
 
 
 class Origin(IntEnum):
-    """Where the settings in force come from."""
+    """Origin of the settings in force."""
 
     DEFAULT = 0
     STORED = 1
-    """From the EEPROM, or saved to it since."""
+    """Loaded from the EEPROM, or saved to it since."""
     DAMAGED = 2
-    """The EEPROM's check failed: defaults."""
+    """The EEPROM's checksum is wrong, so the defaults are used."""
     UNSAVED = 3
     """Changed since the start, not saved."""
 
 
 class BoardFlag(IntFlag):
-    """What a sample says about the motor and the loop of the board."""
+    """State of the board's motor and loop in a sample."""
 
     WATCHDOG = 1
     """No valid force command within the watchdog's time: motor off until the next one."""
     STOPPED = 2
     """Emergency stop: motor off until Release."""
     CLAMPED = 4
-    """The last force command exceeded the force limit and was cut to it."""
+    """The last force command exceeded the force limit and was clamped."""
     OVERRUN = 8
     """A sample was skipped or its frame did not fit the send buffer since the last frame."""
     REFUSED = 16
@@ -189,20 +189,20 @@ class BoardFlag(IntFlag):
     OVER_SPEED = 32
     """The handle was faster than the board's limit: motor off until Release."""
     SENSOR = 64
-    """Readings that cannot be right were bridged since the last frame; after several in a row: motor off."""
+    """Implausible readings were bridged since the last frame; after several in a row: motor off."""
 
 
 @dataclass(frozen=True)
 class HelloRequest(Message, id=0x01):
-    """Ask the board who it is; it answers with Hello."""
+    """Ask the board for its identity; it answers with Hello."""
 
 
 @dataclass(frozen=True)
 class Force(Message, id=0x02):
-    """Command the force on the handle. One that left the computer too long ago is refused, unless it is 0."""
+    """Set the force on the handle. A nonzero force whose sample is too old is refused."""
 
-    seq: int = wire("H", "number of the newest sample that the computer had heard")
-    behind: int = wire("B", "how many samples before that one is answered")
+    seq: int = wire("H", "number of the newest sample received by the computer")
+    behind: int = wire("B", "number of samples from the answered one to that one")
     force: float = wire("f", "force on the handle, positive to the right", "N")
 
 
@@ -221,57 +221,57 @@ class Stream(Message, id=0x05):
     """Switch the samples on or off; off also switches the motor off."""
 
     on: int = wire("B", "1 on, 0 off")
-    padded: int = wire("B", "every frame is filled with delimiters to a multiple of so many bytes; 0 not")
+    padded: int = wire("B", "frames are padded with delimiters to a multiple of this number of bytes; 0: not")
 
 
 @dataclass(frozen=True)
 class Law(Message, id=0x06):
-    """Begin to send a law. The one in force fades out over 30 ms, then its memory takes the new one's pieces.
+    """Announce a law. The one in force fades out over 30 ms, then its memory receives the new law's pieces.
 
-    Once the last byte is there and nothing is refused, it fades in over 30 ms. Its bytes are `given` float32,
-    the state's start values and the constants, then the code. The same generation again changes nothing.
+    After the last byte, unless the law is refused, it fades in over 30 ms. Its bytes are `given` float32, the
+    state's initial values and the constants, then the code. Repeating the same generation has no effect.
     """
 
-    generation: int = wire("B", "any number but the last law's; samples and telemetry repeat it")
-    period: int = wire("H", "half microseconds from one tick to the next, 500 to 4000: 4 kHz to 500 Hz")
+    generation: int = wire("B", "differs from the last law's; repeated in samples and telemetry")
+    period: int = wire("H", "period in half microseconds, 500 to 4000: 4 kHz to 500 Hz")
     estimator: int = wire("B", "Estimator")
-    first: float = wire("f", "its first coefficient")
-    second: float = wire("f", "its second coefficient", "1/s")
-    states: int = wire("B", "values of state, the slots from 2 on")
-    given: int = wire("B", "slots from 2 on whose first values are sent: state, then constants")
-    slots: int = wire("B", "slots in all; those behind the given ones begin as 0")
+    first: float = wire("f", "first coefficient of the estimator")
+    second: float = wire("f", "second coefficient of the estimator", "1/s")
+    states: int = wire("B", "number of state variables, in the slots from 2 on")
+    given: int = wire("B", "number of slots from 2 on with initial values: state, then constants")
+    slots: int = wire("B", "total number of slots; the rest is initially 0")
     code: int = wire("H", "bytes of code")
-    check: int = wire("H", "CRC-16 of all bytes that are sent in pieces")
+    check: int = wire("H", "CRC-16 of all bytes sent in pieces")
 
 
 @dataclass(frozen=True)
 class Piece(Message, id=0x07):
-    """One piece of a law; taken only in order, so what got lost is sent again from where samples say."""
+    """A piece of a law; accepted only in order: lost ones are repeated from the byte named in samples."""
 
-    generation: int = wire("B", "the law's")
-    at: int = wire("H", "place of the first byte; the pieces lie side by side")
-    data: tuple[int, ...] = wire(f"{PIECE}B", "the bytes, then zeros behind the last")
+    generation: int = wire("B", "generation of the law")
+    at: int = wire("H", "offset of the first byte; consecutive pieces are adjacent")
+    data: tuple[int, ...] = wire(f"{PIECE}B", "the bytes, padded with zeros")
 
 
 @dataclass(frozen=True)
 class Tune(Message, id=0x08):
-    """Give constants of the law in force other values; they move there over 30 ms."""
+    """Change constants of the law in force, with a ramp of 30 ms."""
 
     law: int = wire("B", "generation of the law")
-    generation: int = wire("B", "of this change; Telemetry repeats the last one taken")
-    count: int = wire("B", "how many constants")
-    slots: tuple[int, ...] = wire(f"{TUNED}B", "their slots, then zeros")
-    values: tuple[float, ...] = wire(f"{TUNED}f", "their values, then zeros")
+    generation: int = wire("B", "generation of this change; Telemetry repeats the last accepted one")
+    count: int = wire("B", "number of constants")
+    slots: tuple[int, ...] = wire(f"{TUNED}B", "slots of the constants, padded with zeros")
+    values: tuple[float, ...] = wire(f"{TUNED}f", "values of the constants, padded with zeros")
 
 
 @dataclass(frozen=True)
 class Leave(Message, id=0x0D):
-    """Let the computer render: the law's force fades out over 30 ms, then come samples. Twice: at once."""
+    """Let the computer render: the law's force fades out over 30 ms, then samples follow. Twice: at once."""
 
 
 @dataclass(frozen=True)
 class Alive(Message, id=0x09):
-    """Say that the computer is there while the board renders; without it for watchdog_ms: motor off."""
+    """Keep-alive while the board renders; without it for watchdog_ms, the motor is switched off."""
 
 
 @dataclass(frozen=True)
@@ -281,14 +281,14 @@ class SettingsRequest(Message, id=0x0A):
 
 @dataclass(frozen=True)
 class Save(Message, id=0x0B):
-    """Keep the settings in force in the EEPROM; the board answers with Settings."""
+    """Save the settings in force in the EEPROM; the board answers with Settings."""
 
 
 @dataclass(frozen=True)
 class Board(Message, id=0x0C):
-    """Everything about one kit: pins, sensor, geometry, motor. Motor off, in force at once, not saved.
+    """Settings of a kit: pins, sensor, geometry, motor. Motor off, in force at once, not saved.
 
-    The board answers with Settings; numbers that no kit has are refused as a whole.
+    The board answers with Settings; implausible numbers are refused as a whole.
     """
 
     profile: int = wire("B", "number of the kit's profile, for the computer")
@@ -305,17 +305,17 @@ class Board(Message, id=0x0C):
     handle_radius: float = wire("f", "sector axis to handle", "m")
     pulley_radius: float = wire("f", "motor pulley", "m")
     sector_radius: float = wire("f", "sector drum", "m")
-    mass: float = wire("f", "of the paddle at the handle", "kg")
-    viscous: float = wire("f", "friction of the paddle at the handle", "N*s/m")
+    mass: float = wire("f", "mass of the paddle at the handle", "kg")
+    viscous: float = wire("f", "viscous friction of the paddle at the handle", "N*s/m")
     coulomb: float = wire("f", "dry friction of the paddle at the handle", "N")
-    dead_band: int = wire("B", "pwm below which the motor does not turn; what is asked starts above it")
-    table: tuple[int, ...] = wire("8B", "torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, never falling")
+    dead_band: int = wire("B", "pwm up to which the motor does not turn; added to every duty")
+    table: tuple[int, ...] = wire("8B", "torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, not decreasing")
     label: str = wire("12s", "the kit's name")
 
 
 @dataclass(frozen=True)
 class Hello(Message, id=0x81):
-    """Who the board is: version, build and every constant the computer needs."""
+    """Identity of the board: version, build and every constant that the computer needs."""
 
     version: int = wire("H", "version of the protocol; stays the first field in every version")
     quantum: float = wire("f", "handle travel per sensor count", "m")
@@ -327,12 +327,12 @@ class Hello(Message, id=0x81):
     tick_us: float = wire("f", "resolution of the board's clock", "us")
     counts_per_flip: int = wire("H", "sensor counts per half turn of the motor")
     sample_rate: int = wire("H", "samples per second", "Hz")
-    watchdog_ms: int = wire("H", "silence after which the motor goes off", "ms")
+    watchdog_ms: int = wire("H", "time without a message after which the motor is switched off", "ms")
     pwm_top: int = wire("H", "pwm value of full duty")
     profile: int = wire("B", "number of the kit's profile")
     arena: int = wire("H", "bytes for the slots, the code and the moving constants of one law")
     origin: int = wire("B", "Origin")
-    reset: int = wire("B", "why it started: 1 power, 2 reset, 4 brown-out, 8 watchdog")
+    reset: int = wire("B", "reason of the last reset: 1 power, 2 reset, 4 brown-out, 8 watchdog")
     build: str = wire("16s", "name of the firmware build")
 
 
@@ -342,50 +342,50 @@ class Sample(Message, id=0x82):
 
     seq: int = wire("H", "sample number, counts every period, wraps at 65536")
     time_us: int = wire("I", "board clock at sampling, wraps at 2^32", "us")
-    count: int = wire("i", "sensor counts from the zero, repeats included, positive to the right")
-    raw: int = wire("H", "the sensor's reading itself")
+    count: int = wire("i", "unwrapped sensor counts from the zero, positive to the right")
+    raw: int = wire("H", "raw reading of the sensor")
     answered: int = wire("H", "sample number that the last applied force answered")
     delay_us: int = wire(
-        "H", "from that sampling to its force in the PWM register; 0 none yet, 65535 longer", "us"
+        "H", "time from that sample to its force in the PWM register; 0: none yet, 65535: longer", "us"
     )
     flags: int = wire("B", "BoardFlag")
     pwm: int = wire("h", "signed duty in force, of pwm_top")
     rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
     stale: int = wire("B", "forces refused because they were too old, wraps at 256")
-    generation: int = wire("B", "of the law that is being sent, or was last")
-    received: int = wire("H", "bytes of it that have arrived, up to the first one missing")
-    refusal: int = wire("B", "Refusal: why it is not rendered")
+    generation: int = wire("B", "generation of the law being sent, or the last one")
+    received: int = wire("H", "bytes of it received without a gap")
+    refusal: int = wire("B", "Refusal: reason why the law is not rendered")
 
 
 @dataclass(frozen=True)
 class Telemetry(Message, id=0x83):
-    """What the board renders by itself, in place of Sample while a law of its own is in force.
+    """Motion and force of a law that the board renders, instead of Sample.
 
-    Each tick that comes a millisecond or more after the one shown last: every tick up to 1 kHz, above that
-    every second, third or fourth one.
+    Sent for each tick that comes a millisecond or more after the previous one sent: for every tick up to 1
+    kHz, above that for every second, third or fourth.
     """
 
-    seq: int = wire("H", "number of the tick shown, wraps at 65536")
-    time_us: int = wire("I", "board clock at its sampling, wraps at 2^32", "us")
-    count: int = wire("i", "sensor counts from the zero, repeats included, positive to the right")
-    velocity: float = wire("f", "as the board estimates it, positive to the right", "m/s")
-    asked: float = wire("f", "force that the law asked for, positive to the right", "N")
+    seq: int = wire("H", "number of this tick, wraps at 65536")
+    time_us: int = wire("I", "board clock at the tick's sample, wraps at 2^32", "us")
+    count: int = wire("i", "unwrapped sensor counts from the zero, positive to the right")
+    velocity: float = wire("f", "velocity estimated by the board, positive to the right", "m/s")
+    asked: float = wire("f", "force of the law, positive to the right", "N")
     pwm: int = wire("h", "signed duty in force, of pwm_top")
-    delay_us: int = wire("H", "mean from a sampling to its force since the last frame", "us")
+    delay_us: int = wire("H", "mean time from a sample to its force since the last frame", "us")
     flags: int = wire("B", "BoardFlag")
     rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
-    overruns: int = wire("B", "ticks that were skipped so far, wraps at 256")
-    generation: int = wire("B", "of the law in force, or of its last Tune that was taken")
-    state_at: int = wire("B", "which value of the law's state this frame shows; they take turns")
-    state: float = wire("f", "that value")
+    overruns: int = wire("B", "number of skipped ticks, wraps at 256")
+    generation: int = wire("B", "generation of the law in force, or of its last accepted Tune")
+    state_at: int = wire("B", "index of the state variable in this frame; all are sent in turn")
+    state: float = wire("f", "value of that state variable")
 
 
 @dataclass(frozen=True)
 class Settings(Board, id=0x85):
-    """The settings in force, laid out as Board, and whether they are saved."""
+    """The settings in force, in the layout of Board, and whether they are saved."""
 
     origin: int = wire("B", "Origin")
-    refused: int = wire("B", "1: the last Board held numbers that no kit has, nothing was changed")
+    refused: int = wire("B", "1: the last Board had implausible numbers and was ignored")
 
 
 MESSAGES: tuple[type[Message], ...] = (

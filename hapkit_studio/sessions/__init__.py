@@ -1,1 +1,1 @@
-"""Sessions: what was felt, kept: recorded, saved afterwards, read back and exported."""
+"""Sessions: recordings of runs that can be saved, read and exported."""

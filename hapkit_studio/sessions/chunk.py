@@ -1,4 +1,4 @@
-"""A chunk: some tenths of a second of samples, compressed column by column, with extremes to draw from."""
+"""A chunk: some tenths of a second of samples, compressed column by column, with extremes for plots."""
 
 import math
 from collections.abc import Mapping
@@ -12,20 +12,20 @@ from hapkit_studio.sessions.columns import MOST_WHOLE, DamagedError, decode, enc
 from hapkit_studio.sessions.layout import LAYOUT, STATE, Layout
 
 BLOCK = 64
-"""Samples of which the extremes are stored."""
-MOST_SAMPLES = 1 << 16  # of a chunk; the recorder's have at most 1,000
+"""Samples per block, for each of which the extremes are stored."""
+MOST_SAMPLES = 1 << 16  # samples in a chunk; the recorder writes at most 1,000
 MOST_STATES = rows.ROW_WIDTH - rows.STATE
-MOST_TIME = 1e9  # s of a computer's clock since it started: 31 years
-_SAME_TIME = 1e-6  # s, the step of times in a file
+MOST_TIME = 1e9  # s since the computer's start: 31 years
+_SAME_TIME = 1e-6  # resolution of times in a file, s
 _WHOLE = frozenset(signal.name for signal in SIGNALS if signal.whole)
 
 
 @dataclass(frozen=True)
 class Chunk:
-    """Consecutive samples: how many, when the first and the last came in s of the computer's clock.
+    """Consecutive samples: their number, and the times of the first and last in s of the computer's clock.
 
-    columns: what ``encode`` made of each signal of the layout, None where it was not recorded; "state": the
-    law's ``states`` variables, one after the other. extremes: the encoded ones of every BLOCK samples.
+    columns: each signal's samples as returned by ``encode``, None if not recorded; "state": the law's
+    ``states`` variables, one after the other. extremes: the encoded extremes of every BLOCK samples.
     """
 
     count: int
@@ -74,13 +74,13 @@ class Chunk:
 def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) -> Chunk:
     """Return telemetry rows (n, ROW_WIDTH), n > 0, as a chunk with the first ``states`` state variables.
 
-    quantum: the sensor's step in m. truth: with the signals that are recorded on request.
+    quantum: the sensor's step in m. truth: include the signals that are recorded on request.
     """
     recorded = (s for s in SIGNALS if s.recorded == ALWAYS or (truth and s.recorded == ON_REQUEST))
     columns = {signal.name: _encoded(table, signal, quantum) for signal in recorded}
     columns[STATE] = encode(table[:, rows.STATE : rows.STATE + states].T.ravel())
     step = BY_NAME["time"].step or 1.0
-    start, stop = step * np.rint(table[[0, -1], rows.HOST_TIME] / step)  # as the samples have it
+    start, stop = step * np.rint(table[[0, -1], rows.HOST_TIME] / step)  # rounded like the samples' times
     extremes = encode(_extremes(table).ravel())
     return Chunk(len(table), float(start), float(stop), states, extremes, columns)
 

@@ -13,28 +13,28 @@ from hapkit_studio.errors import FileError
 
 _INTEGERS = tuple(np.dtype(code) for code in ("<i1", "<i2", "<i4", "<i8"))
 _FLOATS = np.dtype("<f4")
-_HEAD = struct.Struct("<Bdq")  # bytes of a difference (0: floats), what one is worth, the first number
+_HEAD = struct.Struct("<Bdq")  # bytes per difference (0: floats), step, first number
 _LEVEL = 6
-_NO_MULTIPLE = 1e-3  # of a step: what is farther from a multiple is none
-MOST_WHOLE = 1 << 53  # whole numbers below it are exact as float64
+_NO_MULTIPLE = 1e-3  # fraction of a step: values farther from a multiple are stored as floats
+MOST_WHOLE = 1 << 53  # integers below it are exact as float64
 _LARGEST_STEP = 1e200
 
 
 class DamagedError(FileError):
-    """What was read is not what was written, or is out of range."""
+    """Data read differ from the data written, or are out of range."""
 
 
 def encode(values: np.ndarray, step: float = 0.0, rounded: bool = True) -> bytes:
-    """Return numbers (n,) compressed: as multiples of a step in SI, as floats where it is 0.
+    """Compress numbers (n,) as multiples of a step in SI; as floats if the step is 0.
 
-    Numbers that are not finite, or more than 2**53 steps, make all of them floats; so do those between
-    multiples unless ``rounded``.
+    Non-finite numbers, or more than 2**53 steps, make all of them floats; so do numbers between multiples
+    unless ``rounded``.
     """
     if step > 0.0 and len(values) and np.abs(values).max() < MOST_WHOLE * step:
         multiples = np.rint(values / step)
         if rounded or np.abs(values - step * multiples).max() <= _NO_MULTIPLE * step:
             return _encode_multiples(multiples.astype(np.int64), step)
-    with np.errstate(over="ignore"):  # what is too large for 32 bits becomes infinite
+    with np.errstate(over="ignore"):  # values too large for 32 bits become infinite
         return _squeeze(_HEAD.pack(0, 0.0, 0), values.astype(_FLOATS))
 
 
@@ -46,16 +46,16 @@ def _encode_multiples(multiples: np.ndarray, step: float) -> bytes:
 
 
 def decode(data: bytes, count: int) -> np.ndarray:
-    """Return the numbers (count,) float64 of what ``encode`` wrote; raise DamagedError."""
+    """Return the numbers (count,) float64 from data of ``encode``; raise DamagedError."""
     try:
-        # never more memory than so many numbers need
+        # limit the memory to that of count numbers
         unpacker = zlib.decompressobj()
         plain = unpacker.decompress(data, _HEAD.size + count * _INTEGERS[-1].itemsize + 1)
         if not unpacker.eof:
             raise DamagedError("Samples cannot be read: their end is missing.")
         size, step, first = _HEAD.unpack_from(plain)
         if size == 0:
-            with np.errstate(invalid="ignore"):  # NaNs of any bits
+            with np.errstate(invalid="ignore"):  # NaNs with arbitrary bits
                 return _spread(plain, _FLOATS, count).astype(float)
         kind = next(k for k in _INTEGERS if k.itemsize == size)
         differences = np.concatenate([[first], _spread(plain, kind, count - 1)])
@@ -68,7 +68,7 @@ def decode(data: bytes, count: int) -> np.ndarray:
 
 
 def _wraps(differences: np.ndarray) -> bool:
-    """Return whether the sums of whole numbers leave what float64 and 64 bits hold."""
+    """Return True if a cumulative sum of integers exceeds the range of float64 or 64 bits."""
     return bool(np.abs(np.cumsum(differences, dtype=float)).max() > 2.0 * MOST_WHOLE)
 
 

@@ -1,8 +1,8 @@
-"""A session's SQLite file opened for reading: nothing in it is trusted, and nothing is written beside it.
+"""Open a session's SQLite file for reading, without trusting its content or writing beside it.
 
-What a recording has not yet put into its file is in ``NAME-wal``; SQLite keeps an index of that in
-``NAME-shm``, which it writes where it is missing. Where it cannot, or should not, a private copy is read:
-``immutable=1`` opens a file in a folder that cannot be written, too, but leaves out all of ``NAME-wal``.
+During a recording the newest samples are in ``NAME-wal``; SQLite keeps an index of it in ``NAME-shm``, which
+it creates if missing. If it cannot or must not, a private copy is read: ``immutable=1`` would also open a
+file in a read-only folder, but would ignore ``NAME-wal``.
 """
 
 import os
@@ -21,14 +21,15 @@ from hapkit_studio.sessions.file import LOG, MARK, TABLES, VERSION, SessionError
 from hapkit_studio.sessions.layout import FIRST, MOST_SIGNALS, SIGNAL, Layout, checked_layout, tables
 
 _INDEX, _JOURNAL = "-shm", "-journal"
-_JOURNAL_SECONDS, _JOURNAL_LOOK = 0.3, 0.01  # s to wait for a journal to go, and between two looks
+# s: longest wait for a journal to disappear, and interval between checks
+_JOURNAL_SECONDS, _JOURNAL_LOOK = 0.3, 0.01
 BESIDE = LOG, _INDEX
-"""Endings of the files that belong to a session whose recording was not ended."""
+"""Suffixes of the files next to a session whose recording has not ended."""
 SQLITE = b"SQLite format 3\0"
 """The first bytes of a session's file."""
-_HEADER = 100  # bytes
-_WITH_LOG = 2  # the format's version in the header while a recording has a NAME-wal; 1 once it was ended
-_LONGEST_VALUE = 1 << 23  # bytes; a chunk's 65,536 samples of 16 state values have 4 MB
+_HEADER = 100  # length in bytes
+_WITH_LOG = 2  # format version in the header while a recording has a NAME-wal; 1 after it has ended
+_LONGEST_VALUE = 1 << 23  # bytes; a chunk of 65,536 samples with 16 state variables has 4 MB
 _LIMITS = {
     sqlite3.SQLITE_LIMIT_LENGTH: _LONGEST_VALUE,
     sqlite3.SQLITE_LIMIT_SQL_LENGTH: 10_000,
@@ -37,14 +38,18 @@ _LIMITS = {
     sqlite3.SQLITE_LIMIT_ATTACHED: 0,
     sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 1,
 }
-_STEPS = 100_000  # of SQLite's machine until the tables are known; those of a session take 100
+# limit in instructions of SQLite's machine until the schema is checked; a session's takes 100
+_STEPS = 100_000
 _MOST_COPIED = 1 << 32  # bytes
 ERRORS = sqlite3.DatabaseError, UnicodeDecodeError
-"""What reading a foreign file raises; SQLite's messages may quote text of the file that is no UTF-8."""
+"""Exceptions of reading a foreign file; SQLite's messages may quote text that is not UTF-8."""
 
 
 def _has_journal(path: Path) -> bool:
-    """Return whether a journal stays beside a session: one that begins or ends has it for a moment."""
+    """Return True if a session has a permanent journal.
+
+    Starting and ending a recording creates one briefly.
+    """
     end = time.monotonic() + _JOURNAL_SECONDS
     while there := _size(path.with_name(path.name + _JOURNAL)):
         if time.monotonic() > end:
@@ -54,14 +59,17 @@ def _has_journal(path: Path) -> bool:
 
 
 class Database:
-    """A connection that only reads.
+    """A read-only connection.
 
-    layout: of the file's chunks. complete: its recording was ended; log_lost: it was not, and the
-    ``NAME-wal`` with its newest samples is not beside it.
+    layout: of the file's chunks. complete: the recording has ended. log_lost: it has not, and ``NAME-wal``
+    with its newest samples is missing.
     """
 
     def __init__(self, path: Path):
-        """Open a session; raise SessionError where it is none, or one of a newer studio."""
+        """Open a session.
+
+        Raise SessionError if the file is not a session, or was written by a newer studio.
+        """
         header, name = _header(path), one_line(path.name)
         self.complete = header[18] != _WITH_LOG
         log, index = (_size(path.with_name(path.name + ending)) for ending in (LOG, _INDEX))
@@ -91,18 +99,18 @@ class Database:
             try:
                 return _connect(path, "mode=ro&immutable=1" if self.log_lost else "mode=ro", self.version)
             except sqlite3.OperationalError as error:
-                name = getattr(error, "sqlite_errorname", "")  # Python's own errors have none
+                name = getattr(error, "sqlite_errorname", "")  # Python's own errors lack the attribute
                 if not name.startswith(("SQLITE_CANTOPEN", "SQLITE_READONLY")):
                     raise
         return _connect(self._copied(path), "mode=rw", self.version)
 
     def close(self) -> None:
-        """Close the file, and delete what was copied."""
+        """Close the file, and delete the private copy."""
         self.connection.close()
         self._remove_copy()
 
     def _copied(self, path: Path) -> Path:
-        """Return a copy of a file and its log in a folder of its own; raise OSError, SessionError."""
+        """Return a copy of a file and its log in a temporary folder; raise OSError, SessionError."""
         log = path.with_name(path.name + LOG)
         size = _size(path) + _size(log)
         if size > _MOST_COPIED:
@@ -122,7 +130,7 @@ class Database:
 
 
 def _header(path: Path) -> bytes:
-    """Return the file's header; raise SessionError where it is no session that can be read here."""
+    """Return the file's header; raise SessionError if the file is not a readable session."""
     try:
         with open_regular(path) as file:
             header = file.read(_HEADER)
@@ -150,7 +158,7 @@ def _foreign(path: Path) -> SessionError:
 
 
 def _size(path: Path) -> int:
-    """Return a file's size in bytes, 0 if there is none; raise SessionError unless it is a regular file."""
+    """Return a file's size in bytes, 0 if it is missing; raise SessionError unless it is a regular file."""
     try:
         found = os.stat(path)
     except OSError:
@@ -161,7 +169,7 @@ def _size(path: Path) -> int:
 
 
 def _connect(path: Path, how: str, version: int) -> tuple[sqlite3.Connection, Layout]:
-    """Return a connection to a file with a session's tables alone, and its layout.
+    """Return a connection to a file with only the tables of a session, and its layout.
 
     Raise SessionError, DamagedError, DatabaseError.
     """
@@ -172,10 +180,11 @@ def _connect(path: Path, how: str, version: int) -> tuple[sqlite3.Connection, La
             database.setlimit(limit, value)
         for setting in ("trusted_schema=OFF", "cell_size_check=ON"):
             database.execute(f"PRAGMA {setting}")
-        database.set_progress_handler(lambda: 1, _STEPS)  # ends the statement that runs
+        database.set_progress_handler(lambda: 1, _STEPS)  # interrupts a statement after the limit
         found = database.execute(f"SELECT name, sql FROM sqlite_master LIMIT {len(TABLES) + 1}").fetchall()
         made = dict(found)
-        if version > 1 and made.get("signal") != schema("signal", SIGNAL):  # read below: no view, no trigger
+        # the tables are read below, so a view or trigger must not replace them
+        if version > 1 and made.get("signal") != schema("signal", SIGNAL):
             raise _foreign(path)
         layout = FIRST if version <= 1 else _layout(database)
         database.set_progress_handler(None, 0)
@@ -188,7 +197,7 @@ def _connect(path: Path, how: str, version: int) -> tuple[sqlite3.Connection, La
 
 
 def _layout(database: sqlite3.Connection) -> Layout:
-    """Return the layout that a file holds; raise DamagedError, DatabaseError."""
+    """Return the file's layout; raise DamagedError, DatabaseError."""
     query = f"SELECT {', '.join(SIGNAL)}, crc FROM signal ORDER BY id LIMIT {MOST_SIGNALS + 1}"
     found = database.execute(query).fetchall()
     for *values, crc in found:

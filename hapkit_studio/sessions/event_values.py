@@ -1,6 +1,6 @@
-"""What an event of a session says: every value's type, size and range, checked before it is used.
+"""Check the type, size and range of every value in a session's events before its use.
 
-Names that this version does not know are kept with any value; control characters in texts are escaped.
+Names unknown to this version are kept with any value; control characters in text are escaped.
 """
 
 import marshal
@@ -14,9 +14,9 @@ from hapkit_studio.files import checked_integer, checked_number, checked_table, 
 from hapkit_studio.formatting import printable, quoted, shortened
 from hapkit_studio.sessions.file import ABOUT, FAULT, MARKER, NOTE, SETTINGS, STOP
 
-MOST_TEXT = 65_536  # characters of an event; settings with 32 parameters have 3,000
-_NAME, _SENTENCE = 200, 2_000  # characters
-_MOST_NAMES = 64  # of parameters, units, states or a device's terms
+MOST_TEXT = 65_536  # characters in an event; settings with 32 parameters have 3,000
+_NAME, _SENTENCE = 200, 2_000  # characters in a name and in a sentence
+_MOST_NAMES = 64  # parameters, units, states or model terms
 
 Check = Callable[[object, str], Any]
 
@@ -24,10 +24,10 @@ Check = Callable[[object, str], Any]
 def checked_event(
     text: str, kind: str, place: str, accepted: dict[tuple[str, str], tuple[bytes, Any]] | None = None
 ) -> dict[str, Any]:
-    """Return what an event's JSON says; raise FileError that begins with the place, in the file's terms.
+    """Return an event's JSON object; raise FileError, whose text begins with the place.
 
-    accepted: of each kind's names the value that was accepted last, serialised and itself; the same value is
-    not checked again, and shared by the events that hold it.
+    accepted: for each name of a kind the last accepted value, serialised and parsed. An identical value is
+    not checked again, and events share it.
     """
     accepted = {} if accepted is None else accepted
     if len(text) > MOST_TEXT:
@@ -41,7 +41,7 @@ def checked_event(
     for name, check in _CHECKS.get(kind, {}).items():
         if name not in what:
             continue
-        serialised = marshal.dumps(what[name])  # unlike ==, it tells 1 from true
+        serialised = marshal.dumps(what[name])  # unlike ==, distinguishes 1 from true
         before, value = accepted.get((kind, name), (b"", None))
         if before == serialised:
             what[name] = value
@@ -52,12 +52,12 @@ def checked_event(
 
 
 def one_line(text: str) -> str:
-    """Return a text as one line without control characters."""
+    """Return text as one line without control characters."""
     return printable(text).replace("\n", "\\n")
 
 
 def _escaped(value: Any) -> Any:
-    """Return a JSON value whose texts and names hold no control characters."""
+    """Return a JSON value with the control characters in its text and names escaped."""
     if isinstance(value, str):
         return one_line(value)
     if isinstance(value, list):
@@ -73,7 +73,7 @@ def _flag(value: object, place: str) -> None:
 
 
 def _force_limit(value: object, place: str) -> None:
-    """Check a force limit in N: a device of a simulation may have none, which is infinity."""
+    """Check a force limit in N; a simulated device may have an infinite one."""
     if value != math.inf:
         checked_number(value, place, 0.0, 1e6, "N")
 
@@ -86,7 +86,7 @@ def _scalar(value: object, place: str) -> None:
 
 
 def _names(check: Check) -> Check:
-    """Return the check of a table of names, whose values ``check`` takes."""
+    """Return a check of an object whose values ``check`` accepts."""
 
     def check_table(value: object, place: str) -> None:
         table = checked_table(value, place)
@@ -107,7 +107,7 @@ def _state_names(value: object, place: str) -> None:
 
 
 def _device(value: object, place: str) -> None:
-    """Check a device: its title, or the terms of a simulated one."""
+    """Check a device: its title, or the terms of a simulated device."""
     (_name if isinstance(value, str) else _names(_scalar))(value, place)
 
 

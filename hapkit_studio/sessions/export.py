@@ -1,7 +1,7 @@
-"""Tables of samples as files of other programs: CSV for spreadsheets, Parquet, and MATLAB's .mat.
+"""Export tables of samples: CSV for spreadsheets, Parquet, and MATLAB's .mat.
 
-Each holds the settings at the start and every later change with its time. A column named "group.name" belongs
-to a group, such as "state" for the law's state variables, and never meets a column of the studio.
+Each file has the settings at the start and every later change with its time. A column "group.name" belongs to
+a group, such as "state" for the law's state variables, and cannot collide with a column of the studio.
 """
 
 import csv
@@ -19,18 +19,18 @@ from hapkit_studio.settings_log import Log
 
 Columns = Mapping[str, np.ndarray]
 DECIMALS = (".", ",")
-_LONGEST_NAME = 63  # characters of a MATLAB identifier
-_KEYWORDS = (  # of MATLAB
+_LONGEST_NAME = 63  # characters in a MATLAB identifier
+_KEYWORDS = (  # MATLAB's keywords
     "break", "case", "catch", "classdef", "continue", "else", "elseif", "end", "for", "function", "global",
     "if", "otherwise", "parfor", "persistent", "return", "spmd", "switch", "try", "while",
 )  # fmt: skip
 
 
 def write(path: str | Path, columns: Columns, log: Log, decimal: str = ".") -> None:
-    """Write columns (n,), named with their units, and the log of the settings, by the name's ending.
+    """Write columns (n,), named with their units, and the settings log, in the format of the file's ending.
 
-    decimal: the mark in a CSV's numbers; with a comma, semicolons stand between them. Raise ParameterError
-    for an ending or a mark that is unknown, or where a library is missing; OSError.
+    decimal: the decimal mark in a CSV; with a comma, fields are separated by semicolons. Raise ParameterError
+    for an unknown ending or mark, or a missing library; OSError.
     """
     ending = Path(path).suffix.lower() or ("" if not is_special(path) else ".csv")
     if ending not in WRITERS:
@@ -42,7 +42,7 @@ def write(path: str | Path, columns: Columns, log: Log, decimal: str = ".") -> N
 
 
 def _csv(path: Path, columns: Columns, log: Log, decimal: str) -> None:
-    """Write a comment line for each setting, then names with units, then the samples."""
+    """Write a comment line for each setting, then the column names, then the samples."""
     between = ";" if decimal == "," else ","
     table = np.column_stack(list(columns.values()))
     with path.open("w", encoding="utf-8", newline="\n") as file:
@@ -83,7 +83,7 @@ def _with_identifiers(columns: Columns) -> dict[str, np.ndarray]:
 
 
 def matlab_names(names: Iterable[str]) -> list[str]:
-    """Return a MATLAB identifier for each name, no two the same: "old[0]" is old_0, "größe" grosse."""
+    """Return a unique MATLAB identifier for each name: "old[0]" becomes old_0, "größe" grosse."""
     found: list[str] = []
     for name in names:
         plain = re.sub(r"\W+", "_", "".join(map(_ascii, unicodedata.normalize("NFKD", name)))).strip("_")
@@ -98,12 +98,12 @@ def matlab_names(names: Iterable[str]) -> list[str]:
 
 
 def _ascii(letter: str) -> str:
-    """Return a letter in ASCII: without its accent, or by its name, as omega for ω."""
+    """Return a letter in ASCII: without its accent, or its name, such as omega for ω."""
     if letter.isascii():
         return letter
     if unicodedata.combining(letter):
         return ""
-    if (folded := letter.casefold()).isascii():  # ß is ss
+    if (folded := letter.casefold()).isascii():  # ß becomes ss
         return folded
     kind, _, name = unicodedata.name(letter, "").partition(" LETTER ")
     name = re.sub(r"\W+", "_", name.partition(" WITH ")[0])
@@ -113,4 +113,4 @@ def _ascii(letter: str) -> str:
 WRITERS: dict[str, Callable[[Path, Columns, Log, str], None]] = {
     ".csv": _csv, ".parquet": _parquet, ".mat": _mat,
 }  # fmt: skip
-"""What is written by the ending of a name."""
+"""Writers by file suffix."""

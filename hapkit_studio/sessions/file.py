@@ -1,4 +1,4 @@
-"""The file of a session: an SQLite database of chunks of samples, and of what was set and noted when."""
+"""A session's file: an SQLite database of chunks of samples, and of events such as settings and markers."""
 
 import json
 import os
@@ -17,25 +17,25 @@ from hapkit_studio.sessions.layout import LAYOUT, Layout, tables
 VERSION = 2
 SUFFIX = ".hapkit"
 LOG = "-wal"
-"""Ends the name of the file with what is not in the session's own file before a recording is ended."""
+"""Suffix of the file with the newest samples until a recording has ended."""
 ABOUT, SETTINGS, STOP, FAULT = "about", "settings", "stop", "fault"
-"""Events of which each holds until the next of its kind."""
+"""Kinds of events that apply until the next one of their kind."""
 MARKER = "marker"
-"""An event that a person noted, with a text."""
+"""An event added by the user, with a text."""
 NOTE = "note"
-"""What a person noted on all of it afterwards, with a text."""
-MARK = 0x4861706B  # "Hapk": SQLite keeps a place in its header for an application's own
+"""A note on the whole session, added afterwards, with a text."""
+MARK = 0x4861706B  # "Hapk", the application id in SQLite's header
 TABLES = tables(LAYOUT, VERSION)
-"""Every table's columns and their types; beside them a row has its number and its checksum."""
+"""Columns and types of every table; in addition, a row has its number and its checksum."""
 
 
 class SessionError(StudioError):
-    """A session cannot be written or read; the text says why and what to do."""
+    """A session cannot be written or read; the message contains the reason and the remedy."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """What happened at a time in s of the computer's clock: what the session is about, settings, markers."""
+    """An event at a time in s of the computer's clock: the recording's description, settings, or a marker."""
 
     time: float
     kind: str
@@ -43,13 +43,13 @@ class Event:
 
 
 def schema(table: str, columns: Mapping[str, str]) -> str:
-    """Return the statement that creates a table, as the file itself has it."""
+    """Return the statement that creates a table, exactly as stored in the file."""
     named = ", ".join(f"{name} {kind}" for name, kind in columns.items())
     return f"CREATE TABLE {table} (id INTEGER PRIMARY KEY, {named}, crc INTEGER)"
 
 
 def checksum(values: Iterable) -> int:
-    """Return the CRC-32 of a row's values: bytes as they are, anything else as Python writes it."""
+    """Return the CRC-32 of a row's values: of bytes directly, of other values as formatted by Python."""
     total = 0
     for value in values:
         total = zlib.crc32(value if isinstance(value, bytes) else repr(value).encode(), total)
@@ -57,13 +57,13 @@ def checksum(values: Iterable) -> int:
 
 
 class SessionWriter:
-    """Writes a new session. What was added stays, in two files after a kill or on a full disk (``remains``).
+    """Write a new session. After a kill or on a full disk the data written remain in two files (``remains``).
 
-    Methods raise SessionError where the disk is full or the file is gone.
+    Methods raise SessionError if the disk is full or the file was deleted.
     """
 
     def __init__(self, path: str | Path, layout: Layout = LAYOUT):
-        """Begin a file that does not exist yet; layout: of the chunks that it will hold."""
+        """Create a file, which must not exist; layout: of its chunks."""
         self.path = Path(path)
         self._layout = layout
         try:
@@ -85,7 +85,7 @@ class SessionWriter:
 
     @classmethod
     def reopen(cls, path: Path) -> "SessionWriter":
-        """Write more into a session that is complete."""
+        """Open a complete session for adding events."""
         writer = cls.__new__(cls)
         writer.path = path
         writer._identity = _identity(path.stat())
@@ -95,7 +95,7 @@ class SessionWriter:
     @classmethod
     @contextmanager
     def whole(cls, path: str | Path, layout: Layout = LAYOUT) -> Iterator["SessionWriter"]:
-        """Write a session that is complete in the end, or leave no file."""
+        """Write a complete session, or leave no file after an error."""
         writer = cls(path, layout)
         try:
             yield writer
@@ -112,12 +112,10 @@ class SessionWriter:
             self._database = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False)
 
     def add(self, chunk: Chunk) -> None:
-        """Write a chunk."""
         blobs = (chunk.extremes, *map(chunk.columns.get, self._layout.names))
         self._insert("chunk", (chunk.count, chunk.start, chunk.stop, chunk.states, *blobs))
 
     def note(self, event: Event) -> None:
-        """Write an event."""
         self._insert("event", (float(event.time), event.kind, json.dumps(event.what, ensure_ascii=False)))
 
     def _insert(self, table: str, values: tuple) -> None:
@@ -130,13 +128,13 @@ class SessionWriter:
 
     @property
     def size(self) -> int:
-        """Return how many bytes the file will have if it is closed now."""
+        """Return the size in bytes that the file will have if it is closed now."""
         with self._in_words():
             pages, of = (self._database.execute(f"PRAGMA {what}") for what in ("page_count", "page_size"))
             return int(pages.fetchone()[0] * of.fetchone()[0])
 
     def close(self) -> None:
-        """Leave one file that is complete."""
+        """Close the session as one complete file."""
         try:
             with self._in_words():
                 self._check_in_place()
@@ -148,7 +146,7 @@ class SessionWriter:
 
     @property
     def remains(self) -> str:
-        """Return in words where what was written is, after writing failed."""
+        """Describe where the data are after writing failed."""
         name, log = self.path.name, self._log
         if not self._in_place:
             return ""
@@ -163,7 +161,7 @@ class SessionWriter:
 
     @property
     def _in_place(self) -> bool:
-        """Whether the path still names this file: SQLite goes on writing into one that was deleted."""
+        """Return True if the path still names this file; SQLite continues to write to a deleted one."""
         try:
             return _identity(self.path.stat()) == self._identity
         except OSError:

@@ -1,4 +1,4 @@
-"""The folder that sessions are recorded into, which a person may choose, and the names of files in it."""
+"""The folder for recorded sessions, which the user may choose, and the names of its files."""
 
 import os
 import re
@@ -14,24 +14,25 @@ from hapkit_studio.sessions.file import LOG, SUFFIX, SessionError
 from hapkit_studio.workshop.folder import VARIABLE, plain_name
 
 _LONGEST_PATH = 4_096  # characters
-_LONGEST_NAME = 200  # bytes; file systems take 255 with what is added
-_FORBIDDEN = re.compile(r'[<>:"/\\|?*]')  # in names on Windows, from where a stick may come
+_LONGEST_NAME = 200  # bytes; file systems allow 255 including endings
+# characters forbidden by Windows, on which the file may be opened too
+_FORBIDDEN = re.compile(r'[<>:"/\\|?*]')
 
 
 def folder() -> Path:
-    """Return the folder of a person's sessions, which need not be there yet."""
+    """Return the folder for sessions, which may not exist yet."""
     with suppress(FileError):
         return chosen_folder() or usual_folder()
     return usual_folder()
 
 
 def usual_folder() -> Path:
-    """Return the folder of a person's sessions where none was chosen."""
+    """Return the default folder for sessions."""
     return Path(os.environ.get(VARIABLE) or platformdirs.user_documents_dir()) / "Hapkit sessions"
 
 
 def chosen_folder() -> Path | None:
-    """Return the folder that a person chose, None for none; raise FileError where that cannot be read."""
+    """Return the folder chosen by the user, None for none; raise FileError if the choice cannot be read."""
     stored = _choice()
     if not stored.exists():
         return None
@@ -42,7 +43,7 @@ def chosen_folder() -> Path | None:
 
 
 def choose_folder(path: Path) -> None:
-    """Record into another folder from now on, which is made where it is missing; raise SessionError."""
+    """Record into another folder from now on, created if missing; raise SessionError."""
     chosen = path.expanduser().absolute()
     try:
         checked_text(str(chosen), "The folder", _LONGEST_PATH)
@@ -61,14 +62,14 @@ def choose_folder(path: Path) -> None:
 
 
 def _choice() -> Path:
-    """Return the file that holds the folder that was chosen."""
+    """Return the path of the file that stores the chosen folder."""
     base = os.environ.get(VARIABLE)
     root = Path(base) if base else Path(platformdirs.user_config_dir("hapkit-studio", appauthor=False))
     return root / "recording-folder.txt"
 
 
 def files() -> list[Path]:
-    """Return the sessions in the folder; none where there is no folder."""
+    """Return the sessions in the folder; empty if the folder is missing."""
     try:
         return [path for path in folder().glob(f"*{SUFFIX}") if path.is_file()]
     except OSError:
@@ -76,9 +77,9 @@ def files() -> list[Path]:
 
 
 def new_path(environment: str) -> Path:
-    """Return a path in the folder that no file has, of an environment's key, date and time.
+    """Return an unused path in the folder, made from an environment's key, date and time.
 
-    The folder is made where it is missing; raise SessionError.
+    Create the folder if missing; raise SessionError.
     """
     place = folder()
     try:
@@ -93,9 +94,9 @@ def new_path(environment: str) -> Path:
 
 
 def rename(path: Path, name: str) -> Path:
-    """Give a session another name in its folder, with or without its ending; return its path.
+    """Rename a session in its folder, with or without the ending in the name; return its path.
 
-    Raise SessionError where a file has that name, or the session was not ended.
+    Raise SessionError if a file has that name, or the session is incomplete.
     """
     new = path.with_name(f"{_checked_name(name)}{SUFFIX}")
     if path.with_name(f"{path.name}{LOG}").exists():
@@ -105,8 +106,8 @@ def rename(path: Path, name: str) -> Path:
     if new == path:
         return path
     try:
-        path.stat()  # before a file is made that has the new name
-        new.open("xb").close()  # so that a file which has it is never replaced
+        path.stat()  # raises before a file with the new name is created
+        new.open("xb").close()  # creates the file exclusively, so that an existing one is never replaced
     except FileExistsError:
         raise SessionError(f"{new.name} exists already: choose another name.") from None
     except OSError as error:
@@ -120,7 +121,7 @@ def rename(path: Path, name: str) -> Path:
 
 
 def _checked_name(name: str) -> str:
-    """Return a file's name without its ending; raise SessionError where a system would not take it."""
+    """Return a file's name without its ending; raise SessionError if an operating system forbids it."""
     stem = name.strip().removesuffix(SUFFIX).strip()
     if not stem or stem[0] == "." or stem[-1] == "." or not stem.isprintable() or _FORBIDDEN.search(stem):
         raise SessionError(

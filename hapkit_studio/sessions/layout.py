@@ -1,7 +1,7 @@
-"""The layout of a session's file: the signals of its chunks, how each is stored, and the tables they make.
+"""The layout of a session's file: the signals in its chunks, how each is stored, and the resulting tables.
 
-Every file holds its own layout in the table "signal", so it stays readable when the studio's signals change.
-Files of version 1 have no such table: their layout is FIRST.
+Every file contains its own layout in the table "signal", so it stays readable if the studio's signals change.
+Files of version 1 lack this table; their layout is FIRST.
 """
 
 import re
@@ -13,22 +13,22 @@ from hapkit_studio.haptics.signals import NEVER, ON_REQUEST, SIGNALS
 from hapkit_studio.sessions.columns import DamagedError
 
 STATE = "state"
-"""The column of the law's state variables."""
+"""Column of the law's state variables."""
 MOST_SIGNALS = 64
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _LONGEST_UNIT = 20
 _HEAD = {"count": "INTEGER", "start": "REAL", "stop": "REAL", "states": "INTEGER", "extremes": "BLOB"}
 HEAD = tuple(_HEAD)
-"""The first columns of the table "chunk"; those of the signals and of the state follow."""
+"""First columns of the table "chunk", followed by those of the signals and the state."""
 _RESERVED = {*HEAD, "id", "crc", STATE}
-_FIRST_COLUMNS = {"force": "asked", "applied_force": "applied"}  # renamed since version 1
+_FIRST_COLUMNS = {"force": "asked", "applied_force": "applied"}  # new names of version 1's columns
 
 
 class StoredSignal(NamedTuple):
-    """A row of the table "signal": its name and unit, and how its samples are stored.
+    """A row of the table "signal": name, unit, and storage format.
 
-    delta_to: the signal from which its samples are subtracted. extremes: 1 where chunks hold the extremes of
-    every block. optional: 1 where a chunk may be without it.
+    delta_to: the signal that is subtracted from its samples. extremes: 1 if chunks contain the extremes of
+    every block. optional: 1 if a chunk may lack it.
     """
 
     name: str
@@ -40,7 +40,7 @@ class StoredSignal(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """The signals of a file's chunks, in the order of the columns."""
+    """The signals of a file's chunks, in column order."""
 
     signals: tuple[StoredSignal, ...]
 
@@ -56,11 +56,11 @@ class Layout:
 
     @cached_property
     def optional(self) -> frozenset[str]:
-        """Return the signals without which a chunk may be."""
+        """Return the signals that a chunk may lack."""
         return frozenset(signal.name for signal in self.signals if signal.optional)
 
     def delta_to(self, name: str) -> str:
-        """Return the signal from which a signal's samples are subtracted, "" for none."""
+        """Return the signal that is subtracted from a signal's samples, "" for none."""
         return next(signal.delta_to for signal in self.signals if signal.name == name)
 
 
@@ -97,14 +97,14 @@ SIGNAL = {"name": "TEXT", "unit": "TEXT", "delta_to": "TEXT", "extremes": "INTEG
 
 
 def tables(layout: Layout, version: int) -> dict[str, dict[str, str]]:
-    """Return the columns of each table of a file, with their types; each row also has an id and a crc."""
+    """Return the columns and their types for each table of a file; each row also has an id and a crc."""
     old = _FIRST_COLUMNS if version <= 1 else {}
     chunk = _HEAD | dict.fromkeys((old.get(name, name) for name in layout.names), "BLOB")
     return {"event": EVENT, "chunk": chunk} | ({} if version <= 1 else {"signal": SIGNAL})
 
 
 def checked_layout(rows: list[tuple]) -> Layout:
-    """Return the layout in the rows of the table "signal"; raise DamagedError."""
+    """Return the layout from the rows of the table "signal"; raise DamagedError."""
     if len(rows) > MOST_SIGNALS:
         raise DamagedError(f"its layout has more than {MOST_SIGNALS} signals")
     found: dict[str, StoredSignal] = {}

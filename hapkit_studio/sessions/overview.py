@@ -1,4 +1,4 @@
-"""A session at a glance: what its file is, what happened in it, and its position to draw."""
+"""A summary of a session for lists: its file, events, and position trace."""
 
 import math
 from collections.abc import Callable
@@ -17,18 +17,18 @@ from hapkit_studio.sessions.file import ABOUT, LOG, SETTINGS, SessionError
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import timed_changes
 
-_MOST = 1000  # points of the trace
-_FEW = 60_000  # samples that are read themselves: their blocks would be coarse
+_MOST = 1000  # points in a trace
+_FEW = 60_000  # up to this many samples are read directly, because their blocks would be too coarse
 
 
 @dataclass(frozen=True, eq=False)
 class Overview:
-    """A session's file: its bytes, when it was last written (s, as time.time has it), and its content.
+    """A session's file and a summary of its content: size in bytes, time.time of the last write.
 
-    environments: their keys in the order in which they came. markers and changes: s after the beginning, and
-    words; notes are on all of it. trace (3, n): s after the beginning, least and greatest position in m from
-    there to the next, NaN where nothing came. unfinished: what to do with a recording that was not ended, ""
-    for one that was. error: why nothing can be read.
+    environments: keys in order of use. markers and changes: time in s after the start, and text; notes
+    concern the whole session. trace (3, n): time in s after the start, minimum and maximum position in m
+    until the next time, NaN without samples. unfinished: advice for an incomplete recording, "" for a
+    complete one. error: the reason why nothing can be read.
     """
 
     path: Path
@@ -48,7 +48,7 @@ class Overview:
 
     @property
     def name(self) -> str:
-        """Return the file's name without its ending, in one line."""
+        """Return the file's name without its ending, as one line."""
         return one_line(self.path.stem)
 
     @property
@@ -58,7 +58,7 @@ class Overview:
 
 
 def columns(title: Callable[[str], str]) -> tuple[Column, ...]:
-    """Return the list's columns; title gives an environment's."""
+    """Return the list's columns; title: returns an environment's title for its key."""
 
     def quiet(row: Overview) -> str:
         return "warn" if row.error or row.damage or row.unfinished else "ink2"
@@ -75,7 +75,7 @@ def columns(title: Callable[[str], str]) -> tuple[Column, ...]:
 
 
 def date_words(seconds: float) -> str:
-    """Write when something was saved, in local time; a dash beyond the years that a date may have."""
+    """Format the time of saving in local time; a dash for years out of range."""
     try:
         return f"{datetime.fromtimestamp(seconds):%Y-%m-%d %H:%M}"
     except (ValueError, OverflowError, OSError):
@@ -83,7 +83,7 @@ def date_words(seconds: float) -> str:
 
 
 def _some(titles: list[str]) -> str:
-    """Name the first of several, and how many there are more."""
+    """Return the first title, and the number of further ones."""
     return f"{titles[0]} + {len(titles) - 1}" if len(titles) > 1 else "".join(titles)
 
 
@@ -94,7 +94,7 @@ def _notes(row: Overview) -> str:
 
 
 def overview(path: Path) -> Overview:
-    """Read a session at a glance; raise OSError where there is no such file."""
+    """Return a session's summary; raise OSError if the file is missing."""
     found, log = path.stat(), path.with_name(f"{path.name}{LOG}")
     size = found.st_size + (log.stat().st_size if log.exists() else 0)
     try:
@@ -106,7 +106,7 @@ def overview(path: Path) -> Overview:
 
 def _of(session: Session, size: int, saved: float) -> Overview:
     start, stop = float(session.starts[0]), float(session.stops[-1])
-    trace = _trace(session)  # first: reading shows what is damaged
+    trace = _trace(session)  # before ``damage``, which only reading reveals
     keys = [str(event.what.get("environment", "")) for event in session.events if event.kind == SETTINGS]
     return Overview(
         session.path,
@@ -126,9 +126,10 @@ def _of(session: Session, size: int, saved: float) -> Overview:
 
 
 def _trace(session: Session) -> np.ndarray:
-    """Return times after the beginning, least and greatest positions there (3, n); NaN where nothing came."""
+    """Return times after the start, and minimum and maximum positions (3, n); NaN without samples."""
     times, least, greatest = _samples(session) if session.counts.sum() <= _FEW else _blocks(session)
-    count = max(min(_MOST, len(times) // 2), 1)  # two places or more each: an empty one is a gap
+    # at least two times for each point, so that an empty point is a gap
+    count = max(min(_MOST, len(times) // 2), 1)
     edges = session.starts[0] + session.seconds * np.arange(count) / count
     first = np.searchsorted(times, edges)
     filled = np.append(first[1:], len(times)) > first

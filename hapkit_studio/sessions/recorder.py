@@ -1,6 +1,6 @@
-"""The recorder: follows an engine's rows, keeps the last ten minutes, and writes a session while asked to.
+"""The recorder keeps an engine's last ten minutes in memory, and records sessions on request.
 
-It has a thread of its own, which neither loop nor window ever wait for but to end a file.
+It runs in its own thread. Neither the loop nor the window waits for it, except to complete a file.
 """
 
 import queue
@@ -35,10 +35,10 @@ from hapkit_studio.sessions.file import (
 
 KEPT_SECONDS = 600.0
 CHUNK_SECONDS = 0.3
-_AT_ONCE = 512  # rows: after the thread was held up neither chunks nor what packing them needs are larger
-_STANDING = (ABOUT, SETTINGS, STOP, FAULT)  # what holds until the next of its kind
+_AT_ONCE = 512  # rows; limits the size of chunks and the memory for packing after the thread was delayed
+_STANDING = (ABOUT, SETTINGS, STOP, FAULT)  # kinds of events that apply until the next one of their kind
 _POLL_SECONDS = 0.05
-_GAP_SECONDS = 0.25  # without a sample: a chunk ends, so that within one time goes on evenly
+_GAP_SECONDS = 0.25  # a chunk ends if no sample arrives for this time, so that time is uniform within a chunk
 
 CLOCK_JUMPED = "The board's clock jumped: its time was corrected."
 
@@ -47,7 +47,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Progress:
-    """A recording: its file, samples and bytes in it, over how many s, and why it ended by itself."""
+    """A recording's file, samples, bytes and duration in s, and the reason if it ended by itself."""
 
     path: Path
     samples: int = 0
@@ -57,18 +57,21 @@ class Progress:
 
 
 class Recorder:
-    """Keeps an engine's newest samples and events; ``record`` writes what comes, ``save`` what is kept.
+    """Keep an engine's newest samples and events; ``record`` writes new ones, ``save`` those in memory.
 
-    What is set, E-stop and faults are looked at 20 times a second and noted where they have changed.
+    Settings, E-stop and faults are polled 20 times a second, and recorded as events if they have changed.
     """
 
     def __init__(self, seconds: float = KEPT_SECONDS, truth: bool = False):
-        """Keep so many s; truth: with a simulation's true motion and its hand."""
+        """seconds: duration kept in memory. truth: with a simulation's true motion and its hand."""
         self._seconds, self._truth = seconds, truth
         self.progress: Progress | None = None
-        """Of the recording now, or of the last one where it ended by itself; None before the first."""
+        """Progress of the present recording, or of the last one if it ended by itself.
+
+        None before the first.
+        """
         self.kept = 0.0
-        """How many s ago the oldest sample came that ``save`` would write."""
+        """Age in s of the oldest sample that ``save`` would write."""
         self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._open = True
         self._engine: Engine | None = None
@@ -78,34 +81,37 @@ class Recorder:
         self._states = self._clock_jumps = 0
         self._chunks: deque[Chunk] = deque()
         self._events: deque[Event] = deque()
-        self._base: dict[str, Event] = {}  # what was set before the oldest chunk
+        self._base: dict[str, Event] = {}  # settings before the oldest chunk
         self._writer: SessionWriter | None = None
         self._thread = threading.Thread(target=self._run, name="hapkit-recorder", daemon=True)
         self._thread.start()
 
-    # --- asked for by others
+    # --- called from other threads
 
     def follow(self, engine: Engine | None) -> None:
-        """Take this engine's rows from now on; None: nobody's."""
+        """Record this engine's rows from now on; None: no engine's."""
         self._jobs.put(lambda: self._change_to(engine))
 
     def note(self, kind: str, what: dict[str, Any], when: float | None = None) -> None:
-        """Note what happens now, or happened at a time in s of the computer's clock, a marker say."""
+        """Add an event, such as a marker, now or at a time in s of the computer's clock."""
         event = Event(time.perf_counter() if when is None else when, kind, what)
         self._jobs.put(lambda: self._add(event))
 
     def record(self, path: str | Path) -> None:
-        """Write all that comes from now on into a new session; raise SessionError where that cannot be."""
+        """Record everything from now on into a new session; raise SessionError."""
         self.stop()
         writer = SessionWriter(path)
         self._wait(lambda: self._begin(writer))
 
     def stop(self) -> Path | None:
-        """End the recording and return its file, None where there is none; raise SessionError."""
+        """End the recording and return its file, None without one; raise SessionError."""
         return self._wait(self._end)
 
     def save(self, path: str | Path) -> int:
-        """Write what is kept into a new session; return its samples; raise SessionError. Takes a second."""
+        """Write the samples in memory into a new session; return their number; raise SessionError.
+
+        Takes 1 s.
+        """
         return self._wait(lambda: self._save(path))
 
     def close(self) -> None:
@@ -117,7 +123,7 @@ class Recorder:
             self._thread.join()
 
     def _wait(self, job: Callable[[], _T]) -> _T:
-        """Let the thread do a job; return what it returns, raise what it raises."""
+        """Run a job in the thread; return its result or raise its exception."""
         done: Future[_T] = Future()
 
         def run() -> None:
@@ -129,11 +135,11 @@ class Recorder:
         self._jobs.put(run)
         while self._thread.is_alive() and not done.done():
             wait([done], _POLL_SECONDS)
-        if not done.done():  # nobody is to wait for a thread that a defect has ended
+        if not done.done():  # a defect has ended the thread, so do not wait for it
             raise SessionError("The recorder has failed: nothing more is recorded.")
         return done.result()
 
-    # --- in the thread
+    # --- in the recorder's thread
 
     def _run(self) -> None:
         while self._open:
@@ -142,7 +148,7 @@ class Recorder:
             self._take()
 
     def _change_to(self, engine: Engine | None) -> None:
-        self._flush()  # before the next one's rows: times go on, even where both loops run
+        self._flush()  # before the rows of the next engine, so that times increase even while both loops run
         self._reader = None if engine is None else engine.reader()
         self._engine, self._seen = engine, {}
         self._clock_jumps = 0 if engine is None else engine.clock_jumps
@@ -180,11 +186,12 @@ class Recorder:
     def _take(self) -> None:
         if self._engine is None or self._reader is None:
             return
-        with suppress(DeviceError):  # it was closed meanwhile: its last rows are still to be had
+        with suppress(DeviceError):  # the engine was closed meanwhile; its last rows can still be read
             self._look(self._engine)
         if not self._seen:
             return
-        for _ in range(0, rows.CAPACITY, _AT_ONCE):  # an end, where the loop writes faster than this packs
+        # limited, in case the loop writes faster than this thread packs
+        for _ in range(0, rows.CAPACITY, _AT_ONCE):
             new = self._reader.read(_AT_ONCE)
             if len(new):
                 self._pending.append(new)
@@ -195,7 +202,7 @@ class Recorder:
             self._states = len(self._engine.environment.state_names)
 
     def _look(self, engine: Engine) -> None:
-        """Note what has changed."""
+        """Add events for changes since the last call."""
         fault = engine.fault
         now = {
             ABOUT: settings.about_device(engine),
@@ -213,7 +220,7 @@ class Recorder:
         self._states = max(self._states, len(engine.environment.state_names))
 
     def _pack(self, seconds: float) -> None:
-        """Make chunks of what is pending, once it has lasted so many s."""
+        """Pack pending rows into chunks once they cover a duration in s."""
         if not self._pending or self._engine is None:
             return
         first, last = self._pending[0][0, rows.HOST_TIME], self._pending[-1][-1, rows.HOST_TIME]
@@ -247,11 +254,11 @@ class Recorder:
         self._write(lambda writer: writer.note(event))
 
     def _latest(self) -> dict[str, Event]:
-        """Return what holds now, of each kind that holds until the next."""
+        """Return the latest event of each standing kind."""
         return self._base | {event.kind: event for event in self._events if event.kind in _STANDING}
 
     def _write(self, write: Callable[[SessionWriter], None]) -> None:
-        """Write into the session that is recorded; where that fails the recording ends and says so."""
+        """Write to the session; if that fails, the recording ends with the reason."""
         if self._writer is None or self.progress is None:
             return
         try:
@@ -264,7 +271,7 @@ class Recorder:
 
 
 def _close(writer: SessionWriter) -> None:
-    """End a session; raise SessionError that says where its samples are."""
+    """Close a session; raise SessionError, which names the files with its samples."""
     try:
         writer.close()
     except SessionError as error:

@@ -1,8 +1,8 @@
-"""A session read back: its samples between two times, what was set, and extremes to draw an hour from.
+"""Read a session: samples between two times, settings, and extremes for plots of long recordings.
 
-Nothing in a file is trusted: one with other tables is refused; rows whose checksum, types, values or order
-are wrong are left out, and the reason is said. The file is never written into; a note makes a new one that
-takes its place.
+The file's content is not trusted: a file with other tables is rejected; rows with a wrong checksum, type,
+value or order are skipped and reported. The file is never modified; adding a note writes a new file that
+replaces it.
 """
 
 import math
@@ -35,22 +35,22 @@ from hapkit_studio.sessions.layout import EVENT, HEAD, STATE, Layout
 
 _TYPES = {"INTEGER": int, "REAL": float, "TEXT": str, "BLOB": bytes}
 _NAMES = {kind: name for name, kind in _TYPES.items()} | {type(None): "NULL"}
-_LONGEST_REASON = 300  # characters; SQLite's may quote the file
+_LONGEST_REASON = 300  # characters; SQLite's messages may quote the file's content
 SQLITE = b"SQLite format 3\0"
 """The first bytes of a session's file."""
 _MOST_ROWS = 1 << 32
-# What is read of a session; its rows beyond that are left out.
-_MOST_EVENTS = 50_000  # settings that change all the time for 40 minutes
-_MOST_TEXT = 1 << 26  # characters of all events
+# limits of reading; rows beyond them are skipped
+_MOST_EVENTS = 50_000  # 40 minutes of continuously changing settings
+_MOST_TEXT = 1 << 26  # characters in all events
 _MOST_DAMAGED = 100_000  # rows
 _MOST_SECONDS = 31 * 86_400.0
 _MOST_IN_ALL = 1 << 28  # samples: 75 hours at 1 kHz; their extremes take 470 MB
-MOST_MARKERS = 1_000  # that are listed and drawn
-MOST_READ = 1 << 31  # bytes of samples that are read at once: an hour at 4 kHz
+MOST_MARKERS = 1_000  # markers listed and drawn
+MOST_READ = 1 << 31  # bytes of samples per call of ``read``: an hour at 4 kHz
 
 
 class Session:
-    """A session opened for reading; chunks are read when they are asked for, in one thread at a time.
+    """A session opened for reading; chunks are read on demand, by one thread at a time.
 
     At hand: the file's name in one line; events; of every chunk its count of samples, when the first and the
     last came, starts and stops (chunks,) in s of the recording computer's clock; the extremes of all blocks
@@ -58,14 +58,17 @@ class Session:
     """
 
     def __init__(self, path: str | Path):
-        """Open a session; raise SessionError where it is none, or one of a newer studio."""
+        """Open a session.
+
+        Raise SessionError if the file is not a session, or was written by a newer studio.
+        """
         self.path = Path(path)
         self.name = one_line(self.path.name)
         self._file = Database(self.path)
         self._database, self.layout = self._file.connection, self._file.layout
         self._chunk_columns = self._file.tables["chunk"]
         self._damaged: dict[tuple[str, int], str] = {}
-        self._whole = 0  # the chunk whose checksum was looked at last, and is right
+        self._whole = 0  # the last chunk whose checksum was verified
         self.events = tuple(self._events())
         index = self._index()
         if not index:
@@ -82,12 +85,15 @@ class Session:
         )
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._file.close()
 
     @property
     def date(self) -> str:
-        """Return when it began, by the file's date, as "2026-11-26 14:05"; "" where the file is gone."""
+        """Return the start of the recording from the file's date, as "2026-11-26 14:05".
+
+        "" if the file is missing.
+        """
         try:
             end = self.path.stat().st_mtime
         except OSError:
@@ -96,17 +102,17 @@ class Session:
 
     @property
     def seconds(self) -> float:
-        """Return how long the session is in s."""
+        """Return the session's duration in s."""
         return float(self.stops[-1] - self.starts[0])
 
     @property
     def complete(self) -> bool:
-        """Say whether its recording was ended: not while it is written, nor where the program was killed."""
+        """Return True if the recording has ended; False while it is written, or if the program was killed."""
         return self._file.complete
 
     @property
     def unfinished(self) -> str:
-        """Return in words what is to be done with a session that is not complete, "" for one that is."""
+        """Return the advice for an incomplete session, "" for a complete one."""
         name = self.name
         if self.complete:
             return ""
@@ -117,19 +123,19 @@ class Session:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Return what was noted on all of it."""
+        """Return the notes on the whole session."""
         return tuple(event.what["text"] for event in self.events if event.kind == NOTE)[:MOST_MARKERS]
 
     @property
     def markers(self) -> tuple[tuple[float, str], ...]:
-        """Return each marker's time in s of the recording computer's clock, and its words."""
+        """Return each marker's time in s of the recording computer's clock, and its text."""
         first, last = float(self.starts[0]), float(self.stops[-1])
         marked = (event for event in self.events if event.kind == MARKER and first <= event.time <= last)
         return tuple((event.time, event.what["text"]) for event in marked)[:MOST_MARKERS]
 
     @property
     def damage(self) -> tuple[str, ...]:
-        """Return in words what of all that was read so far is damaged and left out."""
+        """Return messages on the damaged rows that have been skipped so far."""
         if not self._damaged:
             return ()
         reason, more = next(iter(self._damaged.values())), len(self._damaged) - 1
@@ -137,19 +143,19 @@ class Session:
         return (f"{self.name} is damaged. Left out: {reason}{rows}",)
 
     def check(self) -> tuple[str, ...]:
-        """Read all of it, and return ``damage``."""
+        """Read everything, and return ``damage``."""
         for number in range(len(self.counts)):
             with suppress(DamagedError):
                 self.signals(number)
         return self.damage
 
     def latest(self, kind: str, time: float = math.inf) -> dict[str, Any]:
-        """Return what the last event of a kind says up to a time in s; {} where there is none."""
+        """Return the last event of a kind up to a time in s; {} if there is none."""
         said = (event.what for event in reversed(self.events) if event.kind == kind and event.time <= time)
         return next(said, {})
 
     def chunk(self, number: int) -> Chunk:
-        """Return a chunk, 0 the first; raise DamagedError."""
+        """Return a chunk by its number from 0; raise DamagedError."""
         return self._chunk(self._ids[number])
 
     def signals(self, number: int, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
@@ -157,7 +163,7 @@ class Session:
         return self._decoded(number, self.chunk(number), names)
 
     def repair(self, path: str | Path) -> tuple[str, ...]:
-        """Write all that can be read into a new session; return ``damage``; raise SessionError."""
+        """Write all readable data into a new session; return ``damage``; raise SessionError."""
         added = 0
         with SessionWriter.whole(path, self.layout) as writer:
             for event in self.events:
@@ -177,8 +183,8 @@ class Session:
     ) -> dict[str, np.ndarray]:
         """Return signals (n,) in SI of all samples with start <= time < stop, "state" (n, values).
 
-        Damaged chunks are left out; a signal that was not recorded is NaN. Raise SessionError where all
-        of that takes more than MOST_READ.
+        Damaged chunks are skipped; a signal that was not recorded is NaN. Raise SessionError if the result
+        takes more than MOST_READ.
         """
         numbers = np.flatnonzero((self.stops >= start) & (self.starts < stop))
         width = len(names) + (STATE in names) * (self._states[numbers] - 1)
@@ -206,7 +212,7 @@ class Session:
             raise self._left_out("chunk", self._ids[number], error) from None
 
     def _left_out(self, table: str, row: int, error: Exception | str) -> DamagedError:
-        """Note why a row is left out, unless that was noted before; return the error that says so."""
+        """Record why a row is skipped, unless it is recorded already; return the error."""
         place, reason = f"{table} {row}", f"{one_line(str(error)):.{_LONGEST_REASON}}"
         text = reason if reason.startswith(place) else f"{place}: {reason}"
         return DamagedError(self._damaged.setdefault((table, row), text))
@@ -252,7 +258,7 @@ class Session:
                 self._left_out("event", row, error)
 
     def _index(self) -> list[tuple[int, Chunk, np.ndarray]]:
-        """Return each chunk's row, its head without columns, and its extremes, in the order of time."""
+        """Return each chunk's row number, header without columns, and extremes, in order of time."""
         found: list[tuple[int, Chunk, np.ndarray]] = []
         samples, types = 0, {name: self._chunk_columns[name] for name in HEAD}
         for row, *values in self._rows("chunk", HEAD):
@@ -279,7 +285,7 @@ class Session:
         return found
 
     def _is_whole(self, row: int) -> bool:
-        """Return whether a chunk's checksum is right, and so its times; the last answer is kept."""
+        """Return True if a chunk's checksum, and therefore its times, are correct; caches the last answer."""
         if row != self._whole:
             try:
                 self._chunk(row)
@@ -289,18 +295,18 @@ class Session:
         return True
 
     def _rows(self, table: str, names: Sequence[str]) -> Iterator[tuple]:
-        """Yield a table's rows, each with its number first; beyond those that cannot be read go on."""
+        """Yield a table's rows, each with its number first; continue after unreadable ones."""
         row, leap = 0, 1
         query = f"SELECT id, {', '.join(names)} FROM {table} WHERE id > ? ORDER BY id"
         while row < _MOST_ROWS:
             try:
                 for found in self._database.execute(query, (row,)):
-                    if found[0] <= row:  # pages that refer to each other in a circle have no end
+                    if found[0] <= row:  # corrupt pages may refer to each other in a circle
                         self._left_out(table, row + 1, f"{table} {row + 1} and what follows: no order.")
                         return
                     row, leap = found[0], 1
                     yield found
-                    if len(self._damaged) >= _MOST_DAMAGED:  # their reasons take memory
+                    if len(self._damaged) >= _MOST_DAMAGED:  # the messages take memory
                         return
                 return
             except ERRORS as error:
@@ -309,12 +315,12 @@ class Session:
 
 
 def add_note(path: Path, text: str) -> None:
-    """Note something on a session that is complete and whole; its file keeps its date. Raise SessionError."""
+    """Add a note to a complete, undamaged session; the file keeps its date. Raise SessionError."""
     add_events(path, lambda session: [Event(float(session.stops[-1]), NOTE, {"text": text})])
 
 
 def add_events(path: Path, make: Callable[[Session], Iterable[Event]]) -> None:
-    """Add the events that are made from a complete, undamaged session; its file keeps its date.
+    """Add events computed from a complete, undamaged session; the file keeps its date.
 
     Raise SessionError.
     """
@@ -339,7 +345,7 @@ def add_events(path: Path, make: Callable[[Session], Iterable[Event]]) -> None:
 def _check_types(
     values: Sequence, columns: dict[str, str], place: str, optional: Collection[str] = ()
 ) -> None:
-    """Raise DamagedError where a value has not its column's type; an optional one may be NULL."""
+    """Raise DamagedError if a value does not have its column's type; an optional one may be NULL."""
     for value, (name, kind) in zip(values, columns.items(), strict=True):
         if not (isinstance(value, _TYPES[kind]) or (value is None and name in optional)):
             raise DamagedError(f"{place}: {name} is {_NAMES[type(value)]}; it must be {kind}.")
@@ -348,7 +354,7 @@ def _check_types(
 def _checked_chunk(
     head: Sequence[Any], columns: dict[str, bytes | None], layout: Layout, place: str
 ) -> Chunk:
-    """Return a chunk with the values of HEAD, which are within their limits; raise FileError."""
+    """Return a chunk from the values of HEAD after checking their limits; raise FileError."""
     count, start, stop, states, extremes = head
     checked_integer(count, f"{place}: count", 1, MOST_SAMPLES)
     checked_integer(states, f"{place}: states", 0, MOST_STATES)
@@ -358,7 +364,7 @@ def _checked_chunk(
 
 
 def _joined(pieces: list[np.ndarray]) -> np.ndarray:
-    """Return pieces one after the other; of states as many values as the widest has, the others NaN."""
+    """Concatenate arrays; pad states with NaN to the largest number of values."""
     if not pieces or pieces[0].ndim == 1:
         return np.concatenate([np.empty(0), *pieces])
     width = max(piece.shape[1] for piece in pieces)

@@ -1,4 +1,4 @@
-"""What is set on an engine, and what its device is, by the names that a run's settings have."""
+"""An engine's settings and device, with the names used by a run's settings."""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ _NESTED = ("parameters", "units", "state_names", "device")
 
 
 def of_scene(environment: Environment, values: dict[str, float]) -> dict[str, Any]:
-    """Return environment, its values in SI, choices by name, and their units."""
+    """Return an environment's key, its values in SI, choices by name, and units."""
     parameters = environment.parameters
     return {
         "environment": environment.key,
@@ -31,13 +31,13 @@ def of_scene(environment: Environment, values: dict[str, float]) -> dict[str, An
 
 
 def of_model(device: Device, modelled: SimulatedHapkit) -> dict[str, Any]:
-    """Return a device's title and the terms of its model that are simulated, infinity as text."""
+    """Return a device's title and the simulated terms of its model, with infinity as text."""
     terms = {key: repr(value) if math.isinf(value) else value for key, value in vars(modelled).items()}
     return {"title": device.title, **terms}
 
 
 def in_force(engine: Engine) -> dict[str, Any]:
-    """Return what is set at this moment, as JSON has it."""
+    """Return the settings in force, as JSON values."""
     device, modelled = engine.device, engine.modelled
     return {
         **of_scene(engine.environment, engine.values),
@@ -49,16 +49,16 @@ def in_force(engine: Engine) -> dict[str, Any]:
 
 
 def about_device(engine: Engine) -> dict[str, Any]:
-    """Return what the device is: its name, its sensor; of a board firmware and calibration too."""
+    """Return the device's description: name and sensor; for a board also firmware and calibration."""
     device = engine.device
     found: dict[str, Any] = {"device": device.title, "quantum_m": device.quantum, "studio": __version__}
     return found | device.about()
 
 
 def log(events: Sequence[Event], start: float, stop: float) -> Log:
-    """Return the settings in force at the time start and every change until stop, times in s after start.
+    """Return the settings at a start time and every change until ``stop``, with times in s after the start.
 
-    Each holds what is known of the device, too. A recorder notes the first ones up to 0.1 s after the first
+    Settings include the device's description. A recorder adds the first ones up to 0.1 s after the first
     sample, so they count from the start.
     """
     timed: list[tuple[float, Event]] = []
@@ -78,7 +78,7 @@ def log(events: Sequence[Event], start: float, stop: float) -> Log:
 
 
 def differences(before: Settings, after: Settings) -> list[str]:
-    """Say in words what of the settings is another now, each with both values."""
+    """Describe each changed setting with both values."""
     old, new = ({**kept, **kept.get("parameters", {})} for kept in (before, after))
     units = {"rate_Hz": "Hz", "delay_s": "s", "max_force_N": "N", **after.get("units", {})}
     if old.get("environment") != new.get("environment"):
@@ -97,17 +97,17 @@ def differences(before: Settings, after: Settings) -> list[str]:
 
 
 def changes(events: Sequence[Event], start: float, stop: float) -> list[str]:
-    """Say every change of the settings from start to stop, both in s, each with its time after start."""
+    """Describe each change of the settings between two times in s, with its time after the start."""
     return [f"At {when:.2f} s: {what}." for when, what in timed_changes(events, start, stop)]
 
 
 def timed_changes(events: Sequence[Event], start: float, stop: float) -> list[tuple[float, str]]:
-    """Return every change of the settings from start to stop: when, in s after start, and in words what."""
+    """Return the time in s after ``start``, and a description, of each change until ``stop``."""
     return words(log(events, start, stop))
 
 
 def words(log: Log) -> list[tuple[float, str]]:
-    """Return each change in a log: its time in s, and in words what changed."""
+    """Return each change in a log: its time in s, and a description."""
     pairs = ((time, differences(before, after)) for (_, before), (time, after) in pairwise(log))
     return [(time, ", ".join(found) or "device changed") for time, found in pairs]
 

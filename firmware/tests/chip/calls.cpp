@@ -1,4 +1,4 @@
-// The program begins, then waits for calls.
+// Start the program, then wait for calls.
 int main() {
   __asm__ volatile("sleep");
   return 0;

@@ -32,7 +32,7 @@ static void take(void *where, size_t size)
 		fail("input ended");
 }
 
-// The call's own cycles, from its first instruction to the return's end.
+// Return the cycles of the call alone, from its first instruction to the end of its return.
 static uint32_t call(uint16_t address)
 {
 	avr->data[TOP] = BACK / 2 & 0xff;
@@ -83,7 +83,7 @@ static void memory(int what)
 
 int main(int count, char **words)
 {
-	// simavr says what it loads on standard output
+	// simavr logs the loaded file on standard output
 	answers = fdopen(dup(STDOUT_FILENO), "wb");
 	dup2(STDERR_FILENO, STDOUT_FILENO);
 	elf_firmware_t firmware = {0};

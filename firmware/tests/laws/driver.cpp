@@ -1,7 +1,7 @@
-// The machine on a PC, told what to do on standard input; tests/laws/machine_pc.py speaks with it.
-//   'L' Shape, given numbers, code: load and verify a law     -> refusal, cycles
+// The machine on a PC, controlled on standard input by tests/laws/machine_pc.py.
+//   'L' Shape, initial values, code: load and verify a law    -> refusal, cycles
 //   'S' slot, number: write a slot
-//   'R' count, rows of position and velocity: call the law    -> rows of force and state; cycles by the table in all
+//   'R' count, rows of position and velocity: call the law    -> rows of force and state; total cycles by the table
 #include <cstdio>
 #include <cstring>
 #include <vector>

@@ -1,6 +1,6 @@
-"""Speed and accuracy: what each method costs and errs, what this scene should use, and what it needs.
+"""Speed and accuracy: cost and error of each method, the best one for a scene, and the scene's needs.
 
-Work-precision charts are one file each, found by the name ``PLAN``.
+Each module with a ``PLAN`` defines one work-precision chart.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -22,7 +22,7 @@ from hapkit_studio.environments.base import Environment
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Results of the three parts: charts of methods, scenes with their options, needs of scenes."""
+    """Results of the three parts: charts of methods, options of scenes, needs of scenes."""
 
     sheets: tuple[Sheet, ...] = ()
     scenes: tuple[SceneResult, ...] = ()
@@ -31,7 +31,7 @@ class Accuracy:
 
 @cache
 def plans() -> Mapping[str, Plan]:
-    """Return every chart's plan by its key, in their order."""
+    """Return every chart's plan by its key, in order."""
     found = declared(__name__, "PLAN", Plan)
     return MappingProxyType({plan.key: plan for plan in sorted(found, key=lambda plan: plan.order)})
 
@@ -46,9 +46,9 @@ def _each(work: Callable[[Any], Any], cells: Sequence, progress: Progress) -> tu
 
 
 def of_methods(charts: Iterable[str] = (), progress: Progress = no_progress) -> Accuracy:
-    """Return the charts of these keys, none for all; raise ParameterError listing those there are.
+    """Compute the charts with these keys, or all; raise ParameterError listing the keys.
 
-    Costs are timed in the calling thread, one after the other: beside other work they would be that work's.
+    Costs are timed one after the other in the calling thread, so no other work may run at the same time.
     """
     chosen = [discovery.named(plans(), key, "accuracy chart") for key in charts] or list(plans().values())
     cells = [(plan, one) for plan in chosen for one in plan.scenes]
@@ -56,7 +56,7 @@ def of_methods(charts: Iterable[str] = (), progress: Progress = no_progress) -> 
 
 
 def of_scenes(questions: Sequence[SceneRequest], progress: Progress = no_progress) -> Accuracy:
-    """Return every option of these scenes, each error split into its parts."""
+    """Compute every option of these scenes, with each error split into its parts."""
     return Accuracy(scenes=_each(lambda one: scene.split(scene.compute(one)), questions, progress))
 
 

@@ -1,6 +1,6 @@
-"""Contact: what a bounce off a springy wall does to a mass's energy, with the contact sampled or located.
+"""Contact: change of a mass's energy in bounces off a springy wall, with sampled or located contact.
 
-A bounce off a spring gives back all energy. The mass is the puck's, shoved to and fro between its two walls.
+A spring returns all energy. The mass is the puck, pushed to and fro between its two walls.
 """
 
 import math
@@ -19,7 +19,7 @@ from hapkit_studio.environments.puck import REACH
 
 BOUNCES = 100
 MASS, WALL = (environments.named("puck").values()[key] for key in ("mass", "wall_stiffness"))
-SHOVED, PUCK_FROM = 0.5, 0.010  # m/s, m
+SHOVED, PUCK_FROM = 0.5, 0.010  # m/s, m: initial speed of the handle, and initial position of the puck
 Motion = tuple[Callable[[], object], np.ndarray, np.ndarray]
 LABELS = {
     "held": "Penalty, held force", "semi_implicit": "Penalty, semi-implicit", "verlet": "Penalty, Verlet",
@@ -28,7 +28,7 @@ LABELS = {
 
 
 def moving(method: str, h: float, seconds: float, times: int = 1) -> Motion:
-    """Return what computes the motion by steps of h s, and the positions and velocities (n,) it fills."""
+    """Return a function that computes the motion in steps of h s into positions and velocities (n,)."""
     t = instants(seconds, h)
     x, v = np.full_like(t, PUCK_FROM), np.full_like(t, SHOVED)
     if method in INTEGRATORS:
@@ -39,7 +39,7 @@ def moving(method: str, h: float, seconds: float, times: int = 1) -> Motion:
 
 
 def energies(method: str, h: float, bounces: int = BOUNCES) -> np.ndarray:
-    """Return the energy of each flight over the first one's: (bounces + 1,); inf for no number."""
+    """Return the energy of each flight relative to the first, (bounces + 1,); inf if not finite."""
     one = math.pi * math.sqrt(MASS / WALL) + 2.0 * REACH / SHOVED
     work, x, v = moving(method, h, (bounces + 1) * one)
     work()
@@ -50,7 +50,7 @@ def energies(method: str, h: float, bounces: int = BOUNCES) -> np.ndarray:
 
 
 def error(method: str, h: float, drift: bool) -> float:
-    """Return the energy that a bounce gains or loses, root mean square, or that all of them add up to."""
+    """Return the relative energy change: rms per bounce, or with ``drift`` the total."""
     found = energies(method, h)
     with np.errstate(all="ignore"):
         off = abs(found[-1] - 1.0) if drift else math.sqrt(np.mean((np.diff(found) / found[:-1]) ** 2))
@@ -58,7 +58,7 @@ def error(method: str, h: float, drift: bool) -> float:
 
 
 def runs(scene: Scene) -> list[Run]:
-    """Return every way of contact at every step."""
+    """Return the runs of every contact method at every step."""
     made = []
     for key, label in LABELS.items():
         for h in STEPS:

@@ -1,7 +1,7 @@
-"""Friction models: how accurate their stick-slip is, and how well they hold under a trembling pull.
+"""Friction models: accuracy of their stick-slip, and drift under a vibrating load below friction.
 
-Stick-slip is that of a virtual mass alone, drawn by a spring. The handle is pulled by less than friction
-holds, and the friction environment's law renders its models on it, by the loop's own tick.
+Stick-slip is that of a virtual mass pulled by a spring. For drift, the friction environment's law renders
+each model on the handle with the loop's own tick.
 """
 
 import math
@@ -23,18 +23,19 @@ from hapkit_studio.haptics import headless, rows
 
 MASS, STATIC, KINETIC = 0.05, 1.0, 0.5
 SPRING, DRAWN, DRAWN_SECONDS = 300.0, 0.02, 6.0
-# Beside a steady pull one that trembles, together below what kinetic friction holds; watched for two seconds.
+# N, N, Hz: a constant and a vibrating pull, together below kinetic friction; applied for two seconds
 PULL, TREMBLING, TREMOR = 0.3, 0.15, 20.0
 HELD_SECONDS, HELD_FROM = 3.0, 1.0
-SLIDES_IN = 0.02  # m/s: it comes to rest by sliding, or a model without rest would start in it
-_SOFT = 1.0  # N/m: so soft a spring pulls with the same force wherever the handle is
+# m/s: the handle slides to rest, because a model without stiction would start in its steady state
+SLIDES_IN = 0.02
+_SOFT = 1.0  # N/m: so soft that the spring's pull does not depend on the handle's position
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)
 LABELS = {key: key.replace("_", " ").capitalize() for key in MODELS}
 LABELS |= {"lugre": "LuGre", "hayward_armstrong": "Hayward–Armstrong"}
 
 
 def drawn(model: str, dt: float, times: int = 1) -> tuple[plan.Work, Callable[[], float]]:
-    """Return what computes stick-slip of a model at one step, then the share by which its period is off."""
+    """Return functions that compute a model's stick-slip at one step, and its relative period error."""
     code, declared = MODELS[model]
     options = np.array([*(p.default for p in declared), 0.0])
     t = instants(DRAWN_SECONDS, dt)
@@ -46,14 +47,14 @@ def drawn(model: str, dt: float, times: int = 1) -> tuple[plan.Work, Callable[[]
 
 
 def period_error(model: str, dt: float) -> float:
-    """Return the share by which the period of a model is off."""
+    """Return the relative period error of a model."""
     work, error = drawn(model, dt)
     work()
     return error()
 
 
 def held(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
-    """Return what renders a handle without friction of its own, slid to rest and held by a model."""
+    """Return a function that renders a frictionless handle, sliding to rest and then stuck by a model."""
     law = environments.named("friction")
     levels = {"model": model, "static_force": STATIC, "kinetic_force": KINETIC}
     handle = SimulatedHapkit(coulomb_force=0.0, max_force=math.inf, initial_velocity=SLIDES_IN)
@@ -67,7 +68,7 @@ def held(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
 
 
 def handle_drift(model: str, dt: float) -> float:
-    """Return the mean drift of the handle in m/s from HELD_FROM on; inf where it is not finite."""
+    """Return the mean drift of the handle in m/s from HELD_FROM on; inf if not finite."""
     x = held(model, dt)()[:, rows.TRUE_POSITION]
     found = abs(float(x[-1] - x[round(HELD_FROM / dt)])) / (HELD_SECONDS - HELD_FROM)
     return found if math.isfinite(found) else math.inf
@@ -78,7 +79,7 @@ def _draw(*given):
 
 
 def runs(scene: plan.Scene) -> list[plan.Run]:
-    """Return every model at every step."""
+    """Return the runs of every model at every step."""
     handle = scene.key == "handle"
     seconds, found = HELD_SECONDS if handle else DRAWN_SECONDS, []
     for model in RENDERED if handle else MODELS:

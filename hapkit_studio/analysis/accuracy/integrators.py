@@ -1,7 +1,7 @@
-"""Integrators: how far each is from the true motion of an object, at every step from 0.125 to 4 ms.
+"""Integrators: error of each in the motion of an object, at steps from 0.125 to 4 ms.
 
-The swinging mass is that of the environment with its defaults; stick-slip is the light slider whose period
-the literature's formula gives. The board's cycles are those of the environments' laws.
+The oscillating mass has the environment's default values; stick-slip is that of a light slider, whose period
+has a formula in the literature. The board's cycles are those of the environments' laws.
 """
 
 import math
@@ -17,15 +17,16 @@ from hapkit_studio.dynamics.moving_mass import FAR
 from hapkit_studio.dynamics.stick_slip import exact_period, period_error
 from hapkit_studio.environments.pushed import LABELS
 
-DEFLECTION, DRAWN = 0.010, 0.02  # m; m/s
+DEFLECTION, DRAWN = 0.010, 0.02  # initial deflection in m; speed of the spring's end in m/s
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)
-Motion = tuple[Callable[[], object], Callable[[], float]]  # computes a motion, then returns its error
+# a function that computes a motion, and one that then returns its error
+Motion = tuple[Callable[[], object], Callable[[], float]]
 
 
 def swinging(body: Body, method: int, h: float, times: int = 1) -> Motion:
-    """Return a mass on a spring and damper, let go 10 mm from its rest, for a second.
+    """Return the motion of a mass on a spring and damper for 1 s, released 10 mm from its rest.
 
-    Its error is the largest distance from the closed form, over the deflection.
+    Its error is the largest distance from the closed form, divided by the deflection.
     """
     t = instants(1.0, h)
     x, v = np.full_like(t, DEFLECTION), np.zeros_like(t)
@@ -38,9 +39,9 @@ def swinging(body: Body, method: int, h: float, times: int = 1) -> Motion:
 
 
 def stick_slip(method: int, h: float, times: int = 1) -> Motion:
-    """Return a slider drawn over a rubbing ground by a spring, its end at 2 cm/s, for 3 s.
+    """Return the motion of a slider on a rough ground for 3 s, pulled by a spring's end at 2 cm/s.
 
-    Its error is that of the period, over the period.
+    Its error is the relative error of the period.
     """
     body, t = Body(0.05, stiffness=300.0, static=1.0, kinetic=0.5), instants(3.0, h)
     pull, x, v = body.stiffness * DRAWN * t, np.zeros_like(t), np.zeros_like(t)
@@ -60,7 +61,7 @@ MOTIONS: dict[str, tuple[Callable[..., Motion], float, str]] = {
 
 
 def error(scene: str, method: int, h: float) -> float:
-    """Return the error of a method at steps of h s, inf where it left all numbers."""
+    """Return the error of a method at steps of h s, inf if the motion is not finite."""
     work, found = MOTIONS[scene][0](method, h)
     work()
     with np.errstate(all="ignore"):
@@ -69,7 +70,7 @@ def error(scene: str, method: int, h: float) -> float:
 
 
 def runs(scene: Scene) -> list[Run]:
-    """Return every integrator at every step."""
+    """Return the runs of every integrator at every step."""
     motion, seconds, law = MOTIONS[scene.key]
     found: list[Run] = []
     for number, (key, label) in enumerate(zip(INTEGRATORS, LABELS, strict=True)):

@@ -1,12 +1,12 @@
-"""Which terms of device and loop a scene needs: how strongly each is felt, from which value, and its cost.
+"""Which terms of device and loop a scene needs: how strongly each is felt, from which value on, its cost.
 
-The reference models everything. One term at a time is left out, and both runs are compared under every hand
-of the scene, and one that pushes beyond the force limit. A term is needed if a person tells the two apart, by
-more than one just-noticeable difference (JND); of the other terms as many are left out together as nobody
-tells from everything. Where no script shows a difference, the hands also throw the handle at other speeds, go
-on for longer, and let go at many moments.
+The reference models every term. One term at a time is removed, and both runs are compared under each of the
+scene's hands, and a hand that pushes beyond the force limit. A term is needed if a person feels the
+difference: if it exceeds one just-noticeable difference (JND). Of the other terms, as many as possible are
+removed together without a felt difference. If no script shows a difference, the hands also throw the handle
+at other speeds, run longer, and release it at various times.
 
-The terms of a law are its parameters that may be zero: what each takes on the board.
+Terms of a law are parameters that may be zero; their cost is on the board.
 """
 
 import math
@@ -30,23 +30,24 @@ from hapkit_studio.haptics.board_plan import BoardPlanner
 from hapkit_studio.laws.machine import ARENA
 from hapkit_studio.parameters import Parameter
 
-FINE_RATE = 16_000.0  # Hz: the loop without sampling
+FINE_RATE = 16_000.0  # Hz: rate of the reference loop, practically continuous
 DELAY = 1e-3
 ESTIMATOR: Spec = ("iir", {"cutoff": 35.5})
-PUSH = "push"  # the hand that presses beyond the force limit
-RATES = np.geomspace(500.0, 8000.0, 9)  # Hz, s and shares of the stiffness at which a term is looked for
+PUSH = "push"  # script of the hand that pushes beyond the force limit
+# rates in Hz, delays in s and relative stiffnesses at which a term is tested
+RATES = np.geomspace(500.0, 8000.0, 9)
 DELAYS = np.geomspace(0.05e-3, 12.8e-3, 9)
-LEAST = 0.02  # of a law's cycles: a term that takes less is not listed
+LEAST = 0.02  # fraction of a law's cycles: smaller terms are not listed
 STIFFER = np.geomspace(1.0 / 16.0, 16.0, 9)
 
 
 @dataclass(frozen=True)
 class Effect:
-    """Difference in JND that leaving out one term makes, its sense and hand motion; None if not judged.
+    """Felt effect of removing a term, in JND, with its sense and hand motion; None if not judged.
 
-    strict: the same in JND of the most sensitive people. since: felt up to this rate in Hz (sampling), or
-    from this delay in s or stiffness in N/m on; nan where not found. limit, without: the exact limit in N/m
-    of the released handle with the term and without it.
+    strict: in JND of the most sensitive people. since: the term is felt up to this rate in Hz (sampling), or
+    from this delay in s or stiffness in N/m on; NaN if not found. limit, without: exact stiffness limit in
+    N/m of the released handle with and without the term.
     """
 
     scene: str
@@ -61,7 +62,7 @@ class Effect:
 
     @property
     def since_words(self) -> str:
-        """Write up to which rate, or from which delay or stiffness on, it is felt."""
+        """Format the rate up to which, or the delay or stiffness from which, the term is felt."""
         if math.isnan(self.since):
             return "–"
         if self.since == 0.0:
@@ -73,24 +74,24 @@ class Effect:
 
     @property
     def gain_words(self) -> str:
-        """Write what leaving it out adds to the exact stiffness limit."""
+        """Format the change of the exact stiffness limit if the term is removed."""
         gain = self.without - self.limit
         return "–" if math.isnan(gain) or abs(gain) < 0.5 else f"{gain:+,.0f} N/m".replace("-", MINUS)
 
     @property
     def needed(self) -> bool:
-        """Return whether most people tell the difference of this term alone."""
+        """Return True if most people feel the effect of this term alone."""
         return self.felt is not None and self.felt > 1.0
 
     @property
     def differs(self) -> bool:
-        """Return whether only the most sensitive people feel it."""
+        """Return True if only the most sensitive people feel the effect."""
         return self.strict is not None and (self.strict > 1.0) != self.needed
 
 
 @dataclass(frozen=True)
 class LawTerm:
-    """Cycles a tick, rate in Hz, stiffness limit in N/m of a law on the board, with a parameter and at 0."""
+    """Cycles per tick, rate in Hz and limit in N/m of a law on the board, with a parameter and at 0."""
 
     key: str
     label: str
@@ -100,14 +101,17 @@ class LawTerm:
 
     @property
     def words(self) -> str:
-        """Write what the law gains without the term."""
+        """Describe the law's gain without the term."""
         cycles, rate, limit = (f"{a:,.0f} → {b:,.0f}" for a, b in (self.cycles, self.rate, self.limit))
         return f"{self.label} = 0: {cycles} cycles a tick, {rate} Hz, stable up to {limit} N/m"
 
 
 @dataclass(frozen=True)
 class Needs:
-    """A scene's effects, one a term, the terms that it needs, what all others change, and its law's terms."""
+    """A scene's effects, one per term; the needed terms; the effect of removing all others.
+
+    The law's terms.
+    """
 
     scene: str
     effects: tuple[Effect, ...]
@@ -117,7 +121,7 @@ class Needs:
 
 
 class _Rendered:
-    """Renders a scene with its defaults without some terms; the runs with all of them are kept."""
+    """Render a scene at its default values without some terms; caches the runs with all terms."""
 
     def __init__(self, environment: Environment, force_share: float = FORCE_SHARE):
         self.environment, self._force_share = environment, force_share
@@ -145,7 +149,7 @@ class _Rendered:
         return trials.render(scene, trial)
 
     def told(self, trial: Trial, gone: Iterable[str]) -> Difference:
-        """Return the felt difference of a trial that leaves terms out."""
+        """Return the felt difference of a trial without some terms."""
         if trial.words not in self._whole:
             self._whole[trial.words] = self.run(trial, ())
         return self._felt(trial, self._whole[trial.words], self.run(trial, gone))
@@ -154,7 +158,7 @@ class _Rendered:
         return trials.felt(self.environment, trial, one, other, self._force_share)
 
     def effect(self, label: str, gone: Sequence[str]) -> Effect:
-        """Return the largest difference under any hand where terms are left out."""
+        """Return the largest felt difference under any hand without some terms."""
         scripted = [*trials.scripts(self.environment), trials.script(PUSH)]
         if tuple(gone) == ("mass",):
             scripted = [trial for trial in scripted if trial.holds]
@@ -169,7 +173,7 @@ class _Rendered:
         return Effect(self.environment.key, label, most.most, most.word, hand, strict)
 
     def since(self, term: str) -> float:
-        """Return up to which rate, or from which delay or stiffness on, scripts let a term be felt."""
+        """Return the rate up to which, or the delay or stiffness from which, scripts show a term's effect."""
 
         def felt(**how: float) -> float:
             found = []
@@ -190,9 +194,9 @@ class _Rendered:
 
 
 def crossing(places: np.ndarray, felt: Sequence[float]) -> float:
-    """Return the first place at which 1 JND is felt, between two on a straight line of logarithms.
+    """Return the first place at which 1 JND is felt, by logarithmic interpolation.
 
-    nan where it is nowhere, 0 where it is felt at the first place already.
+    NaN if it is felt nowhere, 0 if it is felt at the first place.
     """
     at = next((k for k, jnd in enumerate(felt) if jnd >= 1.0), None)
     if not at:
@@ -203,14 +207,14 @@ def crossing(places: np.ndarray, felt: Sequence[float]) -> float:
 
 
 def stiffness_of(environment: Environment) -> Parameter | None:
-    """Return the parameter that is the stiffness of a scene, None where it has no such one."""
+    """Return a scene's stiffness parameter, None without one."""
     wanted = SceneRequest(environment, environment.values()).stiffness
     own = (p for p in environment.parameters if isinstance(p, Parameter) and p.unit == "N/m")
     return next((p for p in own if p.default == wanted), None)
 
 
 def _limit(environment: Environment, gone: str = "") -> float:
-    """Return the exact stiffness limit in N/m without a term; NaN without the mass, which has no motion."""
+    """Return the exact stiffness limit in N/m without a term; NaN without the mass, which cannot move."""
     if gone == "mass":
         return math.nan
     device = SimulatedHapkit().without((gone,) if gone else ())
@@ -221,9 +225,9 @@ def _limit(environment: Environment, gone: str = "") -> float:
 
 
 def law_terms(environment: Environment) -> tuple[LawTerm, ...]:
-    """Return what each parameter of a law takes that may be 0; the dearest first.
+    """Return the cost of each parameter of a law that may be 0, the most expensive first.
 
-    The limits are those of the law without the term, at the rate and delay with it and without.
+    The limits are those of the law without the term, at the rates and delays with and without it.
     """
     planner, found = BoardPlanner(ARENA), []
     for parameter in environment.parameters:

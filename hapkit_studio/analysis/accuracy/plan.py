@@ -1,9 +1,9 @@
 """Work-precision charts: scenes, points, Pareto front, winners, orders, and the timing of methods.
 
-Cost is the computing time of a simulated second, in ns on a computer, or the board's cycles in a second. Of
-compiled work it is the time that several of its shortest turns kept within, all candidates in the same turns;
-it spreads by how far the shortest quarter of the turns lie apart, and by no less than the nearness at which
-two costs are believed. The thread's own time counts: another program only makes work longer.
+Cost is the computing time of a simulated second in ns, or the board's cycles per second. The cost of compiled
+work is near the minimum over many runs, confirmed by several of them; all candidates run alternately. Its
+spread is the range of the fastest quarter of the runs, and at least the tolerance of the minimum. The
+thread's own processor time is measured, so that other programs can only lengthen a run.
 """
 
 import math
@@ -19,19 +19,19 @@ from hapkit_studio.haptics import board_plan
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 
-FELT = "A third of the 6 % change of force that people can feel"  # why a tolerance is 2 %
+FELT = "A third of the 6 % change of force that people can feel"  # reason for a tolerance of 2 %
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
-TOLERANCES = 0.1, 0.01, 1e-3, 1e-4  # shares of a scale; a speed's: of its scene's tolerance × 10
-STRAIGHT = 0.15  # decades of error by which a point may be off the line whose slope is the order
+TOLERANCES = 0.1, 0.01, 1e-3, 1e-4  # fractions of a scale; for a speed, of ten times its scene's tolerance
+STRAIGHT = 0.15  # decades of error by which points may deviate from a straight line, whose slope is the order
 
 
 @dataclass(frozen=True)
 class Point:
     """One method at one step: its error, and its cost on a computer and on the board.
 
-    cycles: of the board in a second, nan where it does not have the method. ns: of computing a simulated
-    second, known to ± spread.
+    cycles: of the board per second, NaN if it lacks the method. ns: computing time of a simulated second, ±
+    spread.
     """
 
     method: str
@@ -47,11 +47,12 @@ class Point:
         return self.cycles if board else self.ns
 
 
-Run = tuple[Point, Prepare, float]  # not timed yet, what to time, how many seconds that simulates
+# a point without cost, the work to time, the simulated seconds of the work
+Run = tuple[Point, Prepare, float]
 
 
 def front(points: Sequence[Point], board: bool = False) -> tuple[Point, ...]:
-    """Return the points that no other dominates in error and cost, from the cheapest to the most accurate."""
+    """Return the points that are not Pareto-dominated in error and cost, the cheapest first."""
 
     def dominates(one: Point, other: Point) -> bool:
         pairs = (one.error, other.error), (one.cost(board), other.cost(board))
@@ -80,7 +81,7 @@ class Scene:
 
     @property
     def tolerances(self) -> tuple[float, ...]:
-        """Return the tolerances for which winners are named, the widest first."""
+        """Return the tolerances for which winners are determined, the widest first."""
         return tuple(10.0 * t * self.tolerance for t in TOLERANCES) if self.unit else TOLERANCES
 
 
@@ -95,24 +96,24 @@ class Sheet:
 
     @property
     def boarded(self) -> bool:
-        """Return whether the board has any of the methods."""
+        """Return True if the board has any of the methods."""
         return any(math.isfinite(p.cycles) for p in self.points)
 
     def line(self, method: str) -> tuple[Point, ...]:
-        """Return a method's points in the order in which they were computed."""
+        """Return a method's points in the order of their computation."""
         return tuple(p for p in self.points if p.method == method)
 
     def winners(self, tolerance: float, board: bool = False) -> tuple[Point, ...]:
-        """Return the cheapest point within a tolerance, then those that cost the same as far as measured."""
+        """Return the cheapest point within a tolerance, then those with an indistinguishable cost."""
         good = [p for p in self.points if p.error <= tolerance and math.isfinite(p.cost(board))]
         good.sort(key=lambda p: (p.cost(board), p.error))
         spread = 0.0 if board or not good else good[0].spread
         return tuple(p for p in good if p.cost(board) - good[0].cost(board) <= spread)
 
     def order(self, method: str) -> float:
-        """Return the order of convergence: log-log slope of error over step, NaN if it is not a line.
+        """Return the order of convergence: log-log slope of error over step, NaN if not a straight line.
 
-        Points with an error above a tenth, or within rounding, are left out.
+        Points with an error above 0.1, or within rounding errors, are excluded.
         """
         usual = [p for p in self.line(method) if 1e-11 < p.error < 0.1]
         if len({p.step_s for p in usual}) < 3:
@@ -135,7 +136,7 @@ class Plan:
     order: int
 
     def sheet(self, scene: Scene) -> Sheet:
-        """Return a scene's sheet, its runs timed beside each other."""
+        """Return a scene's sheet, with its runs timed alternately."""
         points, prepares, seconds = zip(*self.runs(scene), strict=True)
         timed = zip(points, shortest(prepares), seconds, strict=True)
         found = [replace(p, ns=ns / of, spread=spread / of) for p, (ns, spread), of in timed]
@@ -146,7 +147,7 @@ _PLANNER = BoardPlanner(ARENA)
 
 
 def board_cycles(environment: str, parameter: str, option: str, rate: float) -> float:
-    """Return the board's cycles in a second of a law with a method at a rate in Hz; nan where it has none."""
+    """Return the board's cycles per second of a law with a method at a rate in Hz; NaN if it lacks it."""
     found = environments.named(environment)
     planned = _PLANNER.plan(PlanRequest(found, found.values({parameter: option})))
     if isinstance(planned, str):
@@ -154,7 +155,7 @@ def board_cycles(environment: str, parameter: str, option: str, rate: float) -> 
     return board_plan.CLOCK * board_plan.share(planned.program, rate)
 
 
-TIMED_STEPS = 8000  # of work that is short, so much is timed at once
+TIMED_STEPS = 8000  # number of steps timed together, for short work
 
 
 def repeats(steps: int) -> int:
@@ -163,23 +164,23 @@ def repeats(steps: int) -> int:
 
 
 def always(work: Work) -> Prepare:
-    """Return a preparation for work that can be repeated as it is."""
+    """Return a preparation for work that needs none."""
     return lambda: work
 
 
 LEAST_TURNS, MOST_TURNS = 40, 400
-# The shortest turns are believed once so many turns came as near to it as this, or after so many ns of work.
+# a minimum counts as confirmed after HITS runs within a factor of NEAR of it, or after ENOUGH_NS of work
 HITS, NEAR = 8, 1.03
-KNOWN = 2 * (NEAR - 1)  # two costs nearer than this part of themselves are equal
+KNOWN = 2 * (NEAR - 1)  # relative difference below which two costs are equal
 ENOUGH_NS = 500_000_000
-# The thread's own time; the wall's on Windows, where a thread's moves on in steps of 16 ms.
+# processor time of the thread; on Windows wall-clock time, as the thread's has steps of 16 ms
 CLOCK: Callable[[], int] = time.perf_counter_ns if sys.platform == "win32" else time.thread_time_ns
 
 
 def shortest(prepares: Sequence[Prepare], now: Callable[[], int] = CLOCK) -> list[tuple[float, float]]:
-    """Return the ns of each candidate's work, within which HITS turns were, and their spread.
+    """Return a confirmed minimum in ns of each candidate's work, and its spread.
 
-    A candidate makes its work ready outside of the time. A turn goes once round all, from the next one on.
+    Preparation is not timed. A round runs every candidate once, each round starting with the next one.
     """
     for prepare in prepares:
         prepare()()

@@ -1,13 +1,14 @@
-"""This scene: how far each way of rendering it is from the scene itself, why, and which one to use.
+"""Errors of all ways to render a scene, their causes, and the recommended one.
 
-The ideal of a scene is its law with the exact method, rendered so fast and with so little delay that doubling
+The ideal of a scene is its law with the exact method, at a rate so high and a delay so short that doubling
 the rate changes less than KNOWN, with an ideal sensor, the true velocity and no force limit. The error of an
-option is what the scene's hands feel of the difference, in just-noticeable differences (JND), under the hand
-that feels most. Shapley values split it into PARTS: the share of each is its mean effect over all orders in
-which ideal components are replaced by real ones. They add up to the error, and may be negative.
+option is the difference felt by the scene's hands, in just-noticeable differences (JND), under the hand with
+the largest. It is split into PARTS by Shapley values: the contribution of a part is its mean effect over all
+orders in which ideal components are replaced by real ones. Contributions add up to the error, and may be
+negative.
 
-The options are the scene's methods. The velocity estimate is one setting of the loop for all scenes: its part
-of the error is given, and the charts of methods compare the estimators.
+Options are combinations of the scene's methods. The velocity estimator is a setting of the loop for all
+scenes: its contribution is shown, and the charts of methods compare the estimators.
 """
 
 import math
@@ -37,19 +38,20 @@ PARTS = ("method", "rate", "delay", "velocity", "sensor", "limit")
 PART_WORDS = {"velocity": "velocity estimate", "sensor": "sensor steps", "limit": "force limit"}
 METHOD, REAL_RATE, REAL_DELAY, VELOCITY, SENSOR, LIMIT = PARTS
 SLOWEST_IDEAL, FASTEST_IDEAL = 16_000.0, 256_000.0  # Hz
-LIVE_IDEAL = 32_000.0  # Hz at most, so that an answer takes less than 50 ms
-KNOWN = 0.05  # JND: the ideal is known as well as this, and errors that differ by less are equal
-MARGIN = 1.5  # the stiffness limit of an option over the scene's stiffness
-_AS_STIFF, _AS_TRUE = 0.99, 2.0  # where no option has the margin: of the largest limit, of the least error
-_MOST = 100.0  # JND that a difference counts at most where it is split into parts
-Options = tuple[tuple[str, float], ...]  # the key of each choice between methods, and the option taken
+LIVE_IDEAL = 32_000.0  # Hz, limited so that an answer takes less than 50 ms
+KNOWN = 0.05  # JND: accuracy of the ideal; errors with a smaller difference are equal
+MARGIN = 1.5  # required ratio of an option's stiffness limit to the scene's stiffness
+# if no option has the margin: fraction of the largest limit, multiple of the least error
+_AS_STIFF, _AS_TRUE = 0.99, 2.0
+_MOST = 100.0  # JND: upper bound of a difference when it is split into parts
+Options = tuple[tuple[str, float], ...]  # key of each choice between methods, and index of its option
 
 
 @dataclass(frozen=True)
 class Place:
     """Computer or board: its highest rate in Hz, and its delay from sample to force in s, None if unmeasured.
 
-    A computer then answers a period late; the board's force is in effect as soon as its tick is computed.
+    The default delay is a period on the computer, and on the board the duration of the tick.
     """
 
     name: str
@@ -57,13 +59,13 @@ class Place:
     delay: float | None = None
 
 
-ON_COMPUTER = Place(COMPUTER, RATE.default)  # as often as a Hapkit sends its position
+ON_COMPUTER = Place(COMPUTER, RATE.default)  # the rate at which a Hapkit sends its position
 ON_BOARD = Place(BOARD, float(board_plan.RATES[0]))
 
 
 @dataclass(frozen=True)
 class SceneRequest:
-    """A scene with its values, velocity estimator, the places that can render it, and the handle."""
+    """A scene with its values, velocity estimator, handle, and the places that can render it."""
 
     environment: Environment
     values: Values
@@ -73,12 +75,11 @@ class SceneRequest:
 
     @property
     def choices(self) -> tuple[Choice, ...]:
-        """Return the scene's choices between methods."""
         return tuple(p for p in self.environment.parameters if isinstance(p, Choice) and p.method)
 
     @property
     def options(self) -> Options:
-        """Return the methods in force."""
+        """Return the present methods."""
         return tuple((c.key, self.values[c.key]) for c in self.choices)
 
     @property
@@ -88,12 +89,12 @@ class SceneRequest:
 
     @property
     def stiffness(self) -> float:
-        """Return the stiffness in N/m that the scene asks for, 0 where none bounds its stability."""
+        """Return the scene's stiffness in N/m, 0 if no stiffness limits its stability."""
         impedance = self.environment.impedance
         return impedance(self.with_options(self.exact))[0] if impedance else 0.0
 
     def spec(self, place: str) -> Spec:
-        """Return the estimator that a place uses."""
+        """Return the estimator used in a place."""
         return board_plan.spec_on_board(self.estimator) if place == BOARD else self.estimator
 
     def with_options(self, options: Options) -> dict[str, float]:
@@ -101,25 +102,25 @@ class SceneRequest:
         return {**self.values, **dict(options)}
 
     def methods(self) -> Iterator[Options]:
-        """Yield every combination of methods that goes together."""
+        """Yield every valid combination of methods."""
         for options in product(*([(c.key, float(n)) for n in range(len(c.options))] for c in self.choices)):
             if not self.environment.check(self.with_options(options)):
                 yield options
 
     def words(self, options: Options) -> str:
-        """Write methods as a person reads them, "" for a scene without any."""
+        """Describe methods, "" for a scene without any."""
         chosen = dict(options)
         return ", ".join(choice.word(chosen[choice.key]) for choice in self.choices)
 
 
 @dataclass(frozen=True)
 class Option:
-    """One way to render a scene; SI units; cycles of the board a second and of the law a tick, else nan.
+    """One way to render a scene; SI units; the board's cycles per second and the law's per tick, else NaN.
 
-    method in words: "" where the scene has none. limit: the exact stiffness limit, nan where the estimator is
-    not linear. error in JND, of which sense, under which hand;
-    parts: what each of PARTS contributes, () before it was split. own: the method's own error at the rate and
-    at twice the rate, each with the board's cycles a second; () unless it was split, on the board.
+    method: described in words, "" for a scene without any. limit: exact stiffness limit, NaN for a nonlinear
+    estimator. error in JND, with its sense and hand; parts: contribution of each of PARTS, () before the
+    split. own: the method's own error at the rate and at twice the rate, each with the board's cycles per
+    second; () before the split, or elsewhere than on the board.
     """
 
     place: str
@@ -138,21 +139,21 @@ class Option:
     own: tuple[tuple[float, float], ...] = ()
 
     def row(self) -> dict[str, object]:
-        """Return it as an object for programs."""
+        """Return the option as a plain object for programs."""
         parts = dict(zip(PARTS, self.parts, strict=False))
         return plain(self) | {"options": dict(self.options), "parts": parts}
 
 
 class Ideal:
-    """Renders a scene with ideal and real components, each combination once."""
+    """Render a scene with ideal and real components; each combination is rendered once."""
 
     def __init__(self, question: SceneRequest, rates: Mapping[str, float] = MappingProxyType({})):
         self._question, self.trials = question, trials.scripts(question.environment)
         self.rendered: dict[tuple, np.ndarray] = {}
-        self.rates = dict(rates)  # Hz, by the words of a trial
+        self.rates = dict(rates)  # Hz, by the label of a trial
 
     def rate(self, trial: Trial) -> float:
-        """Return the rate in Hz of the ideal: the first of which the double changes less than KNOWN."""
+        """Return the ideal's rate in Hz: the first at which doubling it changes less than KNOWN."""
         rate = self.rates.get(trial.words, SLOWEST_IDEAL)
         while trial.words not in self.rates:
             change = self._told(trial, self._ideal(trial, 2.0 * rate), self._ideal(trial, rate)).most
@@ -163,11 +164,11 @@ class Ideal:
         return rate
 
     def error(self, trial: Trial, option: Option, real: frozenset[str] = frozenset(PARTS)) -> Difference:
-        """Return what is felt of an option in which only the parts named are real."""
+        """Return the felt difference of an option in which only the given parts are real."""
         return self._told(trial, self._ideal(trial, self.rate(trial)), self.render(trial, option, real))
 
     def render(self, trial: Trial, option: Option, real: frozenset[str]) -> np.ndarray:
-        """Return the rows of an option in which only the parts named are real."""
+        """Return the rows of an option in which only the given parts are real."""
         q = self._question
         return self._render(
             trial,
@@ -180,9 +181,10 @@ class Ideal:
         )
 
     def parts(self, option: Option) -> tuple[float, ...]:
-        """Return what each of PARTS contributes to an option's error in JND, under its hand.
+        """Return the contribution of each of PARTS to an option's error in JND, under its hand.
 
-        A part that changes no bit of the real loop nor of the ideal one is left out of the combinations.
+        A part that changes neither the real nor the ideal loop by a single bit is left out of the
+        combinations.
         """
         trial = next(t for t in self.trials if t.words == option.hand)
         every = frozenset(PARTS)
@@ -201,10 +203,10 @@ class Ideal:
         return tuple(shapley(value, live).get(part, 0.0) for part in PARTS)
 
     def own(self, option: Option) -> tuple[tuple[float, float], ...]:
-        """Return the board's cycles a second and the method's own error at an option's rate, and at twice it.
+        """Return (board cycles per second, the method's own error) at an option's rate, and at twice it.
 
-        That error is the largest difference of position from the exact method at the same rate, everything
-        else ideal, in steps of 0.4 mm (JND).
+        This error is the largest difference in position from the exact method at the same rate, with
+        everything else ideal, in steps of 0.4 mm (JND).
         """
         found = []
         for times in (1.0, 2.0):
@@ -220,7 +222,7 @@ class Ideal:
         return tuple(found)
 
     def differ(self, trial: Trial, option: Option, *pair: frozenset[str]) -> bool:
-        """Return whether an option with two sets of real parts differs in any bit of what is seen or felt."""
+        """Return True if two sets of real parts differ in any bit of the rows that is seen or felt."""
         seen = rows.TRUE_POSITION, rows.HAND_FORCE, *range(rows.STATE, rows.ROW_WIDTH)
         one, other = (self.render(trial, option, real)[:, seen] for real in pair)
         return not np.array_equal(one, other, equal_nan=True)
@@ -243,7 +245,7 @@ class Ideal:
 
 
 def shapley(value: Mapping[frozenset[str], float], players: list[str]) -> dict[str, float]:
-    """Return each player's share of the value of all: its mean gain over all orders of joining."""
+    """Return each player's Shapley value: its mean gain over all orders of joining."""
     count = len(players)
     weight = [1.0 / (count * math.comb(count - 1, size)) for size in range(count)]
     return {
@@ -258,9 +260,9 @@ def shapley(value: Mapping[frozenset[str], float], players: list[str]) -> dict[s
 
 @dataclass(frozen=True)
 class SceneResult:
-    """Every option of a scene; refused: why the board cannot render a method, by its words.
+    """Every option of a scene; refused: the reason why the board cannot render a method, by its description.
 
-    ideal_rate: the fastest rate in Hz that an ideal needed.
+    ideal_rate: highest rate in Hz of an ideal.
     """
 
     question: SceneRequest
@@ -278,24 +280,24 @@ class SceneResult:
         return next((o for o in self.at(place) if o.options == options), None)
 
     def default(self, place: str) -> Option | None:
-        """Return the option that the scene begins with."""
+        """Return the option with the scene's default methods."""
         return self.find(place, tuple((c.key, c.default) for c in self.question.choices))
 
     def in_force(self, place: str) -> Option | None:
-        """Return the option that is set."""
+        """Return the option with the present methods."""
         return self.find(place, self.question.options)
 
     def knows(self, question: SceneRequest) -> bool:
-        """Return whether the options hold for another question: one that differs in its methods at most."""
+        """Return True if the options apply to another request, one that differs at most in its methods."""
         before = self.question
         return replace(question, values=question.with_options(before.options)) == before
 
     def admissible(self, place: str) -> list[Option]:
-        """Return the options that may be recommended: those that hold MARGIN times the scene's stiffness.
+        """Return the options that may be recommended: those with a stability margin of MARGIN.
 
-        Where there are none, those within 1 % of the stiffest. An option with more than twice the least error
-        is not counted among these: 2 % of stiffness is not worth three times the error. With an estimator
-        that is not linear no limit is known, and any option may be recommended.
+        If there are none, those within 1 % of the highest limit, except options with more than twice the
+        least error: 2 % of stiffness is not worth three times the error. For a nonlinear estimator the limit
+        is unknown, and any option may be recommended.
         """
         options = self.at(place)
         enough = [o for o in options if self.holds(o)]
@@ -307,14 +309,14 @@ class SceneResult:
         return [o for o in true if math.isnan(top) or o.limit >= _AS_STIFF * top]
 
     def holds(self, option: Option) -> bool:
-        """Return whether an option holds the scene's stiffness with the margin."""
+        """Return True if an option is stable at the scene's stiffness with the margin."""
         wanted = MARGIN * self.question.stiffness
         return wanted == 0.0 or option.limit >= wanted
 
     def recommended(self, place: str) -> Option | None:
         """Return the admissible option with the least error; of equal ones the cheapest, then the default.
 
-        On a computer every method takes less than a thousandth of a period, so that cost decides nothing.
+        On a computer every method takes less than a thousandth of a period, so cost is ignored.
         """
         options, default = self.admissible(place), self.default(place)
         tied = [o for o in options if o.error <= min(p.error for p in options) + KNOWN]
@@ -322,7 +324,7 @@ class SceneResult:
         return min(tied, key=lambda o: (cost[o], o is not default), default=None)
 
     def sentence(self, place: str) -> str:
-        """Write the answer of a place."""
+        """Return a sentence on the best option of a place."""
         best = self.recommended(place)
         if best is None:
             return next(iter(self.refused.values()), "")
@@ -331,7 +333,7 @@ class SceneResult:
         return f"{where}: {apart} the ideal scene, {limit_words(best.limit)}."
 
     def reason(self, place: str) -> str:
-        """Write why: what a more accurate method would cost, or what the error is made of."""
+        """Return the reason: the cost of a more accurate method, or the main parts of the error."""
         best = self.recommended(place)
         if best is None:
             return ""
@@ -365,13 +367,13 @@ class SceneResult:
 
 
 def jnd(error: float) -> str:
-    """Write an error in JND."""
+    """Format an error in JND."""
     small = "0" if abs(error) < 0.005 else significant(error, 3 if abs(error) >= 10.0 else 2)
     return f"{'> 999' if error > 999.0 else small} JND"
 
 
 def delay_words(options: Iterable[Option]) -> str:
-    """Write the delay in ms of each place; on the board it depends on the method."""
+    """Format the delay in ms of each place; on the board it depends on the method."""
     found: dict[str, list[float]] = {}
     for option in options:
         found.setdefault(option.place, []).append(1e3 * option.delay)
@@ -380,24 +382,24 @@ def delay_words(options: Iterable[Option]) -> str:
 
 
 def hertz(rate: float) -> str:
-    """Write a rate to 10 Hz."""
+    """Format a rate, rounded to 10 Hz."""
     return f"{round(rate, -1):,.0f} Hz"
 
 
 def limit_words(limit: float) -> str:
-    """Write up to which stiffness a loop is stable."""
+    """Format a loop's stiffness limit."""
     if math.isnan(limit):
         return "limit unknown"
-    if limit < 0.5:  # unstable at any stiffness, however small
+    if limit < 0.5:  # unstable at any stiffness
         return "never stable"
     return "any stiffness" if math.isinf(limit) else f"stable up to {limit:,.0f} N/m"
 
 
 def limit_of(question: SceneRequest, options: Options, rate: float, delay: float, spec: Spec) -> float:
-    """Return the exact stiffness limit of a released handle, or of it and the object that it is pressed to.
+    """Return the exact stiffness limit of a released handle, or of the handle pressed to the scene's object.
 
-    With the damping of the exact method: what another adds near rest, such as the slope of a smoothed
-    friction, makes no spring stiffer.
+    The damping is that of the exact method: additional damping near rest, such as the slope of a smoothed
+    friction, does not permit a stiffer spring.
     """
     device, environment = question.device, question.environment
     setting = LoopSettings(
@@ -414,13 +416,14 @@ def limit_of(question: SceneRequest, options: Options, rate: float, delay: float
     return float(kb_plane.limit(setting, impedance(values)[1] if impedance else 0.0))
 
 
-Way = tuple[Place, Options, Spec]  # where, with which methods, with which velocity estimator
-# Why the board has no code for a law, by its choices and which numbers are 0: others make the same code.
+Way = tuple[Place, Options, Spec]  # place, methods, velocity estimator
+# reasons why the board has no code for a law, by its choices and which numbers are 0; other numbers give the
+# same code
 _REFUSED: dict[tuple, str] = {}
 
 
 def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option | str:
-    """Return an option with its rate, delay, cost and limit, or why the board cannot render it."""
+    """Return an option with its rate, delay, cost and limit, or the reason why the board cannot render it."""
     place, options, spec = way
     rate, cycles, tick = place.rate, math.nan, math.nan
     delay = 1.0 / rate if place.delay is None else place.delay
@@ -439,7 +442,7 @@ def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option |
 
 
 def compute(question: SceneRequest, progress: Progress = no_progress) -> SceneResult:
-    """Return every option of a scene with its error, not yet split; raise ParameterError."""
+    """Compute every option of a scene with its error, before the split; raise ParameterError."""
     ideal, planner, found, refused = Ideal(question), BoardPlanner(ARENA), [], {}
     every = list(product(question.places, question.methods()))
     for done, (place, options) in enumerate(every):
@@ -460,7 +463,7 @@ def _judged(option: Option, ideal: Ideal) -> Option:
 
 
 def in_force(question: SceneRequest, before: SceneResult) -> list[Option | str]:
-    """Return what is set in each place, or why it cannot be: a live answer, at the rates found before."""
+    """Return each place's present option or the reason for none, quickly, at the rates found before."""
     rates = {words: min(rate, LIVE_IDEAL) for words, rate in before.ideal.rates.items()}
     ideal, planner, found = Ideal(question, rates), BoardPlanner(ARENA), []
     for place in question.places:
@@ -475,7 +478,7 @@ def in_force(question: SceneRequest, before: SceneResult) -> list[Option | str]:
 
 
 def split(result: SceneResult, progress: Progress = no_progress) -> SceneResult:
-    """Return the same options, the error of each split into its parts."""
+    """Return the same options with each error split into its parts."""
     options = []
     for done, option in enumerate(result.options):
         progress(done, len(result.options))
@@ -483,5 +486,5 @@ def split(result: SceneResult, progress: Progress = no_progress) -> SceneResult:
         own = result.ideal.own(option) if judged else ()
         options.append(replace(option, parts=result.ideal.parts(option), own=own))
     progress(len(options), len(options))
-    result.ideal.rendered.clear()  # up to 100 MB
+    result.ideal.rendered.clear()  # frees up to 100 MB
     return replace(result, options=tuple(options))

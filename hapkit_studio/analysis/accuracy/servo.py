@@ -1,7 +1,7 @@
-"""Servo rate: how accurate a wall is, over what the ticks of a second cost.
+"""Servo rate: accuracy of a wall over the cost of its ticks per second.
 
-The wall is the stiffest that students choose on a Hapkit, 800 N/m. The path of a tapping hand into it is
-compared with that into a wall rendered FINE_RATE times a second.
+The wall has 800 N/m, the highest stiffness that students choose on a Hapkit. The path of a hand tapping on it
+is compared with the path at a wall rendered at FINE_RATE.
 """
 
 import math
@@ -20,10 +20,10 @@ from hapkit_studio.haptics import headless, rows
 RATES = (250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 10_000.0)
 STIFFNESS = 800.0
 TAP_SECONDS = 0.8
-DELAYS = {"prompt": 0.0, "late": 1e-3}  # at once, and a millisecond later, as over a USB port
+DELAYS = {"prompt": 0.0, "late": 1e-3}  # s: without delay, and with that of a USB port
 LABELS = {"prompt": "Answer at once", "late": "1 ms later"}
-FINE_RATE = 1_000_000.0  # Hz; the samples of every rate are among its own
-DEVICE = SimulatedHapkit(quantum=0.0)  # an ideal sensor, so that the rate alone is judged
+FINE_RATE = 1_000_000.0  # Hz; a multiple of all other rates
+DEVICE = SimulatedHapkit(quantum=0.0)  # with an ideal sensor, so that only the rate has an effect
 
 
 def _scene(rate: float, delay: float) -> headless.Scene:
@@ -44,7 +44,7 @@ def _stage(rate: float, delay: float, times: int) -> Callable[[], np.ndarray]:
 
 
 def contact_error(rate: float, delay: float) -> float:
-    """Return the largest distance from the handle's true path, over the deepest penetration."""
+    """Return the largest distance from the handle's true path, divided by the deepest penetration."""
     true, place = continuous(), environments.named("wall").values()["position"]
     rendered = _stage(rate, delay, 1)()[:, rows.TRUE_POSITION]
     at = np.arange(rendered.size) * round(FINE_RATE / 25.0 / rate)
@@ -52,7 +52,7 @@ def contact_error(rate: float, delay: float) -> float:
 
 
 def runs(scene: Scene) -> list[Run]:
-    """Return every rate, answered at once and late."""
+    """Return the runs of every rate, with and without delay."""
     found: list[Run] = []
     for method, delay in DELAYS.items():
         for rate in RATES:

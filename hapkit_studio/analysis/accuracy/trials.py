@@ -1,4 +1,4 @@
-"""What a hand does at a scene, and how different two renderings of it feel."""
+"""Motions of a hand in a scene, and the felt difference between two renderings."""
 
 import math
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from hapkit_studio.dynamics.hand import Hand, hand_named
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import headless, rows
 
-# A released handle is thrown to the right from the middle, or nothing would happen; m/s.
+# m/s to the right from the middle: initial speed of a released handle, without which it would not move
 THROWN = 0.5
 THROWS = np.linspace(0.3, 0.7, 81)
 SECONDS = {
@@ -20,14 +20,14 @@ SECONDS = {
     "pluck": 2.0, "shake": 2.0, "pet": 9.6, "rub": 2.4,
 }  # fmt: skip
 OTHER_SECONDS = 2.0
-LONG, WATCHED = 3.0, 1.0  # s of the longer run; s that the handle is watched after a hand let go
-_STEP = 1e-6  # s before and after a moment, for the velocity of a hand's target
-HANDS = ("released", "press", "stroke")  # of an environment that names none, a student's own
+LONG, WATCHED = 3.0, 1.0  # s: duration of a longer run; observation after the hand releases the handle
+_STEP = 1e-6  # s: step of the numerical derivative of a hand's target
+HANDS = ("released", "press", "stroke")  # for an environment without its own, such as a student's
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A hand at a scene, for how many seconds, and how fast the handle starts in m/s."""
+    """A hand motion in a scene, its duration in s, and the handle's initial speed in m/s."""
 
     words: str
     hand: Hand
@@ -36,23 +36,23 @@ class Trial:
 
     @property
     def holds(self) -> bool:
-        """Return whether the hand stays on the handle and brings a mass of its own."""
+        """Return True if the hand stays on the handle and adds its mass."""
         return self.hand.mass > 0.0 and math.isinf(self.hand.release)
 
 
 def script(name: str) -> Trial:
-    """Return what a named hand does."""
+    """Return the trial of a named hand script."""
     hand = hand_named(name)
     return Trial(name, hand, SECONDS.get(name, OTHER_SECONDS), THROWN if hand.release <= 0.0 else 0.0)
 
 
 def scripts(environment: Environment) -> list[Trial]:
-    """Return what the hands of a scene do."""
+    """Return the trials of a scene's hand scripts."""
     return [script(name) for name in environment.hands or HANDS]
 
 
 def variants(trial: Trial) -> Iterator[Trial]:
-    """Yield what else the hand may do: throw at other speeds; go on for longer, let go at some moment."""
+    """Yield variants: other throwing speeds, a longer run, other times of release."""
     if trial.thrown:
         for speed in THROWS:
             yield replace(trial, words=f"thrown {speed:.3g} m/s", seconds=LONG, thrown=speed)
@@ -65,9 +65,9 @@ def variants(trial: Trial) -> Iterator[Trial]:
 
 
 def render(scene: headless.Scene, trial: Trial) -> np.ndarray:
-    """Return the rows at perception.RATE of a scene in a trial, the last one at its end.
+    """Return the rows at perception.RATE of a scene in a trial, with the last one at its end.
 
-    Between the samples of a loop at another rate the position is a cubic through positions and velocities.
+    At other loop rates the position is interpolated by cubics through positions and velocities.
     """
     handle = replace(scene.device, initial_velocity=trial.thrown)
     scene, rate = replace(scene, device=handle), scene.loop.rate
@@ -94,9 +94,9 @@ def _resampled(found: np.ndarray, rate: float, seconds: float) -> np.ndarray:
 
 
 def _hand_force(hand: Hand, found: np.ndarray) -> np.ndarray:
-    """Return the force (n,) in N of a hand on a handle that moves as in rows (n, ROW_WIDTH) at RATE.
+    """Return the force (n,) in N of a hand on a handle with the motion in rows (n, ROW_WIDTH) at RATE.
 
-    The rows' own force has the target's velocity of half a sample before: up to 11 mN off at 1 kHz.
+    The rows' own hand force uses the target's velocity half a sample earlier: up to 11 mN off at 1 kHz.
     """
     t = np.arange(len(found)) / perception.RATE
     target, before, after = (hand.target(t + s) for s in (0.0, -_STEP, _STEP))  # type: ignore[arg-type]

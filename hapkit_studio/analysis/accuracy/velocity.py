@@ -1,8 +1,8 @@
-"""Velocity estimators: how far each is from the true velocity, rendered by the loop's own tick.
+"""Velocity estimators: error of each, rendered by the loop's own tick.
 
-The motions are seen by the simulated Hapkit's sensor for 3 s at 1 kHz. A tremor and the ramps begin 0.3 of a
-count above an edge of the sensor, so that counts come in no rhythm. The cost is the whole tick's, with the
-damping scene's law and the simulated handle: what a loop pays.
+The simulated Hapkit's sensor measures the motions for 3 s at 1 kHz. Tremor and ramps start 0.3 counts above
+an edge, so that counts are not periodic. The cost is that of the whole tick, with the damping scene's law and
+the simulated handle.
 """
 
 import math
@@ -35,7 +35,7 @@ def _ramp(speed: float) -> Signal:
 
 
 def _reversal(speed: float) -> Signal:
-    """A blow turns the motion round along a cosine, in 20 ms."""
+    """A collision reverses the velocity along a cosine in 20 ms."""
     share = np.clip((T - _TURNED_AT) / _TURNING, 0.0, 1.0)
     turn = speed * _TURNING / np.pi * np.sin(np.pi * share)
     back = np.maximum(T - _TURNED_AT - _TURNING, 0.0)
@@ -59,21 +59,21 @@ VARIANTS: tuple[tuple[str, dict[str, float]], ...] = (
     *(("foaw", {"window": 16.0, "noise": noise}) for noise in (1.0, 0.5)),
     *(("kalman", {"q": q}) for q in (1e-3, 1e-2, 1e-1)),
 )
-# A force that shakes by less than 20 mN counts as rest; the damping scene makes that of so many m/s.
+# N: a smaller vibration of the force is not felt; converted to m/s by the damping scene
 UNFELT = 0.020
 _DAMPING = environments.named("damping").values()["damping"]
 _REASON = f"At the damping scene's {_DAMPING:g} N·s/m this is {1e3 * UNFELT:g} mN, too weak to be felt"
 
 
 def label(key: str, options: dict[str, float]) -> str:
-    """Return an estimator with its options, short."""
+    """Return a short label of an estimator with its options."""
     written = {"cutoff": "{:g} Hz", "noise": "{:g} count", "q": "q = {:g}"}
     words = [written[name].format(value) for name, value in options.items() if name in written]
     return " ".join([SHORT[key], *words])
 
 
 def prepared(spec: tuple[str, dict[str, float]], signal: str) -> Callable[[], np.ndarray]:
-    """Return what renders a signal once, and returns its telemetry rows."""
+    """Return a function that renders a signal once and returns its telemetry rows."""
     position, velocity = SIGNALS[signal][1]()
     device = SimulatedHapkit(damping=0.0, coulomb_force=0.0, max_force=math.inf)
     law = environments.named("damping")
@@ -88,7 +88,7 @@ def prepared(spec: tuple[str, dict[str, float]], signal: str) -> Callable[[], np
 
 
 def runs(scene: Scene) -> list[Run]:
-    """Return every estimator with every option on one signal."""
+    """Return the runs of every estimator with every option on one signal."""
     found: list[Run] = []
     true = SIGNALS[scene.key][1]()[1]
     for spec in VARIANTS:

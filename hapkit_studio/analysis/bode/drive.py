@@ -18,7 +18,7 @@ HIGHEST = 0.8  # fraction of Nyquist
 _TONES, _SINES = 32, 16  # tones in a multisine; single sines
 # Hz: tones have equal amplitude below, and equal speed above, as no handle moves at tens of m/s
 _EQUAL_AMPLITUDE = 200.0
-_SAMPLES_PER_CYCLE = 4  # samples per cycle of the fastest tone, to find the crest
+_SAMPLES_PER_CYCLE = 4  # samples per cycle of the fastest tone, for finding the motion's peak
 
 
 @dataclass(frozen=True)

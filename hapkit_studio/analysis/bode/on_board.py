@@ -1,7 +1,7 @@
-"""The rendered impedance on a virtual board, rendered by the computer and by the board's firmware.
+"""The rendered impedance of a virtual board, with the computer and with the board's firmware rendering.
 
 A separate board in lockstep follows a motion script by its clock. Its truth log contains the force in effect
-and the true position of each sample. Motions spoilt by a busy computer are repeated.
+and the true position of each sample. Motions disturbed by a busy computer are repeated.
 """
 
 import contextlib
@@ -25,7 +25,7 @@ from hapkit_studio.haptics.engine import Engine
 
 # s on the board's clock: when the handle moves to its place, and how long that takes
 _MOVE_AT, _MOVE_SECONDS = 1.0, 0.5
-_TURNS = 4  # repetitions of all motions, in case some are spoilt
+_TURNS = 4  # repetitions of all motions, in case some are disturbed
 _SINE_TURNS, _SINE_REPEATS = 2, 2  # each sine takes 1.5 s
 _STEP = 1e-4  # s between points of the script, linearly interpolated
 _MARGIN = 0.02  # s before and after a motion in which the loop must render, too
@@ -103,7 +103,7 @@ def _script(drive: Drive) -> str:
 
 
 class _Watch:
-    """Reads a running engine's rows; keeps the time in s of the newest row and of the newest invalid row."""
+    """Read a running engine's rows; store the time in s of the newest row and of the newest invalid row."""
 
     def __init__(self, engine: Engine, where: str):
         self._engine, self._where, self._reader = engine, where, engine.reader()

@@ -27,7 +27,7 @@ NO_DIRECTION = "Do the step Direction first: with a wrong direction the motor wo
 
 
 class Calibration:
-    """Runs the steps on an open board, in the runner's thread; ``original``: the settings at the start."""
+    """Run the steps on an open board, in the runner's thread; ``original``: the settings at the start."""
 
     def __init__(self, runner: BoardRunner):
         self.runner = runner
@@ -37,7 +37,6 @@ class Calibration:
         self._discard_results()
 
     def _discard_results(self) -> None:
-        """Discard all results."""
         self.sensor: SensorResult | None = None
         self.marks: list[Mark] = []
         self.scale: Scale | None = None
@@ -55,9 +54,9 @@ class Calibration:
         """Return the settings in force."""
         return of_settings(self.runner.settings)
 
-    # kit
+    # --- kit
     def use_kit(self, kit: Kit) -> None:
-        """Apply a kit's numbers; the board's zero, sense and direction stay."""
+        """Apply a kit's numbers; the board's zero, sense and direction do not change."""
         now = self.board
         keep = {"zero": now.zero, "sense": now.sense, "direction": now.direction, "label": now.label}
         self._change(**asdict(kit.board) | keep)
@@ -67,7 +66,7 @@ class Calibration:
         """Apply measured radii in m, or counts, and the scale they imply until marks are measured."""
         self._change(**changes, quantum=quantum_of(replace(self.board, **changes)))
 
-    # sensor
+    # --- sensor
     def check_sensor(self, track: Track) -> CheckResult:
         """Judge a track of the handle moved from end to end; apply a measured period."""
         self.sensor = sensor.analyse(track)
@@ -76,7 +75,7 @@ class Calibration:
             self.change_geometry(**made)
         return self.sensor.result
 
-    # zero and scale
+    # --- zero and scale
     def take_mark(self, place: float) -> Mark:
         """Record a mark at ``place`` in m, where the handle is held now; raise ParameterError if it moves."""
         self.marks.append(scale.mark_from(self.runner.record(MARK_SECONDS), place))
@@ -84,7 +83,6 @@ class Calibration:
         return self.marks[-1]
 
     def forget_marks(self) -> None:
-        """Discard all marks."""
         self.marks.clear()
         self.scale = None
 
@@ -101,7 +99,7 @@ class Calibration:
         self._recompute_strength()
         return scale.in_force(found, before)
 
-    # direction
+    # --- direction
     def try_direction(self) -> CheckResult:
         """Push both ways; if the motor is reversed, correct the sign and push again; raise DeviceError."""
         found, wrong = self._keep_direction(lambda: motor.push_both_ways(self.runner))
@@ -128,7 +126,7 @@ class Calibration:
         return replace(found, words=found.words + more) if band else found
 
     def _keep_direction(self, push: Callable[[], Direction]) -> tuple[Direction, bool]:
-        """Return the direction that pushes show, and whether it needed a reversal and a second try."""
+        """Return the direction shown by pushes, and whether it required a reversal and another attempt."""
         self.direction = push()
         wrong = self.direction.agrees is False
         if wrong:
@@ -136,7 +134,7 @@ class Calibration:
             self.direction = push()
         return self.direction, wrong
 
-    # strength
+    # --- strength
     def carry(self, mass: float) -> float:
         """Carry a mass in kg and return the commanded force in N; raise StudioError."""
         self._need_direction()
@@ -205,7 +203,7 @@ class Calibration:
         return self._apply_strength(lambda board: motor.strength_from_scale(reading, pushed, board))
 
     def _apply_strength(self, measured: Callable[[Board], Strength]) -> Strength:
-        """Apply a measured motor constant and keep its computation for later settings.
+        """Apply a measured motor constant, and store its computation for later settings.
 
         The dead band's uncertainty is included in its interval.
         """
@@ -222,7 +220,7 @@ class Calibration:
         if self._measured is not None:
             self._apply_strength(self._measured)
 
-    # mass and friction of the paddle
+    # --- mass and friction of the paddle
     def sweep(self, seconds: float = motions.SWEEP_SECONDS) -> SweepResult:
         """Sweep; apply mass, friction and dead band; raise DeviceError.
 
@@ -262,7 +260,7 @@ class Calibration:
         if not self.direction_known:
             raise AbortedError(NO_DIRECTION)
 
-    # completion
+    # --- completion
     def store(self, label: str) -> Settings:
         """Name the kit and store its settings on the board; raise StudioError."""
         self._change(label=label)

@@ -87,7 +87,7 @@ def sensor(runner: BoardRunner) -> CheckResult:
 
 
 def stopping(runner: BoardRunner) -> CheckResult:
-    """Check that the motor stops on the E-stop and on silence of the computer, at a force of 0.05 N."""
+    """Check that the motor stops after the E-stop and after a silent computer, at a force of 0.05 N."""
     stop_flags, stop_pwm = _flags_after(runner, silent=False)
     silence_flags, silence_pwm = _flags_after(runner, silent=True)
     if stop_pwm or not stop_flags & BoardFlag.STOPPED:
@@ -103,7 +103,7 @@ def stopping(runner: BoardRunner) -> CheckResult:
 def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
     """Return flags and duty after a stop, or after silence, during a small push.
 
-    Time counts from the board's receipt, as the computer may send late.
+    Time is measured from the board's receipt, because the computer may send late.
     """
     board, obeyed = runner.board, False
     time = heard = 0.0  # s on the board's clock: now, and the time of its last force command

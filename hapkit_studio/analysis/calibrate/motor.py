@@ -141,7 +141,7 @@ def breakaway(runner: BoardRunner) -> Breakaway:
 
 @dataclass(frozen=True)
 class Strength:
-    """True force per commanded force with its 95 % half width, and the motor constant in N·m."""
+    """Ratio of true to commanded force with its 95 % half width, and the motor constant in N·m."""
 
     ratio: float
     half: float
@@ -149,7 +149,6 @@ class Strength:
 
     @property
     def words(self) -> str:
-        """Return it as text."""
         share = f"{100.0 * self.ratio:.0f} ± {100.0 * self.half:.0f} %"
         constant = f"motor constant {1e3 * self.motor_constant:.2f} mN·m"
         return f"The motor pushes {share} of what the settings said: {constant}."

@@ -25,15 +25,12 @@ class CheckResult:
 
 
 def passed(words: str) -> CheckResult:
-    """Return the result of a check without fault."""
     return CheckResult(PASS, words)
 
 
 def failed(key: str, words: str, remedy: str) -> CheckResult:
-    """Return a fault that must be repaired first."""
     return CheckResult(FAIL, words, remedy, key)
 
 
 def warn(key: str, words: str, remedy: str) -> CheckResult:
-    """Return a warning."""
     return CheckResult(WARN, words, remedy, key)

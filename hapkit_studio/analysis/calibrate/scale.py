@@ -30,7 +30,7 @@ _NAMES = {"handle_radius": "The handle's radius rh", "pulley_radius": "The pulle
 
 @dataclass(frozen=True)
 class Mark:
-    """Handle held at a known position: m from the centre, positive to the right; raw count."""
+    """A handle held at a known position: m from the centre, positive to the right; raw count."""
 
     place: float
     count: float
@@ -160,7 +160,7 @@ def changes(found: Scale, board: Board) -> dict[str, float | int]:
 
 
 def in_force(found: Scale, before: Board) -> CheckResult:
-    """Return the result after the marks are applied, with the radius corrected."""
+    """Return the result after the marks and the corrected radius are applied."""
     if found.result.key not in ("diameter", "radius"):
         return found.result
     radius = _wrong_radius(found)
@@ -172,5 +172,5 @@ def in_force(found: Scale, before: Board) -> CheckResult:
 
 
 def _wrong_radius(found: Scale) -> str:
-    """Return the radius to which a deviation is attributed."""
+    """Return the radius that explains a deviation."""
     return "handle_radius" if found.result.key == "radius" else "pulley_radius"

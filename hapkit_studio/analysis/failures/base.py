@@ -1,4 +1,4 @@
-"""Type of a failure: the limit of a method, its cause, how to try and chart it, how to feel it live."""
+"""The type of a failure: a method's limit and its cause, a trial, a chart, and how to feel it live."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -55,7 +55,7 @@ class Evidence:
 
     @cached_property
     def trace(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return time and samples, decimated to the minimum and maximum of at most about POINTS parts."""
+        """Return time and samples, reduced to the minimum and maximum of about POINTS parts."""
         x = self.samples
         time = self.step * np.arange(len(x))
         if len(x) <= POINTS:
@@ -128,8 +128,8 @@ class Chart:
 class Live:
     """The failure in the window: environment, values within the window's limits, loop, instruction.
 
-    loop: some of rate Hz, delay s, estimator, options (pairs), model. grip: a grip's name; holding the mouse
-    button holds the handle with that grip, releasing it lets go.
+    loop: some of rate in Hz, delay in s, estimator, options (pairs), model. grip: name of the grip with which
+    a pressed mouse button holds the handle; releasing the button releases the handle.
     """
 
     environment: str
@@ -150,7 +150,7 @@ class Try:
 
 @dataclass(frozen=True)
 class Failure:
-    """The limit of a method; each module in this folder with a ``FAILURE`` is found.
+    """The limit of a method; each module in this folder with a ``FAILURE`` is discovered.
 
     knob: the parameter varied, within low and high. The method works below limit(case) and fails above it,
     with certainty beyond ``margin``, a fraction of the limit: 0.01 for a sharp boundary. limit is inf if it
@@ -251,7 +251,7 @@ def live_rate(rate: float) -> float:
 class Shown:
     """A failure in one case: its limit, a trial on each side of it, the chart.
 
-    old: names of the fields computed for other conditions.
+    old: names of the fields that were computed for other conditions.
     """
 
     failure: Failure
@@ -315,7 +315,7 @@ def as_json(shown: Shown, traces: bool = False) -> dict[str, Any]:
 
 
 def try_json(one: Try | None, traces: bool = False) -> dict[str, Any]:
-    """Return one trial as an object; a measure that is not finite is None."""
+    """Return one trial as an object; a non-finite measure becomes None."""
     if one is None:
         return {}
     found = one.evidence
@@ -327,7 +327,7 @@ def try_json(one: Try | None, traces: bool = False) -> dict[str, Any]:
     return plain(numbers)
 
 
-# helpers shared by failures: rendering, judging a motion, wording its verdict
+# --- helpers shared by failures: rendering, judging a motion, describing the result
 
 
 def render(
@@ -347,13 +347,13 @@ def render(
 def growth_evidence(
     x: np.ndarray, step: float, rate: float, label: str = "position", unit: str = "mm", more: str = ""
 ) -> Evidence:
-    """Return the evidence of a motion x (n,) with growth ``rate`` in 1/s; it works if that is negative."""
+    """Return the evidence of a motion x (n,) with growth ``rate`` in 1/s; a negative rate passes."""
     words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}{more}"
     return Evidence(x, step, label, unit, rate < 0.0, rate, "1/s", words)
 
 
 def before_lost(x: np.ndarray, most: float) -> int:
-    """Return the number of samples of x (n,) before the first beyond ``most`` or not finite."""
+    """Return the number of samples of x (n,) before the first that exceeds ``most`` or is not finite."""
     with np.errstate(invalid="ignore"):
         lost = ~(np.abs(x) <= most)
     return int(np.argmax(lost)) if lost.any() else len(x)

@@ -1,4 +1,4 @@
-"""Energy gained in a bounce off a sampled wall: where the formula is accurate, and where not."""
+"""Energy gained in a bounce off a sampled wall, and the range in which the formula is accurate."""
 
 import math
 from dataclasses import replace

@@ -36,7 +36,7 @@ def bound(
 
 
 def limit(case: base.Case) -> float:
-    """Return the exact limit in N/m with this filter; 0 if the damping alone is unstable."""
+    """Return the exact limit in N/m with this filter; 0 if the damping alone makes the loop unstable."""
     return bound(case, case["damping"], chosen(case))
 
 

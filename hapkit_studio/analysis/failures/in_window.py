@@ -42,7 +42,7 @@ def thrown(live: Live, wall: float) -> float:
 
 
 def _scene(live: Live) -> headless.Scene:
-    """Return it as a scene of the headless loop, on the window's device."""
+    """Return the live settings as a scene of the headless loop, on the window's device."""
     environment = environments.named(live.environment)
     values = environment.values(live.values)
     device = SimulatedHapkit().reduced(environment.needed_at(values))

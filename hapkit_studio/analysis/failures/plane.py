@@ -44,7 +44,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Panel:
-    """One axes of a plane; marks are named points (x, y, words)."""
+    """The axes of one plot in the plane; marks are named points (x, y, words)."""
 
     field: Field
     title: str = ""

@@ -28,7 +28,7 @@ def grating(wavelength: float, amplitude: float = AMPLITUDE) -> dict[str, float]
 
 
 def swipe(speed: float) -> str:
-    """Describe a mouse stroke at this speed in m/s by its time for the 100 mm of the scene."""
+    """Describe a mouse stroke at this speed in m/s by its time for the scene's 100 mm."""
     seconds = with_unit(0.1 / max(speed, 1e-3), "s", 2)
     fast = f"in {seconds}" if speed < _FASTEST else f"as fast as you can ({seconds} would be needed)"
     return f"Hold the handle and swipe over all 100 mm {fast}, then slowly, and compare."

@@ -59,9 +59,9 @@ class Setup:
 
 @dataclass(frozen=True)
 class Recording:
-    """Columns (n,) in SI units: position and velocity as the loop saw them, force as the law asked
-    for it and as applied.
+    """Columns (n,) in SI units: position and velocity as the loop measured them, and two forces.
 
+    force: the law's; applied: after all limits.
     flags: those of telemetry rows. hand_force: the hand's force at the sample in N, NaN if unknown, without
     hand_held: the force of its damper due to the target's speed, constant between samples, in N. target: the
     position in m towards which the hand pulls, None if unknown. setup: the settings at the start; later: each

@@ -189,7 +189,7 @@ class Trials:
         self._r, self._body, self._flat = packed(r, body)
         self._made = self._flat.copy()
         self._hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
-        # a loop with a delay longer than the spring's period oscillates with a period of two to four delays
+        # with a delay longer than the spring's period, a loop oscillates with a period of two to four delays
         self._turns = _TURNS * (2.0 * math.pi / _natural(scene, grip) + 4.0 * scene.loop.delay)
         # objects return to a handle at rest
         self._objects = _RETURN_SECONDS if scene.environment.stored else 0.0

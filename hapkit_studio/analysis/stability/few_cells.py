@@ -18,7 +18,7 @@ Judge = Callable[[np.ndarray], np.ndarray]
 
 def from_few(shape: tuple[int, int], judge: Judge, seeds: Iterable[tuple[int, int]] = ()) -> np.ndarray:
     """Return the classes int8 of a map; seeds: (row, column) of further cells to start with."""
-    from scipy import ndimage  # here: slow to import
+    from scipy import ndimage  # imported here, because it is slow
 
     known, found = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=np.int8)
     wanted = np.full(shape, min(shape) < _SMALL)

@@ -1,8 +1,8 @@
 """Robust stability: the limit for all hands in a box around measured ones.
 
 The box is spanned by the ranges of the table: a mass that moves with the handle, with a damper and a spring
-to the ground. Its corners, such as 3.5 g with 40 N·s/m, are no real hands. All have some damping, so they
-allow several times the stiffness of passivity.
+to the ground. Its corners, such as 3.5 g with 40 N·s/m, do not occur in people. All have some damping, so
+they allow several times the stiffness of passivity.
 """
 
 from collections.abc import Callable

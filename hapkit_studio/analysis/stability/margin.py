@@ -110,7 +110,7 @@ _SHARE = 0.7
 # the boundary must leave through the upper edge within this fraction of the width
 _LEAVES = 0.6
 _LOOKS = 31
-# height as a multiple of the limit at the dot; and its maximum, to include the boundary's peak
+# height of the axes as a multiple of the limit at the dot; the second value is a maximum that includes a peak
 _OVER, _WHOLE = 1.5, 2.2
 
 

@@ -23,7 +23,7 @@ class Verdict:
 
     @property
     def not_judged(self) -> str:
-        """Return why the handle was not judged, in sentences; "" if it was."""
+        """Return the reason why the handle was not judged, in sentences; "" if it was."""
         return next((one.unknown for one in self.does.values() if one.unknown), "")
 
     @property
@@ -47,7 +47,7 @@ class Verdict:
         """Return the hand that the verdict depends on: the least stable, or the nearest to its limit."""
         if not self.calm:
             return min(self.does, key=lambda hand: self.does[hand].push)
-        # a handle that is let go leaves a wall, and no longer presses an object
+        # a released handle leaves a wall, and no longer presses an object
         apart = RELEASED if self.pushes or self.joint else ""
         pressed = {hand: margin.ratio for hand, margin in self.margins.items() if hand != apart}
         return min(pressed or self.does, key=lambda hand: pressed.get(hand, math.inf))
@@ -91,7 +91,7 @@ class Verdict:
 
     @property
     def reason(self) -> str:
-        """Return in a sentence why the handle does not come to rest, or which limit is the nearest."""
+        """Return in a sentence why the handle does not settle, or which limit is the nearest."""
         margin = self.margins.get(self.worst)
         if margin is None or (margin.stiffness <= 0.0 < margin.limit):
             return ""

@@ -75,7 +75,7 @@ class VerdictInput:
 
     @property
     def scene(self) -> headless.Scene:
-        """Return it as a scene of the headless loop."""
+        """Return the input as a scene of the headless loop."""
         device = replace(simulated_handle(self.setting), max_force=self.max_force)
         return headless.Scene(self.environment, self.values, device, self.setting)
 
@@ -190,6 +190,6 @@ def _above_zero(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
 
 
 def of_spring(setting: LoopSettings, stiffness: float, damping: float) -> Verdict:
-    """Return the verdict on a spring of N/m and N·s/m, with a Hapkit's motor."""
+    """Return the verdict on a spring with stiffness in N/m and damping in N·s/m, with a Hapkit's motor."""
     values = {"stiffness": stiffness, "damping": damping, "center": 0.0}
     return verdict(VerdictInput(environments.named("spring"), values, setting))

@@ -73,9 +73,9 @@ class Unsafe(Exception):
 
 
 class GuardedDevice:
-    """Context manager: sets the wall and limits the force; restores all settings on exit.
+    """Context manager: set the wall and limit the force; restore all settings on exit.
 
-    The wall replaces the one in force at the same position; into: 1 if it is on the right, -1 on the left.
+    The wall replaces the present one at the same position; into: 1 if it is on the right, -1 on the left.
     say: receives instructions for the user. look: called about 100 times per second, may raise to abort.
     clamped: a judged sample reached the force limit.
     """
@@ -98,7 +98,8 @@ class GuardedDevice:
         try:
             self.calm()
             end = time.monotonic() + _SILENCE_SECONDS
-            while force_withheld(self.collect(0.02, judged=False)):  # for a while after connecting
+            # the force is zero for a while after connecting
+            while force_withheld(self.collect(0.02, judged=False)):
                 if time.monotonic() > end:
                     raise Interrupted("The device renders no force. The measurement ended.")
         except BaseException:

@@ -3,7 +3,7 @@
 A simulated hand hits the wall; a person is asked to press. Slow motion of the hand is filtered out, and the
 remaining oscillation must decay. The first wall that fails is the stiffest tried; force, speed and travel are
 limited; E-stop, a fault or cancelling end the measurement at once, and the old settings are restored. The
-band in which walls alternately hold and fail takes four or more further walls per damping.
+band in which walls pass and fail alternately takes four or more further walls per damping.
 """
 
 import math
@@ -97,7 +97,7 @@ def setting_of(engine: Engine, grip: str) -> LoopSettings:
 
 
 class SimulatedHand:
-    """Retracts from the wall, hits it at a speed and holds it with a force."""
+    """Retract from the wall, hit it at a speed, and press with a force."""
 
     def __init__(self, guarded: GuardedDevice):
         self._guarded = guarded
@@ -144,7 +144,7 @@ class SimulatedHand:
 
 
 class Person:
-    """A person, asked to press and hold, and monitored."""
+    """A person, who is asked to press, and monitored."""
 
     grip = "released"
 
@@ -186,7 +186,7 @@ class Person:
 
 
 class _TrialProgress:
-    """Counts trials for progress; trials per level are an estimate."""
+    """Count trials for progress; the number of trials per level is an estimate."""
 
     def __init__(self, limits: TrialLimits, levels: int, progress: Progress):
         raised = math.log(limits.highest / limits.softest) / math.log(limits.raised)
@@ -200,7 +200,6 @@ class _TrialProgress:
         self._progress(self._done, self._of)
 
     def next_trial(self) -> None:
-        """Count one trial."""
         self._done = min(self._done + 1, (self._level + 1) * self._each - 1)
 
     def next_level(self) -> None:
@@ -213,11 +212,11 @@ class _TrialProgress:
 def _stiffest_at(
     guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _TrialProgress
 ) -> result.Point:
-    """Return the stiffest wall that held at one damping, and the band about it."""
+    """Return the stiffest wall that passed at one damping, and the band about it."""
     limits, held, stiffest_tried = guarded.limits, 0.0, 0.0
 
     def tried(stiffness: float) -> result.TrialOutcome:
-        """Try one wall, then restore the last one that held."""
+        """Try one wall, then restore the last one that passed."""
         nonlocal held, stiffest_tried
         stiffest_tried = max(stiffest_tried, stiffness)
         steps.next_trial()
