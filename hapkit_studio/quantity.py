@@ -63,6 +63,6 @@ class Quantity:
         return body.replace("-", "−") if body.strip("-0.") else body.lstrip("-")
 
     def limits(self) -> str:
-        """Say the limits in one sentence."""
+        """Return the limits as a sentence."""
         low, high = compact(self.low), compact(self.high)
         return f"{self.parameter.label} goes from {low} to {high} {self.unit}".rstrip() + "."

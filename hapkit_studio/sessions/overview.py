@@ -146,7 +146,7 @@ def _samples(session: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _blocks(session: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return when each block of samples began, its least and its greatest position."""
+    """Return each block's start time, minimum and maximum position."""
     parts = zip(session.starts, session.stops, -(-session.counts // BLOCK), strict=True)
     times = [np.linspace(start, stop, count, endpoint=False) for start, stop, count in parts]
     least, greatest = session.blocks[session.layout.with_extremes.index("position")].astype(float)

@@ -52,9 +52,9 @@ MOST_READ = 1 << 31  # bytes of samples per call of ``read``: an hour at 4 kHz
 class Session:
     """A session opened for reading; chunks are read on demand, by one thread at a time.
 
-    At hand: the file's name in one line; events; of every chunk its count of samples, when the first and the
-    last came, starts and stops (chunks,) in s of the recording computer's clock; the extremes of all blocks
-    (signals with extremes, 2, blocks) in SI, NaN for values that are not finite.
+    Available at once: the file's name as one line; events; each chunk's number of samples, start and stop
+    time (chunks,) in s of the recording computer's clock; the extremes of all blocks (signals with extremes,
+    2, blocks) in SI, NaN for non-finite values.
     """
 
     def __init__(self, path: str | Path):

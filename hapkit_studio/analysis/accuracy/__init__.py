@@ -63,6 +63,6 @@ def of_scenes(questions: Sequence[SceneRequest], progress: Progress = no_progres
 def of_needs(
     environments: Sequence[Environment], progress: Progress = no_progress, force_share: float = FORCE_SHARE
 ) -> Accuracy:
-    """Return what these scenes need with their defaults; force_share: JND of a force over that force."""
+    """Compute the needs of these scenes at their defaults; force_share: JND of a force, relative."""
     work = partial(needs.compute, force_share=force_share)
     return Accuracy(needs=_each(work, environments, progress))

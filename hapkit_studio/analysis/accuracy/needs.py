@@ -248,9 +248,9 @@ def law_terms(environment: Environment) -> tuple[LawTerm, ...]:
 def compute(
     environment: Environment, progress: Progress = no_progress, force_share: float = FORCE_SHARE
 ) -> Needs:
-    """Return what each term changes in a scene with its defaults.
+    """Compute the effect of each term in a scene at its default values.
 
-    progress is told how many of how many steps are done. force_share: JND of a force over that force.
+    progress: called with the number of completed steps and the total. force_share: JND of a force, relative.
     """
     rendered, steps = _Rendered(environment, force_share), len(TERMS) + 2
     effects: list[Effect] = []

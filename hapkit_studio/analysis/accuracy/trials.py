@@ -114,6 +114,6 @@ def felt(
     other: np.ndarray,
     force_share: float = perception.FORCE_SHARE,
 ) -> Difference:
-    """Return what a person tells apart of two runs of a trial."""
+    """Return the difference that a person feels between two runs of a trial."""
     counted = [rows.STATE + environment.state_names.index(name) for name in environment.counts]
     return perception.difference_under(trial.hand, one, other, counted, force_share)
