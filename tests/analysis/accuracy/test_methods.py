@@ -90,15 +90,6 @@ def test_a_handle_that_should_hold_drifts_as_in_plain_python(model):
             assert found > 1e-3
 
 
-@pytest.mark.slow
-def test_stick_slip_is_as_far_off_as_the_models_own_tests_say():
-    """In % at 1 ms and 0.2 ms."""
-    for model, errors in {"projection": (0.1, 0.0), "lugre": (30.0, 31.0), "smoothed": (5.8, 5.2)}.items():
-        found = [100.0 * friction.period_error(model, dt) for dt in (1e-3, 0.2e-3)]
-        assert found == pytest.approx(errors, abs=0.7)
-    assert friction.period_error("coulomb", 1e-3) > 0.55
-
-
 def test_the_period_comes_nearer_with_the_step():
     for key in ("lecture", "exact"):
         fine, coarse = (integrators.error("stick_slip", NUMBER[key], h) for h in (0.125e-3, 4e-3))

@@ -1,0 +1,195 @@
+"""Stick-slip of a mass pulled by a spring: the period error of every row, recomputed in plain Python."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.accuracy import friction, integrators
+from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.dynamics.stick_slip import MODELS
+
+MASS, SPRING, STATIC, KINETIC, SPEED = 0.05, 300.0, 1.0, 0.5, 0.02
+TRUE_PERIOD = 0.211193  # s, by a solver that locates every stop
+
+
+def period_error(forces, dt):
+    """Return the relative error of the mean time between upward crossings of the middle force."""
+    late = forces[len(forces) // 4 :]
+    if np.ptp(late) < 0.05:
+        return math.inf
+    above = forces >= 0.5 * (late.max() + late.min())
+    rises = np.flatnonzero(above[1:] & ~above[:-1])[2:]
+    return abs((rises[-1] - rises[0]) * dt / (len(rises) - 1) / TRUE_PERIOD - 1.0)
+
+
+def toward_zero(value, most):
+    return math.copysign(max(abs(value) - most, 0.0), value)
+
+
+def level(v, decay):
+    return KINETIC + (STATIC - KINETIC) * math.exp(-((v / decay) ** 2))
+
+
+class Bristles:
+    """Dahl's model, or LuGre's with damping and a Stribeck curve: z' = v - stiffness |v| z / level."""
+
+    def __init__(self, damping, decay):
+        self.damping, self.decay, self.z = damping, decay, 0.0
+
+    def __call__(self, x, v, dt):
+        top = level(v, self.decay) if self.decay else KINETIC
+        end, before = math.copysign(top / 1e4, v), self.z
+        self.z = end - (end - before) * math.exp(-1e4 * abs(v) * dt / top)
+        return -1e4 * self.z - self.damping * (self.z - before) / dt
+
+
+class Tether:
+    """A spring and damper to an anchor that slides from the static force on until the motion reverses."""
+
+    def __init__(self):
+        self.anchor = self.last = self.sliding = 0.0
+
+    def __call__(self, x, v, dt):
+        moved, self.last = x - self.last, x
+        if self.sliding and moved * self.sliding <= 0.0:
+            return self.sliding * KINETIC
+        if self.sliding:
+            self.anchor = x - moved + self.sliding * KINETIC / 2e4
+        force, self.sliding = 2e4 * (self.anchor - x) - 20.0 * moved / dt, 0.0
+        if abs(force) > STATIC:
+            self.sliding = math.copysign(1.0, force)
+            return self.sliding * KINETIC
+        return force
+
+
+class HaywardArmstrong:
+    """An anchor that creeps by the distance moved times a share of its strain."""
+
+    def __init__(self):
+        self.anchor = self.last = 0.0
+
+    def __call__(self, x, v, dt):
+        moved, self.last = abs(x - self.last), x
+        longest, strain = KINETIC / 5e3, x - self.anchor
+        alpha = strain**8 / ((STATIC / 5e3) ** 8 + strain**8) / longest
+        if alpha * abs(strain) > 1.0:
+            self.anchor = x - math.copysign(longest, strain)
+        else:
+            self.anchor += moved * alpha * strain
+        return -5e3 * (x - self.anchor)
+
+
+ELASTIC = {
+    "tether": Tether,
+    "lugre": lambda: Bristles(45.0, 0.005),
+    "dahl": lambda: Bristles(0.0, 0.0),
+    "hayward_armstrong": HaywardArmstrong,
+    "smoothed": lambda: lambda x, v, dt: -level(v, 0.03) * math.tanh(v / 0.01),
+}
+
+
+def next_velocity(model, v, pull, dt):
+    """Return the velocity of a model without memory after a step."""
+    step = dt / MASS
+    breaking = step * toward_zero(pull, KINETIC) if abs(pull) > STATIC else 0.0
+    if model == "stribeck":
+        return toward_zero(v + step * pull, step * level(v, 0.02))
+    if model == "projection":
+        return 0.0 if v == 0.0 and abs(pull) <= STATIC else toward_zero(v + step * pull, step * KINETIC)
+    if model == "coulomb":
+        return v + step * (pull - math.copysign(KINETIC, v)) if v else step * toward_zero(pull, STATIC)
+    if v == 0.0 or (model == "karnopp_band" and abs(v) < 0.005):
+        return (v if breaking and model == "karnopp_band" else 0.0) + breaking
+    after = v + step * (pull - math.copysign(KINETIC, v))
+    return after if model == "karnopp_band" or after * v > 0.0 else 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
+def test_every_friction_models_period_is_that_of_plain_python(model):
+    for dt in friction.STEPS:
+        x, v, forces = 0.0, 0.0, []
+        elastic = ELASTIC[model]() if model in ELASTIC else None
+        for n in range(round(6.0 / dt) + 1):
+            pull = SPRING * (SPEED * n * dt - x)
+            forces.append(pull)
+            v = v + dt / MASS * (pull + elastic(x, v, dt)) if elastic else next_velocity(model, v, pull, dt)
+            x += dt * v
+        with np.errstate(all="ignore"):
+            wanted = period_error(np.array(forces), dt)
+        assert friction.period_error(model, dt) == pytest.approx(wanted, rel=0.04, abs=2e-3), dt
+
+
+def exact_step(x, v, pull, h):
+    """Return (x, v) after h seconds under a constant pull, with every stop located."""
+    omega, left = math.sqrt(SPRING / MASS), h
+    if v == 0.0 and abs(pull - SPRING * x) <= STATIC:
+        return x, 0.0
+    while True:
+        sense = math.copysign(1.0, v or pull - SPRING * x)
+        middle = (pull - sense * KINETIC) / SPRING
+        a, b = x - middle, v / omega  # x = middle + a cos + b sin
+        phase = math.atan2(b, a) % math.pi or math.pi
+        if v == 0.0:
+            phase = math.pi
+        if omega * left < phase:
+            c, s = math.cos(omega * left), math.sin(omega * left)
+            return middle + a * c + b * s, omega * (b * c - a * s)
+        left -= phase / omega
+        x, v = middle + a * math.cos(phase) + b * math.sin(phase), 0.0
+        if abs(pull - SPRING * x) <= KINETIC:
+            return x, 0.0
+
+
+def free_step(method, x, v, before, pull, h):
+    """Return (x, v) after a step without friction, and the length in s by which velocity moves the place."""
+
+    def a(q):
+        return (pull - SPRING * q) / MASS
+
+    now, half = a(x), 0.5 * h
+    if method == "explicit_euler":
+        return x + h * v, v + h * now, 0.0
+    if method == "semi_implicit":
+        u = v + h * now
+        return x + h * u, u, h
+    if method == "lecture":
+        u = v + half * (before + now)
+        return x + half * (v + u), u, half
+    if method == "verlet":
+        q = x + h * v + 0.5 * h * h * now
+        return q, v + half * (now + a(q)), half
+    if method == "rk4":
+        w = np.array([[0.0, 1.0], [-SPRING / MASS, 0.0]])
+        slopes, y = [], np.array([x, v])
+        for share in (0.0, half, half, h):
+            at = y + share * slopes[-1] if slopes else y
+            slopes.append(w @ at + [0.0, pull / MASS])
+        q, u = y + h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
+        return q, u, half
+    if method == "implicit_euler":
+        u = (v + h * now) / (1.0 + h * h * SPRING / MASS)
+        return x + h * u, u, h
+    u = (v + h * now - half * half * SPRING / MASS * v) / (1.0 + half * half * SPRING / MASS)
+    return x + half * (v + u), u, half
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", INTEGRATORS)
+def test_every_integrators_period_is_that_of_plain_python(method):
+    for h in integrators.STEPS:
+        x, v, before, forces = 0.0, 0.0, 0.0, []
+        for n in range(round(3.0 / h) + 1):
+            pull = SPRING * SPEED * n * h
+            forces.append(pull - SPRING * x)
+            if method == "exact":
+                x, v = exact_step(x, v, pull, h)
+                continue
+            most = STATIC if v == 0.0 and abs(forces[-1]) <= STATIC else KINETIC
+            q, free, follows = free_step(method, x, v, before, pull, h)
+            u = toward_zero(free, most * h / MASS)
+            x, v, before = q + follows * (u - free), u, forces[-1] / MASS
+        wanted = period_error(np.array(forces), h)
+        found = integrators.error("stick_slip", INTEGRATORS.index(method), h)
+        assert found == pytest.approx(wanted, rel=0.02, abs=2e-3), h
