@@ -190,19 +190,21 @@ class TraceCanvas(Canvas):
         now = self.shown.now[trace.channel] * self.plot_of.scale if self.shown.now else np.nan
         if np.isfinite(now):
             strokes.mark(painter, self.pixel(0.0, now), trace.color, shape=self.plot_of.marker)
-        self._pointer(painter, box)
+        labels: list[QRectF] = []
         if self.first:
-            self._labels(painter, box)
+            labels = self._labels(painter, box)
             self._tags(painter, box)
+        self._pointer(painter, box, labels)
 
-    def _labels(self, painter: QPainter, box: QRectF) -> None:
-        """Label gaps in the middle and dividers where they do not cover the trace."""
-        right = box.right() - _BESIDE
+    def _labels(self, painter: QPainter, box: QRectF) -> list[QRectF]:
+        """Label gaps in the middle and dividers clear of the trace; return the boxes of these labels."""
+        right, taken = box.right() - _BESIDE, []
         for start, stop in self.shown.gaps:
             left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE
             words = f"No data for {number(stop - start, 1)} s"
             if left + _wide(words) + _BESIDE < min(self.pixel(stop, 0.0).x(), box.right()):
                 self.note(painter, left, box.center().y(), words, "warn")
+                taken.append(_label_box(left, box.center().y(), words))
         newest, ends = True, dict.fromkeys((box.top() + _ROW, box.bottom() - _ROW + _LETTERS), right)
         for time, words in reversed(self.shown.dividers):
             x, wide = self.pixel(time, 0.0).x(), _wide(words)
@@ -212,10 +214,12 @@ class TraceCanvas(Canvas):
             # an older label is left out if it would overlap a newer one or the trace
             if box.left() < x <= box.right() and hidden and (newest or not hidden[row]):
                 ends[row] = min(left, x) - _BESIDE
-                ground = QRectF(left, row - _LETTERS, wide, _LETTERS).adjusted(-3, -3, 3, 4)
+                ground = _label_box(left, row, words)
                 painter.fillRect(ground & box, theme.color("plot", _GROUND))
                 self.note(painter, left, row, words, "ink2")
+                taken.append(ground)
             newest = False
+        return taken
 
     def _hidden(self, row: float, left: float, right: float) -> int:
         """Return how many points of the trace a label between two columns would cover."""
@@ -290,7 +294,8 @@ class TraceCanvas(Canvas):
             else:
                 strokes.trace(painter, across, up, color)
 
-    def _pointer(self, painter: QPainter, box: QRectF) -> None:
+    def _pointer(self, painter: QPainter, box: QRectF, labels: list[QRectF]) -> None:
+        """Paint line, dot and read-out at the pointer; the read-out covers no label."""
         if self.shown.pointer is None or self.shown.pointed is None:
             return
         trace = self.plot_of.traces[-1]
@@ -306,13 +311,20 @@ class TraceCanvas(Canvas):
         if self.first:
             text = f"{number(self.shown.pointer, 3)} s   {text}"
         left = x > box.center().x()
-        beside = x + (-8 if left else 8)
-        self.note(painter, beside, box.bottom() - 6, text, trace.color, right=left)
+        beside = x - 8 - _wide(text) if left else x + 8
+        rows = box.bottom() - 6, box.center().y() + _LETTERS / 2, box.top() + _ROW
+        free = (row for row in rows if not any(_label_box(beside, row, text).intersects(b) for b in labels))
+        self.note(painter, beside, next(free, rows[0]), text, trace.color)
 
 
 def _wide(words: str) -> float:
     """Return the width in px of a label inside a plot."""
     return QFontMetricsF(theme.font("label")).horizontalAdvance(words)
+
+
+def _label_box(left: float, row: float, words: str) -> QRectF:
+    """Return the box of a label that begins at a column, on a base line."""
+    return QRectF(left, row - _LETTERS, _wide(words), _LETTERS).adjusted(-3, -3, 3, 4)
 
 
 def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:

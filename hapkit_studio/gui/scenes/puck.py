@@ -16,6 +16,7 @@ _STEP = 0.03  # s
 _SLOW = 0.01  # m/s: below this speed there are no arrow and no echoes
 _PER_SPEED = 130.0  # px of the arrow per m/s at u = 1
 _LONGEST = 46.0
+_WIDEST = 4.6  # width of the picture over its height: a wider one leaves no height for a round puck
 
 
 def place(motion: Motion) -> float:
@@ -32,7 +33,7 @@ def outline(stage: Stage, motion: Motion) -> QRectF:
         left = min(max(left, motion.position), right - _LEAST_WIDTH)
     elif side < 0.0:
         right = max(min(right, motion.position), left + _LEAST_WIDTH)
-    half = min(RADIUS * stage.per_mm, 0.45 * stage.band)
+    half = RADIUS * stage.per_mm
     row = stage.rail - half - 2 * stage.u
     return QRectF(stage.x(left), row - half, (right - left) * stage.per_mm, 2 * half)
 
@@ -86,4 +87,4 @@ def labels(stage: Stage, values: Values, motion: Motion) -> None:
     point_out(stage, shape.left(), shape.right(), shape.center().y(), ("obj", "objline"), text)
 
 
-SCENE = Scene(ENVIRONMENT, fixed, moving, labels)
+SCENE = Scene(ENVIRONMENT, fixed, moving, labels, widest=_WIDEST)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.gui.live.history import LiveHistory
@@ -310,6 +311,32 @@ def test_an_older_change_keeps_its_name_in_the_other_row(plots):
         found = words_in(canvas)
         assert sorted(set(np.sign(canvas.measure().center().y() - found[:, 1]))) == seen
     assert len(found) == before
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_pointers_read_out_covers_no_divider_label(plots, monkeypatch, side):
+    history = LiveHistory(seconds=60.0, rate=RATE)
+    table = telemetry(14_000)
+    table[:, rows.POSITION] = side * 0.011
+    history.append(table[:10_000])
+    history.divide("Spring")
+    history.append(table[10_000:])
+    plots.view.set_history(history)
+    plots.refresh()
+    canvas, boxes = plots.canvases[0], {}
+
+    def note(_painter, x, y, text, _token):
+        metrics = QFontMetricsF(theme.font("label"))
+        boxes[text] = metrics.tightBoundingRect(text).translated(x, y)
+
+    monkeypatch.setattr(canvas, "note", note)
+    for away in (-0.3, 0.1, 0.4):
+        boxes.clear()
+        canvas.pointed.emit(9.999 + away - plots.shown.zero)
+        canvas.grab()
+        label, read_out = boxes.pop("Spring"), *boxes.values()
+        assert not label.intersects(read_out)
+        assert canvas.measure().contains(read_out)
 
 
 def test_g_draws_the_grid_or_leaves_it_out(kept_idle_window):

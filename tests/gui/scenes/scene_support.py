@@ -23,7 +23,7 @@ def scene_of(qtbot, key, size=(880, 236), given=None):
     view._hint = False
     view.set_environment(LIBRARY[key], LIBRARY[key].values(given or {}))
     view.show()
-    return view, Stage(*size)
+    return view, Stage(*size, widest=view._scene.widest)
 
 
 def state_of(key, **numbers):

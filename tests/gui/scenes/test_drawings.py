@@ -125,6 +125,15 @@ def test_puck_and_block_are_where_the_law_has_them(qtbot, size):
             assert right == pytest.approx(stage.x(1e3 * place + first + wide), abs=NEAR)
 
 
+@pytest.mark.parametrize("size", [(500, 150), (916, 150), (916, 180), (1100, 236), (1600, 330)])
+def test_the_puck_is_round_and_stays_below_the_knob(qtbot, size):
+    view, stage = scene_of(qtbot, "puck", size)
+    seen = amber(shot(view, -0.048, state_of("puck", object=0.0, started=1.0)))
+    (rows, columns) = (np.flatnonzero(seen.any(axis=axis)) for axis in (1, 0))
+    assert np.ptp(rows) == pytest.approx(np.ptp(columns), abs=2 * NEAR)
+    assert rows[0] > stage.knob_top + stage.knob_height
+
+
 def test_what_is_pushed_is_pressed_in_by_as_much_as_the_handle_is_inside(qtbot):
     for key, place, handle, right in (("puck", 0.012, 8.0, 17.0), ("mass_spring_damper", 0.01, 12.5, 24.5)):
         view, stage = scene_of(qtbot, key)
