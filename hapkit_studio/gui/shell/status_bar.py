@@ -4,12 +4,13 @@ import math
 import time
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QFrame, QPushButton, QWidget
 
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import Sign, hbox, label, vbox
 from hapkit_studio.gui.widgets.style import mark
-from hapkit_studio.gui.widgets.theme import number
+from hapkit_studio.gui.widgets.theme import number, theme
 from hapkit_studio.haptics.health import WINDOW_SECONDS
 
 CLAMP_SHOWN_S = 0.5
@@ -21,14 +22,23 @@ _MISSED = (
     "Ticks whose force came too late or not at all, and frames lost on the USB line, since the "
     "device was connected"
 )
+_LATE, _IN_TIME = "Loop late", "Loop in time"
+_CLAMP_WORDS = "Clamped at 8.8 N", "Force within 8.8 N", "Now +8.8 N, within 8.8 N"
+_ENERGY_WORDS = ("The scene gave you 0.88 mJ more than you put in",)
+_PRIORITY_WORDS = ("Normal priority, late up to 88.8 ms.",)
 
 
 class Field(QWidget):
-    """A sign and a text, with a line before them unless ``edged`` is off; as wide as the text."""
+    """A sign and a text, with a line before them unless ``edged`` is off; as wide as the text.
 
-    def __init__(self, name: str, edged: bool = True):
+    longest: texts for which there is always room, so that a link at the right of the text does not move.
+
+    longest: words for which the words have room, so that what stands at their right, a link, does not move.
+    """
+
+    def __init__(self, name: str, edged: bool = True, longest: tuple[str, ...] = ()):
         super().__init__()
-        self._name = name
+        self._name, self._longest = name, longest
         self.sign, self.words = Sign(16), label("…", "status", wrap=False)
         self.link = QPushButton(autoDefault=True)  # Enter presses it; Space is Pause
         self.link.setProperty("link", True)
@@ -42,6 +52,14 @@ class Field(QWidget):
             parts.insertWidget(0, edge)
             parts.insertSpacing(1, 6)
         self.show_text("…")
+        if longest:
+            theme.changed.connect(self._reserve)
+            self._reserve()
+
+    def _reserve(self) -> None:
+        """Keep the room for the longest text in the present theme's type."""
+        metrics = QFontMetricsF(theme.font("label"))  # the widest style of the text
+        self.words.setMinimumWidth(math.ceil(max(map(metrics.horizontalAdvance, self._longest))))
 
     def show_text(self, words: str, sign: str = "", token: str = "ink2") -> None:
         """Show a text with a sign before it, both in the colour of a token."""
@@ -91,13 +109,13 @@ class StatusBar(QWidget):
         super().__init__(parent)
         self.setObjectName("status")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.loop, self.clamp = Field("Loop", edged=False), Field("Force limit")
-        self.margin, self.energy = Field("Stability"), Field("Energy")
+        self.loop, self.clamp = Field("Loop", edged=False), Field("Force limit", longest=_CLAMP_WORDS)
+        self.margin, self.energy = Field("Stability"), Field("Energy", longest=_ENERGY_WORDS)
         self.kept = Field("Record", edged=False)
         self.energy.link.setText("Switch controller on")
         names = "Servo rate", "Lateness", "Missed ticks", "Board's clock", "Computing time", "Priority"
         lines = self.rate, self.late, self.missed, self.jumps, self.compute, self.priority = [
-            Field(name, edged=False) for name in names
+            Field(name, edged=False, longest=_PRIORITY_WORDS * (name == "Priority")) for name in names
         ]
         self.figures = QFrame(parent or self)
         self.figures.setProperty("card", True)
@@ -114,10 +132,18 @@ class StatusBar(QWidget):
         self.missed.setToolTip(_MISSED)
         self.jumps.setToolTip(_JUMPS)
         self._clamped_until = 0.0
-        fields = self.loop, self.clamp, self.margin, self.energy
+        fields = self.loop, self.clamp, self.energy, self.margin
         hbox(*fields, None, self.kept, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
+        theme.changed.connect(self._reserve_loop)
+        self._reserve_loop()
         self.show_energy("")
         self.show_nothing("Preparing the loop. This happens only once.")
+
+    def _reserve_loop(self) -> None:
+        """Keep the room for either word for the loop, so that the clamp light does not move."""
+        link, metrics = self.loop.link, QFontMetricsF(theme.font("strong"))
+        beside = theme.px(14) + 4 + 2 * theme.px(5)  # chevron, its gap, the button's padding and border
+        link.setMinimumWidth(math.ceil(max(map(metrics.horizontalAdvance, (_LATE, _IN_TIME)))) + beside)
 
     def show_nothing(self, words: str) -> None:
         """Show that no loop is running."""
@@ -147,7 +173,7 @@ class StatusBar(QWidget):
         lately = health.missed_lately > 0
         often = health.missed_lately > _MOST_MISSED * WINDOW_SECONDS * (nominal or health.rate)
         late_now = often or (not on_board and _is_off(health.rate, nominal))
-        word, *sign = ("Loop late", "triangle", "warn") if late_now else ("Loop in time", "check", "ok")
+        word, *sign = (_LATE, "triangle", "warn") if late_now else (_IN_TIME, "check", "ok")
         self.loop.show_text("", *sign)
         self.loop.link.setText(word)
         mark(self.loop.link, "ink", sign[1])

@@ -49,6 +49,33 @@ def bar(qtbot):
     return widget
 
 
+def test_links_and_clamp_light_of_the_status_bar_do_not_move(bar, qapp):
+    def places():
+        qapp.processEvents()
+        parts = bar.clamp, bar.energy.link, bar.kept.link, bar.priority.link
+        return [part.mapTo(bar, QPoint()).x() for part in parts]
+
+    bar.show_energy("The scene gave you 0.41 mJ more than you put in", remedy=True)
+    bar.show_kept("Recording", written=True)
+    bar.show_figures(True)
+    found = []
+    for lateness, missed, clamped, given, kept in (
+        (80.0, 0, False, "0.41", "Last 9 s kept"),
+        (12_340.0, 5000, True, "12", "Wall 12:10, 1.2 MB"),
+        (630.0, 0, False, "4.1", "Last 10 min kept"),
+    ):
+        us = dict.fromkeys(("p50", "p99", "p99.9", "max"), lateness)
+        normal = Priority("Normal priority")
+        bar.show_health(health(lateness_us=us, missed_lately=missed, priority=normal), 1000.0)
+        bar._clamped_until = 0.0
+        bar.show_clamp(clamped, 3.0)
+        bar.show_margin("Stable" if clamped else "Stable, 36 × below the limit", "check", "ok")
+        bar.show_energy(f"The scene gave you {given} mJ more than you put in", remedy=True)
+        bar.show_kept(kept, written=True)
+        found.append(places())
+    assert found == found[:1] * 3
+
+
 def test_the_history_holds_the_very_rows_of_the_ring_a_hidden_window_only_drains_it(window, qtbot):
     reader = window.studio.engine.reader()
     window.live._follow()
