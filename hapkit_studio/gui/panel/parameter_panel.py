@@ -2,9 +2,9 @@
 
 import re
 
-from PySide6.QtCore import QCoreApplication, QEvent, Qt
-from PySide6.QtGui import QFontMetricsF, QResizeEvent
-from PySide6.QtWidgets import QLabel, QToolButton, QWidget
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, QPoint, QRect, Qt, QTimer
+from PySide6.QtGui import QFontMetricsF, QHideEvent, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QFrame, QLabel, QToolButton, QWidget
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.panel.loop import LoopPanel
@@ -23,6 +23,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = 14  # px: below that a title rather takes two lines
 _UPPER = 200  # px for title and first parameters: with less, the map of stability gives way
+_CARD_WIDE, _CARD_GAP = 320, 8  # px: the card with the whole explanation, beside the panel
 
 
 class Title(QLabel):
@@ -52,7 +53,10 @@ class Title(QLabel):
 
 
 class PanelTitle(QWidget):
-    """Icon, title, formula and explanation of the environment in force: one sentence, all of it at "?"."""
+    """Icon, title, formula and first sentence of the explanation of the environment in force.
+
+    "?" shows the whole explanation on a card beside the panel, so that no control moves.
+    """
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -66,6 +70,11 @@ class PanelTitle(QWidget):
         self.help.setToolTip("Explain this environment")
         self.help.setAccessibleName("Explain this environment")
         self.help.toggled.connect(self.show_explanation)
+        self.card, self.whole = QFrame(self), label()
+        self.card.setProperty("card", True)
+        self.card.hide()
+        self.whole.setTextFormat(Qt.TextFormat.RichText)
+        vbox(self.whole, into=self.card, margins=(14, 10, 14, 12))
         icons.bind(self.help, "help", "ink2", 18)
         head = hbox(self.picture, (self.title, 1), self.help, gap=6)
         vbox(head, self.formula, self.explanation, into=self, gap=4)
@@ -86,9 +95,39 @@ class PanelTitle(QWidget):
         environment = self._studio.environment
         words = environment.explanation or environment.summary
         first, *more = re.split(r"(?<=[.!?])\s+", words, maxsplit=1)
-        self.explanation.setText(rich(words if self.help.isChecked() else first))
+        self.explanation.setText(rich(first))
         self.explanation.setVisible(bool(words))
         self.help.setEnabled(bool(more))
+        self.whole.setText(rich(words))
+        self._place_card()
+
+    def _place_card(self) -> None:
+        """Show the card at the left of the panel if "?" is pressed."""
+        card, window = self.card, self.window()
+        shown = self.help.isChecked() and self.isVisible() and self.help.isEnabled()
+        if shown:
+            if card.parent() is not window:
+                card.setParent(window)
+                window.installEventFilter(self)
+            wide = theme.px(_CARD_WIDE)
+            place = self.mapTo(window, QPoint(-theme.px(SIDE) - wide - theme.px(_CARD_GAP), 0))
+            card.setGeometry(QRect(max(place.x(), 0), place.y(), wide, card.heightForWidth(wide)))
+            card.raise_()
+        card.setVisible(shown)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._place_card()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self.card.hide()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the panel when the window's size changes, once the parts have their places."""
+        if event.type() == QEvent.Type.Resize and self.help.isChecked():
+            QTimer.singleShot(0, self, self._place_card)
+        return super().eventFilter(watched, event)
 
 
 class ParameterRows(QWidget):
@@ -149,7 +188,7 @@ class ParameterRows(QWidget):
 
 
 class ParameterPanel(QWidget):
-    """The panel as a whole: warnings and verdict at its bottom, always in sight; what is above scrolls.
+    """The panel as a whole: A and B, warnings and verdict at its bottom, always in sight; the rest scrolls.
 
     The map below the verdict gives way where it would leave too little.
     """
@@ -168,8 +207,8 @@ class ParameterPanel(QWidget):
         self.loop, self.stability = LoopPanel(studio, settings), StabilityCard(studio)
         self.warnings = WarningLines(studio, self.stability.facts)
         self._rule = rule()
-        self.upper.add(self.title, self._rule, self.two, self.parameters, self.preset, rule(), self.loop)
-        foot = rule(), self.warnings, self.stability
+        self.upper.add(self.title, self._rule, self.parameters, self.preset, rule(), self.loop)
+        foot = self.two, rule(), self.warnings, self.stability
         vbox(*foot, into=self._foot, margins=(SIDE, 0, SIDE, 10), gap=6)
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.warnings.changed.connect(self._lay_out_now)
@@ -189,6 +228,9 @@ class ParameterPanel(QWidget):
     def _lay_out_now(self) -> None:
         """Give a longer verdict its room at once: else a frame is painted with its words cut."""
         self.stability.show_map(True)
-        self.stability.show_map(self.height() - self._foot.heightForWidth(self.width()) >= theme.px(_UPPER))
+        upper = self.height() - self._foot.heightForWidth(self.width())
+        if self.two.isHidden():  # its room is kept, so that the map stays when A is kept
+            upper -= self.two.sizeHint().height()
+        self.stability.show_map(upper >= theme.px(_UPPER))
         for part in (*self.stability.verdict.lines, self.stability.verdict, self.stability, self._foot, self):
             QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))

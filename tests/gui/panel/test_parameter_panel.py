@@ -3,9 +3,9 @@
 import re
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QAbstractButton, QAbstractSlider, QApplication, QWidget
 
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.formatting import unbroken
@@ -239,8 +239,41 @@ def test_one_sentence_explains_at_first_and_all_of_it_on_demand(shared_window):
         assert rich(environment.explanation).startswith(f"{shown} ")
         assert len(shown) < 140
         title.help.setChecked(True)
-        assert title.explanation.text() == rich(environment.explanation)
+        assert title.whole.text() == rich(environment.explanation)
+        assert title.card.isVisible()
+        assert title.card.height() >= title.card.heightForWidth(title.card.width())
         title.help.setChecked(False)
+        assert title.card.isHidden()
+
+
+def test_neither_x_nor_the_question_mark_moves_a_control(shared_window, qapp):
+    window = shared_window
+
+    def places():
+        for _ in range(3):
+            qapp.processEvents()
+        parts = [*window.panel.findChildren(QAbstractButton), *window.panel.findChildren(QAbstractSlider)]
+        own = window.panel.two.button
+        shown = [part for part in parts if part.isVisible() and part is not own]
+        return {part: part.mapTo(window, QPoint()) for part in shown}
+
+    for size in ((1280, 720), (1440, 900)):
+        window.resize(*size)
+        for key in window.studio.environments:
+            window.studio.choose(key)
+            before = places()
+            window.panel.title.help.setChecked(True)
+            assert places() == before, (size, key)
+            card = window.panel.title.card
+            assert window.rect().contains(card.geometry())
+            panel = QRect(window.panel.mapTo(window, QPoint()), window.panel.size())
+            assert not card.geometry().intersects(panel)
+            if window.panel.parameters.rows:
+                window.two.step()
+                assert window.panel.two.isVisible()
+                assert places() == before, (size, key)
+            window.panel.title.help.setChecked(False)
+            window.two.forget()
 
 
 def test_a_number_without_effect_is_locked_says_why_and_keeps_its_value(window):

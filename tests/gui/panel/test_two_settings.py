@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
@@ -77,9 +77,10 @@ def test_which_is_in_force_is_seen_in_the_least_window(window, qapp):
     window.resize(1280, 720)
     press(window, Qt.Key.Key_X)
     qapp.processEvents()
-    row, upper = window.panel.two, window.panel.upper
-    bottom = row.mapTo(upper, QPoint(0, row.height())).y()
-    assert 0 < bottom <= upper._cover.mapTo(upper, QPoint()).y()
+    row, panel = window.panel.two, window.panel
+    assert panel.rect().contains(QRect(row.mapTo(panel, QPoint()), row.size()))
+    assert row.height() >= row.sizeHint().height()
+    assert row.mapTo(panel, QPoint()).y() >= panel.upper.geometry().bottom()
 
 
 def test_what_differs_is_listed_and_another_loop_is_not_compared_blind(window):
