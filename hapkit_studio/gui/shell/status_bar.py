@@ -32,8 +32,6 @@ class Field(QWidget):
     """A sign and a text, with a line before them unless ``edged`` is off; as wide as the text.
 
     longest: texts for which there is always room, so that a link at the right of the text does not move.
-
-    longest: words for which the words have room, so that what stands at their right, a link, does not move.
     """
 
     def __init__(self, name: str, edged: bool = True, longest: tuple[str, ...] = ()):
