@@ -71,6 +71,15 @@ def test_run_reports_as_text_and_json(capsys):
 
 
 @pytest.mark.slow
+def test_an_environments_file_that_cannot_be_read_is_named_once(capsys, tmp_path):
+    os.mkfifo(tmp_path / "pipe.py")
+    (tmp_path / "large.py").write_bytes(b"#" * 1_000_001)
+    for name in ("pipe.py", "large.py", "missing.py"):
+        assert main(["run", str(tmp_path / name), "--trust"]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.count(name) == 1
+
+
 def test_run_agrees_with_the_file_it_writes(capsys, tmp_path):
     csv, picture = tmp_path / "a run.csv", tmp_path / "run.png"
     found = as_json(capsys, "run", "spring", "--hand", "press", "--csv", str(csv), "--plot", str(picture))

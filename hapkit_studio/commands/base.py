@@ -222,8 +222,12 @@ def environment_named(wanted: str, trusting: bool) -> Environment:
         _try(source)
         return reading.load_source(source)
     except LawError as error:
-        where = f"{file.name}, line {error.line}" if error.line else file.name
-        raise LawError(f"{where}: {reading.without_line(error)}") from None
+        text = reading.without_line(error)
+        if error.line:
+            text = f"{file.name}, line {error.line}: {text}"
+        elif file.name not in text:
+            text = f"{file.name}: {text}"
+        raise LawError(text) from None
 
 
 def _consent(source: Source, trusting: bool) -> None:
