@@ -18,13 +18,13 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio import resources
-from hapkit_studio.analysis import survey
+from hapkit_studio.analysis import pointing, survey
 from hapkit_studio.analysis.survey import Axes
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.state import presets
 from hapkit_studio.haptics import rows
-from hapkit_studio.lessons import library
+from hapkit_studio.lessons import experiments, library, review
 from hapkit_studio.lessons.hand_in import save_played
 from hapkit_studio.lessons.play import play_lesson
 from hapkit_studio.sessions.chunk import pack
@@ -121,6 +121,14 @@ def literal_in_json(text: str, rng: random.Random) -> str:
 
 
 _MARK = "the value that is replaced"
+
+
+def mutated_json(text: str, rng: random.Random) -> str:
+    """Return a JSON text with one value replaced; as it is where it is no JSON any more."""
+    try:
+        return literal_in_json(text, rng)
+    except ValueError:
+        return text
 
 
 def _places(tree: Any) -> Iterator[tuple]:
@@ -267,11 +275,12 @@ _MOST_CHANGES = 3
 _WHOLE_SHARE, _SPARSE_SHARE = 0.08, 0.02
 TEXTS = {
     "settings": mutated_ini, "preset": mutated_toml, "demo": mutated_toml, "calibration": mutated_toml,
-    "lesson": mutated_toml, "csv": mutated_csv,
+    "lesson": mutated_toml, "csv": mutated_csv, "review": mutated_json,
 }  # fmt: skip
 SUFFIXES = {
     "settings": ".conf", "session": ".hapkit", "preset": ".toml", "demo": ".toml", "calibration": ".toml",
     "csv": ".csv", "survey": ".survey", "lesson": ".md", "handed in": ".hapkit",
+    "review": ".review", "experiment": ".hapkit",
 }  # fmt: skip
 COUNTS = {kind: {"settings": 140, "handed in": 60}.get(kind, 310) for kind in SUFFIXES}
 """Each settings file takes another window, and each handed-in file has its figures drawn."""
@@ -356,6 +365,20 @@ def _handed_in(folder: Path) -> Path:
     return path
 
 
+def _review(folder: Path) -> Path:
+    path = folder / "good.review"
+    rows = review.Row("Clear", 3, 2, "yes"), review.Row("Complete", 4)
+    comments = review.Comment("why?", time=1.5), review.Comment("good", step=2), review.Comment("well done")
+    review.write(path, review.Review("a.hapkit", "0" * 64, "first_touch", "Bob", rows, comments, ("thanks",)))
+    return path
+
+
+def _experiment(folder: Path) -> Path:
+    path, targets = folder / "pointing.hapkit", pointing.plan(distances=(0.02,), rounds=1, seed=0)
+    experiments.save_pointing(path, pointing.Subject(), targets, seed=0)
+    return path
+
+
 def _csv(folder: Path) -> Path:
     path = folder / "good.csv"
     hs.simulate("wall", {"stiffness": 300.0}, hand="press", seconds=0.15).save(str(path))
@@ -405,6 +428,8 @@ ORIGINALS: dict[str, Callable[[Path], Path]] = {
     "survey": _survey,
     "lesson": lambda _folder: resources.path("templates", "lesson.md"),
     "handed in": _handed_in,
+    "review": _review,
+    "experiment": _experiment,
 }
 """Write a valid file of each kind into a folder, or into the user's own; return its path."""
 

@@ -42,6 +42,8 @@ COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("lessons", "grade", "{folder}", "--output", "{out}"),
         ("lessons", "report", "{file}", "--output", "{out}.html"),
     ),
+    "review": (("lessons", "review", "{file}"),),
+    "experiment": (("experiment", "pointing", "{file}"),),
 }
 """Commands for each kind; {out} is a new path, which may be written."""
 _OTHER_COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {

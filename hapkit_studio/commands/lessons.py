@@ -1,22 +1,25 @@
-"""The command for guided labs: list, new, check and play lessons; report on and grade what was handed in."""
+"""The command for guided labs: list, new, check and play lessons; report on, review and grade them."""
 
 import argparse
+import re
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from hapkit_studio import resources
 from hapkit_studio.commands.base import Command, Result, option, progress_line, with_files
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.files import replacing
-from hapkit_studio.formatting import plain
-from hapkit_studio.lessons import Lesson, library
+from hapkit_studio.formatting import plain, quoted
+from hapkit_studio.lessons import Lesson, library, review
 from hapkit_studio.lessons.formulas import check_formulas
 from hapkit_studio.lessons.grade import DAMAGED, EDITED, as_csv, as_html, grade, grade_file, summary
-from hapkit_studio.lessons.hand_in import read, save_played
+from hapkit_studio.lessons.hand_in import HandedIn, read, save_played
 from hapkit_studio.lessons.library import lesson_named
 from hapkit_studio.lessons.parse import SUFFIX
 from hapkit_studio.lessons.play import play_lesson, results
 from hapkit_studio.lessons.report import report
+from hapkit_studio.lessons.review import Comment, Review
 
 FAILED = 2
 """Exit code if a check of a played lesson fails, or a graded file is modified or damaged."""
@@ -78,9 +81,74 @@ def _report(options: argparse.Namespace) -> Result:
     handed = read(_target(options, "a handed-in session"))
     lesson = library(options.folder).named(handed.lesson)
     path = Path(options.output or handed.path.with_suffix(".html"))
-    _write(path, report(handed, lesson))
+    _write(path, report(handed, lesson, review.reviews_of(handed), options.hide_names))
     rows = grade_file(handed.path, {lesson.key: lesson})
-    return with_files(f"{handed.student}: {summary(rows)}", {"tasks": plain(rows)}, [str(path)])
+    hidden = options.hide_names or lesson.hide_names
+    who = "" if hidden else f"{handed.student}: "
+    return with_files(f"{who}{summary(rows)}", {"tasks": plain(rows)}, [str(path)])
+
+
+def _review(options: argparse.Namespace) -> Result:
+    """Show the reviews of a session or a review's file; with --reviewer write one."""
+    path = Path(_target(options, "a handed-in session, or a review"))
+    if path.suffix == review.SUFFIX:
+        one = review.read(path)
+        return Result("\n".join(_review_lines(one)), plain(one))
+    handed = read(path)
+    lesson = library(options.folder).named(handed.lesson)
+    if options.reviewer is not None:
+        return _write_review(options, handed, lesson)
+    found = review.reviews_of(handed)
+    if options.hide_names or lesson.hide_names:
+        found = review.hidden_names(found)
+    lines = [line for one in found.found.values() for line in _review_lines(one)]
+    text = "\n".join([*(lines or ["No review beside this file."]), *found.errors])
+    return Result(text, {"reviews": plain(list(found.found.values())), "errors": list(found.errors)})
+
+
+def _write_review(options: argparse.Namespace, handed: HandedIn, lesson: Lesson) -> Result:
+    blank = review.blank(handed, lesson, options.reviewer)
+    points = [word.strip() for word in (options.points or "").split(",")]
+    if len(points) != len(blank.rows):
+        raise ParameterError(f"--points takes {len(blank.rows)} numbers, as 3,4,-; {len(points)} are given.")
+    rows = []
+    for row, given in zip(blank.rows, points, strict=True):
+        if given != "-" and given not in map(str, range(row.most + 1)):
+            raise ParameterError(f"{row.criterion}: points are 0 to {row.most} or -, not {quoted(given)}.")
+        rows.append(replace(row, points=None if given == "-" else int(given)))
+    whole = replace(blank, rows=tuple(rows), comments=tuple(map(_comment, options.comment)))
+    path = Path(options.output or review.path_of(handed.path, whole.reviewer))
+    review.write(path, whole)
+    return with_files("\n".join(_review_lines(whole)), plain(whole), [str(path)])
+
+
+_PLACE = re.compile(r"(?:(?P<time>\d+(?:\.\d+)?) s|step (?P<step>\d+)): *(?P<text>.*)")
+
+
+def _comment(words: str) -> Comment:
+    """Return a comment, which begins with "12.5 s:" or "step 2:" where it is about a time or a step."""
+    found = _PLACE.fullmatch(words.strip())
+    if found is None:
+        return Comment(words.strip())
+    time, step = found["time"], found["step"]
+    return Comment(found["text"], float(time) if time else None, int(step) if step else None)
+
+
+def _reply(options: argparse.Namespace) -> Result:
+    path = Path(_target(options, "a review's file, and the reply with --comment"))
+    if len(options.comment) != 1:
+        raise ParameterError("lessons reply takes the reply with --comment.")
+    return with_files("\n".join(_review_lines(review.reply(path, options.comment[0]))), {}, [str(path)])
+
+
+def _review_lines(one: Review) -> list[str]:
+    lines = [f"{one.reviewer} on {one.session}: {one.points} of {one.most} points"]
+    for row in one.rows:
+        points = "–" if row.points is None else str(row.points)
+        words = f"{row.criterion}: {row.comment}" if row.comment else row.criterion
+        lines.append(f"  {points:>3} of {row.most:>3}  {words}")
+    lines += [f"  {said.place or 'comment'}: {said.text}" for said in one.comments]
+    return [*lines, *(f"  reply: {words}" for words in one.replies)]
 
 
 def _grade(options: argparse.Namespace) -> Result:
@@ -113,6 +181,8 @@ ACTIONS: dict[str, Callable[[argparse.Namespace], Result]] = {
     "check": _check,
     "play": _play,
     "report": _report,
+    "review": _review,
+    "reply": _reply,
     "grade": _grade,
 }
 
@@ -124,20 +194,30 @@ def run(options: argparse.Namespace) -> Result:
 
 COMMAND = Command(
     "lessons",
-    "guided labs: list, new, check, play, report, grade",
+    "guided labs: list, new, check, play, report, review, reply, grade",
     run,
     (
         option("action", choices=ACTIONS),
         option(
             "path",
             nargs="?",
-            help="a lesson's name or file; for report a session; for grade a folder of them",
+            help="a lesson's name or file; for report and review a session; for grade a folder of them",
         ),
         option(
             "--output", metavar="PATH", help="of play a new session, of report a page, of grade both tables"
         ),
         option("--student", default="Scripted student", metavar="NAME", help="of play with --output"),
         option("--folder", metavar="PATH", help="a folder with lessons of your own"),
+        option("--reviewer", metavar="NAME", help="of review: write a review of your own, with --points"),
+        option("--points", metavar="3,4,-", help="of review: the points of each row, - for none"),
+        option(
+            "--comment",
+            action="append",
+            default=[],
+            metavar="TEXT",
+            help="of review or reply; about a time as '12.5 s: …', about a step as 'step 2: …'",
+        ),
+        option("--hide-names", action="store_true", help="of report and review: without names"),
     ),
     60,
 )

@@ -33,9 +33,9 @@ _BASE = 200.0  # N/m that the virtual observer compares with
 class Experiments:
     """A session's pointing trials and comparisons; remarks: trials whose samples say something else."""
 
-    trials: tuple[Trial, ...]
-    comparisons: tuple[Comparison, ...]
-    remarks: tuple[str, ...]
+    trials: tuple[Trial, ...] = ()
+    comparisons: tuple[Comparison, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def lines(self) -> list[Line]:

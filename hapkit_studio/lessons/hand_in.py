@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,9 @@ from hapkit_studio.errors import FileError
 from hapkit_studio.files import checked_list, checked_number, checked_text
 from hapkit_studio.formatting import plain
 from hapkit_studio.haptics import rows
+from hapkit_studio.lessons import experiments
 from hapkit_studio.lessons.evaluate import Result, evaluate, evaluate_interval
+from hapkit_studio.lessons.experiments import Experiments
 from hapkit_studio.lessons.lesson import Check, Lesson, Question, Step
 from hapkit_studio.lessons.play import DEVICE, Played
 from hapkit_studio.lessons.samples import Samples
@@ -48,7 +51,7 @@ class Answer:
 class HandedIn:
     """A handed-in file: the lesson's key and stamp, the student, the samples, and the answers by key.
 
-    damage: messages on the unreadable parts of the file.
+    experiments: the trials of experiments in it. damage: messages on the unreadable parts of the file.
     """
 
     path: Path
@@ -59,6 +62,7 @@ class HandedIn:
     answers: Mapping[str, Answer]
     about: Mapping[str, Any]
     damage: tuple[str, ...]
+    experiments: Experiments
 
 
 def hand_in(
@@ -120,9 +124,8 @@ def _step_ranges(session: Session, samples: Samples) -> dict[int, list[tuple[flo
     """Return when each step was open, as (start, stop) in s after the session's start; {} if unknown."""
     begin = float(session.starts[0])
     steps = [(event.time - begin, event.what.get("number")) for event in session.events if event.kind == STEP]
-    ends = [*(start for start, _ in steps[1:]), math.inf]
     found: dict[int, list[tuple[float, float]]] = {}
-    for (start, number), end in zip(steps, ends, strict=True):
+    for (start, number), (end, _) in pairwise([*steps, (math.inf, None)]):
         if isinstance(number, int):
             found.setdefault(number, []).append((start, end))
     return found
@@ -172,9 +175,12 @@ def read(path: str | Path) -> HandedIn:
         except FileError as error:
             raise SessionError(str(error)) from None
         samples = Samples.of_session(session)
-        return HandedIn(
-            session.path, key, stamp, student, samples, answers, session.latest(ABOUT), session.damage
-        )
+        about, damage, found = session.latest(ABOUT), session.damage, Experiments()
+        try:
+            found = experiments.of_session(session)
+        except SessionError as error:
+            damage = (*damage, str(error))
+        return HandedIn(session.path, key, stamp, student, samples, answers, about, damage, found)
 
 
 def _answer(what: Mapping[str, Any], name: str) -> Answer:

@@ -181,7 +181,10 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Lesson:
-    """A lesson; key: its file's name; source: its text; stamp: hash of the text."""
+    """A lesson; key: its file's name; stamp: hash of the text.
+
+    hide_names: reports and reviews do not name students.
+    """
 
     key: str
     path: Path
@@ -196,6 +199,7 @@ class Lesson:
     intro: tuple[Block, ...]
     steps: tuple[Step, ...]
     stamp: str
+    hide_names: bool = False
 
     def tasks(self) -> Iterator[tuple[int, Step, Check | Question]]:
         """Yield the number of a step, counted from 1, the step, and a check or question, for all of them."""

@@ -104,6 +104,7 @@ class _Reader:
             "order": head.integer("order", 0, 1000, 100),
             "hide": head.words("hide", HIDDEN),
             "rubric": head.records("rubric", self._criterion),
+            "hide_names": head.flag("hide_names"),
         }
         keys = head.words("environments", tuple(self.known))
         if not keys:
@@ -459,6 +460,12 @@ class _Table:
             raise self.wrong(key, f"{key} is missing")
         value = self.get(key)
         return self.attempt(key, checked_number, value, key, low, high, unit)
+
+    def flag(self, key: str) -> bool:
+        value = self.get(key)
+        if value is not None and not isinstance(value, bool):
+            raise self.wrong(key, f"{key} is {quoted(value)}; it must be true or false")
+        return value is True
 
     def integer(self, key: str, low: int, high: int, default: int | None = None) -> int:
         if key not in self._left and default is not None:

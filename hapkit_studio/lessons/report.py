@@ -4,10 +4,17 @@ import html
 import math
 import re
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from hapkit_studio.charts.experiments import (
+    pointing_columns,
+    pointing_figure,
+    threshold_figure,
+    threshold_words,
+)
 from hapkit_studio.charts.run import run_figure
 from hapkit_studio.formatting import printable, with_unit
 from hapkit_studio.lessons.formulas import is_formula, svg
@@ -16,6 +23,7 @@ from hapkit_studio.lessons.hand_in import HandedIn
 from hapkit_studio.lessons.lesson import Check, Formula, Lesson, Plot, Question, Step, Text
 from hapkit_studio.lessons.page import page
 from hapkit_studio.lessons.parse import markdown
+from hapkit_studio.lessons.review import Review, Reviews, Row, hidden_names
 from hapkit_studio.lessons.samples import Samples
 
 _FIGURE_SAMPLES = 2000  # samples in a figure; more would enlarge the page without being visible
@@ -23,9 +31,17 @@ _SIZE = re.compile(r'\b(?:width|height)="[\d.]+pt"')
 _WORDS = {"review": "for the reviewer", MISSING: "not measured", "waiting": "not passed"}
 
 
-def report(handed: HandedIn, lesson: Lesson) -> str:
-    """Return the page; all text from the file and the lesson is escaped."""
-    body = [f"<h1>{_text(lesson.title)}</h1>", f'<p class="soft">{_text(lesson.aim)}</p>', _facts(handed)]
+_NO_REVIEWS = Reviews({})
+
+
+def report(handed: HandedIn, lesson: Lesson, reviews: Reviews = _NO_REVIEWS, hide_names: bool = False) -> str:
+    """Return the page; all text from the file, the lesson and the reviews is escaped.
+
+    hide_names: without the names of student, file and reviewers, as where the lesson says so.
+    """
+    hidden = hide_names or lesson.hide_names
+    body = [f"<h1>{_text(lesson.title)}</h1>", f'<p class="soft">{_text(lesson.aim)}</p>']
+    body.append(_facts(handed, hidden))
     body += [
         f'<p class="task damaged"><span class="state">damaged</span> {_text(w)}</p>' for w in handed.damage
     ]
@@ -33,10 +49,13 @@ def report(handed: HandedIn, lesson: Lesson) -> str:
     for number, step in enumerate(lesson.steps, 1):
         body.append(f"<h2>{number}. {_text(step.title)}</h2>")
         body += _step(step, handed, missing)
+    body += _experiments(handed)
     if missing:
         rows = "".join(f"<li>{_text(words)}</li>" for words in missing)
         body.append(f"<h2>Not measured</h2><ul>{rows}</ul>")
-    if lesson.rubric:
+    if reviews.found or reviews.errors:
+        body += _reviews(hidden_names(reviews) if hidden else reviews, lesson)
+    elif lesson.rubric:
         cells = "".join(f"<tr><td>{_text(c.text)}</td><td>{c.points}</td></tr>" for c in lesson.rubric)
         heads = "<thead><tr><th>A reviewer looks for</th><th>Points</th></tr></thead>"
         body.append(f"<h2>Rubric</h2><table>{heads}<tbody>{cells}</tbody></table>")
@@ -45,20 +64,73 @@ def report(handed: HandedIn, lesson: Lesson) -> str:
         "were evaluated again from the samples in the file when this page was written."
     )
     body.append(f'<p class="soft">{forces}</p>')
-    return page(f"{lesson.title}: {handed.student}", "\n".join(body))
+    return page(lesson.title if hidden else f"{lesson.title}: {handed.student}", "\n".join(body))
 
 
-def _facts(handed: HandedIn) -> str:
-    facts: dict[str, Any] = {
-        "Student": handed.student,
-        "File": handed.path.name,
-        "Recorded": handed.samples.date,
-    }
+def _facts(handed: HandedIn, hidden: bool) -> str:
+    named = {} if hidden else {"Student": handed.student, "File": handed.path.name}
+    facts: dict[str, Any] = {**named, "Recorded": handed.samples.date}
     facts |= {name.capitalize(): value for name, value in handed.about.items() if name != "quantum_m"}
     if isinstance(step := handed.about.get("quantum_m"), int | float):
         facts["Sensor step"] = with_unit(1e6 * step, "µm")
     rows = "".join(f"<dt>{_text(name)}</dt><dd>{_text(value)}</dd>" for name, value in facts.items())
     return f"<dl>{rows}</dl>"
+
+
+def _experiments(handed: HandedIn) -> Iterator[str]:
+    """Yield the results of the experiments in the file."""
+    found = handed.experiments
+    if found.trials:
+        columns, lines = pointing_columns(), found.lines
+        heads = "".join(f"<th>{_text(column.head)}</th>" for column in columns)
+        rows = "".join(
+            f"<tr>{''.join(f'<td>{_text(column.text(line))}</td>' for column in columns)}</tr>"
+            for line in lines
+        )
+        yield "<h2>Pointing with friction</h2>"
+        yield f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
+        yield _drawn(lambda path: pointing_figure(lines, path), "")
+    for words in found.remarks:
+        yield f'<p class="task edited"><span class="state">edited</span> {_text(words)}</p>'
+    if found.comparisons:
+        yield "<h2>Just-noticeable difference</h2>"
+    for one in found.thresholds:
+        yield _drawn(partial(threshold_figure, one), threshold_words(one))
+
+
+def _reviews(reviews: Reviews, lesson: Lesson) -> Iterator[str]:
+    """Yield all reviews in one table, their comments and replies, and what could not be read."""
+    found = list(reviews.found.values())
+    yield "<h2>Reviews</h2>"
+    if math.isfinite(reviews.mean) and len(found) > 1:
+        yield f"<p>Mean of the complete reviews: {100.0 * reviews.mean:.0f} % of the points.</p>"
+    if found:
+        criteria = list(dict.fromkeys((row.criterion, row.most) for one in found for row in one.rows))
+        heads = "".join(f"<th>{_text(one.reviewer)}</th>" for one in found)
+        yield f'<div class="wide"><table><thead><tr><th>A reviewer looks for</th>{heads}</tr></thead><tbody>'
+        for text, most in criteria:
+            cells = "".join(f"<td>{_given(one, text, most)}</td>" for one in found)
+            yield f"<tr><td>{_text(text)} ({most})</td>{cells}</tr>"
+        sums = "".join(f"<td>{one.points} of {one.most}</td>" for one in found)
+        yield f"<tr><th>Sum</th>{sums}</tr></tbody></table></div>"
+    for one in found:
+        titles = dict(enumerate((step.title for step in lesson.steps), 1))
+        for said in one.comments:
+            step = f", {titles[said.step]}" if said.time is None and said.step in titles else ""
+            place = f" {said.place}{step}" if said.place else ""
+            yield f'<p><span class="soft">{_text(one.reviewer + place)}:</span> {_text(said.text)}</p>'
+        for words in one.replies:
+            to = f"Reply to {one.reviewer}:"
+            yield f'<p class="task"><span class="soft">{_text(to)}</span> {_text(words)}</p>'
+    for words in reviews.errors:
+        yield f'<p class="task damaged"><span class="state">damaged</span> {_text(words)}</p>'
+
+
+def _given(review: Review, criterion: str, most: int) -> str:
+    rows = (row for row in review.rows if (row.criterion, row.most) == (criterion, most))
+    row = next(rows, Row(criterion, most))
+    points = "–" if row.points is None else str(row.points)
+    return f"{points}<br>{_text(row.comment)}" if row.comment else points
 
 
 def _step(step: Step, handed: HandedIn, missing: list[str]) -> Iterator[str]:
@@ -99,12 +171,19 @@ def _task(state: str, title: str, given: str, reason: str) -> str:
 def _figure(part: Samples, over: str, caption: str) -> str:
     """Return the interval's figure as inline SVG; its own caption contains the settings."""
     thinned = part.cut(slice(None, None, max(len(part) // _FIGURE_SAMPLES, 1)))
+    words = f"{caption} Evaluated from {part.time[0]:.2f} to {part.time[-1]:.2f} s.".strip()
+    over = "" if over == "time" else over
+    return _drawn(lambda path: run_figure(thinned, path, known=part.known, over=over), words)
+
+
+def _drawn(draw: Callable[[Path], object], words: str) -> str:
+    """Return a figure that is drawn into a file, as inline SVG with words below it."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "figure.svg"
-        run_figure(thinned, path, known=part.known, over="" if over == "time" else over)
+        draw(path)
         drawn = path.read_text(encoding="utf-8")
-    words = f"{caption} Evaluated from {part.time[0]:.2f} to {part.time[-1]:.2f} s.".strip()
-    return f"<figure>{inline_svg(drawn)}<figcaption>{_text(words)}</figcaption></figure>"
+    below = f"<figcaption>{_text(words)}</figcaption>" if words else ""
+    return f"<figure>{inline_svg(drawn)}{below}</figure>"
 
 
 def inline_svg(text: str) -> str:

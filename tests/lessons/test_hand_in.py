@@ -9,14 +9,17 @@ import sqlite3
 from contextlib import closing
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from hapkit_studio.cli import main
+from hapkit_studio.haptics import rows
 from hapkit_studio.lessons import library
 from hapkit_studio.lessons.grade import COLUMNS, as_csv, as_html, grade, grade_file
 from hapkit_studio.lessons.hand_in import hand_in, read, save_played
 from hapkit_studio.lessons.play import play_lesson, play_step
 from hapkit_studio.lessons.report import report
+from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.columns import encode
 from hapkit_studio.sessions.file import SessionError, SessionWriter, checksum
 from hapkit_studio.sessions.session import Session
@@ -262,3 +265,16 @@ def test_play_report_and_grade_on_the_command_line(tmp_path, capsys):
     edit_event(path, lambda said: {**said, "value": 1.0}, "1.1")
     assert main(["lessons", "grade", str(tmp_path)]) == 2
     assert "Edited: ada.hapkit." in capsys.readouterr().out
+
+
+def test_a_recording_without_steps_is_handed_in(tmp_path, lesson):
+    """It was made outside a lesson: no event says when a step began, so every check takes all of it."""
+    path = tmp_path / "ada.hapkit"
+    time = np.arange(2000) / 1000.0
+    with SessionWriter.whole(path) as writer:
+        table = np.zeros((len(time), rows.ROW_WIDTH))
+        table[:, rows.HOST_TIME] = table[:, rows.BOARD_TIME] = time
+        writer.add(pack(table, 20.7e-6, 0))
+    results = hand_in(path, lesson, "Ada", {})
+    assert len(results) == len(list(lesson.tasks()))
+    assert not any(result.correct for _, result in results)
