@@ -7,10 +7,8 @@ Besides each hand's script there are random throws, and random instants at which
 
 Its thresholds, each one just-noticeable difference (JND):
 
-| what | one JND | source |
-|---|---|---|
-| force between fingers and handle | 6 %, at least 15 mN | Jones, J. Motor Behavior 1989 |
-| position | 0.4 mm | Ho and Srinivasan 1996 |
+| what | one JND | source | |---|---|---| | force between fingers and handle | 6 %, at least 15 mN | Jones, J.
+Motor Behavior 1989 | | position | 0.4 mm | Ho and Srinivasan 1996 |
 | vibration of a held handle | 10, 0.5, 0.05, 0.1 µm at 26, 100, 150–200, 250 Hz | from memory |
 | event | its presence, or 20 ms | Levitin et al. 1999 |
 """

@@ -1,4 +1,4 @@
-"""Calls an environment's compiled law, single or along a path; runs with imposed motion."""
+"""Call an environment's compiled law once or along a path; runs with imposed motion."""
 
 import itertools
 import math
@@ -26,7 +26,7 @@ def call(environment, values, x, v, state=None):
 def corners(environment):
     """Return every combination of the smallest, default and largest value of each parameter.
 
-    Without incompatible ones; if there are more than 800, evenly thinned out.
+    Incompatible combinations are left out; of more than 800, an evenly spaced subset is returned.
     """
     each = []
     for p in environment.parameters:

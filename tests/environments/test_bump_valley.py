@@ -92,7 +92,7 @@ def test_the_height_law_is_in_proportion_to_height(profile):
 
 
 @pytest.mark.parametrize(("centre", "stays"), [(BUMP, False), (VALLEY, True)])
-def test_the_valley_holds_and_the_bump_throws_off(centre, stays):
+def test_the_valley_attracts_and_the_bump_repels(centre, stays):
     for profile, off in itertools.product(("gaussian", "cosine"), (-1e-4, 1e-4)):
         device = hs.SimulatedHapkit(initial_position=centre + off, coulomb_force=0.0, quantum=0.0)
         run = hs.simulate("bump_valley", {"profile": profile}, device=device, seconds=2.0)

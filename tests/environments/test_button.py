@@ -81,7 +81,7 @@ def dissipated(path, got):
 
 @pytest.mark.parametrize("hysteresis", [0.0, 0.1, 0.5])
 def test_no_closed_path_gains_energy(hysteresis, rng):
-    """From outside back to outside: energy out never exceeds energy in, within the summation error."""
+    """Between two positions outside, no more energy is given than taken, within rounding errors."""
     for reach in (2e-4, 6e-4, 2e-3, 5e-3, 1e-2):
         knots = np.append(rng.uniform(-0.2 * reach, reach, 9), -2e-3)
         path = np.array([-2e-3])
@@ -100,7 +100,7 @@ def counts(travels, **given):
     return [tuple(int(n) for n in row[-3:]) for row in states]
 
 
-def test_clicks_down_past_the_middle_of_the_snap_and_up_below_half_of_its_start():
+def test_clicks_on_press_past_the_middle_of_the_snap_and_on_release_below_half_of_its_start():
     middle, half = 5.5e-3, 2e-3
     assert counts([0.0, 0.99 * middle, 1.01 * middle]) == [(0, 0, 0), (0, 0, 0), (1, 1, 0)]
     pressed = [0.0, 6e-3, 1.01 * half, 0.99 * half]

@@ -15,9 +15,9 @@ STROKE = {"pet": 1.2, "rub": 0.3}  # s from one end to the other
 
 
 def grown(gain, speed, start, seconds):
-    """Solve dc/dt = gain speed while content, dc/dt = gain speed - c / 10 s otherwise.
+    """Return the mood: dc/dt = gain speed while content, dc/dt = gain speed - c / 10 s otherwise.
 
-    A resting hand (gain 0 below 3 mm/s) also leads to forgetting.
+    At rest (gain 0 below 3 mm/s) the mood also decays.
     """
     if start > 0.0 and speed > 0.003:
         return start + gain * speed * seconds
@@ -41,7 +41,7 @@ BANDS = [
 )
 @pytest.mark.parametrize(("speed", "gain"), BANDS)
 def test_mood_depends_on_distance_and_speed(speed, gain, temper, liking, dislike):
-    """After 0.15 s at one speed the initial state has no effect."""
+    """Evaluated after 0.15 s at one speed, when the initial state has no effect."""
     seconds = 0.15 + min(0.5, 0.05 / abs(speed))
     run = moved(lambda t: speed * t, seconds + 1e-3, temperament=temper)
     c = column(run, "contentment")
@@ -49,7 +49,7 @@ def test_mood_depends_on_distance_and_speed(speed, gain, temper, liking, dislike
     assert c[-1] == pytest.approx(grown(scaled, abs(speed), c[150], run.time[-1] - run.time[150]), abs=2e-5)
 
 
-def test_left_alone_it_forgets_in_ten_seconds():
+def test_left_alone_the_mood_decays_in_ten_seconds():
     run = moved(contented, RESTED + 10.0)
     c = column(run, "contentment")[round(RESTED * 1000) :]
     assert c[0] > 0.4
@@ -124,7 +124,7 @@ def test_left_alone_it_never_swats():
 
 
 @pytest.mark.parametrize("frequency", wide([20.0, 26.3, 30.0], lambda hertz: hertz == 26.3))
-def test_purr_is_higher_and_louder_breathing_out(frequency):
+def test_the_purr_is_higher_and_louder_while_breathing_out(frequency):
     run = moved(contented, RESTED + 4.0, purr_frequency=frequency, purr_force=1.0, hair=0.0)
     rest = slice(round(RESTED * 1000), None)
     out = column(run, "breath")[rest] < math.pi
@@ -140,7 +140,7 @@ def test_purr_is_higher_and_louder_breathing_out(frequency):
         assert np.abs(part).max() == pytest.approx(strength, rel=0.02)
 
 
-def test_theory_is_a_slow_stroke():
+def test_the_theory_curve_is_a_slow_stroke():
     """Both branches with bent hair; the tufts oscillate around them."""
     for branch, sign in ((0, 1.0), (1, -1.0)):
         quiet = {"fur_damping": 0.0, "purr_force": 0.0, "nap_ratio": 2.5}
@@ -157,8 +157,8 @@ def test_tufts_are_3_mm_apart_and_six_hundredths_of_a_newton():
     assert run.force == pytest.approx(0.06 * np.sin(2.0 * np.pi * run.position / 0.003), abs=1e-12)
 
 
-def test_the_swat_is_one_push_back_the_way_the_hand_came():
-    """As the difference from the same hand on a cat that cannot be provoked: 0.3 s, at most 1.5 N."""
+def test_the_swat_is_one_push_against_the_hands_motion():
+    """Difference from the same motion on a cat that cannot be provoked: 0.3 s, at most 1.5 N."""
     for sign in (1.0, -1.0):  # too fast with the nap, fast against it
         run = moved(lambda t, s=sign: s * np.minimum(0.26 * t, 0.2), 1.5, purr_force=0.0, hair=0.0)
         fur = np.clip(run.force + 1.5 * run.velocity, -0.35, 0.63)
@@ -184,8 +184,8 @@ def moved(position, seconds, **values):
 
 
 def contented(t):
-    """Five and a half pets, ending with the nap, then at rest."""
+    """The path of five and a half strokes that it likes, ending with the nap, then at rest."""
     return SCRIPTS["pet"].target(np.minimum(t, 0.6 + 11 * 1.2))
 
 
-RESTED = 0.6 + 11 * 1.2 + 0.2  # s, when the hand has rested for long enough
+RESTED = 0.6 + 11 * 1.2 + 0.2  # s, after a sufficient rest

@@ -34,7 +34,7 @@ def test_is_described(key):
     assert len(e.explanation) > 80
     assert 0 < len(e.summary) < 40
     assert "\n" not in e.summary + e.title
-    # another environment's key as scene: own icon and drawing; with the default it gets plain ones
+    # another environment's key as scene selects its icon and drawing; the default selects plain ones
     if e.scene != key:
         assert resources.path("icons", f"{e.scene}.svg").exists()
     for p in e.parameters:
@@ -82,7 +82,7 @@ def test_theory_has_branches_over_its_axis(key, rng):
 @pytest.mark.slow
 @every
 def test_impedance_bounds_the_slopes_of_the_law(key, rng):
-    """The force changes no faster with position or speed than stated, except at jumps, at any corner."""
+    """At any corner, the force changes no faster with position or speed than declared, except at jumps."""
     e = LIBRARY[key]
     if e.impedance is None:
         return
@@ -98,7 +98,7 @@ def test_impedance_bounds_the_slopes_of_the_law(key, rng):
 
 @every
 def test_warns_in_whole_sentences_only_when_pushed(key, rng):
-    """One line each, for any values and conditions; none at the defaults with a slow hand."""
+    """Each warning is one line, for any values and conditions; none at the defaults with a slow hand."""
     e = LIBRARY[key]
     assert tuple(e.warnings(e.values(), Conditions(speed=0.1))) == ()
     for _ in range(50):
@@ -229,7 +229,10 @@ def assert_settles(run, environment):
 @every
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
 def test_defaults_come_to_rest_in_every_grip(key, delay):
-    """At 1 kHz, held still after a push, and released at 6 mm, inside the structures at the centre."""
+    """Three cases: held still after a push, and released at 6 mm, inside the structures at the centre.
+
+    At 1 kHz.
+    """
     for held in GRIPS.values():
         hand, start = Hand(release=0.0), hs.SimulatedHapkit(initial_position=0.006)
         if held is not None:
@@ -254,8 +257,8 @@ def test_defaults_stay_quiet_under_every_named_hand(key, delay):
 @pytest.mark.slow
 @every
 @pytest.mark.parametrize("count", [4, pytest.param(12, marks=pytest.mark.slow)])
-def test_no_setting_a_person_can_choose_breaks_a_run(key, count, rng):
-    """Any parameters, loop, hand and start: finite, clamped, quantised, without a fault."""
+def test_no_setting_within_the_limits_breaks_a_run(key, count, rng):
+    """With any parameters, loop, hand and start: finite, limited, quantised, and without a fault."""
     e = LIBRARY[key]
     for _ in range(count):
         start, speed = rng.uniform(-0.04, 0.04), rng.uniform(-1, 1)
@@ -277,7 +280,7 @@ def test_no_setting_a_person_can_choose_breaks_a_run(key, count, rng):
 
 @every
 def test_the_live_loop_and_simulate_render_the_same_bits(key):
-    """Positions of the live loop given to a headless run: same velocity, force and state."""
+    """A headless run with the live loop's positions gives the same velocity, force and state."""
     e = LIBRARY[key]
     engine = Engine(hs.SimulatedHapkit(initial_position=0.004), e, realtime=False)
     reader = engine.reader()

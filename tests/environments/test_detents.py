@@ -1,4 +1,4 @@
-"""Detents: notches that hold at each multiple of the pitch, no force in between."""
+"""Detents: notches that attract at each multiple of the pitch, no force in between."""
 
 import numpy as np
 import pytest
@@ -15,13 +15,13 @@ def released(start, **given):
 
 
 @pytest.mark.parametrize("centre", [-0.04, -0.02, 0.0, 0.02, 0.04])
-def test_a_handle_within_a_notch_comes_to_its_centre(centre):
+def test_a_handle_in_a_notch_moves_to_its_centre(centre):
     for side in (-1, 1):
         assert released(centre + side * 0.99 * 0.003) == pytest.approx(centre, abs=1e-7)
 
 
 @pytest.mark.parametrize("centre", [-0.02, 0.0, 0.02])
-def test_a_handle_outside_a_notch_stays(centre):
+def test_a_handle_outside_a_notch_stays_at_rest(centre):
     for side in (-1, 1):
         start = centre + side * 1.01 * 0.003
         assert released(start) == start
@@ -35,14 +35,14 @@ def test_centres_are_the_multiples_of_the_pitch(pitch):
         assert force("detents", inside, pitch=pitch) == pytest.approx(-0.4, rel=1e-9)
 
 
-def test_damping_acts_inside_only():
+def test_damping_acts_only_inside():
     assert force("detents", 0.02, 0.3, damping=5.0) == pytest.approx(-1.5)
     assert force("detents", 0.02 + 0.99 * 0.003, 0.3, stiffness=0.0, damping=5.0) == pytest.approx(-1.5)
     assert force("detents", 0.02 + 1.01 * 0.003, 0.3, damping=5.0) == 0.0
 
 
 def test_notches_wider_than_the_pitch_meet_halfway():
-    """Every position belongs to the nearest centre: no gap, and at most k pitch / 2."""
+    """Every position belongs to the nearest centre, without a gap, and the force is at most k pitch / 2."""
     x = np.linspace(-0.02, 0.02, 1601)
     nearest = 0.006 * np.round(x / 0.006)
     between = np.abs(np.abs(x - nearest) - 0.003) > 1e-9

@@ -8,11 +8,11 @@ from hapkit_studio.dynamics.hand import Prescribed
 from tests.environments.calling import force
 
 
-def test_free_is_no_force():
+def test_free_has_no_force():
     assert force("free", 0.03, 2.0) == 0.0
 
 
-def test_spring(rng):
+def test_spring_force_is_proportional_to_the_distance(rng):
     for k, b, x0, x, v in rng.uniform(-1, 1, (50, 5)) * (0, 0, 0.04, 0.05, 2) + (700, 20, 0, 0, 0):
         got = force("spring", x, v, stiffness=k, damping=b, center=x0)
         assert got == pytest.approx(-k * (x - x0) - b * v, rel=1e-13)

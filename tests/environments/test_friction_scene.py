@@ -56,7 +56,7 @@ def drift(run):
 
 
 @pytest.mark.parametrize("model", ["stribeck", "projection", "tether", "karnopp"])
-def test_holding_models_hold_without_drift(model):
+def test_models_with_stiction_stick_without_drift(model):
     run = trembling(model)
     anchor, slides = run.state[:, :2].T
     assert not slides.any()
@@ -65,14 +65,14 @@ def test_holding_models_hold_without_drift(model):
 
 
 def test_bristles_creep_under_a_tremor():
-    """A tremor does not retrace the bristle's curve: 3.5 mm/s for 0.6 N, less as the hand comes nearer."""
+    """Under a vibrating pull of 0.6 N they creep at 3.5 mm/s, and slower as the hand's spring shortens."""
     turn = math.log(1.0 - (0.18 / 0.6) ** 2) - math.log(1.0 - (0.42 / 0.6) ** 2)
     most = 5.0 * 0.6 / 500.0 * turn
     assert 0.5 * most < drift(trembling("lugre")) < most
 
 
 @pytest.mark.parametrize("model", ["coulomb", "smoothed"])
-def test_models_by_speed_alone_let_go(model):
+def test_models_by_speed_alone_do_not_stick(model):
     """Under the same pull the handle moves towards the hand's 15 mm."""
     held, loose = (np.mean(trembling(m, 6.0).true_position[-1000:]) for m in ("tether", model))
     assert held < 1e-3
@@ -80,9 +80,9 @@ def test_models_by_speed_alone_let_go(model):
 
 
 def dragged(path, static, kinetic, stiffness, shock):
-    """Return the force (n,) in N of a tether whose anchor is dragged along at every sample of a path (n,).
+    """Return the force (n,) in N of a tether whose anchor follows every sample of a path (n,).
 
-    shock: N per m between samples, by the damping. The implicit step of Kikuuwe et al. 2006.
+    shock: N per m between samples, from the damping. The implicit step of Kikuuwe et al. 2006.
     """
     anchor = before = path[0]
     out, stuck = [], True
@@ -109,8 +109,8 @@ def dragged(path, static, kinetic, stiffness, shock):
         ("projection", 0.6, 0.4, 500.0, 1e-4),
     ],
 )
-def test_tether_equals_a_dragged_anchor_to_the_hand(hand, model, static, kinetic, stiffness, most):
-    """The anchor's exact position while sliding is irrelevant: differences far below 15 mN."""
+def test_a_tether_feels_like_a_dragged_anchor(hand, model, static, kinetic, stiffness, most):
+    """While sliding the anchor's exact position is irrelevant: differences are far below 15 mN."""
     device = hs.SimulatedHapkit(initial_velocity=0.4)
     given = {"static_force": static, "kinetic_force": kinetic, "tether_stiffness": stiffness}
     run = hs.simulate("friction", {"model": model, **given}, hand=hand, device=device, seconds=3.0)
@@ -121,7 +121,7 @@ def test_tether_equals_a_dragged_anchor_to_the_hand(hand, model, static, kinetic
 
 
 def test_the_board_renders_a_tether_at_3_900_hz():
-    """1,367 cycles and 2 kHz with an anchor dragged at every sample; delays of 143 and 142 µs."""
+    """With an anchor moved at every sample, 1,367 cycles and 2 kHz; delays of 143 and 142 µs."""
     plan = BoardPlanner(ARENA).plan(PlanRequest(FRICTION, FRICTION.values({"model": "tether"})))
     assert plan.rate == pytest.approx(3900, rel=1e-3)
     gained = [
@@ -147,8 +147,8 @@ def test_friction_dissipates_more_than_sampling_adds(model, hand, late):
 
 @pytest.mark.parametrize("speed", [0.006, 0.04, 0.15, -0.15])
 @pytest.mark.parametrize("model", MODELS)
-def test_a_steady_slide_feels_as_the_curve_says(model, speed):
-    """An ideal sensor, at most 40 mm: the last quarter."""
+def test_a_steady_slide_has_the_force_of_the_theory_curve(model, speed):
+    """With an ideal sensor over at most 40 mm; the last quarter is compared."""
     device = hs.SimulatedHapkit(quantum=0.0)
     seconds = min(0.03 / abs(speed), 2.0)
     hand = Prescribed(lambda t: speed * t)
@@ -158,7 +158,7 @@ def test_a_steady_slide_feels_as_the_curve_says(model, speed):
     assert late == pytest.approx(want, rel=0.01, abs=0.002)
 
 
-def test_curves_have_stribecks_shape_where_the_model_has():
+def test_theory_curves_have_stribecks_shape_if_the_model_has_it():
     v = np.array([-0.2, -1e-4, 1e-4, 0.02, 0.2])
     got = FRICTION.over_velocity(FRICTION.values({"model": "stribeck", "viscous": 0.0}), v)
     assert got == pytest.approx([0.4, 0.6, -0.6, -(0.4 + 0.2 / math.e), -0.4], rel=1e-3)
@@ -186,7 +186,7 @@ def test_a_change_of_model_at_rest_causes_no_force(model):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_without_friction_only_the_viscous_part_is_left(model):
+def test_without_friction_only_the_viscous_force_remains(model):
     path = 0.01 * np.sin(np.arange(400) / 20.0)
     speeds = np.gradient(path) * 1e3
     got, _ = along("friction", path, speeds, model=model, kinetic_force=0.0, static_force=0.0, viscous=3.0)
@@ -209,8 +209,8 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
         ({"model": "karnopp", "stick_velocity": 0.0209}, {"stick_velocity": 0.0205}, "20.7 mm/s"),
     ],
 )
-def test_a_models_limit_has_a_one_line_warning(inside, outside, words):
-    """Theory §1: for the smoothed 2 m/T + 4 b/3, where B n0 / T is 1."""
+def test_each_models_limit_has_a_one_line_warning(inside, outside, words):
+    """Theory §1; for the smoothed model 2 m/T + 4 b/3, with B n0 / T = 1."""
     assert not any(words in line.replace("Above", "above") for line in warned("friction", **inside))
     (line,) = [
         one for one in warned("friction", **(inside | outside)) if words in one.replace("Above", "above")
@@ -229,7 +229,10 @@ def slide(speed, **given):
 @pytest.mark.parametrize("estimator", ["difference", "kalman", "iir", "butterworth", "foaw"])
 @pytest.mark.parametrize("model", ["stribeck", "lugre"])
 def test_missing_friction_of_slow_sliding_is_as_warned(model, rate, estimator, stribeck_velocity):
-    """A tenth of a count a period: the error is the warned one to 1 %; errors up to 1 % have no warning."""
+    """At a tenth of a count per period the error is within 1 % of the warned one.
+
+    Errors up to 1 % get no warning.
+    """
     run = slide(7e-4, model=model, rate=rate, estimator=estimator, stribeck_velocity=stribeck_velocity)
     want = 0.4 + 0.2 * math.exp(-((7e-4 / stribeck_velocity) ** 2))
     lack = 100.0 * (1.0 + np.mean(run.force[-len(run.force) // 4 :]) / want)
@@ -241,8 +244,8 @@ def test_missing_friction_of_slow_sliding_is_as_warned(model, rate, estimator, s
         assert all(("A hand does not notice" in line) == (lack < 7.0) for line in said)
 
 
-def test_a_finer_estimate_lets_karnopp_hold_in_a_narrower_band():
-    """A count is 6.8 mm/s for the Kalman filter, 20.7 for the difference: a band of 10 suits one only."""
+def test_a_finer_estimate_permits_a_narrower_karnopp_band():
+    """A count is 6.8 mm/s for the Kalman filter, 20.7 for the difference; only the former suits 10 mm/s."""
     found = {}
     for estimator in ("difference", "kalman"):
         run = slide(1e-3, model="karnopp", stick_velocity=0.01, estimator=estimator)
@@ -252,7 +255,7 @@ def test_a_finer_estimate_lets_karnopp_hold_in_a_narrower_band():
 
 @pytest.mark.parametrize(("late", "limit"), [(0, 1.5), (1, 0.75), (3, 0.375)])
 def test_delay_lowers_the_chatter_limit_of_plain_friction(late, limit):
-    """F_c T² / (m Δ) of 1.5, or 0.7 with a period of delay (theory §3.2): warned and observed there."""
+    """F_c T² / (m Δ) of 1.5, or 0.7 with a period of delay (theory §3.2): warned and observed."""
     level = 0.044 * 20.7e-6 / 1e-6
     conditions = Conditions(delay=late * 1e-3)
     for share, said in ((0.99, "flips"), (1.01, "several counts")):
@@ -271,7 +274,7 @@ def creep(model, pull, **given):
     return (run.true_position[3000 - 1] - run.true_position[1000]) / 2.0
 
 
-def test_warned_creep_of_smoothed_friction_is_the_rendered_one():
+def test_the_warned_creep_of_smoothed_friction_is_rendered():
     (said,) = warned("friction", model="smoothed")
     assert "a pull of 0.2 N creeps at 15 mm/s" in said
     got = creep("smoothed", 0.2, viscous=1.0)
@@ -281,8 +284,8 @@ def test_warned_creep_of_smoothed_friction_is_the_rendered_one():
 
 @pytest.mark.parametrize("stick_velocity", [0.001, 0.003, 0.03, 0.2])
 @pytest.mark.parametrize("kinetic_force", [0.02, 0.1, 0.3, 0.4, 3.0])
-def test_smoothed_friction_without_viscous_friction_creeps_as_tanh_says(kinetic_force, stick_velocity):
-    """At half the kinetic force tanh(v / width) = 0.5; rounding must not cause an error."""
+def test_smoothed_friction_without_viscous_friction_creeps_as_tanh_predicts(kinetic_force, stick_velocity):
+    """At half the kinetic force tanh(v / width) = 0.5; rounding causes no error."""
     values = environments.named("friction").values(
         {
             "model": "smoothed", "viscous": 0.0, "kinetic_force": kinetic_force,

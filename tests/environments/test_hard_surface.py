@@ -21,7 +21,7 @@ MATERIALS = {"rubber": (116.7, 60.0, 18.0), "wood": (150.0, 80.0, 100.0), "alumi
 
 
 def entered(speed, rate=1000.0, seconds=0.25, **given):
-    """Return a run into it at constant speed with an ideal sensor, and its first row inside."""
+    """Return a run that enters it at constant speed with an ideal sensor, and the first row inside."""
     motion = hs.Prescribed(lambda t: 0.003 + speed * t)
     device = hs.SimulatedHapkit(quantum=0.0, max_force=math.inf)
     run = hs.simulate("hard_surface", given, hand=motion, device=device, rate=rate, seconds=seconds)
@@ -36,7 +36,7 @@ def sounds(run, first, amplitude, decay, frequency, speed, stiffness=250.0):
 
 
 @pytest.mark.parametrize("speed", [0.1, 0.037])
-def test_rings_exactly_at_the_sample_instants(speed):
+def test_the_vibration_is_exact_at_the_sample_instants(speed):
     run, first = entered(speed, limit=3.0)
     assert not run.force[:first].any()
     assert run.force[first:] == pytest.approx(sounds(run, first, 15.0, 60.0, 50.0, speed), abs=1e-9)
@@ -45,7 +45,7 @@ def test_rings_exactly_at_the_sample_instants(speed):
 
 
 @pytest.mark.parametrize("material", MATERIALS)
-def test_materials_ring_with_their_own_numbers_whatever_the_custom_ones(material):
+def test_materials_have_their_own_vibration_independent_of_the_custom_values(material):
     acceleration, decay, frequency = MATERIALS[material]
     amplitude = round(0.044 * acceleration, 1)
     given = {"material": material, "amplitude": 77.0, "decay": 7.0, "frequency": 77.0}
@@ -57,7 +57,7 @@ def test_materials_ring_with_their_own_numbers_whatever_the_custom_ones(material
     ("material", "t_peak", "peak"),
     [("rubber", 9.576e-3, 58.03), ("wood", 2.298e-3, 123.81), ("aluminium", 0.808e-3, 278.64)],
 )
-def test_peaks_when_theory_says(material, t_peak, peak):
+def test_the_peak_is_at_the_theoretical_time(material, t_peak, peak):
     """Theory §6: time of the peak and its height per speed of entry."""
     run, first = entered(0.1, rate=100_000.0, seconds=0.05, material=material, stiffness=0.0, limit=3.0)
     highest = np.argmin(run.force)
@@ -86,8 +86,8 @@ def test_the_wall_part_never_pulls(rng):
 
 
 @pytest.mark.parametrize(("counts", "again"), [(0.99, False), (1.01, True)])
-def test_rings_again_only_after_leaving_by_two_counts(counts, again):
-    """A second entry 10 ms after the first at four times its speed."""
+def test_it_vibrates_again_only_after_leaving_by_two_counts(counts, again):
+    """A second entry 10 ms after the first, at four times its speed."""
     x = np.concatenate([np.full(10, 0.006), [0.005 - counts * 2.0 * COUNT], np.full(30, 0.006)])
     v = np.concatenate([np.full(10, 0.05), [0.0], np.full(30, 0.2)])
     got, states = along("hard_surface", x, v, limit=3.0)
@@ -118,8 +118,8 @@ def by_formula(run, rate, decay, hertz):
     ("rate", "decay", "hertz"),
     wide([(1000.0, 60.0, 50.0), (4000.0, 5.0, 400.0), (500.0, 300.0, 5.0)], lambda rate, *_: rate == 1000.0),
 )
-def test_recursion_equals_the_formula_to_the_hand(hand, rate, decay, hertz):
-    """The recursion is exact: differences are six orders of magnitude below 15 mN."""
+def test_the_recursion_feels_like_the_formula(hand, rate, decay, hertz):
+    """The recursion is exact: differences are a millionth of 15 mN."""
     device = hs.SimulatedHapkit(initial_velocity=0.3)
     given = {"damping": 3.0, "decay": decay, "frequency": hertz}
     run = hs.simulate("hard_surface", given, hand=hand, device=device, rate=rate, seconds=3.0)
@@ -127,14 +127,14 @@ def test_recursion_equals_the_formula_to_the_hand(hand, rate, decay, hertz):
     assert run.force == pytest.approx(by_formula(run, rate, decay, hertz), abs=1e-8)
 
 
-def test_recursion_halves_the_cycles_on_the_board():
-    """2,999 with sine and exponential at every tick."""
+def test_the_recursion_halves_the_cycles_on_the_board():
+    """With a sine and an exponential in every tick it takes 2,999 cycles."""
     program = BoardPlanner(ARENA).plan(PlanRequest(SURFACE, SURFACE.values())).program
     assert program.usual <= 2999 / 2
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
-def test_a_tapping_hand_rings_it_once_a_tap(delay):
+def test_a_tapping_hand_causes_one_vibration_per_tap(delay):
     """Four taps in 3 s, each with one entry: bounces and sensor jitter cause no further vibration."""
     run = hs.simulate("hard_surface", hand="tap", delay=delay, seconds=3.0)
     assert np.count_nonzero(run.state[:, 0] == 0.0) == 4
@@ -144,7 +144,7 @@ def warned(period=1e-3, **given):
     return calling.warned("hard_surface", Conditions(1.0 / period), **given)
 
 
-def test_warns_of_fewer_than_10_samples_a_cycle():
+def test_warns_of_fewer_than_10_samples_per_cycle():
     """f > 1 / (10 T): 100 Hz at 1 kHz."""
     assert not warned()
     assert not warned(frequency=99.0)

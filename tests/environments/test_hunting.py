@@ -33,20 +33,23 @@ PLACES = {
 
 
 def swings(run):
-    """Return True if the amplitude is larger at the end than at the beginning."""
+    """Return True if the amplitude is larger at the end than at the start."""
     tenth = len(run.time) // 10
     return np.ptp(run.true_position[-tenth:]) > np.ptp(run.true_position[:tenth])
 
 
 def said(run):
-    """Return whether a line says that the handle, let go, does not come to rest."""
+    """Return True if a warning says that the released handle does not settle."""
     return any("let go" in line for line in run.warnings)
 
 
 @pytest.mark.parametrize("late", [0.0, 0.5e-3, 1e-3])
 @pytest.mark.parametrize("place", PLACES)
 def test_the_handle_oscillates_exactly_if_warned(place, late):
-    """Limit b / (T/2 + delay) without friction and quantisation, to 0.3 % (theory §1.3); tested 1 % off."""
+    """Limit b / (T/2 + delay) without friction and quantisation (theory §1.3), exact to 0.3 %.
+
+    Tested 1 % above and below.
+    """
     key, others, given, centre = PLACES[place]
     rule = VISCOUS / (0.5e-3 + late)
     for share in (0.99, 1.01):
@@ -62,7 +65,7 @@ def test_the_handle_oscillates_exactly_if_warned(place, late):
 @pytest.mark.parametrize("late", [0.0, 1e-3])
 @pytest.mark.parametrize("estimator", ["difference", "kalman", "iir"])
 def test_late_damping_counts_with_its_effective_value(estimator, late):
-    """A tether with 5 N·s/m, less effective with a filter: 3 % on either side of its stable stiffness."""
+    """A tether with 5 N·s/m, weakened by a filter: 3 % above and below its stable stiffness."""
     limit = hs.stiffness_limit(MASS, VISCOUS, damping=5.0, delay=late, estimator=estimator)
     device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=0.0, initial_velocity=1e-4)
     for share in (0.97, 1.03):
@@ -72,7 +75,7 @@ def test_late_damping_counts_with_its_effective_value(estimator, late):
 
 
 def balance(stiffness, late, viscous):
-    """Return energy added by lateness over that dissipated by 0.1 N, at a tether force of 0.4 N."""
+    """Return the ratio of the energy added by delay to that dissipated by 0.1 N; tether force 0.4 N."""
     limit = hs.stiffness_limit(MASS, VISCOUS, damping=viscous, delay=late)
     amplitude = 0.4 / stiffness
     given = math.pi * math.sqrt(stiffness / MASS) * amplitude**2 * (stiffness - limit) * (0.5e-3 + late)
@@ -80,7 +83,10 @@ def balance(stiffness, late, viscous):
 
 
 def hunts(values, late):
-    """Return True if the handle keeps oscillating after a flick of any strength; a warning must agree."""
+    """Return True if the handle keeps oscillating after a flick of any strength.
+
+    Check that a warning agrees.
+    """
     hunted = []
     for speed in (0.01, 0.05, 0.2, 0.5):
         device = hs.SimulatedHapkit(initial_velocity=speed)
@@ -92,7 +98,10 @@ def hunts(values, late):
 
 @pytest.mark.parametrize(("late", "viscous"), [(1e-3, 1.0), (2e-3, 1.0), (2e-3, 0.0)])
 def test_a_tether_oscillates_if_it_adds_more_energy_than_dissipated(late, viscous):
-    """At 90 % of the dissipated energy no oscillation and no warning; at twice as much both."""
+    """If 90 % of the dissipated energy is added, there is no oscillation and no warning.
+
+    If twice as much, both.
+    """
     stiff = np.geomspace(200.0, 2e4, 400)
     gives = np.array([balance(k, late, viscous) for k in stiff])
     for share in (0.9, 2.0):
@@ -110,14 +119,17 @@ def test_a_tether_oscillates_if_it_adds_more_energy_than_dissipated(late, viscou
         ("lugre", 10_000.0, 2e-3, True),
     ],
 )
-def test_bands_and_bristles_oscillate_less_than_a_tether(model, stiffness, late, goes_on):
-    """Karnopp's band of 22 mm/s limits the force to 0.31 N; bristles dissipate in every oscillation."""
+def test_karnopp_and_bristles_oscillate_less_than_a_tether(model, stiffness, late, goes_on):
+    """Karnopp's band of 22 mm/s limits the force to 0.31 N.
+
+    Bristles dissipate energy in every oscillation.
+    """
     values = {"model": model, "tether_stiffness": stiffness, "stick_velocity": 0.022}
     assert hunts(values, late) == goes_on
 
 
-def test_a_projections_limit_is_that_of_its_own_damping():
-    """Its damper is K T: 4 % on either side of the limit K at that damping."""
+def test_the_limit_of_the_projection_model_includes_its_own_damping():
+    """The model's damping is K T; tested 4 % above and below the limit K at this damping."""
     stiff = np.geomspace(300.0, 3000.0, 300)
     limit = next(k for k in stiff if hs.stiffness_limit(MASS, VISCOUS, damping=k * 1e-3, delay=1e-3) < k)
     device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=0.0, initial_velocity=1e-4)
@@ -127,8 +139,11 @@ def test_a_projections_limit_is_that_of_its_own_damping():
         assert said(run) == swings(run) == (share > 1.0)
 
 
-def test_the_handles_own_friction_decides_on_ridges_of_a_third_of_a_newton():
-    """0.3 N on 5 mm at 1 ms: 377 N/m, above 333. It drifts by 1.5 mm; 0.1 N of friction holds it."""
+def test_friction_of_the_handle_stabilises_ridges_of_a_third_of_a_newton():
+    """The steepest slope of 0.3 N on 5 mm is 377 N/m, above the limit of 333 at 1 ms. Drift is 1.5 mm.
+
+    0.1 N prevents it.
+    """
     for friction in (0.0, 0.1):
         device = hs.SimulatedHapkit(coulomb_force=friction, initial_position=0.002)
         grating = {"kind": "grating", "amplitude": 0.3}

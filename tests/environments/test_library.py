@@ -22,7 +22,7 @@ def test_discovers_the_modules_of_its_folder():
     assert hs.environments is environments
 
 
-def test_keys_shortcuts_and_titles_are_their_own():
+def test_keys_shortcuts_and_titles_are_unique():
     for values in ([e.shortcut for e in LIBRARY.values() if e.shortcut], [e.title for e in LIBRARY.values()]):
         assert len(set(values)) == len(values)
 
@@ -45,7 +45,7 @@ def test_an_unknown_environment_lists_the_known_ones():
             environments.named(wrong)
 
 
-def test_a_broken_environment_of_another_package_is_left_out_with_a_warning(monkeypatch):
+def test_a_broken_environment_of_another_package_is_skipped_with_a_warning(monkeypatch):
     broken = EntryPoint("torn", "no_such_module_anywhere:ENVIRONMENT", environments.ENTRY_POINTS)
     monkeypatch.setattr(discovery, "entry_points", lambda group: [broken])
     with pytest.warns(UserWarning, match="'torn'.*cannot be loaded.*no_such_module_anywhere"):

@@ -19,7 +19,7 @@ CONTRACT = {"object", "object_velocity", "object_acceleration", "started"}
 
 
 def pushed_and_held(t):
-    """From the rest position to 20 mm beyond, slowly enough to stay in contact."""
+    """A slow motion from the rest position to 20 mm beyond it, in contact all the time."""
     return smoothly(t, 0.01, 0.03, 0.4)
 
 
@@ -32,7 +32,7 @@ def pushed_and_left(t):
     ("case", "motion", "rate"),
     [(0, pushed_and_left, 1000.0), (1, pushed_and_held, 1000.0), (2, pushed_and_held, 230.0)],
 )
-def test_the_course_s_mass_grows_in_the_scene_as_its_table_says(method, case, motion, rate):
+def test_the_course_s_mass_grows_in_the_scene_as_in_its_table(method, case, motion, rate):
     """m = 2 kg, b = 1 N·s/m, k = 300 N/m, free or in contact with 1000 N/m."""
     values = {"contact_stiffness": 1000.0, "integrator": method}
     run = imposed("mass_spring_damper", values, motion, 1.5, rate)
@@ -45,8 +45,11 @@ def test_the_course_s_mass_grows_in_the_scene_as_its_table_says(method, case, mo
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)
-def test_the_scene_is_the_integrator(method):
-    """After the handle has left, sample by sample; the row's acceleration is that before the last step."""
+def test_the_scene_uses_the_integrator_exactly(method):
+    """Compared sample by sample after the handle has left.
+
+    The row's acceleration is that before the last step.
+    """
     run = imposed("mass_spring_damper", {"integrator": method, "mass": 0.2}, pushed_and_left, 0.6)
     x, v = column(run, "object"), column(run, "object_velocity")
     first = 400
@@ -74,7 +77,7 @@ def test_objects_start_at_rest_at_their_positions():
     assert set(PUCK.state_names) >= CONTRACT | {"side"}
 
 
-def test_pushed_slowly_the_mass_gives_contact_and_spring_in_series():
+def test_pushed_slowly_the_force_is_that_of_contact_and_spring_in_series():
     values = MASS.values({"damping": 20.0, "stiffness": 200.0, "contact_stiffness": 800.0})
     x = np.array([-0.02, 0.010, 0.012, 0.03])
     theory = MASS.over_position(values, x)
@@ -86,7 +89,7 @@ def test_pushed_slowly_the_mass_gives_contact_and_spring_in_series():
         assert run.force[-1] == pytest.approx(want, abs=1e-6)
 
 
-def test_contact_damping_acts_on_the_way_in_only():
+def test_contact_damping_acts_only_on_approach():
     contact = {"contact_stiffness": 100.0, "contact_damping": 7.0}
     values = MASS.values(contact)
     for v, want in ((0.2, -100.0 * 0.003 - 7.0 * 0.2), (0.0, -0.3), (-0.2, -0.3)):
@@ -158,13 +161,13 @@ def test_diverging_objects_restart_and_the_force_stays_finite(key, method, rate)
 
 
 def shove(t):
-    """Push the puck from the left, and retract before it returns."""
+    """A push of the puck from the left, and a retraction before it returns."""
     return smoothly(t, -0.01, 0.018, 0.12) if t < 0.12 else smoothly(t - 0.12, 0.018, -0.3, 0.1)
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_a_push_gives_the_puck_its_impulse(method):
-    """m v equals the sum of the force over the samples; exactly if a step applies just that force."""
+    """m v equals the sum of the force over the samples; exact if a step applies only that force."""
     run = imposed("puck", {"integrator": method}, shove, 0.16)
     momentum = 0.5 * column(run, "object_velocity")[-1]
     impulse = -run.force.sum() * 1e-3
@@ -198,15 +201,15 @@ def bounces(method, wall, rate=1000.0, seconds=8.0):
     ],
 )
 def test_energy_of_a_bounce_between_the_walls(method, gain, tolerance):
-    """Off 300 N/m at 1 kHz, omega dt = 0.0775."""
+    """At a wall of 300 N/m at 1 kHz, omega dt = 0.0775."""
     energy = bounces(method, 300.0, seconds=1.6 if gain > 1.1 else 4.0)
     ratio = (energy[7] / energy[0]) ** (1.0 / 7.0) if gain != 1.0 else energy / energy[0]
     assert ratio == pytest.approx(gain, abs=tolerance)
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)
-def test_friction_stops_the_puck_and_it_stays(method):
-    """Free sliding over m v^2 / (2 F_c); for projected friction, accurate to half a step of v."""
+def test_friction_stops_the_puck_permanently(method):
+    """It slides over m v^2 / (2 F_c); for projected friction, accurate to half a step of v."""
     run = imposed("puck", {"integrator": method, "friction": 2.0, "mass": 0.1}, shove, 1.0)
     x, v = column(run, "object"), column(run, "object_velocity")
     off = np.flatnonzero(run.force)[-1] + 2
@@ -219,7 +222,10 @@ def test_friction_stops_the_puck_and_it_stays(method):
 
 
 def test_the_handle_keeps_its_side_inside_the_puck():
-    """Through the middle it pushes back to its side; beyond the far edge it is on the other side."""
+    """Up to the far edge the force is towards the handle's side.
+
+    Beyond it the handle is on the other side.
+    """
     values = PUCK.values()
     for sign in (1.0, -1.0):
         _, state, _ = call(PUCK, values, 0.010 - sign * 0.006, 0.0)
@@ -233,8 +239,8 @@ def test_the_handle_keeps_its_side_inside_the_puck():
 
 
 @pytest.mark.parametrize("pad", [0.0, 4.0])
-def test_action_equals_reaction(pad):
-    """m (v_k+1 - v_k) / dt = -F_k - b v_k - k (x_k - x_eq): action and reaction, sample by sample."""
+def test_action_equals_reaction_at_every_sample(pad):
+    """m (v_k+1 - v_k) / dt = -F_k - b v_k - k (x_k - x_eq)."""
     run = imposed("mass_spring_damper", {"contact_damping": pad}, pushed_and_left, 0.5)
     x, v = column(run, "object"), column(run, "object_velocity")
     inertia = 2.0 * np.diff(v) / 1e-3

@@ -24,7 +24,7 @@ def swept(speed, seconds=1.0, **given):
 
 @pytest.mark.parametrize("kind", ["bands", "grating"])
 @pytest.mark.parametrize(("speed", "wavelength"), [(0.06, 0.005), (0.05, 0.002), (0.04, 0.0005)])
-def test_vibrates_at_speed_over_wavelength(kind, speed, wavelength):
+def test_the_frequency_is_speed_over_wavelength(kind, speed, wavelength):
     run = swept(speed, kind=kind, wavelength=wavelength)
     assert frequency(run.force[1:], 1000.0) == pytest.approx(speed / wavelength, rel=0.01)
 
@@ -55,7 +55,7 @@ def grains(seed):
 
 @pytest.mark.parametrize("seed", [0, 1, 57, 99])
 def test_sandpaper_is_minus_the_slope_of_smooth_grains(seed):
-    """Between grains the height is 6 u⁵ − 15 u⁴ + 10 u³; its slope, at most 15 / 8, is scaled to 1."""
+    """Between grains the height is 6 u⁵ − 15 u⁴ + 10 u³; its slope, at most 15 / 8, is normalised to 1."""
     heights = grains(seed) / 250.0
     u = np.linspace(0.0, 0.999, 37)
     step = np.polynomial.Polynomial([0, 0, 0, 10, -15, 6]).deriv()
@@ -66,7 +66,10 @@ def test_sandpaper_is_minus_the_slope_of_smooth_grains(seed):
 
 
 def test_stored_grains_follow_the_handle(rng):
-    """Rest, steps within a cell, over one and over many; then another seed at the same position."""
+    """At rest, in steps within a cell, over one and over many cells.
+
+    Then with another seed at the same position.
+    """
     x = np.cumsum(rng.choice([0.0, 1e-5, -1e-4, 2e-3, -2e-3, 9e-3, -9e-3], 2000)) * 0.3
     state = None
     for place, seed in [*((one, 3) for one in x), (x[-1], 4)]:
@@ -78,7 +81,7 @@ def test_stored_grains_follow_the_handle(rng):
 
 
 def test_sandpaper_takes_half_the_cycles_and_more_than_twice_the_rate_on_the_board():
-    """9,468 cycles and 500 Hz with both grains computed at every tick; the delay is 135 µs."""
+    """With both grains computed in every tick, 9,468 cycles and 500 Hz; the delay is 135 µs."""
     values = TEXTURE.values({"kind": "sandpaper"})
     plan = BoardPlanner(ARENA).plan(PlanRequest(TEXTURE, values))
     assert plan.program.usual <= 9468 / 2
@@ -87,7 +90,7 @@ def test_sandpaper_takes_half_the_cycles_and_more_than_twice_the_rate_on_the_boa
     assert gained[1] > 1.5 * gained[0]
 
 
-def test_grains_are_each_height_once_and_no_seed_is_another_shifted():
+def test_each_height_occurs_once_and_no_seed_is_a_shift_of_another():
     orders = [[round(250.0 * grain(float(n), float(seed))) for n in range(251)] for seed in range(100)]
     assert all(sorted(order) == list(range(251)) for order in orders)
     assert orders == [grains(seed).tolist() for seed in range(100)]
@@ -96,7 +99,7 @@ def test_grains_are_each_height_once_and_no_seed_is_another_shifted():
 
 
 @pytest.mark.parametrize("seed", [1, 2, 31])
-def test_sandpaper_is_bounded_steady_and_of_zero_mean(seed):
+def test_sandpaper_is_bounded_reproducible_and_of_zero_mean(seed):
     x = np.arange(251 * 40) * 0.00025 / 40.0 - 0.03
     got = forces("texture", x, kind="sandpaper", amplitude=2.0, wavelength=0.0005, seed=seed)
     assert np.abs(got).max() <= 2.0
@@ -112,7 +115,7 @@ warned = partial(calling.warned, "texture")
 
 
 @pytest.mark.parametrize("kind", ["bands", "grating", "sandpaper"])
-def test_warns_of_fewer_than_10_samples_or_counts_a_ridge(kind):
+def test_warns_of_fewer_than_10_samples_or_counts_per_ridge(kind):
     """v > λ / (10 T): 5 mm at 1 kHz allow 0.5 m/s; λ < 10 counts."""
     assert not warned(Conditions(speed=0.99 * 0.5), kind=kind)
     (line,) = warned(Conditions(speed=1.01 * 0.5), kind=kind)
@@ -124,7 +127,7 @@ def test_warns_of_fewer_than_10_samples_or_counts_a_ridge(kind):
     assert "10 sensor counts" in line
 
 
-def test_theory_is_over_the_laws_variable():
+def test_the_theory_curve_is_over_the_laws_variable():
     x, v = np.linspace(-0.02, 0.02, 81), np.linspace(-0.2, 0.2, 41)
     bands, grating = TEXTURE.values({"kind": "bands"}), TEXTURE.values({"kind": "grating"})
     assert np.isnan(TEXTURE.over_position(bands, x)).all()
@@ -136,7 +139,7 @@ def test_theory_is_over_the_laws_variable():
 
 @pytest.mark.parametrize("start", np.linspace(0.0, 0.005, 7, endpoint=False))
 def test_the_default_ridges_are_below_the_limit_and_a_released_handle_comes_to_rest(start):
-    """1 ms late: the steepest slope against the exact limit, and no count changes in the last second."""
+    """With 1 ms of delay, the steepest slope is below the exact limit, and the last second has no motion."""
     slope, _ = TEXTURE.impedance(TEXTURE.values())
     assert slope == pytest.approx(2.0 * np.pi * 0.25 / 0.005)
     assert slope < 0.95 * hs.stiffness_limit(0.044, 0.5, rate=1000.0, delay=1e-3)

@@ -1,4 +1,4 @@
-"""A scripted board that seems to render by itself: what it is told, and frames as the test wants them."""
+"""A scripted board that appears to render: it records messages, and sends frames chosen by the test."""
 
 import time
 from dataclasses import dataclass, field, replace
@@ -16,7 +16,7 @@ ZERO = 1000
 
 @dataclass
 class Loaded:
-    """A law as far as it has come: its data, and what its constants were set to since."""
+    """A received law: its data, and changes of its constants."""
 
     law: Law
     data: bytearray = field(default_factory=bytearray)
@@ -32,10 +32,10 @@ class Loaded:
 
 
 class RendersItself(FakeKit):
-    """Takes a law in pieces and its changes, and renders once it is whole, or refuses it.
+    """Receive a law in pieces and its changes; render it when complete, or refuse it.
 
-    refuses: why; deaf: kinds of message and how many of each it does not hear; moving: constants that it has
-    room to move.
+    refuses: reason for refusing. deaf: number of messages to ignore, by kind. moving: number of ramps for
+    constants.
     """
 
     def __init__(self, arena=ARENA, refuses=Refusal.NONE, moving=255, **options):
@@ -74,7 +74,7 @@ class RendersItself(FakeKit):
 
     @property
     def told(self):
-        """Return the generation that telemetry says: the last change's, or the law's."""
+        """Return the generation in telemetry: the last change's, or the law's."""
         since = [t.generation for t in self.tuned if t.law == self.generation]
         return since[-1] if since else self.generation
 
@@ -87,16 +87,16 @@ class RendersItself(FakeKit):
 
 
 class BoardSetup:
-    """One such board with the engine on it: frames go out one by one, each is rendered at once."""
+    """Such a board with an engine: it sends frames one by one, and the loop handles each at once."""
 
     def __init__(self, kit, board, engine):
         self.kit, self.board, self.engine = kit, board, engine
         self.told = board.told
-        self.seq = self.clock = 0  # µs by which the board's clock is off
+        self.seq = self.clock = 0  # µs: offset of the board's clock
         self.count, self.telemetry, self.sample = ZERO, {}, {}
 
     def frame(self):
-        """Return the next frame: a sample, or telemetry where the board renders."""
+        """Return the next frame: a sample, or telemetry while the board renders."""
         self.seq += 1
         time_us = 1000 * self.seq + self.clock & 0xFFFFFFFF
         if not self.kit.renders:
@@ -113,11 +113,11 @@ class BoardSetup:
         return encode(Telemetry(seq=self.seq, time_us=time_us, count=count, **known | self.telemetry))
 
     def run(self, frames):
-        """Send so many frames; return their rows, those shown."""
+        """Send frames; return the resulting rows."""
         return [row for _ in range(frames) for row in self.board.say(self.frame())]
 
     def until(self, true):
-        """Send frames until something is so; return their rows."""
+        """Send frames until a condition is true; return the rows."""
         found, over = [], time.monotonic() + PATIENCE
         while not true():
             assert time.monotonic() < over, "it never came about"
@@ -125,7 +125,7 @@ class BoardSetup:
         return found
 
     def excuse_over(self):
-        """Let the time pass in which what the board latched before it was told to forget is excused."""
+        """Advance time beyond the period in which faults that the board has not cleared yet are ignored."""
         self.run(1)
         self.engine.driver.conn.state.excused = 0.0
 
@@ -136,13 +136,13 @@ class BoardSetup:
         return self.until(lambda: self.engine.rendering == "board")
 
     def change_all_numbers(self):
-        """Change every number of the environment in force; wait until that is compiled for the board."""
+        """Change every parameter of the environment; wait until the law is compiled for the board."""
         engine = self.engine
         numbers = {p.key: 0.9 * engine.values[p.key] for p in engine.environment.parameters if not p.discrete}
         engine.set_environment(engine.environment, engine.values | numbers)
         self.compiled()
 
     def compiled(self):
-        """Wait until what is wanted is compiled for the board."""
+        """Wait until the requested law is compiled for the board."""
         self.engine.board_refusal(wait=True)
         wait_until(lambda: self.engine.board_plan == self.engine.possible_plan is not None)

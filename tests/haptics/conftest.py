@@ -1,4 +1,4 @@
-"""Engines: running ones on the simulated device, and those on a board that a test has in its hands."""
+"""Fixtures of engines: running on the simulated device, and on a board controlled by the test."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from tests.haptics.serial_support import SteppedBoard, stepped_engine
 
 @pytest.fixture
 def stepped(monkeypatch, request):
-    """Return a maker of (board, engine): what the board says is rendered at once."""
+    """Return a factory of (board, engine); each message of the board is handled at once."""
 
     def make(answer=None, **options):
         board = SteppedBoard(answer)
@@ -21,7 +21,7 @@ def stepped(monkeypatch, request):
 
 @pytest.fixture
 def rendering(stepped):
-    """Return a maker of boards that render by themselves, the engine on each."""
+    """Return a factory of boards that render, each with an engine."""
 
     def make(environment="spring", values=None, **options):
         kit = RendersItself(**options)
@@ -32,7 +32,7 @@ def rendering(stepped):
 
 @pytest.fixture
 def started():
-    """Return a maker of running engines that are closed in the end."""
+    """Return a factory of running engines, which are closed at the end."""
     engines = []
 
     def make(device=None, **options):

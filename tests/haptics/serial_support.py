@@ -1,4 +1,4 @@
-"""A board in the test's own hands, and the serial loop a chunk at a time: no thread, port or clock in it."""
+"""A board controlled by the test, and the serial loop run chunk by chunk: without thread, port or clock."""
 
 import math
 import time
@@ -19,20 +19,20 @@ QUANTUM = float(np.float32(KIT.quantum))
 
 
 def sample(seq, count=1000, answered=0, delay_us=0, flags=0, time_us=None):
-    """Return the frame of a sample as a board would send it."""
+    """Return the frame of a sample."""
     time_us = 1000 * seq & 0xFFFFFFFF if time_us is None else time_us
     return encode(Sample(seq & 0xFFFF, time_us, count, 0, answered & 0xFFFF, delay_us, flags, *6 * (0,)))
 
 
 def samples(*seqs):
-    """Return frames with these numbers, the handle at rest."""
+    """Return frames with these sequence numbers and the handle at rest."""
     return b"".join(map(sample, seqs))
 
 
 class SteppedBoard(HapkitBoard):
-    """Hears at once what it is told; what it says is rendered and answered before ``say`` returns.
+    """Receives messages at once; ``say`` returns after the loop has rendered and answered its data.
 
-    answer(message) returns bytes that it sends before its next words, or nothing.
+    answer(message) returns bytes that the board sends before its next data, or None.
     """
 
     def __init__(self, answer=None):
@@ -60,13 +60,13 @@ class SteppedBoard(HapkitBoard):
         raise no_answer(self.port, "a question", seconds)
 
     def begin(self, engine, r, conn, out, late):
-        """Take the loop's arrays, and what reads its rows."""
+        """Store the loop's arrays and its reader."""
         self._loop, self._reader = (r, conn, out, late), engine.reader()
 
     def say(self, data, late=0.0):
-        """Have a chunk rendered and answered; return its rows.
+        """Let the loop handle a chunk; return its rows.
 
-        It comes in time, however long the test took, or so many s after the last answer.
+        The loop's clock shows a chunk in time, or ``late`` s after the last answer.
         """
         _, conn, _, _ = self._loop
         data, self._reply = self._reply + data, b""
@@ -76,11 +76,11 @@ class SteppedBoard(HapkitBoard):
         return self._reader.read()
 
     def say_one_by_one(self, frames):
-        """Return the rows of frames that come as chunks of their own."""
+        """Return the rows of frames that are sent as separate chunks."""
         return np.concatenate([self.say(frame) for frame in frames])
 
     def fall_silent(self):
-        """Let the loop look, in time, and find that nothing has come for too long."""
+        """Let the loop time out once, on time."""
         r, conn, _, _ = self._loop
         conn.state.last_answer, conn.state.looked_at = 0.0, math.inf
         self.hear(conn, serial_loop.answer_silence(r, conn))
@@ -89,7 +89,7 @@ class SteppedBoard(HapkitBoard):
         self.send_messages(*Decoder().feed(conn.frame[:size].tobytes()))
 
     def told(self, *kinds):
-        """Return what it was told of some kinds of message."""
+        """Return the received messages of some kinds."""
         return [m for m in self.received if isinstance(m, kinds)]
 
     def answer_to(self, seq):
@@ -98,7 +98,7 @@ class SteppedBoard(HapkitBoard):
 
 
 class SteppedDriver(drivers.SerialDriver):
-    """Leaves the rendering to its board; the loop's own thread waits for the end."""
+    """Let the board run the loop; the loop's own thread only waits for the end."""
 
     def _loop(self, r, out, late):
         if r.control.quit[0]:
@@ -109,7 +109,7 @@ class SteppedDriver(drivers.SerialDriver):
 
 
 def stepped_engine(monkeypatch, finally_, board, hold=0.0, environment="spring", values=None, **loop):
-    """Return an engine that runs, and renders what the board says when it says so."""
+    """Return a running engine that handles the board's data when the board sends them."""
     monkeypatch.setattr(engine_module, "driver_for", SteppedDriver)
     monkeypatch.setattr(SteppedDriver, "hold_seconds", hold)
     engine = Engine(board, environment, realtime=False)

@@ -1,4 +1,4 @@
-"""The records of a loop's state: every field is reached by its name, in Python and in compiled code."""
+"""The records of a loop's state: every field is accessible by name, in Python and in compiled code."""
 
 import numpy as np
 import pytest
@@ -11,11 +11,11 @@ from hapkit_studio.haptics import arrays, block, link
     "dtype", [arrays.TICK, arrays.WATCH, arrays.LIMIT, arrays.CONTROL, block.SETTINGS, link.STATE]
 )
 def test_no_field_has_the_name_of_an_attribute_of_numpy_s_records(dtype):
-    """A field named flags or real would be read as the record's own attribute."""
+    """A field named flags or real would read the record's own attribute."""
     assert not set(dtype.fields) & set(dir(np.record))
 
 
-def test_two_words_that_threads_share_are_never_on_one_cache_line():
+def test_words_shared_between_threads_are_on_separate_cache_lines():
     offsets = sorted(offset for _, offset, *_ in arrays.CONTROL.fields.values())
     assert np.all(np.diff(offsets) >= 64)
 
@@ -26,7 +26,7 @@ def write(tick, watch):
     watch.strict.excess, watch.work[-1] = 2.5, 3.5
 
 
-def test_compiled_code_writes_into_the_memory_that_python_reads():
+def test_compiled_code_writes_to_the_memory_that_python_reads():
     memory, observed = np.zeros(1, arrays.TICK), np.zeros(1, arrays.WATCH)
     write(memory[0], observed[0])
     assert (memory[0].gain, memory[0].slot, list(memory[0].stale_times)) == (0.5, 7, [0.0, 0.0, 1.5])

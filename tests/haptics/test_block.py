@@ -1,4 +1,4 @@
-"""The parameter block and the ordered words, under a writer that never rests."""
+"""The parameter block and the ordered words, with a writer that never pauses."""
 
 import threading
 
@@ -15,7 +15,7 @@ WANTED = 5000
 
 @compiled
 def fill(settings, program, k):
-    """Set the first and the last numbers of a block to k, and all of its law for the board."""
+    """Set the first and last numbers of a block, and all of its board law, to k."""
     for i in range(block.PARAMS):
         settings.params[i] = k
     for i in range(block.PROGRAM_WORDS):
@@ -27,14 +27,14 @@ def fill(settings, program, k):
 
 @compiled
 def publish_same(shared, new, k):
-    """Publish a block whose numbers are k."""
+    """Publish a block with all numbers equal to k."""
     fill(new.settings, new.program, k)
     block.publish(shared, new)
 
 
 @compiled
 def hammer(shared, new, control):
-    """Publish, counting up, with rests of any length between, until told to stop."""
+    """Publish increasing numbers, with pauses of any length, until told to stop."""
     k = 1
     while load_acquire(control, STOP) == 0:
         k += 1
@@ -45,7 +45,7 @@ def hammer(shared, new, control):
 
 @compiled
 def is_whole(settings, program):
-    """Return whether a block's numbers are all the same."""
+    """Return True if all numbers of a block are equal."""
     k = settings.board_moving
     for i in range(block.PROGRAM_WORDS):
         if program[i] != k:
@@ -59,7 +59,7 @@ def is_whole(settings, program):
 
 @compiled
 def listen(shared, copy, wanted):
-    """Take so many blocks; return how many were torn, and how many older than one before."""
+    """Read a number of blocks; return how many were torn, and how many older than an earlier one."""
     torn = backwards = 0
     newest = 0.0
     while wanted > 0:
@@ -73,7 +73,10 @@ def listen(shared, copy, wanted):
 
 @compiled
 def adopt_many(r, wanted):
-    """Refresh the arrays as the tick does until so many blocks came; return how often it held a torn one."""
+    """Refresh the arrays as the tick does until a number of blocks arrived.
+
+    Return how often they were torn.
+    """
     torn = 0
     last = r.settings.params[0]
     while wanted > 0:
@@ -87,7 +90,7 @@ def adopt_many(r, wanted):
 
 @pytest.fixture
 def shared():
-    """Return a block that holds 1 everywhere."""
+    """Return a block with every number 1."""
     made = block.new_block()
     publish_same(made, block.new_block(), 1)
     return made
@@ -108,7 +111,7 @@ def test_a_reader_and_the_loop_see_whole_blocks_in_order(shared):
         writer.join()
 
 
-def test_the_newest_block_wins_and_a_reader_does_not_wait_for_a_writer(shared):
+def test_the_newest_block_wins_and_the_reader_does_not_wait_for_the_writer(shared):
     for k in range(2, 6):
         publish_same(shared, block.new_block(), k)
     copy = block.new_block()
@@ -118,7 +121,7 @@ def test_the_newest_block_wins_and_a_reader_does_not_wait_for_a_writer(shared):
     assert not block.take(shared, copy)
 
 
-def test_a_law_for_the_board_is_copied_where_it_is_another_one(shared):
+def test_the_boards_law_is_copied_only_if_it_has_changed(shared):
     copy = block.new_block()
     assert block.take(shared, copy)
     copy.program[:] = -1
@@ -131,7 +134,7 @@ def test_a_law_for_the_board_is_copied_where_it_is_another_one(shared):
 
 @compiled
 def send_pairs(words, count):
-    """Write data, then its number, many times; wait for each to be taken."""
+    """Write data, then its number, many times; wait until each is read."""
     for k in range(1, count + 1):
         words[8] = 3 * k
         store_release(words, 0, k)
@@ -141,7 +144,7 @@ def send_pairs(words, count):
 
 @compiled
 def take_pairs(words, count):
-    """Return how often data were not there when their number was."""
+    """Return how often the data were missing when their number was visible."""
     missing = 0
     for k in range(1, count + 1):
         while load_acquire(words, 0) != k:
@@ -151,7 +154,7 @@ def take_pairs(words, count):
     return missing
 
 
-def test_what_was_written_before_is_seen_first():
+def test_earlier_writes_are_visible_first():
     words = np.zeros(24, dtype=np.int64)
     send_pairs(words, 0)
     take_pairs(words, 0)

@@ -1,4 +1,4 @@
-"""The exact boundary on the real firmware, either way: 3 % inside it swings die out, outside they grow."""
+"""The exact boundary on the real firmware: 3 % below it oscillations decay, above it they grow."""
 
 from functools import cache
 
@@ -22,7 +22,7 @@ def board(stiffness):
 
 
 @pytest.mark.parametrize("swing", [computer, board])
-def test_the_boundary_is_where_theory_has_it(swing):
+def test_the_boundary_agrees_with_theory(swing):
     inside = swing(300.0)
     limit = board_limit.theory(0.0, "difference", 1000, inside.delay)
     assert inside.rate < -0.3
@@ -31,8 +31,8 @@ def test_the_boundary_is_where_theory_has_it(swing):
 
 
 @pytest.mark.parametrize("rate", [1600, 2900, 3500])
-def test_the_boundary_of_a_rate_in_between_is_where_theory_has_it(rate):
-    """The rates that puck, bump and hard surface get; each is kept to half a microsecond of its period."""
+def test_the_boundary_at_an_intermediate_rate_agrees_with_theory(rate):
+    """At the rates of puck, bump and hard surface, each rounded to half a microsecond of its period."""
     real = 2e6 / round(2e6 / rate)
 
     def swing(stiffness):
@@ -44,7 +44,7 @@ def test_the_boundary_of_a_rate_in_between_is_where_theory_has_it(rate):
     assert swing((1.0 - SHARE) * limit).rate < 0.0 < swing((1.0 + SHARE) * limit).rate
 
 
-def test_the_board_answers_sooner_and_holds_more():
+def test_the_board_has_less_delay_and_a_higher_limit():
     here, there = computer(300.0).delay, board(300.0).delay
     assert there < 0.5 * here
     limits = [board_limit.theory(0.0, "difference", 1000, delay) for delay in (here, there)]

@@ -1,4 +1,4 @@
-"""What a board offers: room and time for a law, in words where they are too little, and at what rate."""
+"""The plan for a law on a board: its rate, or the reason why memory or time is too small."""
 
 import math
 import threading
@@ -59,20 +59,20 @@ def test_a_law_is_rendered_as_fast_as_its_cycles_allow(key):
         assert share(found.program, faster) > 0.799 or most > 0.999 * CLOCK / faster
 
 
-def test_a_wish_slows_it_and_never_makes_it_faster():
+def test_a_requested_rate_can_only_reduce_the_rate():
     fastest = planner().plan(request()).rate
     assert planner().plan(request(rate=500)).rate == 500
     assert planner().plan(request(rate=4000)).rate == fastest
 
 
-def test_what_is_too_long_says_by_how_much():
+def test_a_law_that_is_too_long_is_refused_with_its_excess():
     size = planner().plan(request()).program.size
     assert not isinstance(planner(size).plan(request()), str)
     words = f"{SPRING.title} needs {size} bytes, the board has {size - 1}."
     assert planner(size - 1).plan(request()) == words
 
 
-def test_what_is_too_slow_says_how_fast_it_could_be():
+def test_a_law_that_is_too_slow_is_refused_with_its_fastest_rate():
     words = planner().plan(request(SLOW))
     assert words.startswith("Powers takes ")
     assert " cycles on the board: " in words
@@ -80,7 +80,7 @@ def test_what_is_too_slow_says_how_fast_it_could_be():
     assert 0 < int(words.split(": ")[1].split(" Hz")[0]) < 500
 
 
-def test_the_answer_is_worked_out_once():
+def test_the_plan_is_computed_once():
     made = planner()
     assert made.known(request()) is None
     found = made.plan(request())
@@ -89,10 +89,10 @@ def test_the_answer_is_worked_out_once():
     assert made.known(request(rate=500)) is None
     for stiffness in range(100, 165):
         made.plan(request(stiffness=float(stiffness)))
-    assert made.known(request()) is None  # what is old is forgotten
+    assert made.known(request()) is None  # old plans are discarded
 
 
-def test_other_constants_of_the_same_code_keep_the_rate_as_long_as_it_fits():
+def test_different_constants_of_the_same_code_keep_the_rate_while_they_fit():
     button = environments.named("button")
     made, numbers = planner(), [p for p in button.parameters if not p.discrete]
     first = made.plan(request(button))
@@ -103,7 +103,7 @@ def test_other_constants_of_the_same_code_keep_the_rate_as_long_as_it_fits():
     assert moved.share <= 0.8
 
 
-def test_only_constants_make_no_other_form():
+def test_different_constants_have_the_same_code_id():
     made = planner()
     first, stiffer = made.plan(request()), made.plan(request(stiffness=90.0))
     assert (stiffer.code_id, stiffer.program_id != first.program_id) == (first.code_id, True)
@@ -115,7 +115,7 @@ def test_only_constants_make_no_other_form():
     assert len({made.plan(w).code_id for w in others} | {first.code_id}) == 4
 
 
-def test_the_block_holds_what_is_sent():
+def test_the_block_contains_the_data_to_send():
     way = planner().plan(request(CONSTANT))
     _, settings, program = BlockContent(CONSTANT, CONSTANT.values(), board=way).encode()
     data = way.program.data
@@ -135,7 +135,7 @@ def test_the_block_holds_what_is_sent():
         (FakeKit(deaf={SettingsRequest: 99}), "did not answer"),
     ],
 )
-def test_a_board_that_offers_nothing_says_why(stepped, kit, words):
+def test_a_device_without_a_board_gives_the_reason(stepped, kit, words):
     engine = stepped(kit)[1]
     assert words in engine.board_refusal()
     assert engine.where == "computer"

@@ -1,4 +1,4 @@
-"""Who renders: handing over to a board and back, what it is told meanwhile, and what its rows hold."""
+"""Rendering on a board: the handover and back, the messages sent meanwhile, and the resulting rows."""
 
 import math
 import re
@@ -38,7 +38,7 @@ def flags(found):
     return [int(row[rows.FLAGS]) for row in found]
 
 
-def test_the_force_fades_out_before_the_board_is_told(rendering):
+def test_the_force_fades_out_before_the_handover(rendering):
     setup = rendering(values=SPRING)
     setup.run(40)
     setup.count = ZERO + 100
@@ -55,8 +55,8 @@ def test_the_force_fades_out_before_the_board_is_told(rendering):
     assert setup.told(Force)[-1].force == 0.0
 
 
-def test_a_long_law_comes_whole_though_pieces_get_lost_and_a_board_without_one_is_sent_it_anew(rendering):
-    """So after a reset in the middle, and where a piece was damaged and the whole does not fit its check."""
+def test_lost_pieces_of_a_long_law_are_repeated_and_a_board_that_lost_its_law_gets_it_again(rendering):
+    """Also after a reset during the transfer, and after a damaged piece that makes the checksum wrong."""
     setup = rendering(environment="mass_spring_damper")
     setup.run(10)
     setup.kit.deaf = {Law: 1, Piece: 3}
@@ -73,7 +73,7 @@ def test_a_long_law_comes_whole_though_pieces_get_lost_and_a_board_without_one_i
     assert setup.kit.loaded.data == setup.engine.board_plan.program.data
 
 
-def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(rendering):
+def test_constants_beyond_one_message_are_sent_in_several(rendering):
     setup = rendering(environment="hard_surface")
     setup.go()
     setup.change_all_numbers()
@@ -83,7 +83,7 @@ def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(rend
     assert len(setup.told(Law)) == 1
 
 
-def test_more_moving_constants_than_there_is_room_for_are_a_law(rendering):
+def test_more_changed_constants_than_ramps_are_sent_as_a_new_law(rendering):
     setup = rendering(environment="button", arena=345)
     setup.go(rate=2000)
     way = setup.engine.board_plan
@@ -95,7 +95,7 @@ def test_more_moving_constants_than_there_is_room_for_are_a_law(rendering):
     assert setup.kit.loaded.data == setup.engine.board_plan.program.data
 
 
-def test_another_law_or_rate_or_filter_is_sent_whole(rendering):
+def test_a_different_law_rate_or_filter_is_sent_as_a_whole(rendering):
     setup = rendering(values=SPRING)
     setup.go()
     for change in (
@@ -115,7 +115,7 @@ def test_another_law_or_rate_or_filter_is_sent_whole(rendering):
     assert len(set(generations)) == len(generations)
 
 
-def test_what_the_board_refuses_the_computer_renders_and_says_so(rendering):
+def test_the_computer_renders_what_the_board_refuses_with_the_reason(rendering):
     setup = rendering(refuses=Refusal.JUMP)
     setup.engine.board_refusal(wait=True)
     setup.engine.set_where("board")
@@ -133,7 +133,7 @@ def test_what_the_board_refuses_the_computer_renders_and_says_so(rendering):
     setup.until(lambda: setup.engine.rendering == "board")
 
 
-def test_the_computer_comes_back_with_a_fade(rendering):
+def test_the_computer_resumes_with_a_fade(rendering):
     setup = rendering(values=SPRING)
     setup.run(5)
     setup.count = ZERO + 100
@@ -149,7 +149,7 @@ def test_the_computer_comes_back_with_a_fade(rendering):
     assert abs(found[0]) < 0.1
 
 
-def test_the_stop_goes_out_first(rendering):
+def test_the_stop_is_sent_first(rendering):
     setup = rendering(values=SPRING)
     setup.go()
     setup.run(5)
@@ -170,7 +170,7 @@ def test_the_stop_goes_out_first(rendering):
     assert not flags(setup.run(1))[-1]
 
 
-def test_a_silent_board_is_no_more_told_that_someone_is_there(rendering):
+def test_a_silent_board_gets_no_keep_alive_messages(rendering):
     setup = rendering()
     setup.go()
     setup.run(5)
@@ -178,14 +178,14 @@ def test_a_silent_board_is_no_more_told_that_someone_is_there(rendering):
     setup.board.fall_silent()
     setup.board.fall_silent()
     assert setup.engine.health().stale
-    assert len(setup.told(HelloRequest)) == 3  # one opened it
+    assert len(setup.told(HelloRequest)) == 3  # one of them opened the connection
     setup.run(80)
     assert (len(setup.told(Alive)), len(setup.told(Force))) == (alive, forces)
     setup.run(60)
     assert len(setup.told(Alive)) > alive
 
 
-def test_what_the_board_cannot_render_stays_here(rendering):
+def test_the_computer_renders_what_the_board_cannot(rendering):
     setup = rendering(arena=150)
     setup.go()
     setup.engine.set_environment("cat")
@@ -199,8 +199,8 @@ def test_what_the_board_cannot_render_stays_here(rendering):
     setup.until(lambda: setup.engine.rendering == "board")
 
 
-def test_the_law_in_force_is_told_and_changes_are_one_constant_more(rendering):
-    """The newest value counts where a change got lost; a board that renders hears no force."""
+def test_changes_of_the_law_in_force_are_sent_as_constants(rendering):
+    """After a lost change the newest value is sent; a rendering board receives no forces."""
     setup = rendering(values=SPRING)
     setup.engine.set_loop(estimator="kalman")
     setup.go(rate=500)
@@ -221,7 +221,7 @@ def test_the_law_in_force_is_told_and_changes_are_one_constant_more(rendering):
     setup.compiled()
     setup.until(lambda: len(setup.told(Tune)) == 1)
     state = setup.engine.driver.conn.state
-    state.tuned_at = math.inf  # just now, for as long as the test takes
+    state.tuned_at = math.inf  # now, and for as long as the test takes
     setup.engine.set_parameter("stiffness", 130.0)
     setup.compiled()
     setup.run(20)
@@ -244,8 +244,8 @@ def test_the_law_in_force_is_told_and_changes_are_one_constant_more(rendering):
     assert set(told[left + 2 :]) == {Force(0, 0, 0.0)}
 
 
-def test_who_takes_over_far_from_where_it_began_makes_no_speed(rendering):
-    """First another law, then a board that has lost it."""
+def test_a_handover_far_from_the_start_causes_no_apparent_speed(rendering):
+    """First to a different law, then from a board that has lost its law."""
     setup = rendering(values=SPRING)
     setup.engine.set_loop(estimator="kalman")
     setup.go()
@@ -262,7 +262,7 @@ def test_who_takes_over_far_from_where_it_began_makes_no_speed(rendering):
     assert max(abs(row[rows.VELOCITY]) for row in found) < 1e-9
 
 
-def test_the_board_takes_over_zero_and_direction(rendering):
+def test_the_board_receives_zero_and_direction(rendering):
     setup = rendering(values=SPRING)
     setup.run(10)
     setup.engine.flip_direction()
@@ -273,11 +273,11 @@ def test_the_board_takes_over_zero_and_direction(rendering):
     assert (board.zero, board.sense, board.direction) == (ZERO, -1, -1)
     assert (board.table, board.label, board.counts_per_flip) == (KIT.table, KIT.label, KIT.counts_per_flip)
     row = setup.run(1)[-1]
-    assert row[rows.POSITION] == pytest.approx(50 * QUANTUM)  # this board does not turn its counts
+    assert row[rows.POSITION] == pytest.approx(50 * QUANTUM)  # this board does not reverse its counts
     assert setup.engine.fault is None
 
 
-def test_a_new_zero_is_the_boards_too(rendering):
+def test_a_new_zero_is_sent_to_the_board(rendering):
     setup = rendering(values=SPRING)
     setup.go()
     setup.count = ZERO + 120
@@ -290,7 +290,7 @@ def test_a_new_zero_is_the_boards_too(rendering):
     assert setup.engine.fault is None
 
 
-def test_rows_and_counts_show_what_the_board_did(rendering):
+def test_rows_and_counts_report_the_boards_state(rendering):
     setup = rendering(environment="hard_surface")
     setup.run(60)
     setup.telemetry = {"delay_us": 150}
@@ -321,8 +321,8 @@ def test_rows_and_counts_show_what_the_board_did(rendering):
     assert setup.run(1)[-1][rows.STATE] == first
 
 
-def test_what_the_board_latches_is_latched_here_stops_it_and_can_be_cleared(rendering):
-    """Over-speed; a leap, at which the board gives up its estimate; a force that is no number."""
+def test_faults_latched_by_the_board_are_latched_here_stop_it_and_can_be_cleared(rendering):
+    """Over-speed; a jump at which the board resets its estimate; a non-finite force."""
     setup = rendering()
     setup.go()
     setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 3.5}
@@ -360,7 +360,7 @@ def test_what_the_board_latches_is_latched_here_stops_it_and_can_be_cleared(rend
     assert setup.engine.fault is None
 
 
-def test_a_law_of_ones_own_needs_nothing_on_the_board_which_has_its_own_estimators_and_rates(rendering):
+def test_a_users_law_renders_on_the_board_with_the_boards_estimators_and_rates(rendering):
     setup = rendering()
     setup.engine.set_loop(estimator="butterworth")
     setup.go()

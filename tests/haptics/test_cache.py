@@ -1,4 +1,4 @@
-"""Every process but the first finds its compiled code in the cache, and laws cost the loop no new version."""
+"""Every process but the first loads compiled code from the cache, and laws add no version of the loop."""
 
 import json
 import os
@@ -65,7 +65,7 @@ def process() -> dict:
 
 
 @pytest.mark.slow
-def test_a_second_process_compiles_nothing_and_loops_have_one_signature_whatever_laws_they_call():
+def test_a_second_process_compiles_nothing_and_loops_have_one_signature_for_all_laws():
     process()
     second = process()
     assert second["missed"] == []

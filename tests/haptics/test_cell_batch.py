@@ -1,4 +1,4 @@
-"""Runs without rows: the same samples as the batch's, bit for bit, whatever was rendered before."""
+"""Runs without rows have the samples of the batch engine bit for bit, whatever was rendered before."""
 
 import math
 from dataclasses import replace
@@ -14,7 +14,7 @@ from hapkit_studio.haptics import cell_batch, headless, rows
 
 EVERY = cell_batch.Limits(math.inf, cell_batch.NEVER_STILL, cell_batch.NEVER_FAINT, cell_batch.NEVER_SMALL)
 PART = 40
-# stiffness, damping, centre: one that diverges, one that rests, one in between
+# stiffness, damping, centre: one diverges, one settles, two are in between
 NUMBERS = np.array([[30_000.0, 0.0, 0.0], [900.0, 4.0, -1e-5], [5000.0, 1.0, 2e-4], [900.0, 4.0, -1e-5]])
 STARTS = np.array([1e-3, 4e-3, -2e-3, 4e-3])
 SCENES = [
@@ -36,14 +36,14 @@ def cells(weights: float = 0.0, part: int = PART) -> cell_batch.Cells:
 
 
 def by_batch(device: SimulatedHapkit, loop: LoopSettings, grip: Grip | None, i: int, part=PART) -> np.ndarray:
-    """Return the rows of one cell, rendered by the batch in arrays of its own."""
+    """Return the rows of one cell, rendered by the batch engine in separate arrays."""
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
     scene = scene_of(replace(device, initial_position=float(STARTS[i])), loop, NUMBERS[i])
     return headless.render(scene, hand, cell_batch.PARTS * part)[0]
 
 
 @pytest.mark.parametrize(("device", "loop", "grip"), SCENES)
-def test_every_run_is_the_batch_s_bit_for_bit(device, loop, grip):
+def test_every_run_equals_the_batch_engines_bit_for_bit(device, loop, grip):
     found = cell_batch.run_cells(scene_of(device, loop), grip, cells(123.0), EVERY)
     assert (found.ends == cell_batch.COMPLETED).all()
     for i in range(len(STARTS)):
@@ -57,15 +57,15 @@ def test_every_run_is_the_batch_s_bit_for_bit(device, loop, grip):
 
 
 def render_nothing(r, body, flat, made) -> None:
-    """Bring arrays and a plant back to the start of a cell without samples."""
+    """Reset arrays and a plant to the start of a cell without samples."""
     none = cell_batch.Cells(np.zeros((1, 3)), np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(1))
     found = cell_batch.CellResults(np.zeros((1, cell_batch.PARTS, 3)), *np.zeros((2, 1), dtype=np.int64))
     cell_batch.run(r, body, flat, made, np.zeros(3), none, EVERY, np.zeros(rows.ROW_WIDTH), found)
 
 
 @pytest.mark.slow
-def test_a_rig_brought_back_is_a_new_one():
-    """Every array of loop and plant, after a hand and an over-speed fault, is as the scene made it."""
+def test_a_reset_loop_equals_a_new_one():
+    """After a hand and an over-speed fault, all arrays equal the scene's initial state."""
     scene = replace(scene_of(*SCENES[2][:2]), max_speed=1e-9)
     r, body, flat = cell_batch.packed(*scene.prepare())
     new, still, new_flat = cell_batch.packed(*scene.prepare())
@@ -77,7 +77,7 @@ def test_a_rig_brought_back_is_a_new_one():
     assert np.array_equal(flat, new_flat)
 
 
-def test_what_goes_too_far_ends_there():
+def test_a_run_that_leaves_the_range_ends():
     limits = EVERY._replace(far=0.05)
     device, loop, grip = SCENES[0]
     found = cell_batch.run_cells(scene_of(device, loop), grip, cells(), limits)
@@ -87,7 +87,7 @@ def test_what_goes_too_far_ends_there():
     assert (found.parts[0, found.samples[0] // PART + 1 :] == 0.0).all()
 
 
-def test_what_friction_holds_ends_once_it_has_not_moved_for_long_enough():
+def test_a_run_stuck_by_friction_ends_after_a_time_without_motion():
     limits = EVERY._replace(still=50)
     device, loop, grip = SCENES[0]
     found = cell_batch.run_cells(scene_of(device, loop), grip, cells(part=200), limits)
@@ -97,10 +97,11 @@ def test_what_friction_holds_ends_once_it_has_not_moved_for_long_enough():
     assert found.samples[1] == stopped + 51
 
 
-def test_what_has_died_out_and_what_stays_steady_end_early():
-    """A free oscillator without any damping keeps its reach; one with damping loses it."""
+def test_runs_that_died_out_or_are_steady_end_early():
+    """An undamped free oscillator keeps its amplitude; a damped one loses it."""
     device = SimulatedHapkit(0.05, 0.0, 0.0, 0.0, math.inf)
-    hold = Grip(0.0, 0.0, 0.05 * (2.0 * math.pi * 50.0) ** 2)  # 50 Hz: 20 samples a turn, 2 turns a part
+    # 50 Hz: 20 samples per cycle, 2 cycles per part
+    hold = Grip(0.0, 0.0, 0.05 * (2.0 * math.pi * 50.0) ** 2)
     scene = scene_of(device, LoopSettings())
     one = cell_batch.Cells(np.zeros((1, 3)), np.array([1e-4]), np.array([PART]), np.zeros(1))
     found = cell_batch.run_cells(scene, hold, one, EVERY._replace(small=2.1e-4))
@@ -108,7 +109,7 @@ def test_what_has_died_out_and_what_stays_steady_end_early():
     assert (
         cell_batch.run_cells(scene, hold, one, EVERY._replace(small=1.9e-4)).ends[0] == cell_batch.COMPLETED
     )
-    damped = replace(hold, damping=2.0)  # 20 1/s, so e^-0.8 a part
+    damped = replace(hold, damping=2.0)  # decay of 20 1/s, so e^-0.8 per part
     found = cell_batch.run_cells(scene, damped, one, EVERY._replace(faint=1e-6))
     assert found.ends[0] == cell_batch.DIED_OUT
     assert found.samples[0] == pytest.approx(math.log(100.0) / 20.0 * 1000.0 + PART, abs=PART)

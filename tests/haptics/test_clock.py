@@ -1,4 +1,4 @@
-"""The clock and the sleep of each system: absolute, without the GIL, cacheable by whatever calls them."""
+"""Each system's clock and sleep: absolute, without the GIL, cacheable by its callers."""
 
 import ctypes
 import os
@@ -20,14 +20,14 @@ from tests.waiting import shortest, wait_until
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="would replace the system's own functions")
 
 
-def test_clock_is_the_performance_counter():
+def test_the_clock_is_the_performance_counter():
     before = time.perf_counter()
     between = clock.now()
     assert before <= between <= time.perf_counter()
 
 
-def test_a_threads_processor_time_stands_still_while_it_sleeps():
-    clock.until(clock.thread_time())  # compiled or loaded by now
+def test_a_threads_processor_time_stops_while_it_sleeps():
+    clock.until(clock.thread_time())  # ensure that it is compiled or loaded
     before = time.thread_time()
     between = clock.thread_time()
     clock.until(clock.now() + 0.02)
@@ -36,7 +36,7 @@ def test_a_threads_processor_time_stands_still_while_it_sleeps():
     assert after - between < 0.01
 
 
-def test_never_wakes_early_and_past_deadlines_return_at_once():
+def test_it_never_wakes_early_and_returns_at_once_after_a_past_deadline():
     for pause in (0.0, 1e-4, 2e-3):
         deadline = clock.now() + pause
         clock.until(deadline)
@@ -51,8 +51,8 @@ def test_never_wakes_early_and_past_deadlines_return_at_once():
     assert shortest(late, 0.5) < 0.5
 
 
-def test_sleep_holds_no_gil():
-    """A thread that sleeps on and on until told to stop: held, the lock would let nobody tell it."""
+def test_sleep_releases_the_gil():
+    """A thread sleeps repeatedly until told to stop; if it kept the lock, no other thread could tell it."""
 
     @njit(nogil=True)
     def sleep_on(words, most):
@@ -73,7 +73,7 @@ def test_sleep_holds_no_gil():
 
 
 @pytest.mark.slow
-def test_runs_uncompiled():
+def test_it_runs_uncompiled():
     code = (
         "from hapkit_studio.haptics import clib, clock; t = clock.now() + 0.01; clock.until(t);"
         "print(clock.now() >= t, clib.poll(0, 0, 0))"
@@ -93,7 +93,7 @@ u64, u32, i32 = ctypes.c_uint64, ctypes.c_uint32, ctypes.c_int32
 
 
 @linux_only
-def test_macos_waits_for_the_tick_of_the_deadline():
+def test_macos_waits_for_the_deadlines_tick():
     fake = FakeLibrary()
     fake.add("mach_timebase_info", i32, u64)(lambda address: fill(address, "II", 125, 3))
     fake.add("mach_absolute_time", u64)(lambda: 24_000_000)
@@ -108,7 +108,7 @@ def test_macos_waits_for_the_tick_of_the_deadline():
 
 
 @linux_only
-def test_windows_adds_up_what_a_thread_used_in_the_kernel_and_outside():
+def test_windows_adds_kernel_and_user_time():
     fake = FakeLibrary()
     fake.add("GetCurrentThread", u64)(lambda: 0x44)
 
@@ -122,7 +122,7 @@ def test_windows_adds_up_what_a_thread_used_in_the_kernel_and_outside():
 
 
 @linux_only
-def test_windows_waits_on_a_high_resolution_timer_for_what_remains():
+def test_windows_waits_for_the_remaining_time_on_a_high_resolution_timer():
     fake, due = FakeLibrary(), []
 
     def set_timer(timer, address, period, routine, argument, resume):

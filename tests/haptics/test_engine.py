@@ -1,4 +1,4 @@
-"""The engine: settings, life, and what its rows say."""
+"""The engine: settings, start and end, and its rows."""
 
 import gc
 import math
@@ -24,7 +24,7 @@ HOST = [rows.HOST_TIME, rows.BOARD_TIME, rows.LATENESS, rows.COMPUTE]
 SPRING = environments.named("spring")
 
 
-def test_the_rate_changes_while_it_runs(started):
+def test_the_rate_can_change_while_it_runs(started):
     engine = started(environment="damping")
     reader = engine.reader()
     engine.set_parameter("damping", 5.0)
@@ -47,10 +47,10 @@ def test_the_rate_changes_while_it_runs(started):
     assert np.abs(mean).max() > 0.05
 
 
-# --- nothing waits, nothing breaks
+# --- calls never wait
 @pytest.mark.alone
 def test_no_call_blocks_while_it_runs(started):
-    """While at least half of twenty calls last the loop, at 200 Hz, renders nothing."""
+    """At least half of twenty calls last less than a period of the loop at 200 Hz."""
     engine = started()
     reader = engine.reader()
     engine.set_environment("spring")
@@ -84,7 +84,7 @@ def test_no_call_blocks_while_it_runs(started):
 BAD_LOOP = ("rate", 0.0), ("delay", math.inf), ("estimator", "guess"), ("hand", "iron")
 
 
-def test_bad_settings_leave_the_last_good_ones(started):
+def test_invalid_settings_leave_the_last_valid_ones(started):
     engine = started(environment="wall")
     reader = engine.reader()
     engine.set_parameter("stiffness", 400.0)
@@ -108,7 +108,7 @@ def test_bad_settings_leave_the_last_good_ones(started):
     np.testing.assert_allclose(out[50:, rows.FORCE], -400.0 * depth[50:], rtol=1e-9)
 
 
-def test_missed_ticks_are_counted_and_a_law_that_takes_too_long_stops_pushing(started):
+def test_missed_ticks_are_counted_and_a_law_that_takes_too_long_gives_no_force(started):
     engine = started(environment=slow_environment())
     reader = engine.reader()
     engine.set_loop(rate=10_000.0)
@@ -135,8 +135,8 @@ def test_lateness_is_counted_for_every_row(started):
     assert int(engine.lateness_bins.sum()) == int(engine.arrays.control.head[0])
 
 
-def test_says_whose_state_the_rows_hold():
-    """Nobody's before the loop runs; after a switch the new environment's, from the tick that took it."""
+def test_it_knows_whose_state_the_rows_contain():
+    """No environment's before the loop runs; after a switch the new one's, from the tick that adopts it."""
     engine = Engine(SimulatedHapkit(), "wall", realtime=False)
     wall, button = environments.named("wall"), environments.named("button")
     assert not engine.renders(wall)
@@ -151,7 +151,7 @@ def test_says_whose_state_the_rows_hold():
 
 
 # --- stopping
-def test_the_stop_drops_forces_on_their_way(started):
+def test_the_stop_discards_delayed_forces(started):
     engine = started(environment=CONSTANT)
     reader = engine.reader()
     engine.set_loop(delay=0.1)
@@ -165,7 +165,7 @@ def test_the_stop_drops_forces_on_their_way(started):
     assert np.all(energy == energy[0])
 
 
-def test_the_stop_survives_another_device_and_is_released_on_purpose(started):
+def test_the_stop_survives_a_change_of_device_until_it_is_released(started):
     engine = started(environment=CONSTANT)
     reader = engine.reader()
     read(reader, lambda found: found[-1, rows.APPLIED_FORCE] == 1.0)
@@ -184,7 +184,7 @@ def test_the_stop_survives_another_device_and_is_released_on_purpose(started):
     np.testing.assert_allclose(back[:30], 0.5 * np.arange(1, 31) / 30.0, rtol=1e-9)
 
 
-def test_closing_leaves_a_zero_command(started):
+def test_closing_sends_a_zero_command_last(started):
     engine = started(environment=CONSTANT)
     read(engine.reader(), lambda found: found[-1, rows.APPLIED_FORCE] == 1.0)
     body = engine.driver.body
@@ -194,14 +194,14 @@ def test_closing_leaves_a_zero_command(started):
     assert not loop_threads()
 
 
-def test_an_escape_latches_over_speed_with_the_reason(started):
+def test_over_speed_latches_with_the_reason(started):
     engine = started(SimulatedHapkit(initial_velocity=4.0, damping=0.0, coulomb_force=0.0))
     wait_until(lambda: engine.fault is not None)
     assert engine.fault.text == "Fault: over-speed, 4.0 m/s (limit 3.0 m/s)."
 
 
-# --- life
-def test_the_loop_has_a_thread_with_a_name(started):
+# --- start and end
+def test_the_loops_thread_has_a_name(started):
     engine = started()
     assert len(loop_threads()) == 1
     assert engine.health().running
@@ -229,7 +229,7 @@ def test_starting_and_closing_leaks_nothing():
     assert len(os.listdir("/proc/self/fd")) == files
 
 
-def test_a_hand_holds_the_handle_and_lets_go(started):
+def test_a_hand_holds_and_releases_the_handle(started):
     engine = started(environment="free")
     reader = engine.reader()
     rest(reader, 2)
@@ -245,7 +245,7 @@ def test_a_hand_holds_the_handle_and_lets_go(started):
     assert out[-1, rows.HAND_FORCE] == 0.0
 
 
-def test_laws_in_use_are_kept_alive(started):
+def test_laws_in_use_stay_alive(started):
     engine = started(environment=CONSTANT)
     reader = engine.reader()
     for environment in (COUNTING, CONSTANT, COUNTING):
@@ -263,7 +263,7 @@ START = SimulatedHapkit(initial_position=0.0121, initial_velocity=0.1)
 
 
 def rendered(environment, device, count, loop):
-    """Return the rows of a released handle, the force fading in as in a live loop."""
+    """Return the rows of a released handle, with the force fading in as in a live loop."""
     r, body = headless.Scene(environment, environment.values(), device, loop).prepare()
     r.tick.gain = 0.0
     out = headless.new_rows(count)
@@ -297,7 +297,7 @@ def same(a, b):
         (("mass", "viscous"), 2000.0, 0.0007, "foaw"),
     ],
 )
-def test_a_live_loop_is_what_the_reduced_device_gives_bit_for_bit(needs, rate, delay, estimator):
+def test_a_live_loop_equals_the_reduced_device_bit_for_bit(needs, rate, delay, estimator):
     scene, loop = replace(SPRING, needs=needs), LoopSettings(rate, delay, estimator)
     found = live(scene, START, 300, rate=rate, delay=delay, estimator=estimator)
     assert same(found, rendered(scene, START.reduced(needs), 300, loop))
@@ -305,7 +305,7 @@ def test_a_live_loop_is_what_the_reduced_device_gives_bit_for_bit(needs, rate, d
     np.testing.assert_allclose(found[:, rows.BOARD_TIME], np.arange(300) / rate, atol=1e-12)
 
 
-def test_a_person_can_have_everything(started):
+def test_a_user_can_have_every_term(started):
     engine = started(environment=replace(SPRING, needs=("mass",)))
     assert engine.loop.model == "scene"
     assert engine.modelled == SimulatedHapkit(damping=0.0, coulomb_force=0.0)
@@ -313,13 +313,13 @@ def test_a_person_can_have_everything(started):
     assert engine.modelled == SimulatedHapkit()
     reader = engine.reader()
     engine.move_hand(0.0123)
-    # friction holds it within 0.36 mm of its rest, where depends on its way there
+    # friction stops it within 0.36 mm of its rest position, depending on its path
     found = read(reader, lambda found: abs(found[-1, rows.TRUE_POSITION] - 0.0088) < 4e-4)
     counts = found[-1, rows.POSITION] / 20.7e-6
     assert counts == pytest.approx(round(counts), abs=1e-6)
     engine.set_loop(
         model="scene"
-    )  # without friction it rests where hand and spring balance, to a sensor step
+    )  # without friction it rests where hand and spring balance, within a sensor step
     hand, spring = grip_named(engine.grip).stiffness, SPRING.values()["stiffness"]
     balance = 0.0123 * hand / (hand + spring)
     read(reader, lambda found: np.ptp(found[-400:, rows.TRUE_POSITION]) < 1e-9)
@@ -331,7 +331,7 @@ def test_a_person_can_have_everything(started):
         engine.set_loop(model="all")
 
 
-def test_at_other_parameters_everything_is_modelled(started):
+def test_at_other_parameters_every_term_is_modelled(started):
     engine = started(environment=replace(SPRING, needs=("mass", "viscous")))
     usual = SPRING.values()
     for values, friction in ((usual, 0.0), ({**usual, "stiffness": 100.0}, 0.10), (usual, 0.0)):
@@ -339,8 +339,8 @@ def test_at_other_parameters_everything_is_modelled(started):
         assert engine.modelled.coulomb_force == friction
 
 
-def test_a_change_of_model_moves_nothing(started):
-    """A handle that friction holds between two sensor steps: nothing while its damping comes and goes."""
+def test_a_change_of_model_causes_no_motion(started):
+    """A handle stuck by friction between two sensor steps does not move while its damping is switched."""
     place = 20.7e-6 * 100.6
     level, where = CONSTANT.parameters
     gentle = (replace(level, default=0.05), where)
@@ -359,8 +359,8 @@ def test_a_change_of_model_moves_nothing(started):
     assert out[-1, rows.APPLIED_FORCE] == 0.05
 
 
-# --- the device without some of its terms
-def test_a_device_without_terms():
+# --- the device without some terms
+def test_a_device_without_terms_has_none_of_their_effects():
     device = SimulatedHapkit(mass=0.05, max_force=2.0, initial_position=0.01)
     assert device.without(()) == device
     assert device.without(["viscous"]) == replace(device, damping=0.0)
@@ -376,7 +376,7 @@ def test_a_device_without_terms():
             device.reduced(wrong)
 
 
-def test_true_velocity_is_the_paddles_own():
+def test_the_true_velocity_is_the_paddles():
     hand = Hand(0.05, 4.0, 200.0, lambda t: 0.02 * math.sin(9.0 * t))
     damping = environments.named("damping")
     scene = headless.Scene(damping, damping.values(), loop=LoopSettings(estimator="iir"))

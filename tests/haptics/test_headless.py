@@ -1,4 +1,4 @@
-"""The raw entry of sweeps: whole rows, values beyond a person's limits, runs told to quit."""
+"""Headless runs for sweeps: complete rows, values beyond a user's limits, cancelled runs."""
 
 import math
 
@@ -24,7 +24,7 @@ def scene(key="spring", rate=1000.0, delay=0.0, device=None, max_speed=math.inf,
     )
 
 
-def test_hand_lets_go_at_the_first_sample_from_its_release_on():
+def test_the_hand_releases_the_handle_at_the_first_sample_after_its_release_time():
     for release, last in ((0.010, 9), (0.0105, 10), (0.0, -1), (9.0, 49)):
         out, _ = headless.render(scene(), Hand(0.0, 1.0, 50.0, lambda t: 0.01, release), 50)
         held = np.flatnonzero(~np.isnan(out[:, rows.HAND_TARGET]))
@@ -32,7 +32,7 @@ def test_hand_lets_go_at_the_first_sample_from_its_release_on():
         assert not len(held) or held[-1] == last
 
 
-def test_sweeps_may_leave_a_persons_limits_but_not_the_numbers():
+def test_sweeps_may_exceed_a_users_limits_but_need_finite_numbers():
     out, _ = headless.render(scene(stiffness=50_000.0, damping=-3.0), None, 20)
     assert np.isfinite(out[:, rows.TRUE_POSITION]).all()
     with pytest.raises(ParameterError, match=r"Stiffness must be a finite number, not nan\."):
@@ -41,14 +41,14 @@ def test_sweeps_may_leave_a_persons_limits_but_not_the_numbers():
         headless.render(scene(center=math.inf), None, 20)
 
 
-def test_an_unstable_loop_stays_within_what_the_clamp_can_do():
+def test_an_unstable_loop_stays_within_the_clamps_range():
     device = SimulatedHapkit(initial_position=1e-3)
     out, _ = headless.render(scene(stiffness=50_000.0, device=device), None, 3000)
     assert np.isfinite(out[:, : rows.HAND_TARGET]).all()
     assert np.abs(out[:, rows.APPLIED_FORCE]).max() == 3.0
 
 
-def test_a_run_told_to_quit_ends_there():
+def test_a_cancelled_run_ends_at_once():
     r, body = scene().prepare()
     r.control.quit[0] = 1
     out = headless.new_rows(10)

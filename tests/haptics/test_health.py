@@ -1,4 +1,4 @@
-"""The lateness histogram, and what a latched fault says."""
+"""The lateness histogram, and the messages of latched faults."""
 
 import math
 
@@ -40,13 +40,13 @@ def test_every_lateness_is_counted_in_its_bin():
 
 
 @pytest.mark.parametrize("lateness", [0.1, 5.0, np.inf, np.nan])
-def test_what_lies_beyond_is_counted_as_beyond(lateness):
+def test_values_beyond_the_bins_are_counted_as_overflow(lateness):
     assert filled([lateness])[-1] == 1
     assert health.lateness_percentiles(filled([1e-5, lateness]))["max"] == 100_000.0
 
 
 HOLD, STALE = "Hold the handle, then clear.", arrays.STALE_SENSOR
-# code, value, position in m, line of the law, words, what to do
+# code, value, position in m, line of the law, message, remedy
 # fmt: off
 WORDS = [
     (arrays.OVER_SPEED, -3.4, 0.0, 0, "over-speed, 3.4 m/s (limit 3.0 m/s).", HOLD),
@@ -78,7 +78,7 @@ WORDS = [
 
 
 @pytest.mark.parametrize(("code", "value", "position", "line", "words", "remedy"), WORDS)
-def test_every_fault_has_its_words(code, value, position, line, words, remedy):
+def test_every_fault_has_its_message(code, value, position, line, words, remedy):
     harness = LoopHarness(CONSTANT, max_speed=3.0)
     harness.tick()
     harness.r.tick.fault_value, harness.r.tick.fault_position = value, position
@@ -96,7 +96,7 @@ def test_every_code_is_described():
 
 
 @pytest.mark.parametrize("how", ["index", "fuel"])
-def test_the_line_said_is_the_law_s(how):
+def test_the_reported_line_is_the_laws(how):
     harness = LoopHarness(BROKEN, {"how": how})
     harness.tick(0.0)
     harness.tick(0.0055)

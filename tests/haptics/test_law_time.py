@@ -1,4 +1,4 @@
-"""Laws that take longer than a period: latched within 0.1 s, by processor time; live, headless, observed."""
+"""Laws longer than a period are latched within 0.1 s of processor time: live, headless, observed."""
 
 import math
 from dataclasses import replace
@@ -65,7 +65,7 @@ TURNING = Environment(
 
 
 def latched(spent, period, calls=1000, pause=0.0):
-    """Return after how many calls of a law that takes so many s it is latched, and after how many s."""
+    """Return after how many calls, and how many s, a law with a given duration in s is latched."""
     r, now = LoopHarness(CONSTANT).r, 100.0
     for call in range(1, calls + 1):
         now += max(spent, period) + pause
@@ -79,9 +79,7 @@ def latched(spent, period, calls=1000, pause=0.0):
 
 @pytest.mark.parametrize("period", [MS / 16, MS / 4, MS, 20 * MS])
 @pytest.mark.parametrize("over", [1.001, 1.5, 3.0, 20.0])
-def test_a_law_just_inside_its_period_runs_and_just_outside_it_is_latched_within_a_tenth_of_a_second(
-    period, over
-):
+def test_a_law_below_its_period_runs_and_one_above_it_is_latched_within_a_tenth_of_a_second(period, over):
     assert latched(period, period) is None
     assert latched(period * over, period)[1] <= max(0.1, period * over + 1e-9)
 
@@ -89,22 +87,22 @@ def test_a_law_just_inside_its_period_runs_and_just_outside_it_is_latched_within
 @pytest.mark.parametrize(
     ("spent", "pause", "calls"),
     [
-        (1.2 * MS, 0.0, 5),  # 6 ms
+        (1.2 * MS, 0.0, 5),  # 6 ms in total
         (4.9 * MS, 0.0, 2),
         (49.0 * MS, 0.0, 2),
-        (50.0 * MS, 0.0, 1),  # the tenth of a second is half over
-        (49.0 * MS, 0.2, None),  # once, and once more long after
+        (50.0 * MS, 0.0, 1),  # more than half of the tenth of a second
+        (49.0 * MS, 0.2, None),  # once, and again long after
         (1.2 * MS, 0.02, 5),
         (1.2 * MS, 0.03, None),  # four within 0.1 s: 4.8 ms
     ],
 )
-def test_one_long_call_is_excused_and_several_within_a_tenth_of_a_second_are_not(spent, pause, calls):
+def test_one_long_call_is_tolerated_and_several_within_a_tenth_of_a_second_are_not(spent, pause, calls):
     found = latched(spent, MS, pause=pause)
     assert (found and found[0]) == calls
 
 
 class Clocks:
-    """Clocks whose every tick takes so many s: of the wall, and of them on a processor."""
+    """Clocks with a fixed duration in s per tick: wall-clock time, and processor time."""
 
     def __init__(self, wall, processor):
         self.time, self.used, self.step = 50.0, 3.0, (wall, processor)
@@ -112,7 +110,7 @@ class Clocks:
 
     def now(self):
         self.looks += 1
-        if self.looks % 2 == 0:  # a tick has passed
+        if self.looks % 2 == 0:  # a tick has ended
             self.time, self.used = self.time + self.step[0], self.used + self.step[1]
         return self.time
 
@@ -122,7 +120,7 @@ class Clocks:
 
 @pytest.fixture
 def lasting(monkeypatch):
-    """Return what renders ticks of a harness that take so long, by the clocks of the loop."""
+    """Return a function that renders ticks of a harness with a given duration on the loop's clocks."""
 
     def render(harness, wall, processor, count):
         monkeypatch.setattr(tick, "clock", Clocks(wall, processor))
@@ -142,7 +140,7 @@ def test_a_thread_that_waited_for_a_processor_has_no_slow_law(lasting):
     assert harness.r.tick.law_time == pytest.approx(0.9 * MS)
 
 
-def test_the_tick_that_latches_a_slow_law_gives_no_force_any_more(lasting):
+def test_the_tick_that_latches_a_slow_law_gives_no_force(lasting):
     harness = LoopHarness(TURNING)
     out = lasting(harness, 1.5 * MS, 1.5 * MS, 5)
     np.testing.assert_array_equal(out[:, rows.APPLIED_FORCE], [1.0, 1.0, 1.0, 0.0, 0.0])
@@ -153,7 +151,7 @@ def test_the_tick_that_latches_a_slow_law_gives_no_force_any_more(lasting):
     assert harness.r.tick.slow_law == TURNING.force.compiled().address
 
 
-def test_two_laws_that_cross_fade_have_a_period_each(lasting):
+def test_two_laws_in_a_cross_fade_have_a_period_each(lasting):
     for spent, fault in ((1.9 * MS, arrays.NO_FAULT), (2.1 * MS, arrays.SLOW_LAW)):
         harness = LoopHarness(TURNING, {"place": "a"})
         harness.tick(0.0)
@@ -165,16 +163,18 @@ def test_two_laws_that_cross_fade_have_a_period_each(lasting):
 
 
 @pytest.mark.parametrize(("turns", "fault"), [(0, False), (47, False), (49, True)])
-def test_a_call_is_charged_20_microseconds_a_turn_at_most(lasting, turns, fault):
-    """The host of a virtual machine takes 4 ms at once, and the thread's clock goes on: no law of a few lines
-    takes that long. The turn that leaves the loop counts, too."""
+def test_a_call_is_charged_at_most_20_microseconds_per_iteration(lasting, turns, fault):
+    """A call of a few lines cannot take the 4 ms that the host of a virtual machine takes at a time.
+
+    The thread's clock includes that time. The iteration that leaves the loop counts too.
+    """
     harness = LoopHarness(TURNING, {"turns": turns})
     lasting(harness, 4.0 * MS, 4.0 * MS, 300)
     assert harness.r.control.fault[0] == (arrays.SLOW_LAW if fault else arrays.NO_FAULT)
     assert harness.r.tick.law_time == pytest.approx(0.02 * MS * (2 + turns), rel=1e-6)
 
 
-# --- what the observer asks of a law
+# --- calls of the law by the observer
 
 
 @law
@@ -190,14 +190,14 @@ LOOPED = Environment("looped", "Looped", "", SLOW.parameters, looped)
 
 
 def observed(environment, values, ticks=200, law_time=0.0):
-    """Return the loop after so many ticks at rest at 0 m; law_time: s that a call takes."""
+    """Return the loop after some ticks at rest at 0 m; law_time: duration of a call in s."""
     harness = LoopHarness(environment, values)
     harness.r.tick.law_time = law_time
     harness.ticks(ticks / 1000.0)
     return harness.r
 
 
-def test_the_observer_asks_a_law_everywhere_but_where_a_call_takes_more_than_250_passes():
+def test_the_observer_calls_a_law_everywhere_unless_a_call_takes_more_than_250_iterations():
     r = observed(LOOPED, {"beyond": 1.0})
     assert (r.watch.cells_known, r.watch.opaque) == (passivity.CELLS + 1, 0)
     r = observed(LOOPED, {"beyond": 0.01})
@@ -205,7 +205,7 @@ def test_the_observer_asks_a_law_everywhere_but_where_a_call_takes_more_than_250
     assert r.watch.cells_known == 0.01 / passivity.CELL
     before = r.watch.calls
     r = observed(LOOPED, {"beyond": 0.01}, 400)
-    assert r.watch.calls == before  # no more are made
+    assert r.watch.calls == before  # no further calls are made
     assert r.control.fault[0] == arrays.NO_FAULT
 
 
@@ -213,8 +213,8 @@ def test_the_observer_asks_a_law_everywhere_but_where_a_call_takes_more_than_250
     ("each", "cells"),
     [(1e-6, 4), (0.5 * MS / 9.0, 4), (0.5 * MS / 8.99, 3), (0.5 * MS / 8.0, 3), (0.5 * MS / 2.9, 0), (MS, 0)],
 )
-def test_a_live_loop_lets_the_observer_use_half_a_period_at_most(each, cells):
-    """Two calls a cell beside the law's own: nine calls of a 9th of half a period are four cells."""
+def test_a_live_loop_gives_the_observer_at_most_half_a_period(each, cells):
+    """Two calls per cell, and the law's own: nine calls of a 9th of half a period are four cells."""
     each *= 1.0 - 1e-9
     r = observed(CONSTANT, None, 2, law_time=each)
     assert r.watch.cells_known == 1 + 2 * cells
@@ -223,7 +223,7 @@ def test_a_live_loop_lets_the_observer_use_half_a_period_at_most(each, cells):
 # --- live
 
 
-def test_a_law_slower_than_its_period_is_named_and_pushes_no_more(started):
+def test_a_law_slower_than_its_period_is_named_and_gives_no_force(started):
     engine = started(environment=SLOW)
     reader = engine.reader()
     engine.set_parameter("beyond", -1.0)
@@ -235,7 +235,7 @@ def test_a_law_slower_than_its_period_is_named_and_pushes_no_more(started):
     assert not found[-1, rows.APPLIED_FORCE].any()
     engine.set_environment("wall")
     wait_until(lambda: engine.renders(engine.environment))
-    assert "Far too slow" in engine.fault.text  # not the wall's
+    assert "Far too slow" in engine.fault.text  # not the environment "wall"
     engine.clear_fault()
     wait_until(lambda: engine.fault is None)
 
@@ -247,7 +247,7 @@ def scene(values):
     return headless.Scene(SLOW, SLOW.values(values))
 
 
-def test_a_headless_run_ends_where_its_law_takes_too_long_and_not_before():
+def test_a_headless_run_ends_when_its_law_takes_too_long_and_not_before():
     done = api.simulate(SLOW, {"beyond": 1.0}, hand="press", seconds=0.5)
     assert len(done.time) == 500
     with pytest.raises(
@@ -263,7 +263,7 @@ def test_a_law_may_take_a_whole_period_of_a_slow_loop():
     assert len(done.time) == 30
 
 
-def test_nothing_is_said_of_a_handle_whose_law_takes_too_long(monkeypatch):
+def test_no_verdict_is_given_on_a_handle_whose_law_is_too_slow(monkeypatch):
     monkeypatch.setattr(Environment, "curve", lambda _, values, x, v=0.0: -values["stiffness"] * x)
     asked = VerdictInput(SLOW, SLOW.values(EVERYWHERE), LoopSettings(hand="medium"))
     found = verdict(asked)
@@ -276,7 +276,7 @@ def test_nothing_is_said_of_a_handle_whose_law_takes_too_long(monkeypatch):
 
 @pytest.mark.slow
 def test_an_interrupt_ends_compiled_loops_at_once():
-    """The byte is what Python writes when a signal comes; nobody takes it but whoever listens anew."""
+    """Python writes a byte when a signal arrives; only a new call of ``listen`` removes it."""
     interrupts.listen()
     interrupts._ends[1].send(b"\2")
     r, body = scene({"beyond": 1.0}).prepare()

@@ -1,4 +1,4 @@
-"""A serial link: its delays; what is too slow, lost or silent is noticed at once, said, and counted."""
+"""A serial link: its delays; a slow, lossy or silent link is detected, reported and counted."""
 
 import re
 
@@ -14,21 +14,21 @@ from tests.haptics.support import CONSTANT, LoopHarness
 
 
 def lateness(conn, now, board_time):
-    """Return how late the row of a frame is that came now."""
+    """Return the lateness of the row of a frame that arrived now."""
     row = np.zeros(rows.ROW_WIDTH)
     link.write_times(conn, board_time, row, now)
     return row[rows.LATENESS]
 
 
-def test_a_frame_is_late_by_what_the_boards_clock_did_not_pass():
+def test_a_frames_lateness_is_its_delay_beyond_the_boards_clock():
     conn = link.new_link(1.0)
-    # prompt, prompt, held up 3 ms, queued behind it, after a lost one but on time, a board that stood
+    # on time, on time, delayed by 3 ms, queued after it, on time after a lost one, after a pause of the board
     arrivals = (50.0, 1.0), (50.001, 1.001), (50.005, 1.002), (50.005, 1.003), (50.007, 1.005), (50.5, 1.006)
     lates = [lateness(conn, *arrival) for arrival in arrivals]
     assert lates == pytest.approx([0.0, 0.0, 0.003, 0.0, 0.0, 0.492])
 
 
-def test_silence_of_a_second_means_gone_unless_nothing_was_heard_or_the_computer_was_away():
+def test_a_second_of_silence_means_disconnected_unless_no_frame_came_before_or_the_computer_was_suspended():
     r = LoopHarness(CONSTANT).r
 
     def passes(conn):
@@ -56,12 +56,12 @@ OFF = int(BoardFlag.WATCHDOG)
 
 
 def late(seq, by, **fields):
-    """Return a sample whose force answers one so many before."""
+    """Return a sample whose force answers an earlier sample."""
     return sample(seq, 1000, answered=seq - 1 - by, delay_us=min(1000 * by + 600, 65_535), **fields)
 
 
 def told_late(board, engine, by, most=300):
-    """Send samples in which forces come too late by so many, until a fault; return how many it took."""
+    """Send samples with forces that answer too late, until a fault; return their number."""
     for k in range(most):
         board.say(late(100 + k, by))
         if engine.fault is not None:
@@ -69,7 +69,7 @@ def told_late(board, engine, by, most=300):
     return most
 
 
-def test_a_link_slower_than_the_watchdog_stops_the_force_in_words(stepped):
+def test_a_link_slower_than_the_watchdog_stops_the_force_with_a_message(stepped):
     board, engine = stepped(environment=CONSTANT)
     assert 4 <= told_late(board, engine, 33, 20_000) < 20_000
     assert engine.fault.code == arrays.SLOW_LINK
@@ -79,18 +79,18 @@ def test_a_link_slower_than_the_watchdog_stops_the_force_in_words(stepped):
 
 
 @pytest.mark.parametrize(("by", "added"), [(23, 0.0), (40, 0.02)])
-def test_a_link_within_the_watchdog_is_none_nor_is_an_added_delay_the_links(stepped, by, added):
+def test_a_link_within_the_watchdog_time_is_accepted_and_added_delay_does_not_count(stepped, by, added):
     assert told_late(*stepped(environment=CONSTANT, delay=added), by) == 300
 
 
-def test_some_late_answers_are_no_slow_link(stepped):
-    """Bytes held back and let go of: the delay falls within milliseconds."""
+def test_a_few_late_answers_are_not_a_slow_link(stepped):
+    """Delayed bytes that arrive together: the delay decreases within milliseconds."""
     board, engine = stepped(environment=CONSTANT)
     board.say(b"".join(late(100 + k, by) for k, by in enumerate(range(300, 0, -10))))
     assert engine.fault is None
 
 
-def test_a_board_that_cuts_its_motor_off_is_told_from_a_silent_one(stepped):
+def test_a_board_that_switches_its_motor_off_is_distinguished_from_a_silent_one(stepped):
     board, engine = stepped(environment=CONSTANT)
     board.say_one_by_one(sample(k) for k in range(40))
     found = board.say_one_by_one(sample(40 + k, flags=OFF) for k in range(3))
@@ -99,7 +99,7 @@ def test_a_board_that_cuts_its_motor_off_is_told_from_a_silent_one(stepped):
     assert (health.link.cut, health.link.no_sample, health.link.away) == (1, 0, 0)
 
 
-def test_a_board_whose_motor_never_comes_on_is_not_taken_for_one_that_renders(stepped):
+def test_a_board_whose_motor_never_switches_on_does_not_count_as_rendering(stepped):
     board, engine = stepped(environment=CONSTANT)
     found = board.say_one_by_one(sample(k, flags=OFF) for k in range(320))
     assert not int(found[100, rows.FLAGS]) & rows.STALE
@@ -107,7 +107,7 @@ def test_a_board_whose_motor_never_comes_on_is_not_taken_for_one_that_renders(st
     assert engine.health().link.cut == 1
 
 
-def test_silence_is_the_lines(stepped):
+def test_silence_is_attributed_to_the_line(stepped):
     board, engine = stepped(environment=CONSTANT)
     board.say_one_by_one(sample(k) for k in range(10))
     board.fall_silent()
@@ -124,7 +124,7 @@ def test_silence_is_the_lines(stepped):
         (arrays.SLOW_LAW, 9.96, 9.97, arrays.HELD_UP),
     ],
 )
-def test_why_nothing_was_answered(fault, looked, answered, cause):
+def test_the_reason_for_a_missing_answer(fault, looked, answered, cause):
     harness, conn = LoopHarness(CONSTANT), link.new_link(2e-5)
     conn.state.looked_at, conn.state.last_answer = looked, answered
     conn.state.started, harness.r.control.fault[0] = 1, fault
@@ -134,7 +134,7 @@ def test_why_nothing_was_answered(fault, looked, answered, cause):
 
 # --- the board's clock
 def at(seq, time_us, **fields):
-    """Return the frame of a sample with a time of the board's clock in µs."""
+    """Return the frame of a sample at a time of the board's clock in µs."""
     return sample(seq, time_us=time_us & 0xFFFFFFFF, **fields)
 
 
@@ -144,8 +144,8 @@ def times(found):
 
 
 @pytest.mark.parametrize("step", [-5_000_000, -1, 0, 2_000, 60_000_000, 2_000_000_000])
-def test_a_clock_that_goes_back_stands_or_jumps_ahead_is_corrected_and_counted(stepped, step):
-    """From sample 39 on: 2 ms instead of 1 ms is a sample that the board has left out."""
+def test_a_clock_that_goes_back_stops_or_jumps_ahead_is_corrected_and_counted(stepped, step):
+    """From sample 39 on, 2 ms instead of 1 ms mean that the board skipped a sample."""
     board, engine = stepped(environment=CONSTANT)
     board.say_one_by_one(at(k, 1000 * k) for k in range(40))
     assert board.answer_to(39).force == 1.0
@@ -161,7 +161,7 @@ def test_a_clock_that_goes_back_stands_or_jumps_ahead_is_corrected_and_counted(s
 
 
 @pytest.mark.parametrize(("more", "lost", "jumps"), [(0.0999, 0, 0), (0.1001, 0, 1), (0.5, 500, 0)])
-def test_a_clock_may_gain_a_tenth_of_a_second_on_ours_and_as_much_as_samples_were_lost(more, lost, jumps):
+def test_a_clock_may_run_ahead_by_a_tenth_of_a_second_and_by_lost_samples(more, lost, jumps):
     r, conn, frame = LoopHarness(CONSTANT).r, link.new_link(1.0), np.zeros(codec.SAMPLE_WIDTH)
     r.settings.period = 1e-3
     for now, time, frame[codec.LOST] in ((10.0, 1.0, 0), (10.001, 1.001 + more, lost)):
@@ -171,14 +171,14 @@ def test_a_clock_may_gain_a_tenth_of_a_second_on_ours_and_as_much_as_samples_wer
     assert frame[codec.BOARD_TIME] == pytest.approx(1.001 if jumps else 1.001 + more)
 
 
-def test_a_clock_that_passes_its_32_bits_or_runs_on_while_the_computer_is_away_has_not_jumped(stepped):
+def test_a_clock_that_wraps_or_runs_on_while_the_computer_is_suspended_has_not_jumped(stepped):
     board, engine = stepped(environment=CONSTANT)
     begin = (1 << 32) - 5_000
     found = board.say_one_by_one(at(k, begin + 1000 * k) for k in range(10))
     assert times(found) == [begin + 1000 * k for k in range(10)]
     state = engine.driver.conn.state
     state.clock_at -= 3.0
-    state.clock_ahead -= 3.0  # the computer's clock has gone on by 3 s, and so has the board's
+    state.clock_ahead -= 3.0  # the computer's and the board's clock have advanced by 3 s
     found = board.say(at(10, begin + 3_010_000))
     assert times(found) == [begin + 3_010_000]
     assert engine.clock_jumps == 0
@@ -199,7 +199,7 @@ def test_a_clock_that_jumps_three_times_latches_and_every_jump_counts(stepped):
     assert not board.say(at(seq, clock))[:, rows.APPLIED_FORCE].any()
 
 
-def test_telemetry_of_a_clock_that_jumps_goes_on_at_its_own_pace(rendering):
+def test_telemetry_after_a_clock_jump_continues_at_its_own_rate(rendering):
     setup = rendering(values={"stiffness": 100.0})
     setup.go()
     before = setup.run(5)[-1][rows.BOARD_TIME]
@@ -210,8 +210,8 @@ def test_telemetry_of_a_clock_that_jumps_goes_on_at_its_own_pace(rendering):
     assert all(int(row[rows.FLAGS]) & rows.STALE for row in found)
 
 
-def test_what_the_board_counts_is_added_up(rendering):
-    """Forces refused, frames not read, and a motor that goes off while the board renders."""
+def test_the_boards_counters_are_summed(rendering):
+    """Refused forces, unreadable frames, and a motor that is switched off while the board renders."""
     setup = rendering()
     setup.sample = {"stale": 250, "rx_errors": 9}
     setup.run(2)
@@ -226,7 +226,7 @@ def test_what_the_board_counts_is_added_up(rendering):
     assert setup.engine.health().link.cut == 1
 
 
-def test_a_slow_link_is_none_for_the_board(rendering):
+def test_a_slow_link_does_not_affect_rendering_on_the_board(rendering):
     setup = rendering(values={"stiffness": 100.0})
     setup.run(5)
     setup.engine.arrays.control.fault[0] = arrays.SLOW_LINK
@@ -237,7 +237,7 @@ def test_a_slow_link_is_none_for_the_board(rendering):
     assert not setup.told(Stop)
 
 
-def test_what_a_link_allows_is_said_where_it_is_too_little(rendering):
+def test_the_links_limit_is_reported_if_the_stiffness_exceeds_it(rendering):
     setup = rendering(values={"stiffness": 100.0})
     assert on_board.link_warning(setup.engine) == on_board.UNKNOWN
     setup.run(40)

@@ -1,4 +1,4 @@
-"""The passivity observer: energy as an independent sum, what could be stored, alarms, and where it begins."""
+"""The passivity observer: energy compared with an independent sum, storable energy, alarms, restarts."""
 
 import math
 from dataclasses import replace
@@ -20,7 +20,7 @@ MASS, PERIOD = 0.044, 1e-3
 
 
 def rendered(scene, hand, seconds):
-    """Return (rows, the observer's numbers in the end)."""
+    """Return the rows, and the observer's final numbers."""
     out, r = headless.render(scene, hand, round(seconds / PERIOD))
     return out, r.watch
 
@@ -34,11 +34,11 @@ def ideal(**changes):
     return SimulatedHapkit(**{**numbers, **changes})
 
 
-# --- what is summed up
+# --- the sum of energy
 
 
 @pytest.mark.parametrize("delay", [0.0, 1e-3, 2.3e-3])
-def test_the_energy_is_force_in_effect_over_the_true_way(delay):
+def test_the_energy_is_the_force_in_effect_over_the_true_path(delay):
     device = SimulatedHapkit(quantum=0.0)
     scene = headless.Scene(WALL, WALL.values({"stiffness": 600.0}), device, LoopSettings(delay=delay))
     out, watch = rendered(scene, hand_named("tap"), 1.5)
@@ -53,8 +53,8 @@ def test_the_energy_is_force_in_effect_over_the_true_way(delay):
     assert np.isfinite(out[1:, rows.ENERGY_LIMIT]).all()
 
 
-def test_slow_ways_through_sensor_steps_give_what_they_give():
-    """In and out of a wall, 20 times at 2 mm/s: energy drifts at the counts, not just past their edges."""
+def test_slow_motions_through_sensor_steps_have_the_true_energy():
+    """In and out of a wall, 20 times at 2 mm/s; computed from counts, not their edges, energy drifts."""
 
     def motion(t):
         return 0.005 + 0.002 * (1.0 - math.cos(0.5 * math.pi * t))
@@ -69,8 +69,8 @@ def test_slow_ways_through_sensor_steps_give_what_they_give():
 
 
 @pytest.mark.parametrize("stiffness", [300.0, 1000.0])
-def test_a_bounce_off_a_sampled_wall_gives_what_theory_says(stiffness):
-    """E_out / E_in = exp(pi w T / 2), theory 4.4, as a mean over where between samples it meets the wall."""
+def test_a_bounce_off_a_sampled_wall_has_the_theoretical_energy(stiffness):
+    """E_out / E_in = exp(pi w T / 2), theory 4.4, averaged over the sampling phases of the contact."""
     speed, found = 0.5, []
     for phase in np.arange(16) / 16:
         device = ideal(initial_position=0.004 + phase * speed * PERIOD, initial_velocity=speed)
@@ -83,11 +83,11 @@ def test_a_bounce_off_a_sampled_wall_gives_what_theory_says(stiffness):
     assert (brought + np.mean(found)) / brought == pytest.approx(gain, rel=0.01)
 
 
-# --- what damping took, as far as counts prove it
+# --- dissipation that the counts prove
 
 
 def least_squares_of_speed(counts, quantum):
-    """Return the least sum of moved²/PERIOD of all motions that start at the first count's middle."""
+    """Return the least sum of moved²/PERIOD over all motions that start at the first count's middle."""
     steps = np.diff(np.eye(len(counts)), axis=0)[:, 1:] / math.sqrt(PERIOD)
     middle = (counts - counts[0])[1:]
     found = lsq_linear(
@@ -98,8 +98,11 @@ def least_squares_of_speed(counts, quantum):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
-def test_no_motion_through_the_counts_is_damped_less_than_is_proven(seed):
-    """Within a count at the top speed, which the last straight part may go too far; and not much less."""
+def test_the_proven_dissipation_is_a_lower_bound(seed):
+    """Exceeded by at most a count at the top speed, by the last straight piece.
+
+    And not much below the bound.
+    """
     rng, quantum, t = np.random.default_rng(seed), 20.7e-6, np.arange(300) * PERIOD
     hertz, phase = rng.uniform(1.0, 12.0, 3), rng.uniform(0.0, 6.0, 3)
     x = 0.7e-3 * np.sin(2.0 * np.pi * np.outer(t, hertz) + phase).sum(axis=1)
@@ -113,11 +116,11 @@ def test_no_motion_through_the_counts_is_damped_less_than_is_proven(seed):
     assert 0.9 * least < proven < least + 2.0 * top * quantum
 
 
-# --- what could be stored
+# --- storable energy
 
 
 @pytest.mark.parametrize("start", [0.0, 0.01, -0.02])
-def test_a_spring_stores_what_it_is_drawn_to(start):
+def test_a_spring_stores_the_energy_of_its_deflection(start):
     device = ideal(initial_position=start)
     values = SPRING.values({"stiffness": 300.0, "center": 0.0013})
     out, watch = rendered(headless.Scene(SPRING, values, device), Prescribed(lambda t: start), 0.2)
@@ -125,7 +128,7 @@ def test_a_spring_stores_what_it_is_drawn_to(start):
     assert watch.alarm.limit == out[-1, rows.ENERGY_LIMIT] == stored
 
 
-def test_the_motor_stores_no_more_than_it_can_push():
+def test_the_motor_stores_no_more_than_its_force_limit_allows():
     device = ideal(initial_position=0.02, max_force=3.0)
     values = SPRING.values({"stiffness": 600.0})
     _, watch = rendered(headless.Scene(SPRING, values, device), Prescribed(lambda t: 0.02), 0.2)
@@ -134,7 +137,7 @@ def test_the_motor_stores_no_more_than_it_can_push():
 
 
 def test_a_fall_from_a_hill_is_no_alarm():
-    """At the top the force is nothing: what is stored there only the law's other places tell."""
+    """At the top the force is zero; the energy stored there follows only from the law at other positions."""
     hill = LIBRARY["bump_valley"]
     device = SimulatedHapkit(initial_position=-0.0246, coulomb_force=0.0)
     out, _ = rendered(headless.Scene(hill, hill.values(), device), None, 2.0)
@@ -146,7 +149,7 @@ CASES = [(key, hand) for key, e in LIBRARY.items() for hand in e.hands]
 
 
 @pytest.mark.parametrize(("key", "hand"), CASES)
-def test_no_alarm_where_nothing_is_given(key, hand):
+def test_no_alarm_if_no_energy_is_given(key, hand):
     scene = LIBRARY[key]
     for device in (SimulatedHapkit(), SimulatedHapkit().reduced(scene.needs)):
         out, _ = rendered(headless.Scene(scene, scene.values(), device), hand_named(hand), 4.0)
@@ -155,8 +158,8 @@ def test_no_alarm_where_nothing_is_given(key, hand):
 
 @pytest.mark.parametrize(("share", "active"), [(0.98, False), (1.02, True)])
 @pytest.mark.parametrize("delay", [0.0, 1e-3])
-def test_the_alarm_comes_where_the_spring_stops_to_be_passive(share, active, delay):
-    """b > K (T/2 + td), theory 1.1: imposed strokes of 30 mm at 1 Hz beside the paddle's damping."""
+def test_the_alarm_occurs_at_the_passivity_limit_of_a_spring(share, active, delay):
+    """b > K (T/2 + td), theory 1.1: imposed strokes of 30 mm at 1 Hz with the paddle's damping."""
     viscous = 0.5
     stiffness = share * viscous / (0.5 * PERIOD + delay)
     device = ideal(damping=viscous)
@@ -168,8 +171,8 @@ def test_the_alarm_comes_where_the_spring_stops_to_be_passive(share, active, del
 @pytest.mark.parametrize("delay", [0.0, 1e-3])
 @pytest.mark.parametrize(("reach", "hertz"), [(0.3e-3, 15.0), (1e-3, 8.0), (10e-3, 3.0), (30e-3, 0.3)])
 @pytest.mark.parametrize("quantum", [5e-6, 20.7e-6, 60e-6])
-def test_counts_feign_no_alarm_of_a_passive_spring(quantum, reach, hertz, delay):
-    """90 % of the passive stiffness, 20 s of strokes through one to many counts a sample."""
+def test_quantisation_causes_no_false_alarm_for_a_passive_spring(quantum, reach, hertz, delay):
+    """90 % of the passive stiffness, 20 s of strokes of one to many counts per sample."""
     device = SimulatedHapkit(damping=0.5, coulomb_force=0.0, quantum=quantum, max_force=math.inf)
     values = SPRING.values({"stiffness": 0.9 * 0.5 / (0.5 * PERIOD + delay)})
     scene = headless.Scene(SPRING, values, device, LoopSettings(delay=delay))
@@ -177,8 +180,8 @@ def test_counts_feign_no_alarm_of_a_passive_spring(quantum, reach, hertz, delay)
     assert not alarms(out)
 
 
-def test_damping_of_long_ago_excuses_nothing():
-    """A damper takes 300 mJ in strokes; that the spring is too stiff for its loop is seen at once after."""
+def test_earlier_damping_does_not_excuse_later_energy():
+    """After a damper has taken 300 mJ in strokes, a spring beyond its passivity limit is detected at once."""
     values = SPRING.values({"stiffness": 1.3 * 2.0 * 0.5 / PERIOD, "damping": 2.0})
 
     def motion(t):
@@ -197,7 +200,7 @@ def test_damping_of_long_ago_excuses_nothing():
     assert alarms(out[5000:])
 
 
-# --- where it begins anew
+# --- restarts
 
 
 def given(harness):
@@ -205,7 +208,7 @@ def given(harness):
 
 
 def strokes(harness, count):
-    """Move to and fro under a force that always pushes on; return the rows."""
+    """Move to and fro under a force that always acts along the motion; return the rows."""
     x = 1e-3 * (np.arange(count) % 2)
     return harness.run(x, np.where(np.arange(count) % 2, 1.0, -1.0))
 
@@ -218,7 +221,7 @@ def busy(**wanted):
 
 
 @pytest.mark.parametrize("change", ["number", "choice", "law", "rate", "estimator", "sensor", "damping"])
-def test_begins_anew_after_a_change(change):
+def test_it_restarts_after_a_change(change):
     harness = busy()
     if change == "number":
         harness.set(CONSTANT, {"level": 2.0})
@@ -237,14 +240,14 @@ def test_begins_anew_after_a_change(change):
     assert not int(harness.tick(1e-3)[rows.FLAGS]) & rows.ACTIVE
 
 
-def test_goes_on_while_the_hand_moves():
+def test_it_continues_while_the_hand_moves():
     harness = busy()
     harness.set(CONSTANT, target=0.01)
     harness.tick(1e-3)
     assert given(harness) == pytest.approx(0.199, rel=1e-9)
 
 
-def test_begins_anew_when_a_stop_is_released_and_a_fault_cleared():
+def test_it_restarts_after_a_released_stop_and_a_cleared_fault():
     harness = busy()
     harness.stop()
     assert int(harness.tick(1e-3, 1.0)[rows.FLAGS]) == rows.STOPPED
@@ -260,7 +263,7 @@ def test_begins_anew_when_a_stop_is_released_and_a_fault_cleared():
     assert given(harness) == 0.0
 
 
-def test_asks_the_law_without_moving_its_state():
+def test_it_calls_the_law_without_changing_its_state():
     harness = LoopHarness(COUNTING)
     counts = harness.ticks(0.2)[:, rows.STATE]
     np.testing.assert_array_equal(counts, np.arange(1.0, 201.0))
@@ -268,8 +271,8 @@ def test_asks_the_law_without_moving_its_state():
 
 
 @pytest.mark.parametrize("told", [True, False])
-def test_what_a_moving_object_holds_may_be_given_back(told):
-    """A puck is shoved, a number changed while it flies, and the handle gives way as it comes back."""
+def test_energy_stored_in_a_moving_object_may_be_given_back(told):
+    """A puck is pushed, a parameter changed while it flies, and the handle yields as it returns."""
     puck = LIBRARY["puck"] if told else replace(LIBRARY["puck"], stored=None)
     harness, force, found = LoopHarness(puck, quantum=0.0, viscous=0.5), 0.0, []
     for k in range(600):
@@ -284,8 +287,8 @@ def test_what_a_moving_object_holds_may_be_given_back(told):
 
 @pytest.mark.parametrize("start", [0.007, 0.012])
 @pytest.mark.parametrize("rate", [500.0, 1000.0])
-def test_a_handle_thrown_out_of_a_wall_does_not_outrun_the_survey(start, rate):
-    """It moves by ever more cells a tick; what the sampled wall gives beyond what it stored is seen."""
+def test_a_handle_thrown_out_of_a_wall_stays_within_the_evaluated_cells(start, rate):
+    """It moves over more cells in every tick; the energy that the sampled wall adds is detected."""
     device = SimulatedHapkit(
         mass=0.0625, damping=0.5, coulomb_force=0.0, quantum=0.0, max_force=math.inf, initial_position=start
     )

@@ -1,4 +1,4 @@
-"""The passivity controller: bounds what would grow, changes nothing else, and the guard stays last."""
+"""The passivity controller bounds growing motion, changes nothing else, and the guard remains last."""
 
 import math
 
@@ -20,7 +20,7 @@ MASS, VISCOUS, PERIOD, START = 0.05, 0.5, 1e-3, 2e-3
 
 
 def released(stiffness, damping=0.0, delay=0.0, controller=True, **changes):
-    """Return the rows of a spring let go at START, 6 s long."""
+    """Return the rows of a spring released at START, 6 s long."""
     numbers = {"coulomb_force": 0.0, "quantum": 0.0, "max_force": math.inf, **changes}
     device = SimulatedHapkit(MASS, VISCOUS, initial_position=START, **numbers)
     values = {"stiffness": stiffness, "damping": damping, "center": 0.0}
@@ -33,12 +33,12 @@ def amplitude(out):
 
 
 def to_the_hand(out):
-    """Return the most that the motor gave beyond what the paddle's own damping took, in J."""
+    """Return the maximum energy in J given by the motor beyond the paddle's own dissipation."""
     taken = np.cumsum(VISCOUS * out[:-1, rows.TRUE_VELOCITY] ** 2) * PERIOD
     return (out[1:, rows.ENERGY] - taken).max()
 
 
-# the exact limit, theory 1.4, times a factor
+# multiples of the exact limit, theory 1.4
 BEYOND = [
     (0.0, 0.0, 1001.7, 1.2),
     (0.0, 0.0, 1001.7, 3.0),
@@ -61,7 +61,7 @@ def test_a_spring_beyond_its_limit_stays_bounded(damping, delay, limit, factor):
     assert to_the_hand(out) < 1.1 * stored + 4.0 * FELT
 
 
-# rate Hz, delay s, sensor step m, handle's damping N·s/m, stiffness N/m: 2 to 4 times what is passive
+# rate Hz, delay s, sensor step m, handle's damping N·s/m, stiffness N/m: 2 to 4 times the passive one
 COUNTED = [
     (2000.0, 1e-3, 20.7e-6, 0.5, 1260.0),
     (2000.0, 1e-3, 40e-6, 0.2, 640.0),
@@ -70,7 +70,7 @@ COUNTED = [
     (4000.0, 1.75e-3, 80e-6, 0.2, 240.0),
     (4000.0, 0.0, 5e-6, 0.5, 12000.0),
     (500.0, 2e-3, 10e-6, 0.5, 500.0),
-    # delays of part of a period
+    # delays of a fraction of a period
     (500.0, 0.6e-3, 20.7e-6, 0.5, 1260.0),
     (500.0, 0.6e-3, 0.0, 0.5, 1260.0),
     (500.0, 1.0e-3, 0.0, 0.5, 1260.0),
@@ -79,10 +79,10 @@ COUNTED = [
 
 
 def energies(device, stiffness, rate, delay, seconds, controller=True):
-    """Return the true energy (n,) in J of a spring let go, and what theory lets it gain.
+    """Return the true energy (n,) in J of a released spring, and the energy gain that theory allows.
 
-    That is what an alarm takes, and (K (T/2 + td) - b) v² in W, theory 1.1, for a delay and two periods:
-    seen, answered, in effect.
+    The gain is the threshold of an alarm, plus (K (T/2 + td) - b) v² in W, theory 1.1, for a delay and two
+    periods: measured, answered, in effect.
     """
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
     scene = headless.Scene(SPRING, values, device, LoopSettings(rate, delay, controller=controller))
@@ -98,8 +98,8 @@ def gained(energy):
 
 
 @pytest.mark.parametrize(("rate", "delay", "quantum", "viscous", "stiffness"), COUNTED)
-def test_counts_and_parts_of_a_period_feign_no_damping(rate, delay, quantum, viscous, stiffness):
-    """For 40 s the true energy stays within what theory lets it gain, and dies away."""
+def test_counts_and_fractional_delays_cause_no_apparent_damping(rate, delay, quantum, viscous, stiffness):
+    """For 40 s the true energy stays within the gain that theory allows, and decays."""
     device = SimulatedHapkit(damping=viscous, coulomb_force=0.0, quantum=quantum, initial_position=1.5e-3)
     energy, bound = energies(device, stiffness, rate, delay, 40.0)
     assert bound < 1e-3
@@ -111,7 +111,7 @@ def test_counts_and_parts_of_a_period_feign_no_damping(rate, delay, quantum, vis
 
 @pytest.mark.parametrize(("share", "holds"), [(0.75, True), (0.9, False)])
 @pytest.mark.parametrize(("rate", "delay"), [(500.0, 0.6e-3), (1000.0, 0.0), (4000.0, 1e-3)])
-def test_it_holds_what_gives_up_to_three_quarters_of_its_damping(rate, delay, share, holds):
+def test_it_stabilises_a_spring_that_needs_up_to_three_quarters_of_its_damping(rate, delay, share, holds):
     device = SimulatedHapkit(coulomb_force=0.0, max_force=1e3, initial_position=1.5e-3)
     most = most_damping(device.mass, 1.0 / rate, delay)
     stiffness = (share * most + device.damping) / (0.5 / rate + delay)
@@ -121,15 +121,18 @@ def test_it_holds_what_gives_up_to_three_quarters_of_its_damping(rate, delay, sh
 
 
 def of_the_spring(out, device, stiffness):
-    """Return the energy (n,) in J of the handle, and of the spring as far as the motor pulls."""
+    """Return the energy (n,) in J of the handle, and of the spring within the motor's force limit."""
     away = np.abs(out[:, rows.TRUE_POSITION] - 0.5 * device.quantum)
     pulled = np.minimum(away, device.max_force / stiffness)
     stored = 0.5 * stiffness * pulled**2 + device.max_force * (away - pulled)
     return 0.5 * device.mass * out[:, rows.TRUE_VELOCITY] ** 2 + stored
 
 
-def test_damps_while_the_law_asks_for_more_than_the_motor_gives():
-    """Let go at 20 mm of 1,260 N/m: 3 N all the way. Below 2.4 mm, 3 N / K, it does not saturate any more."""
+def test_it_damps_while_the_law_exceeds_the_force_limit():
+    """Released at 20 mm of 1,260 N/m: 3 N over the whole path.
+
+    Below 2.4 mm, 3 N / K, it does not saturate.
+    """
     device = SimulatedHapkit(coulomb_force=0.0, initial_position=0.02)
     values = {"stiffness": 1260.0, "damping": 0.0, "center": 0.0}
     scene = headless.Scene(SPRING, values, device, LoopSettings(2000.0, 1e-3, controller=True))
@@ -141,7 +144,7 @@ def test_damps_while_the_law_asks_for_more_than_the_motor_gives():
 
 
 @pytest.mark.parametrize("factor", [2.0, 3.0])
-def test_with_friction_and_sensor_steps_it_comes_to_rest(factor):
+def test_with_friction_and_sensor_steps_it_settles(factor):
     numbers = {"coulomb_force": 0.1, "quantum": 20.7e-6, "max_force": 3.0}
     without = released(factor * 1001.7, delay=1e-3, controller=False, **numbers)
     assert amplitude(without) > 5e-3
@@ -152,7 +155,7 @@ def test_with_friction_and_sensor_steps_it_comes_to_rest(factor):
 
 
 @pytest.mark.parametrize("key", LIBRARY)
-def test_changes_nothing_where_nothing_is_given(key):
+def test_it_changes_nothing_if_no_energy_is_given(key):
     scene = LIBRARY[key]
     hand = hand_named(scene.hands[0])
     loops = LoopSettings(), LoopSettings(controller=True)
@@ -162,7 +165,7 @@ def test_changes_nothing_where_nothing_is_given(key):
     np.testing.assert_array_equal(one, other)
 
 
-def test_its_damping_alone_would_be_stable():
+def test_its_damping_alone_is_stable():
     for late in (0.0, 0.5e-3, 1e-3, 2e-3):
         damping = most_damping(MASS, PERIOD, late)
         assert hs.stiffness_limit(MASS, 0.0, damping=damping, delay=late) > 1000.0
@@ -170,8 +173,8 @@ def test_its_damping_alone_would_be_stable():
 
 
 @pytest.mark.parametrize("asked", [0.0, 1.5, -5.0])
-def test_its_force_is_a_share_of_the_devices(asked):
-    """It comes off what the motor can give of what is asked, and the sum is clamped once more."""
+def test_its_force_is_a_fraction_of_the_devices_limit(asked):
+    """It is subtracted from the clamped force, and the result is clamped again."""
     harness = LoopHarness(CONSTANT, {"level": asked}, quantum=0.0, max_force=2.0, max_speed=20.0)
     harness.r.block.settings.damper = most_damping(100.0, PERIOD, 0.0)
     x = 0.01 * (np.arange(300) % 2)
@@ -184,11 +187,11 @@ def test_its_force_is_a_share_of_the_devices(asked):
     np.testing.assert_array_equal(out[:, rows.FLAGS].astype(int) & rows.CLAMPED > 0, abs(asked) > 2.0)
 
 
-# --- the guard stays last
+# --- the guard is last
 
 
 @pytest.mark.parametrize("how", ["nan", "inf", "minus inf", "index"])
-def test_a_broken_law_is_still_stopped(how):
+def test_a_failing_law_is_still_stopped(how):
     harness = LoopHarness(BROKEN, {"how": how})
     harness.r.block.settings.damper = 10.0
     harness.ticks(0.2)
@@ -198,7 +201,7 @@ def test_a_broken_law_is_still_stopped(how):
     assert harness.r.control.fault[0] in (arrays.NOT_A_NUMBER, arrays.LAW_INDEX)
 
 
-def test_stop_and_over_speed_win():
+def test_stop_and_over_speed_take_precedence():
     harness = LoopHarness(CONSTANT, {"level": 0.0}, quantum=0.0, max_speed=20.0)
     harness.r.block.settings.damper = 10.0
     x, effects = 0.01 * (np.arange(300) % 2), np.where(np.arange(300) % 2, 2.0, -2.0)
@@ -212,10 +215,10 @@ def test_stop_and_over_speed_win():
     assert harness.r.control.fault[0] == arrays.OVER_SPEED
 
 
-# --- the ways to it
+# --- access to the controller
 
 
-def test_the_library_switches_it_on():
+def test_the_library_can_enable_it():
     device = hs.SimulatedHapkit(MASS, VISCOUS, initial_position=0.005)
     runs = [
         hs.simulate("spring", {"stiffness": 2000.0}, device=device, delay=1e-3, controller=on)

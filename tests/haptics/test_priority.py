@@ -1,4 +1,4 @@
-"""What each system is asked for, what is obtained and said, and that a runaway thread loses it."""
+"""The priority requested from each system, its description, and its loss by a runaway thread."""
 
 import ctypes
 import os
@@ -34,7 +34,7 @@ esac
 
 
 def in_thread(function):
-    """Run a function in a thread of its own; return what it returned."""
+    """Run a function in a separate thread; return its result."""
     found = []
     thread = threading.Thread(target=lambda: found.append(function()))
     thread.start()
@@ -43,7 +43,7 @@ def in_thread(function):
 
 
 def in_process(code, *prefix, **environment):
-    """Run code in a process of its own, since limits once lowered stay so; return what it prints."""
+    """Run code in a separate process, because lowered limits remain lowered; return its output."""
     command = [*prefix, sys.executable, "-c", code]
     done = subprocess.run(
         command, env=os.environ | environment, capture_output=True, text=True, timeout=PATIENCE
@@ -53,8 +53,8 @@ def in_process(code, *prefix, **environment):
 
 
 @linux_only
-def test_words_are_what_the_kernel_says_and_all_is_taken_back(tmp_path, monkeypatch):
-    """Policy, level, timer slack, processors kept awake: while obtained only."""
+def test_the_description_agrees_with_the_kernel_and_everything_is_restored(tmp_path, monkeypatch):
+    """Policy, level, timer slack and processors kept awake apply only until the release."""
     device, get_slack = tmp_path / "latency", 30
     monkeypatch.setattr(realtime_linux, "_WAKE_LATENCY", device)
 
@@ -77,7 +77,7 @@ def test_words_are_what_the_kernel_says_and_all_is_taken_back(tmp_path, monkeypa
     assert bool(obtained.how) == (level < 80)
     assert after & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
     assert slack[2] == slack[0]
-    assert slack[1] in (0, 1)  # the kernel ignores that of real-time threads and may report none at all
+    assert slack[1] in (0, 1)  # the kernel ignores the slack of real-time threads, and may report none
     assert device.read_bytes() == bytes(4)
     monkeypatch.setattr(realtime_linux, "_WAKE_LATENCY", tmp_path / "no" / "such")
     assert in_thread(realtime_linux.keep_processors_awake) is False
@@ -86,7 +86,7 @@ def test_words_are_what_the_kernel_says_and_all_is_taken_back(tmp_path, monkeypa
 @pytest.mark.slow
 @linux_only
 @pytest.mark.skipif(shutil.which("setpriv") is None, reason="needs setpriv of util-linux")
-def test_without_rights_the_words_say_so_and_how_to_get_more(tmp_path):
+def test_without_permission_the_description_tells_how_to_get_a_higher_priority(tmp_path):
     code = (
         "from hapkit_studio.haptics import priority as p; x = p.probe();"
         "print(x.text, x.realtime, x.level, 'rtprio 80' in x.how, 'limits.d' in p.report(), sep='|')"
@@ -102,7 +102,7 @@ def test_without_rights_the_words_say_so_and_how_to_get_more(tmp_path):
 @linux_only
 @pytest.mark.skipif(os.geteuid() != 0, reason="the fake service needs the right to grant")
 @pytest.mark.parametrize("granted", [True, False])
-def test_realtime_kit_is_asked_with_its_limits(tmp_path, granted):
+def test_realtime_kit_is_requested_within_its_limits(tmp_path, granted):
     log = tmp_path / "log"
     grant = 'for word; do thread=$level; level=$word; done; chrt --rr --pid "$level" "$thread"'
     grant = grant if granted else "exit 1"
@@ -121,7 +121,7 @@ def test_realtime_kit_is_asked_with_its_limits(tmp_path, granted):
 
 @linux_only
 @pytest.mark.skipif(os.geteuid() != 0, reason="needs the right to real-time priority")
-def test_thread_that_never_blocks_is_demoted_without_python():
+def test_a_thread_that_never_blocks_is_demoted_without_python():
     @njit(nogil=True)
     def spin(seconds):
         end = clock.now() + seconds
@@ -143,7 +143,7 @@ def test_thread_that_never_blocks_is_demoted_without_python():
 
 
 @pytest.mark.parametrize(("status", "words"), [(0, "Real-time, time constraint"), (4, "Normal priority")])
-def test_macos_asks_for_the_time_constraint(status, words):
+def test_macos_requests_the_time_constraint_policy(status, words):
     def fill(reference):
         reference._obj[0], reference._obj[1] = 125, 3
 
@@ -160,7 +160,7 @@ def test_macos_asks_for_the_time_constraint(status, words):
 
 
 @pytest.mark.parametrize(("handle", "words"), [(0x5, "Real-time, Pro Audio"), (0, "Normal priority")])
-def test_windows_joins_pro_audio(handle, words):
+def test_windows_joins_the_pro_audio_task(handle, words):
     library = Mock()
     library.AvSetMmThreadCharacteristicsW.return_value = handle
     assert priority.windows_obtain(library) == (words, int(bool(handle)))
@@ -171,8 +171,8 @@ def test_windows_joins_pro_audio(handle, words):
 
 
 @linux_only
-def test_other_systems_demote_through_their_documented_calls():
-    """Each system has its entry in the table, none of which this one would load."""
+def test_other_systems_demote_by_their_documented_calls():
+    """Each system has an entry in the table; this system would load none of them."""
     fake, u64, u32, i32 = FakeLibrary(), ctypes.c_uint64, ctypes.c_uint32, ctypes.c_int32
     fake.add("pthread_mach_thread_np", u32, u64)(lambda thread: 42)
     fake.add("thread_policy_set", i32, u32, i32, u64, u32)(lambda *given: 0)
@@ -186,7 +186,7 @@ def test_other_systems_demote_through_their_documented_calls():
     assert fake.calls == [("GetCurrentThread",), ("SetThreadPriority", 2**64 - 2, 0)]
 
 
-def test_a_demoted_thread_is_said():
+def test_a_demoted_thread_is_reported():
     if not priority.probe().realtime:
         pytest.skip("no real-time priority here")
 

@@ -1,4 +1,4 @@
-"""Every row once, in order; what was overwritten is counted; a row is never half old."""
+"""Every row is read once, in order; overwritten rows are counted; a row is never torn."""
 
 import threading
 
@@ -13,7 +13,7 @@ from hapkit_studio.haptics.record import zeros
 
 @compiled
 def write(out, first, count):
-    """Publish rows whose every number is their own."""
+    """Publish rows whose numbers are all their index."""
     for k in range(first, first + count):
         row = out.rows[rows.next_index(out)]
         for i in range(rows.ROW_WIDTH):
@@ -23,7 +23,7 @@ def write(out, first, count):
 
 @compiled
 def write_on(out, pause):
-    """Publish rows until told to stop, with rests of up to pause looks at the word between."""
+    """Publish rows until told to stop, with pauses of up to ``pause`` reads of a word."""
     k = 0
     while load_acquire(out.control.quit, 0) == 0:
         write(out, k, 1)
@@ -36,7 +36,7 @@ def new_ring(capacity=64):
     return rows.new_ring(zeros(arrays.CONTROL), capacity)
 
 
-def test_rows_come_once_and_in_order_round_and_round():
+def test_rows_are_read_once_and_in_order_over_every_wrap():
     out = new_ring()
     reader = rows.RingReader(out)
     seen, at = [], 0
@@ -50,7 +50,7 @@ def test_rows_come_once_and_in_order_round_and_round():
 
 
 @pytest.mark.parametrize("count", [64, 65, 100, 1000])
-def test_an_overrun_is_counted(count):
+def test_overwritten_rows_are_counted(count):
     out = new_ring()
     reader = rows.RingReader(out)
     write(out, 0, count)
@@ -62,7 +62,7 @@ def test_an_overrun_is_counted(count):
     assert reader.lost == count - 63
 
 
-def test_a_few_at_a_time_are_all_of_them_and_what_is_lost_is_counted_once():
+def test_reading_a_few_rows_at_a_time_gives_all_and_losses_count_once():
     out = new_ring()
     reader = rows.RingReader(out)
     write(out, 0, 100)
@@ -85,7 +85,7 @@ def test_each_reader_has_its_own_cursor():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("capacity", "pause"), [(64, 10), (256, 300), (4096, 300)])
-def test_a_writer_that_never_rests(capacity, pause):
+def test_a_writer_that_never_pauses(capacity, pause):
     out = new_ring(capacity)
     out.control.quit[0] = 1
     write_on(out, pause)
@@ -105,7 +105,7 @@ def test_a_writer_that_never_rests(capacity, pause):
     np.testing.assert_array_equal(found[:, 1:], np.repeat(found[:, :1], rows.ROW_WIDTH - 1, axis=1))
 
 
-def test_a_reader_goes_back_to_what_is_kept():
+def test_a_reader_can_go_back_to_stored_rows():
     out = new_ring()
     write(out, 0, 40)
     reader = rows.RingReader(out)

@@ -1,4 +1,4 @@
-"""Whatever goes wrong, the force is zero in that very row, and comes back only as it should."""
+"""After every fault the force is zero in the same row, and returns only as specified."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def latched(harness):
         ("fuel", arrays.LAW_FUEL),
     ],
 )
-def test_a_law_that_fails_stops_the_force_until_cleared(how, code):
+def test_a_failing_law_stops_the_force_until_cleared(how, code):
     harness = LoopHarness(BROKEN, {"how": how})
     assert applied(harness.run([0.0, 0.001, 0.002]))[-1] == 1.0
     row = harness.tick(0.0055)
@@ -45,7 +45,7 @@ def test_a_law_that_fails_stops_the_force_until_cleared(how, code):
 
 
 @pytest.mark.parametrize("how", ["nan", "index", "fuel"])
-def test_a_law_that_goes_on_failing_latches_again_at_once(how):
+def test_a_law_that_still_fails_latches_again_at_once(how):
     harness = LoopHarness(BROKEN, {"how": how})
     harness.tick(0.0055)
     for _ in range(3):
@@ -56,7 +56,7 @@ def test_a_law_that_goes_on_failing_latches_again_at_once(how):
         assert latched(harness) != arrays.NO_FAULT
 
 
-def test_a_failing_law_on_its_way_out_stops_the_force_too_and_the_first_fault_keeps_its_reason():
+def test_a_law_that_fails_during_a_cross_fade_stops_the_force_and_the_first_fault_remains():
     harness = LoopHarness(BROKEN, {"how": "nan"}, max_speed=3.0)
     harness.tick(0.0)
     harness.set(CONSTANT)
@@ -67,7 +67,7 @@ def test_a_failing_law_on_its_way_out_stops_the_force_too_and_the_first_fault_ke
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_over_speed_latches_in_the_row_that_shows_it(sign):
+def test_over_speed_latches_in_its_own_row(sign):
     harness = LoopHarness(CONSTANT, max_speed=3.0)
     assert applied(harness.run([0.0, 0.0029 * sign]))[-1] == 1.0
     row = harness.tick(0.0060 * sign)
@@ -77,7 +77,7 @@ def test_over_speed_latches_in_the_row_that_shows_it(sign):
     assert not applied(harness.run(np.full(100, 0.006 * sign))).any()
 
 
-def test_the_stop_acts_in_the_next_tick_and_fades_after():
+def test_the_stop_acts_in_the_next_tick_and_its_release_fades_in():
     harness = LoopHarness(CONSTANT)
     assert harness.tick()[rows.APPLIED_FORCE] == 1.0
     harness.stop()
@@ -91,7 +91,7 @@ def test_the_stop_acts_in_the_next_tick_and_fades_after():
     np.testing.assert_allclose(applied(harness.ticks(0.03)), FADED_IN, rtol=1e-9)
 
 
-def test_a_restart_keeps_stop_and_fault_but_not_a_gone_device():
+def test_a_restart_keeps_stop_and_fault_except_a_disconnected_device():
     harness = LoopHarness(CONSTANT, max_speed=3.0)
     harness.run([0.0, 0.005])
     harness.stop()
@@ -105,7 +105,7 @@ def test_a_restart_keeps_stop_and_fault_but_not_a_gone_device():
     np.testing.assert_allclose(applied(harness.ticks(0.03)), FADED_IN, rtol=1e-9)
 
 
-def test_force_holds_at_zero_after_connecting():
+def test_the_force_is_zero_for_a_while_after_connecting():
     harness = LoopHarness(CONSTANT)
     arrays.restart(harness.r, 0.5)
     out = harness.ticks(0.54)
@@ -115,16 +115,16 @@ def test_force_holds_at_zero_after_connecting():
     np.testing.assert_allclose(applied(out)[held : held + 30], FADED_IN, rtol=1e-9)
 
 
-# --- a sensor that falls silent
+# --- a silent sensor
 def recovered(out):
-    """Return how many rows passed at zero force before it came back."""
+    """Return the number of rows with zero force before it returned."""
     zero = np.count_nonzero(out[:, rows.FLAGS].astype(int) & rows.STALE)
     assert not applied(out)[:zero].any()
     np.testing.assert_allclose(applied(out)[zero : zero + 30], FADED_IN, rtol=1e-9)
     return zero
 
 
-def test_a_silent_sensor_recovers_by_itself_after_100_ms():
+def test_after_a_silent_sensor_the_force_returns_after_100_ms():
     harness = LoopHarness(CONSTANT)
     harness.tick()
     tick.mark_stale(harness.r, 100.0, arrays.NO_SAMPLE)
@@ -134,7 +134,7 @@ def test_a_silent_sensor_recovers_by_itself_after_100_ms():
     assert latched(harness) == arrays.NO_FAULT
 
 
-def test_frames_that_trickle_are_no_recovery():
+def test_sparse_frames_are_not_a_recovery():
     harness = LoopHarness(CONSTANT)
     harness.tick()
     for k in range(20):
@@ -144,7 +144,7 @@ def test_frames_that_trickle_are_no_recovery():
     assert recovered(harness.ticks(0.2)) in (99, 100)
 
 
-def test_force_does_not_jump_in_after_lost_frames():
+def test_the_force_fades_in_after_lost_frames():
     harness = LoopHarness(CONSTANT, full=False)
     assert harness.tick(period=0.019)[rows.APPLIED_FORCE] == pytest.approx(1.0 / 30.0)
 
@@ -158,7 +158,7 @@ def test_force_does_not_jump_in_after_lost_frames():
         ((0.0, 20.0, 21.0, 40.0, 41.0), False),
     ],
 )
-def test_three_silences_in_ten_seconds_latch(times, latches):
+def test_three_silent_periods_in_ten_seconds_latch(times, latches):
     harness = LoopHarness(CONSTANT)
     harness.tick()
     for k, when in enumerate(times):
@@ -171,14 +171,14 @@ def test_three_silences_in_ten_seconds_latch(times, latches):
     assert bool(applied(out)[-1]) is not latches
 
 
-def test_the_limit_holds_while_fading():
+def test_the_force_limit_applies_while_fading():
     harness = LoopHarness(CONSTANT, {"level": 5.0}, full=False, max_force=2.0)
     out = harness.ticks(0.03)
     np.testing.assert_allclose(applied(out), np.minimum(5.0 * FADED_IN, 2.0), rtol=1e-9)
     assert out[-1, rows.FLAGS] == rows.CLAMPED
 
 
-def test_no_parameter_reaches_the_loop_that_is_no_number():
+def test_no_parameter_that_is_not_finite_reaches_the_loop():
     harness = LoopHarness(CONSTANT)
     before = harness.r.block.settings.tobytes()
     with pytest.raises(ValueError, match="Level"):
@@ -187,7 +187,7 @@ def test_no_parameter_reaches_the_loop_that_is_no_number():
     assert harness.r.block.sequence[0] == 2
 
 
-def test_lost_frames_are_not_good_frames():
+def test_lost_frames_do_not_count_as_good():
     harness = LoopHarness(CONSTANT)
     harness.tick()
     tick.mark_stale(harness.r, 100.0, arrays.NO_SAMPLE)

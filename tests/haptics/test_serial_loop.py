@@ -24,7 +24,7 @@ from tests.lateness import ATTEMPTS
 from tests.waiting import PATIENCE, wait_until
 
 
-def test_one_answer_a_chunk_the_newest(stepped):
+def test_each_chunk_gets_one_answer_to_its_newest_sample(stepped):
     board, engine = stepped()
     assert len(board.say(samples(0, 1, 2))) == 3
     assert [f.seq for f in board.told(Force)] == [2]
@@ -35,14 +35,16 @@ def test_one_answer_a_chunk_the_newest(stepped):
     ("law_time", "shown"),
     [
         (1e-6, 10),
-        (0.55e-3, 10),  # nine older ones take 4.95 ms
-        (0.56e-3, 9),  # 5.04 ms: the first has no time
+        (0.55e-3, 10),  # nine older samples take 4.95 ms
+        (0.56e-3, 9),  # 5.04 ms: no time for the first
         (0.99e-3, 6),  # five take 4.95 ms
-        (1.01e-3, 1),  # it cannot keep up at all
+        (1.01e-3, 1),  # the machine cannot keep up
     ],
 )
-def test_of_a_backlog_only_what_the_law_has_time_for_is_rendered_the_newest_always(stepped, law_time, shown):
-    """Told how long the law took, the loop skips from the oldest on, and counts."""
+def test_of_a_backlog_only_samples_with_time_for_the_law_are_rendered_and_always_the_newest(
+    stepped, law_time, shown
+):
+    """From the law's duration, the loop skips the oldest samples and counts them."""
     board, engine = stepped(environment=CONSTANT)
     board.say(sample(0, 1000))
     engine.arrays.tick.law_time = law_time
@@ -78,7 +80,7 @@ def test_a_lost_answer_leaves_no_old_force_in_the_delay(stepped):
     assert (answer.behind, answer.force) == (2, np.float32(row[rows.APPLIED_FORCE]))
 
 
-def test_stop_and_release_reach_the_board(stepped):
+def test_stop_and_release_are_sent_to_the_board(stepped):
     board, engine = stepped(environment=CONSTANT)
     board.say(samples(*range(40)))
     engine.stop()
@@ -90,7 +92,7 @@ def test_stop_and_release_reach_the_board(stepped):
     assert board.received[-1].force == pytest.approx(1.0 / 30.0)
 
 
-def test_the_stop_leaves_no_force_in_an_added_delay(stepped):
+def test_the_stop_removes_forces_in_an_added_delay(stepped):
     board, engine = stepped(environment=CONSTANT, delay=0.05)
     assert board.say(samples(*range(100)))[-1, rows.APPLIED_FORCE] == 1.0
     engine.stop()
@@ -100,7 +102,7 @@ def test_the_stop_leaves_no_force_in_an_added_delay(stepped):
     assert [(f.seq, f.behind, f.force) for f in board.told(Force)[-2:]] == [(100, 50, 0.0), (101, 50, 0.0)]
 
 
-def test_zero_and_direction(stepped):
+def test_zero_and_direction_can_be_set(stepped):
     board, engine = stepped(values={"stiffness": 100.0})
 
     def move(seq, count):
@@ -127,7 +129,7 @@ def test_zero_and_direction(stepped):
     assert engine.fault is None
 
 
-def test_the_board_sets_the_rate_and_its_clamp_is_flagged(stepped):
+def test_the_board_sets_the_rate_and_its_clamp_sets_a_flag(stepped):
     board, engine = stepped()
     engine.set_loop(rate=1000.0, delay=0.001)
     with pytest.raises(ParameterError, match="1,000 Hz"):
@@ -137,7 +139,7 @@ def test_the_board_sets_the_rate_and_its_clamp_is_flagged(stepped):
     assert int(row[rows.FLAGS]) & rows.CLAMPED
 
 
-def test_a_silent_board_gets_zero_and_comes_back_with_a_fade(stepped):
+def test_a_silent_board_gets_zero_force_and_returns_with_a_fade(stepped):
     board, engine = stepped(environment=CONSTANT)
     assert board.say(samples(*range(40)))[-1, rows.APPLIED_FORCE] == 1.0
     board.fall_silent()
@@ -149,7 +151,7 @@ def test_a_silent_board_gets_zero_and_comes_back_with_a_fade(stepped):
     np.testing.assert_allclose(back[1:31], np.arange(1, 31) / 30.0, rtol=1e-9)
 
 
-def test_a_computer_that_slept_holds_its_force_back(stepped):
+def test_after_the_computer_was_suspended_the_force_is_zero(stepped):
     board, _ = stepped(environment=CONSTANT)
     board.say(samples(*range(40)))
     row = board.say(samples(*range(40, 130)), late=0.2)[-1]
@@ -161,7 +163,7 @@ SPRING = {"stiffness": 300.0, "damping": 1.0}
 
 
 def counts_of(count=300, start=1000):
-    """Return sensor counts of a handle that swings by some millimetres."""
+    """Return sensor counts of a handle that oscillates by some millimetres."""
     k = np.arange(count)
     return [int(c) for c in start + 150.0 * np.sin(k / 23.0) + 40.0 * np.sin(k / 7.0)]
 
@@ -188,8 +190,8 @@ def test_every_sample_is_answered_with_the_force_of_the_tick(stepped):
 
 
 @pytest.mark.parametrize("added", [0, 3])
-def test_an_added_delay_answers_older_samples_and_energy_knows_it(stepped, added):
-    """Of 3.25 periods: before sample k the answer to k - 5 for a quarter, then that to k - 4."""
+def test_an_added_delay_answers_older_samples_and_the_energy_includes_it(stepped, added):
+    """With 3.25 periods, the answer to k - 5 acts for a quarter before sample k, then that to k - 4."""
     board, _ = stepped(values=SPRING, delay=1e-3 * added)
     delay, counts = 1000 * added + 250, counts_of()
     frames = [sample(0, counts[0])]
@@ -204,7 +206,7 @@ def test_an_added_delay_answers_older_samples_and_energy_knows_it(stepped, added
     np.testing.assert_allclose(out[1:, rows.ENERGY], np.cumsum(effect * moved), rtol=1e-6, atol=1e-9)
 
 
-def test_the_delay_is_measured_while_the_force_is_held_at_zero(stepped):
+def test_the_delay_is_measured_while_the_force_is_zero(stepped):
     board, engine = stepped(values=SPRING, hold=drivers.HOLD_SECONDS)
     assert engine.health().delay is None
     out = board.say_one_by_one(
@@ -218,12 +220,12 @@ def test_the_delay_is_measured_while_the_force_is_held_at_zero(stepped):
     assert engine.health().delay == pytest.approx(730e-6)
 
 
-# --- on a real line, by either loop
+# --- on a real line, with either loop
 HOST = [rows.TICK, rows.HOST_TIME, rows.LATENESS, rows.COMPUTE]
 
 
 def by_file(r, conn, out, data):
-    """Run the compiled loop on data that are there already; return what it has sent."""
+    """Run the compiled loop on available data; return the bytes it has sent."""
     near, far = socket.socketpair()
     with near, far:
         near.setblocking(False)
@@ -234,14 +236,14 @@ def by_file(r, conn, out, data):
 
 
 def by_port(r, conn, out, data):
-    """Run the plain loop on the same."""
+    """Run the plain Python loop on the same data."""
     port = Port(*(data[at : at + link.CHUNK] for at in range(0, len(data), link.CHUNK)))
     serial_loop.run_portable(r, conn, out, health.new_histogram(), port.read, port.write)
     return port.written
 
 
-def test_both_loops_give_the_same():
-    """A loop that was away between two chunks has held its force back: then both are run again."""
+def test_both_loops_give_the_same_rows_and_answers():
+    """If a loop was delayed between two chunks, its force is zero; then both run again."""
     data = b"".join(frames_of(counts_of(), delay_us=300))
 
     def played(loop):
@@ -268,7 +270,7 @@ def test_both_loops_give_the_same():
     ("kind", "pulled"),
     [(drivers.SerialDriver, True), (drivers.PortableDriver, True), (drivers.SerialDriver, False)],
 )
-def test_a_board_that_is_pulled_or_falls_silent_ends_the_loop_in_words(kind, pulled, monkeypatch, fake_board):
+def test_an_unplugged_or_silent_board_ends_the_loop_with_a_message(kind, pulled, monkeypatch, fake_board):
     monkeypatch.setattr(engine_module, "driver_for", kind)
     peer = fake_board(FakeKit(burst=40))
     engine = Engine(HapkitBoard(peer.path), CONSTANT, realtime=False)
@@ -287,7 +289,7 @@ def test_a_board_that_is_pulled_or_falls_silent_ends_the_loop_in_words(kind, pul
 
 
 def share_of_processor(thread, seconds=0.2):
-    """Return how much of a processor a thread takes for a while."""
+    """Return the fraction of a processor that a thread uses for a while."""
     clock_id = time.pthread_getcpuclockid(thread.ident)
     used, start = time.clock_gettime(clock_id), time.monotonic()
     time.sleep(seconds)
@@ -295,7 +297,7 @@ def share_of_processor(thread, seconds=0.2):
 
 
 class Direct:
-    """The compiled loop on one end of a socket pair, the test on the other."""
+    """The compiled loop at one end of a socket pair, the test at the other."""
 
     def __init__(self):
         harness = LoopHarness(CONSTANT, {"level": 1.0}, full=False)
@@ -326,7 +328,7 @@ def direct():
 
 
 def ended(line_ends):
-    """Return the forces sent and the fault of a loop that pushed until its line ended, or it was told to."""
+    """Return the forces and the fault of a loop whose line ends, or that is told to quit, under force."""
     with contextlib.closing(Direct()) as direct:
         direct.far.send(samples(*range(60)))
         if line_ends:
@@ -340,8 +342,8 @@ def ended(line_ends):
 
 
 @pytest.mark.parametrize(("line_ends", "fault"), [(True, arrays.DEVICE_GONE), (False, arrays.NO_FAULT)])
-def test_the_last_act_is_a_zero_command(line_ends, fault):
-    """Where the loop was held up before its samples, or the test for a second after, both do it again."""
+def test_the_last_message_is_a_zero_command(line_ends, fault):
+    """Repeated if the loop was delayed before its samples, or the test for a second after them."""
     for _ in range(ATTEMPTS):
         sent, found = ended(line_ends)
         assert sent[-1] == Force(0, 0, 0.0)
@@ -358,7 +360,7 @@ def test_a_closed_descriptor_ends_the_loop(direct):
     assert direct.r.control.done[0] == 1
 
 
-def test_a_silent_line_costs_next_to_nothing(direct):
+def test_a_silent_line_uses_almost_no_processor_time(direct):
     reader = rows.RingReader(direct.out)
     direct.thread.start()
     direct.far.send(sample(0, 1000))
@@ -366,7 +368,7 @@ def test_a_silent_line_costs_next_to_nothing(direct):
     assert share_of_processor(direct.thread) < 0.05
 
 
-def test_a_pulled_pseudo_terminal_leaves_the_processor_idle(direct):
+def test_an_unplugged_pseudo_terminal_leaves_the_processor_idle(direct):
     fds = os.openpty()
     os.set_blocking(fds[1], False)
     thread = threading.Thread(target=direct.run, args=(fds[1],))
@@ -380,8 +382,8 @@ def test_a_pulled_pseudo_terminal_leaves_the_processor_idle(direct):
     os.close(fds[1])
 
 
-def test_a_machine_that_keeps_up_again_can_be_cleared(direct):
-    """A board goes on while the loop holds back: bytes that are there then say nothing of the machine."""
+def test_after_a_machine_keeps_up_again_the_fault_can_be_cleared(direct):
+    """A board sends while the loop waits: bytes available then do not show that the machine is slow."""
     control, most = direct.r.control, serial_loop.MOST_PASSES_WITHOUT_WAITING
     passes = most + 1
     for _ in range(3):
@@ -393,7 +395,7 @@ def test_a_machine_that_keeps_up_again_can_be_cleared(direct):
     assert control.fault[0] == arrays.NO_FAULT
 
 
-def test_a_flood_without_end_is_demoted_and_latched(direct):
+def test_an_endless_flood_is_demoted_and_latched(direct):
     flood = os.open("/dev/zero", os.O_RDWR)
 
     def run():
@@ -410,9 +412,9 @@ def test_a_flood_without_end_is_demoted_and_latched(direct):
     os.close(flood)
 
 
-# --- the portable loop by itself, its port in the test's hands
+# --- the portable loop on a port controlled by the test
 class Port:
-    """Hands out what is to be read, then fails; keeps what is written."""
+    """Return the prepared data, then fail; record the written bytes."""
 
     def __init__(self, *reads, broken=False):
         self.reads, self.broken, self.written = list(reads), broken, b""
@@ -439,17 +441,17 @@ def run(port):
     return reader.read(), Decoder().feed(port.written)
 
 
-def test_a_port_that_fails_or_takes_nothing_ends_with_a_zero_command():
-    serial_loop.warm_up()  # leaves nothing behind
+def test_a_port_that_fails_or_accepts_no_data_ends_with_a_zero_command():
+    serial_loop.warm_up()  # removes its own traces
     out, sent = run(Port(b"".join(sample(k, 1000) for k in range(40))))
     assert out[-1, rows.APPLIED_FORCE] == 1.0
     assert sent[-2:] == [Force(39, 0, 1.0), Force(0, 0, 0.0)]
     out, sent = run(Port(sample(0, 1000), sample(1, 1000), broken=True))
-    assert len(out) == 1  # seen, though its answer could not be sent
+    assert len(out) == 1  # recorded, although its answer could not be sent
     assert not sent
 
 
-def test_more_than_a_buffer_at_once_is_read():
+def test_more_data_than_a_buffer_are_read():
     count = 2 * link.CHUNK // len(sample(300, 1000))
     out, _ = run(Port(b"".join(sample(k, 1000) for k in range(count))))
     np.testing.assert_allclose(out[:, rows.BOARD_TIME], 1e-3 * np.arange(count), atol=1e-9)

@@ -1,4 +1,4 @@
-"""The hand of the live simulated device: it arrives, then leads; what it strokes, and how it lets go."""
+"""The hand of the live simulated device: it approaches, then leads; its strokes, and its release."""
 
 import math
 from dataclasses import astuple
@@ -15,12 +15,12 @@ from hapkit_studio.haptics import clock, headless, rows, simulated_loop
 from hapkit_studio.haptics.rows import new_ring
 from hapkit_studio.haptics.tick import adopt
 
-FRAME = 16  # ms: so often a window hears of its pointer
+FRAME = 16  # ms between updates of the pointer in a window
 
 
 @njit
 def play(r, body, out, pointers, releases):
-    """Render a sample a pointer (n,) in m, nan where no hand holds, as the live loop does, but at once."""
+    """Render a sample per pointer (n,) in m, NaN without a hand, like the live loop but without waiting."""
     for k in range(len(pointers)):
         r.settings.hand_on = 0 if math.isnan(pointers[k]) else 1
         r.settings.hand_target = pointers[k]
@@ -29,7 +29,7 @@ def play(r, body, out, pointers, releases):
 
 
 def live(key, pointers, values=None, grip="medium", releases=None, **device):
-    """Return the rows of a live simulated Hapkit under a pointer (n,) in m that is known once a frame."""
+    """Return the rows of a live simulated Hapkit with a pointer (n,) in m that is updated once per frame."""
     environment, device = environments.named(key), SimulatedHapkit(**device)
     r, body = headless.Scene(environment, environment.values(values or {}), device).prepare()
     pointers = np.asarray(pointers)[np.arange(len(pointers)) // FRAME * FRAME]
@@ -43,7 +43,7 @@ def live(key, pointers, values=None, grip="medium", releases=None, **device):
 
 
 def dragged(*points, speed):
-    """Return where the pointer is each ms as it goes from point to point in m at a speed in m/s."""
+    """Return the pointer's position in every ms on its way between points in m at a speed in m/s."""
     parts = [np.linspace(a, b, max(round(1e3 * abs(b - a) / speed), 1), False) for a, b in pairwise(points)]
     return np.concatenate([*parts, [points[-1]]])
 
@@ -55,8 +55,8 @@ def held(place, seconds):
 @pytest.mark.slow
 @pytest.mark.parametrize("place", [-0.05, -0.02, 0.004, 0.05])
 @pytest.mark.parametrize("grip", ["light", "medium", "firm"])
-def test_a_hand_that_takes_the_handle_far_away_arrives_at_10_cm_a_second(place, grip):
-    """The handle on its spring overshoots the hand's speed by less than a half: the grip is damped by 0.5."""
+def test_a_hand_that_takes_the_handle_far_away_approaches_at_10_cm_per_second(place, grip):
+    """The handle overshoots the hand's speed by less than half: the grip's damping ratio is 0.5."""
     out = live("free", held(place, 1.2), grip=grip)
     speed, there = np.abs(np.diff(out[1:, rows.HAND_TARGET])) * 1e3, np.abs(out[1:, rows.HAND_TARGET])
     assert speed.max() == pytest.approx(0.10, rel=1e-6)
@@ -66,7 +66,7 @@ def test_a_hand_that_takes_the_handle_far_away_arrives_at_10_cm_a_second(place, 
     assert out[-1, rows.TRUE_POSITION] == pytest.approx(place, abs=1.5e-3)
 
 
-def test_a_hand_that_has_arrived_leads_as_fast_as_one_reaches_and_no_faster():
+def test_a_hand_that_has_arrived_leads_at_the_pointers_speed_up_to_that_of_a_reach():
     pointer = np.concatenate(
         [held(0.0, 0.2), held(0.05, 0.4), dragged(0.05, -0.05, speed=0.4), held(-0.05, 0.1)]
     )
@@ -80,8 +80,8 @@ def test_a_hand_that_has_arrived_leads_as_fast_as_one_reaches_and_no_faster():
 
 
 @pytest.mark.parametrize("key", sorted(environments.discover()))
-def test_a_hand_that_arrives_asks_for_no_force_that_a_slow_one_would_not(key):
-    """Against the same way at a fifth of the pace: what is more is the law's damping times 0.15 m/s."""
+def test_an_approaching_hand_causes_no_more_force_than_a_slow_one(key):
+    """Compared with a fifth of the speed: the excess is the law's damping times 0.15 m/s."""
     environment = environments.named(key)
     damping = environment.impedance(environment.values())[1] if environment.impedance else 0.0
     quick = live(key, held(-0.03, 2.5))[:, rows.FORCE]
@@ -90,7 +90,7 @@ def test_a_hand_that_arrives_asks_for_no_force_that_a_slow_one_would_not(key):
 
 
 def strokes(speed, count, back):
-    """Return the pointer of a person who strokes 60 mm of fur from the head on, and goes back to the head."""
+    """Return the pointer of a person who strokes 60 mm of fur from the head on, and returns to the head."""
     there = dragged(-0.03, 0.03, speed=speed)
     if back == "dragged":
         return np.concatenate([held(-0.03, 0.5), *[there, there[::-1]] * count])
@@ -99,8 +99,8 @@ def strokes(speed, count, back):
 
 @pytest.mark.parametrize("back", ["let go", "dragged"])
 @pytest.mark.parametrize(("speed", "purrs"), [(0.01, True), (0.05, True), (0.10, True), (0.30, False)])
-def test_the_cat_purrs_within_six_strokes_at_1_to_10_cm_a_second(speed, purrs, back):
-    """Let go at the tail and taken again at the head, or led back at the stroke's own speed."""
+def test_the_cat_purrs_within_six_strokes_at_1_to_10_cm_per_second(speed, purrs, back):
+    """Released at the tail and taken again at the head, or led back at the stroke's own speed."""
     out = live("cat", strokes(speed, 6, back))
     names = environments.named("cat").state_names
     contentment, swats = (out[:, rows.STATE + names.index(name)] for name in ("contentment", "swats"))
@@ -108,8 +108,11 @@ def test_the_cat_purrs_within_six_strokes_at_1_to_10_cm_a_second(speed, purrs, b
     assert bool(swats[-1]) != purrs
 
 
-def test_the_handle_that_is_let_go_at_rest_starts_from_where_it_is():
-    """Led at 0.2 m/s against a spring of 100 N/m; 44 g swing on, with the speed they have or with none."""
+def test_a_handle_released_at_rest_starts_at_its_position():
+    """Led at 0.2 m/s against a spring of 100 N/m.
+
+    After the release, 44 g move on with this speed, or with none.
+    """
     pointer = np.concatenate([held(0.0, 0.1), dragged(0.0, 0.03, speed=0.2), held(np.nan, 0.3)])
     off = np.flatnonzero(np.isnan(pointer[np.arange(len(pointer)) // FRAME * FRAME]))[0]
     quiet = {"damping": 0.0, "coulomb_force": 0.0, "quantum": 0.0}

@@ -1,4 +1,4 @@
-"""The one tick against the same chain in plain numpy; compiled and interpreted."""
+"""The tick compared with the same chain in plain numpy; compiled and interpreted."""
 
 import os
 import subprocess
@@ -19,7 +19,7 @@ QUANTUM = 20.7e-6
 
 
 def motion(seed=1, count=400):
-    """Return measured positions in m that go in and out of a wall at 5 mm."""
+    """Return measured positions in m of a motion in and out of a wall at 5 mm."""
     steps = np.random.default_rng(seed).normal(0.0, 2e-4, count)
     x = 0.005 + 0.002 * np.sin(np.arange(count) / 40.0) + np.cumsum(steps) * 0.1
     return QUANTUM * np.floor(x / QUANTUM)
@@ -31,7 +31,7 @@ def wall_force(x, v, stiffness, damping):
     return np.where(depth > 0.0, -(stiffness * depth + damping * inward), 0.0)
 
 
-def test_rows_are_what_the_chain_gives():
+def test_rows_agree_with_the_chain():
     x, effects = motion(), np.random.default_rng(2).normal(0.0, 1.0, 400)
     out = LoopHarness(WALL, {"stiffness": 600.0, "damping": 3.0}, max_force=1.0).run(x, effects)
     moved = np.diff(x, prepend=x[0])
@@ -45,13 +45,13 @@ def test_rows_are_what_the_chain_gives():
     np.testing.assert_allclose(out[:, rows.ENERGY], np.cumsum(effects * moved), rtol=1e-9, atol=1e-15)
     np.testing.assert_array_equal(out[:, rows.PERIOD], 1.0 / RATE)
     clamped = np.where(np.abs(asked) > 1.0, rows.CLAMPED, 0)
-    # forces that come from nowhere give energy, and are seen to
+    # forces without a source give energy, which sets the flag
     flags = out[:, rows.FLAGS].astype(int) & ~rows.ACTIVE
     np.testing.assert_array_equal(flags, clamped)
     assert 0 < np.count_nonzero(clamped) < 400
 
 
-def test_state_is_in_the_row_and_leaves_it_with_its_law():
+def test_the_state_is_in_the_row_until_its_law_is_replaced():
     harness = LoopHarness(COUNTING)
     out = harness.ticks(0.003)
     np.testing.assert_array_equal(out[:, rows.STATE], [1.0, 2.0, 3.0])

@@ -1,4 +1,4 @@
-"""How settings come into force: linear ramps, cross-fades, state kept, newest wins, no force steps."""
+"""Changes of settings: linear ramps, cross-fades, preserved state, the newest wins, no steps of the force."""
 
 import math
 
@@ -21,7 +21,7 @@ def asked(out):
 @pytest.mark.parametrize(
     ("new", "force", "flag"), [(level(2.5), 2.5, 0), (level(1.0, "d"), -1.0, rows.FADING)]
 )
-def test_a_number_moves_and_a_choice_fades_linearly_over_30_ms(new, force, flag, rate):
+def test_a_number_ramps_and_a_choice_fades_linearly_over_30_ms(new, force, flag, rate):
     harness = LoopHarness(CONSTANT, level(1.0), rate)
     harness.tick()
     harness.set(CONSTANT, new)
@@ -34,7 +34,7 @@ def test_a_number_moves_and_a_choice_fades_linearly_over_30_ms(new, force, flag,
     np.testing.assert_array_equal(out[steps - 1 :, rows.FLAGS], 0)
 
 
-def test_a_change_on_the_way_starts_from_the_present_value():
+def test_a_change_during_a_ramp_starts_from_the_present_value():
     harness = LoopHarness(CONSTANT, level(1.0))
     harness.tick()
     harness.set(CONSTANT, level(4.0))
@@ -45,7 +45,7 @@ def test_a_change_on_the_way_starts_from_the_present_value():
     np.testing.assert_array_equal(out[29:], -1.0)
 
 
-def test_other_settings_do_not_disturb_a_ramp():
+def test_other_settings_do_not_affect_a_ramp():
     harness = LoopHarness(CONSTANT, level(1.0))
     harness.tick()
     harness.set(CONSTANT, level(4.0))
@@ -71,7 +71,7 @@ def test_laws_fade_each_with_its_own_state():
     np.testing.assert_allclose(asked(out), share * 0.01 * np.arange(1, 31) + (1.0 - share) * 2.0, rtol=1e-9)
 
 
-def test_state_survives_a_number_and_a_choice():
+def test_the_state_survives_changes_of_a_number_and_a_choice():
     harness = LoopHarness(COUNTING, {"gain": 0.01})
     counts = list(harness.ticks(0.02)[:, rows.STATE])
     harness.set(COUNTING, {"gain": 0.02})
@@ -98,7 +98,7 @@ def test_a_second_switch_waits_and_the_newest_wins():
 
 
 @pytest.mark.parametrize("rate", [100.0, 1000.0, 10_000.0])
-def test_random_changes_never_step_the_force(rate):
+def test_random_changes_never_cause_a_step_of_the_force(rate):
     random = np.random.default_rng(5)
     harness = LoopHarness(CONSTANT, level(0.0), rate, max_force=5.0)
     out = [harness.tick()]
@@ -109,7 +109,7 @@ def test_random_changes_never_step_the_force(rate):
     assert 0.0 < steps.max() <= 4.0 / (FADE * rate) * (1.0 + 1e-9)
 
 
-def test_a_block_in_writing_is_left_for_the_next_tick():
+def test_a_block_being_written_is_read_in_the_next_tick():
     harness = LoopHarness(CONSTANT, level(1.0))
     harness.ticks(0.002)
     sequence, settings, _ = harness.block
@@ -121,8 +121,8 @@ def test_a_block_in_writing_is_left_for_the_next_tick():
 
 
 @pytest.mark.parametrize("change", [("difference", "iir"), ("iir", "difference")])
-def test_another_estimator_makes_no_jump_in_the_velocity(change):
-    """A handle at constant speed: the estimate stays there through the change of method."""
+def test_a_change_of_estimator_causes_no_jump_in_the_velocity(change):
+    """At a constant speed the estimate stays constant through the change of method."""
     speed = 0.1
     harness = LoopHarness(CONSTANT, level(1.0), estimator=change[0])
     before = harness.run(1e-3 * speed * np.arange(200))
@@ -132,7 +132,7 @@ def test_another_estimator_makes_no_jump_in_the_velocity(change):
     np.testing.assert_allclose(after[:, rows.VELOCITY], speed, rtol=1e-6)
 
 
-def test_settings_are_accepted_once_in_force():
+def test_settings_are_accepted_when_they_are_in_force():
     harness = LoopHarness(CONSTANT, level(1.0), generation=7)
     harness.tick()
     assert harness.r.control.accepted[0] == 7

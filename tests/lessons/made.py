@@ -1,4 +1,4 @@
-"""Samples made from a formula, and changes of samples that make them wrong data."""
+"""Samples computed from a formula, and changes that turn them into wrong data."""
 
 from dataclasses import replace
 
@@ -72,27 +72,27 @@ def elsewhere(found, key="free"):
 
 
 def slower(found, factor):
-    """Return samples that take longer by a factor."""
+    """Return samples whose duration is longer by a factor."""
     log = [(factor * when, said) for when, said in found.log]
     return replace(found, time=factor * found.time, log=log)
 
 
 def slowing(found):
-    """Return samples whose clock runs on ever faster, so that every speed falls by 6 % in a second."""
+    """Return samples with a clock that runs faster and faster, so that speeds decrease by 6 % in a second."""
     steps = np.diff(found.time, prepend=found.time[0]) * np.exp(0.06 * (found.time - found.time[0]))
     return replace(found, time=np.cumsum(steps))
 
 
 def other_state(found, factor):
-    """Return samples whose law's state is larger by a factor."""
+    """Return samples with the law's state multiplied by a factor."""
     return replace(found, state=factor * found.state)
 
 
 def shifted(found, far):
-    """Return samples that lie so many m farther to the right."""
+    """Return samples shifted to the right by a distance in m."""
     return replace(found, position=found.position + far)
 
 
 def pushed(found, force):
-    """Return samples with so many N more of force."""
+    """Return samples with an additional force in N."""
     return replace(found, force=found.force + force, applied_force=found.applied_force + force)

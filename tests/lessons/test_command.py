@@ -1,4 +1,4 @@
-"""The command lessons: list, new, check, play; and the page that describes the files."""
+"""The command ``lessons``: list, new, check, play; and the reference page of the files."""
 
 import json
 import re
@@ -33,7 +33,7 @@ def test_a_new_lesson_is_complete_and_never_overwritten(tmp_path, capsys):
     assert "exists already" in capsys.readouterr().err
 
 
-def test_play_says_which_check_does_not_pass(tmp_path, capsys):
+def test_play_reports_the_check_that_does_not_pass(tmp_path, capsys):
     path = tmp_path / "mine.md"
     main(["lessons", "new", str(path)])
     path.write_text(path.read_text().replace("[1, 18], [2.5, 18]", "[1, 5.5], [2.5, 5.5]"))
@@ -44,7 +44,7 @@ def test_play_says_which_check_does_not_pass(tmp_path, capsys):
     assert "Not passed: 1.1." in said
 
 
-def test_check_names_the_line_of_a_formula(tmp_path, capsys):
+def test_check_reports_the_line_of_a_formula(tmp_path, capsys):
     path = tmp_path / "mine.md"
     main(["lessons", "new", str(path)])
     path.write_text(path.read_text().replace("`$F = -K d$`", r"`$\frac{1$`"))

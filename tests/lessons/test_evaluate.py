@@ -1,4 +1,4 @@
-"""Which interval a check looks at, and what it answers."""
+"""The interval that a check evaluates, and its answer."""
 
 import math
 from dataclasses import replace
@@ -18,7 +18,7 @@ CHECK = Check(
 
 
 def presses(*depths, stiffness=300.0, rendered=None, side="right"):
-    """Return presses of 1.5 s each into a wall at 5 mm, one second apart."""
+    """Return presses of 1.5 s each into a wall at 5 mm, with pauses of one second."""
     sign = 1.0 if side == "right" else -1.0
     parts = []
     for depth in depths:
@@ -44,19 +44,19 @@ def test_a_correct_press_is_answered_with_value_and_setting(side):
     assert len(found.stamp) == 64
 
 
-def test_the_newest_press_that_is_deep_enough_counts():
+def test_the_newest_press_of_sufficient_depth_counts():
     found = evaluate(CHECK, presses(0.006, 0.005, 0.001))
     assert found.correct
     assert found.start == pytest.approx(3.0, abs=0.01)
 
 
-def test_too_little_depth_is_said_with_both_numbers():
+def test_insufficient_depth_is_reported_with_both_numbers():
     found = evaluate(CHECK, presses(0.0008))
     assert found.state == WAITING
     assert found.text == "You pressed 0.8 mm deep; press at least 3 mm."
 
 
-def test_a_wrong_value_is_said_with_its_difference_and_the_lessons_advice():
+def test_a_wrong_value_is_reported_with_its_difference_and_the_lessons_advice():
     found = evaluate(CHECK, presses(0.005, stiffness=300.0, rendered=330.0))
     assert found.state == WRONG
     assert found.text == "Slope 330 N/m, set 300 N/m: too high by 30 N/m. Is the damping zero?"
@@ -65,17 +65,17 @@ def test_a_wrong_value_is_said_with_its_difference_and_the_lessons_advice():
 @pytest.mark.parametrize(
     ("factor", "state"), [(0.951, CORRECT), (0.949, WRONG), (1.049, CORRECT), (1.051, WRONG)]
 )
-def test_the_tolerance_ends_where_it_says(factor, state):
+def test_the_tolerance_is_exact(factor, state):
     assert evaluate(CHECK, stronger(presses(0.005), factor)).state == state
 
 
-def test_another_environment_is_said():
+def test_a_different_environment_is_reported():
     found = evaluate(CHECK, elsewhere(presses(0.005)))
     assert found.state == WAITING
     assert found.text == "This was recorded with Free; choose Wall."
 
 
-def test_a_setting_out_of_range_is_said():
+def test_a_setting_out_of_range_is_reported():
     check = replace(CHECK, where={"stiffness": (400.0, 500.0)})
     found = evaluate(check, presses(0.005))
     assert found.text == "Stiffness is 300 N/m; set it between 400 N/m and 500 N/m."
@@ -83,23 +83,23 @@ def test_a_setting_out_of_range_is_said():
     assert evaluate(check, presses(0.005)).text == "Side is right; choose left."
 
 
-def test_nothing_touched_is_said():
+def test_a_recording_without_contact_is_reported():
     assert "press at least 3 mm" in evaluate(CHECK, still(presses(0.005))).text
 
 
-def test_no_sample_at_all_is_said():
+def test_a_recording_without_samples_is_reported():
     empty = presses(0.005).cut(slice(0, 0))
     assert evaluate(CHECK, empty).state == WAITING
     assert evaluate(CHECK, empty).text.endswith(".")
 
 
-def test_an_interval_ends_where_a_setting_changes():
+def test_an_interval_ends_at_a_change_of_settings():
     made = presses(0.005, 0.005)
     settings = made.log[0][1]
     weaker = {**settings, "parameters": {**settings["parameters"], "stiffness": 200.0}}
     changed = replace(made, log=[(0.0, settings), (3.7, weaker)])
     found = evaluate(CHECK, changed)
-    # 0.7 s of the second press before the change are too short, and what follows is no longer 300 N/m
+    # the second press has only 0.7 s before the change, and afterwards the setting is not 300 N/m
     assert found.stop < 3.7 or found.state != CORRECT
 
 
@@ -111,7 +111,7 @@ def test_a_fault_ends_an_interval():
     assert found.text.startswith("That lasted")
 
 
-def test_a_limit_is_kept_on_both_sides():
+def test_a_limit_applies_on_both_sides():
     check = Check("1.1", 1, "Move", "travel", "free", at_least=0.02, at_most=0.05)
     place = 0.02 * np.sin(math.tau * np.arange(4000) / RATE)
     made = samples("free", {}, place, 0.0 * place)
@@ -120,7 +120,7 @@ def test_a_limit_is_kept_on_both_sides():
     assert evaluate(check, larger(made, 2.0)).text == "Travel 80 mm, at most 50 mm is allowed."
 
 
-def test_the_stamp_follows_every_sample_and_setting():
+def test_the_stamp_depends_on_every_sample_and_setting():
     made = presses(0.005)
     stamp = made.stamp()
     assert presses(0.005).stamp() == stamp

@@ -1,4 +1,4 @@
-"""Experiments in a session's file: every trial is an event, measured again from the samples."""
+"""Experiments in a session's file: every trial is an event, and is measured again from the samples."""
 
 import json
 import sqlite3
@@ -30,7 +30,7 @@ def copied(pointed, tmp_path):
 
 
 def edit(path, kind, change, only=0):
-    """Change what the event number ``only`` of a kind says, with a checksum that is right."""
+    """Change the event with number ``only`` of a kind, and correct its checksum."""
     with closing(sqlite3.connect(path)) as database:
         found = database.execute("SELECT id, time, what FROM event WHERE kind = ?", (kind,)).fetchall()
         row, time, what = found[only]
@@ -56,7 +56,7 @@ def test_every_trial_is_in_the_file_with_its_condition_in_force(pointed):
 
 
 @pytest.mark.parametrize("change", [{"seconds": 0.4}, {"end": 0.0}])
-def test_a_trial_that_was_edited_is_found(pointed, tmp_path, change):
+def test_an_edited_trial_is_detected(pointed, tmp_path, change):
     path = copied(pointed, tmp_path)
     edit(path, "pointing", change, only=4)
     (remark,) = experiments.read(path).remarks
@@ -71,7 +71,7 @@ def test_a_damaged_trial_gives_one_line(pointed, tmp_path, capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_session_without_an_experiment_says_so(pointed, tmp_path, capsys):
+def test_a_session_without_an_experiment_is_reported(pointed, tmp_path, capsys):
     path = tmp_path / "ada.hapkit"
     experiments.save_comparisons(path, Observer(), seed=0)
     assert main(["experiment", "pointing", str(path)]) == 2
@@ -80,7 +80,7 @@ def test_a_session_without_an_experiment_says_so(pointed, tmp_path, capsys):
         experiments.own_threshold(pointed[0])
 
 
-def test_the_command_writes_a_virtual_subjects_session_and_recovers_it(tmp_path, capsys):
+def test_the_command_saves_a_virtual_subjects_session_and_recovers_the_result(tmp_path, capsys):
     path = tmp_path / "new.hapkit"
     assert main(["experiment", "pointing", str(path), "--virtual", "--seed", "2", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -89,11 +89,12 @@ def test_the_command_writes_a_virtual_subjects_session_and_recovers_it(tmp_path,
     for line in found["conditions"]:
         for name, true in (("intercept", Subject().intercept), ("slope", Subject().slope)):
             assert abs(line[name]["value"] - true) < 2.0 * line[name]["half"]
-    assert main(["experiment", "pointing", str(path), "--virtual"]) == 2  # never an existing file
+    # existing files are never overwritten
+    assert main(["experiment", "pointing", str(path), "--virtual"]) == 2
     assert "exists already" in capsys.readouterr().err
 
 
-def test_the_command_recovers_a_virtual_observer_and_draws(tmp_path, capsys):
+def test_the_command_recovers_a_virtual_observers_threshold_and_draws_it(tmp_path, capsys):
     path, plot = tmp_path / "new.hapkit", tmp_path / "new.png"
     assert main(["experiment", "threshold", str(path), "--virtual", "--plot", str(plot)]) == 0
     said = capsys.readouterr().out
@@ -103,8 +104,8 @@ def test_the_command_recovers_a_virtual_observer_and_draws(tmp_path, capsys):
     assert experiments.own_threshold(path).weber.holds(Observer().threshold)
 
 
-def test_what_it_needs_uses_a_persons_own_threshold(tmp_path, monkeypatch, capsys):
-    """The fraction of the force from which a difference is felt is the session's, not the literature's."""
+def test_a_scenes_needs_use_a_persons_own_threshold(tmp_path, monkeypatch, capsys):
+    """The relative threshold of the force is the session's, not that of the literature."""
     path, given = tmp_path / "new.hapkit", []
     experiments.save_comparisons(path, Observer(), seed=0)
     from hapkit_studio.analysis import accuracy

@@ -1,4 +1,4 @@
-"""Handing in, reporting and grading: answers are evaluated again, and edits of a file are noticed."""
+"""Handing in, reporting and grading: answers are evaluated again, and edits of a file are detected."""
 
 import csv
 import html.parser
@@ -46,7 +46,7 @@ def handed(tmp_path, lesson, played):
 
 
 def edit_event(path, change, key):
-    """Change an answer's JSON, with a checksum that is right."""
+    """Change an answer's JSON, and correct its checksum."""
     with closing(sqlite3.connect(path)) as database:
         for row, time, kind, what in database.execute("SELECT id, time, kind, what FROM event").fetchall():
             said = json.loads(what)
@@ -58,7 +58,7 @@ def edit_event(path, change, key):
 
 
 def edit_samples(path, factor=1.01):
-    """Make every requested force larger, in a new file with right checksums."""
+    """Multiply every force of the law, in a new file with correct checksums."""
     edited = path.with_name("edited.hapkit")
     with closing(Session(path)) as session, SessionWriter.whole(edited) as writer:
         for event in session.events:
@@ -74,7 +74,7 @@ def states(path, lesson):
     return {row.task.split()[0]: row.state for row in grade_file(path, {lesson.key: lesson}) if row.task}
 
 
-def test_a_handed_in_file_holds_lesson_student_answers_and_stamps(handed, lesson):
+def test_a_handed_in_file_contains_lesson_student_answers_and_stamps(handed, lesson):
     found = read(handed)
     assert (found.lesson, found.student, found.stamp) == (KEY, "Ada L", lesson.stamp)
     assert set(found.answers) == {task.key for _, _, task in lesson.tasks()}
@@ -87,20 +87,20 @@ def test_every_answer_is_confirmed_from_the_files_own_samples(handed, lesson):
 
 
 def test_each_check_is_evaluated_on_the_samples_of_its_own_step(tmp_path, lesson, played):
-    """What is done in the third step would fit the first check, too."""
+    """The work of the third step would also pass the first check."""
     path = tmp_path / "ada.hapkit"
     third = play_step(lesson.steps[0], begin=9.0)
     save_played(path, lesson, [*played[:2], (lesson.steps[2], third)], "Ada")
     found = read(path)
     first, second = found.answers["1.1"].result, found.answers["2.2"].result
-    # the steps begin at 0, 4.1 and 9 s: runs of 3.6 s
+    # the steps start at 0, 4.1 and 9 s: runs of 3.6 s
     assert first.correct
     assert second.correct
     assert first.stop < 4.1 < second.start < 9.0
 
 
-def test_an_interval_that_has_passed_before_is_evaluated_in_place_of_the_newest(handed, lesson):
-    """The window keeps the interval with which a check passed first."""
+def test_an_interval_that_passed_earlier_is_evaluated_instead_of_the_newest(handed, lesson):
+    """The window stores the interval with which a check first passed."""
     hand_in(handed, lesson, "Ada L", {}, {"1.1": (0.1, 3.0)})
     found = read(handed).answers["1.1"].result
     assert found.correct
@@ -110,7 +110,7 @@ def test_an_interval_that_has_passed_before_is_evaluated_in_place_of_the_newest(
     assert states(handed, lesson)["2.3"] == "missing"  # handed in again without answers
 
 
-def test_an_edited_value_is_found(handed, lesson):
+def test_an_edited_value_is_detected(handed, lesson):
     edit_event(handed, lambda said: {**said, "value": 81.5}, "1.1")
     (row,) = [row for row in grade_file(handed, {KEY: lesson}) if row.task.startswith("1.1 ")]
     assert row.state == "edited"
@@ -119,14 +119,14 @@ def test_an_edited_value_is_found(handed, lesson):
 
 
 @pytest.mark.parametrize("part", ["start", "stop"])
-def test_an_interval_that_was_moved_is_found(handed, lesson, part):
+def test_a_shifted_interval_is_detected(handed, lesson, part):
     edit_event(handed, lambda said: {**said, part: said[part] - 0.01}, "1.1")
     assert states(handed, lesson)["1.1"] == "edited"
 
 
-def test_a_wrong_answer_made_correct_is_found(tmp_path, lesson, played):
+def test_a_wrong_answer_edited_to_correct_is_detected(tmp_path, lesson, played):
     path = tmp_path / "bob.hapkit"
-    save_played(path, lesson, played[:1], "Bob")  # who did the first step alone
+    save_played(path, lesson, played[:1], "Bob")  # the student did the first step only
     assert states(path, lesson)["2.2"] == "missing"
     edit_event(
         path, lambda said: {**said, "state": "correct", "value": 120.0, "start": 0.6, "stop": 3.6}, "2.2"
@@ -134,7 +134,7 @@ def test_a_wrong_answer_made_correct_is_found(tmp_path, lesson, played):
     assert states(path, lesson)["2.2"] == "edited"
 
 
-def test_edited_samples_are_found_in_every_check(handed, lesson):
+def test_edited_samples_are_detected_in_every_check(handed, lesson):
     edit_samples(handed)
     found = states(handed, lesson)
     assert {found[key] for key in CHECKS} == {"edited"}
@@ -159,7 +159,7 @@ NASTY = (None, True, -1, 1e300, "", "x" * 30_000, "\x1b[31m\u202e", [], [1], ["a
 
 @pytest.mark.slow
 @pytest.mark.parametrize("field", FIELDS)
-def test_an_answer_of_any_type_is_a_row_or_one_reason(handed, lesson, field):
+def test_an_answer_of_any_type_gives_a_row_or_one_reason(handed, lesson, field):
     whole = handed.read_bytes()
     for key in ("1.1", "2.3"):
         for value in NASTY:
@@ -172,13 +172,13 @@ def test_an_answer_of_any_type_is_a_row_or_one_reason(handed, lesson, field):
                 assert len(row.reason) < 5000
 
 
-def test_a_lesson_that_is_not_there_is_named(handed):
+def test_a_missing_lesson_is_named(handed):
     (row,) = grade_file(handed, {})
     assert row.state == "damaged"
     assert "There is no lesson virtual_spring" in row.reason
 
 
-def test_a_changed_lesson_is_said_where_an_answer_is_not_correct(handed, lesson):
+def test_a_changed_lesson_is_reported_if_an_answer_is_not_correct(handed, lesson):
     other = replace(lesson, stamp="0" * 16)
     edit_event(handed, lambda said: {**said, "value": 1.0}, "1.1")
     rows = {row.task.split()[0]: row for row in grade_file(handed, {KEY: other})}
@@ -186,7 +186,7 @@ def test_a_changed_lesson_is_said_where_an_answer_is_not_correct(handed, lesson)
     assert "The lesson was changed" not in rows["2.2"].reason
 
 
-def test_what_is_no_handed_in_file_is_one_row(tmp_path, lesson):
+def test_a_file_that_was_not_handed_in_is_one_row(tmp_path, lesson):
     (tmp_path / "a.hapkit").write_bytes(b"nothing")
     rows = grade(tmp_path, {KEY: lesson})
     assert [row.state for row in rows] == ["damaged"]
@@ -198,8 +198,8 @@ def test_a_lesson_is_handed_in_only_from_a_complete_session(tmp_path, lesson):
 
 
 @pytest.mark.slow
-def test_thirty_students_of_whom_three_edited_are_graded(tmp_path, lesson, played):
-    """The three are found, and nobody else."""
+def test_grading_thirty_students_finds_the_three_that_edited(tmp_path, lesson, played):
+    """Exactly the three files are found."""
     first = tmp_path / "student00.hapkit"
     save_played(first, lesson, played, "Student 0")
     for number in range(1, 30):
@@ -213,7 +213,7 @@ def test_thirty_students_of_whom_three_edited_are_graded(tmp_path, lesson, playe
     assert {row.state for row in rows} == {"correct", "edited"}
 
 
-def test_the_tables_hold_every_row_and_escape_every_text(tmp_path, lesson, played):
+def test_the_tables_contain_every_row_and_escape_all_text(tmp_path, lesson, played):
     path = tmp_path / "x.hapkit"
     save_played(path, lesson, played, "=1+2 <script>alert(1)</script>")
     rows = grade_file(path, {KEY: lesson})

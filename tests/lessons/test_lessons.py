@@ -1,4 +1,4 @@
-"""Every shipped lesson is completed by a scripted student; every check answers wrong data with a sentence."""
+"""A scripted student completes every included lesson; every check answers wrong data with a sentence."""
 
 import pytest
 
@@ -19,7 +19,7 @@ from tests.lessons.made import (
 
 QUICK = ("first_touch", "virtual_spring", "button")
 KEYS = [key if key in QUICK else pytest.param(key, marks=pytest.mark.slow) for key in library().lessons]
-# How a measurement's value is changed by a factor.
+# measurements that are proportional to the force
 BY_FORCE = ("slope", "stiffness", "damping", "friction", "peak_force")
 BY_SIZE = (
     "travel", "rest", "largest_push", "oscillation_amplitude", "stick_slip_amplitude", "spatial_period",
@@ -29,7 +29,7 @@ BY_TIME = (
     "oscillation_frequency", "vibration", "purring", "transient_frequency", "transient_decay",
     "object_growth", "object_frequency",
 )  # fmt: skip
-# A handle that does not move satisfies these.
+# needs that a handle at rest satisfies
 SATISFIED_AT_REST = ("rest", "position")
 
 
@@ -70,7 +70,7 @@ def off_by_twice_the_tolerance(check, samples, value):
 
 
 def useful(result):
-    """Return whether a result says in a sentence what is wrong or to be done."""
+    """Return True if a result contains a sentence with the fault or the remedy."""
     return result.state != CORRECT and len(result.text) > 20 and result.text.endswith(".")
 
 

@@ -1,4 +1,4 @@
-"""Every measurement recovers the value from which its samples were made."""
+"""Every measurement recovers the value from which its samples were computed."""
 
 import math
 
@@ -64,7 +64,7 @@ case("spatial_period", 0.004, 5e-5, grating)
 
 
 def bump():
-    """Go through a constant force of −0.2 N over 10 mm: the device does a work of −2 mJ."""
+    """Samples of a passage through a constant force of −0.2 N over 10 mm: the device's work is −2 mJ."""
     place = np.linspace(-0.01, 0.01, len(TIME))
     return samples("bump_valley", {}, place, np.where(np.abs(place) < 0.005, -0.2, 0.0))
 
@@ -73,7 +73,7 @@ case("work", -0.002, 1e-5, bump, (-0.009, 0.009))
 
 
 def bounce(ratio=0.8):
-    """Fly into a wall at 5 mm at 0.1 m/s, and out at 80 % of that, with 0.05 kg: −0.09 mJ."""
+    """Samples of a bounce off a wall at 5 mm, 0.1 m/s in and 80 % of it out, with 0.05 kg: −0.09 mJ."""
     t = TIME - 2.0
     inside = (t > 0.0) & (t < 0.1)
     place = np.where(t <= 0.0, 0.005 + 0.1 * t, 0.005 - 0.1 * ratio * (t - 0.1))
@@ -118,7 +118,7 @@ case("purring", 26.0, 0.5, purr)
 
 
 def sawtooth():
-    """Stick for 0.4 s and slip by 3 mm within 20 ms, again and again."""
+    """Samples of a handle that sticks for 0.4 s and slips by 3 mm within 20 ms, repeatedly."""
     phase = np.mod(TIME, 0.42)
     place = 0.003 * np.floor(TIME / 0.42) + 0.003 * np.clip((phase - 0.4) / 0.02, 0.0, 1.0)
     return samples("friction", {}, place, 0.0 * TIME)
@@ -139,7 +139,7 @@ case("object_frequency", 2.0, 0.01, swinging)
 
 
 def flying():
-    """Fly to and fro between two walls, each time at 90 % of the speed before."""
+    """Samples of an object that moves between two walls, at 90 % of its speed after each bounce."""
     place, velocity, track = 0.0, 0.2, []
     for _ in TIME:
         place += velocity / RATE
@@ -156,7 +156,7 @@ case("object_speed", 0.2, 0.005, flying)
 
 
 def delayed(delay=0.003):
-    """Return a spring whose command takes effect later: the recording knows the delay and the command."""
+    """Samples of a spring with a delayed command: the recording contains the delay and the command."""
     return samples("spring", {"stiffness": 200.0}, stroke(), -200.0 * stroke(), delay_s=delay)
 
 

@@ -1,4 +1,4 @@
-"""Lesson files: what they hold, and one line with the file and the line for every mistake."""
+"""Lesson files: their content, and one line with file and line number for every mistake."""
 
 import random
 import re
@@ -71,7 +71,7 @@ def lesson_of(tmp_path, text):
 
 
 def refusal(tmp_path, text):
-    """Return why a lesson is refused, "" where it is read."""
+    """Return the reason why a lesson is rejected, "" if it is accepted."""
     try:
         lesson_of(tmp_path, text)
     except LessonError as error:
@@ -140,7 +140,7 @@ def test_html_in_a_lesson_stays_text(tmp_path):
     assert 'href="javascript' not in shown
 
 
-def test_a_bad_lesson_is_left_out_alone(tmp_path):
+def test_only_the_bad_lesson_is_rejected(tmp_path):
     (tmp_path / "good.md").write_text(GOOD)
     (tmp_path / "bad.md").write_text(GOOD.replace('"slope"', '"slop"'))
     found = library(tmp_path)
@@ -152,12 +152,12 @@ def test_a_bad_lesson_is_left_out_alone(tmp_path):
 
 
 @pytest.mark.parametrize("size", [70_000, 65_000])
-def test_a_large_or_deep_file_is_refused_quickly(tmp_path, size):
+def test_a_large_or_deep_file_is_rejected_quickly(tmp_path, size):
     with pytest.raises(LessonError):
         lesson_of(tmp_path, GOOD + "x" * size if size > 65_536 else "+++\na = " + "[" * (size - 10))
 
 
-def test_quotes_nested_thousands_deep_are_read_or_refused(tmp_path):
+def test_thousands_of_nested_quotes_are_read_or_rejected(tmp_path):
     lesson_of(tmp_path, GOOD + "\n" + ">" * 5000 + " deep\n" + "*" * 5000 + "[" * 5000)
 
 

@@ -1,4 +1,4 @@
-"""Makes sessions in which one value is of another type or size; its row's checksum is right all the same."""
+"""Create sessions with one value of a wrong type or size, but a correct checksum of its row."""
 
 import json
 import math
@@ -24,7 +24,7 @@ HEAD = struct.Struct("<Bdq")
 
 
 def mutate(path: Path, chance: random.Random) -> str:
-    """Change one thing in a session, in place; return in words what."""
+    """Change one value of a session in place; return a description."""
     kinds: tuple[Callable, ...] = (_json, _json, _json, _column, _column, _blob, _blob, _schema, _bytes)
     change = chance.choice(kinds)
     if change is _bytes:
@@ -37,7 +37,7 @@ def mutate(path: Path, chance: random.Random) -> str:
 
 
 def set_value(path: Path, table: str, row: int, name: str, value: object) -> None:
-    """Set a column of one row, and the checksum that makes it look whole."""
+    """Set a column of one row, and correct the row's checksum."""
     with sqlite3.connect(path) as database:
         _set(database, table, row, name, value)
     database.close()
@@ -57,7 +57,7 @@ def _row(database: sqlite3.Connection, table: str, chance: random.Random) -> int
 
 
 def _json(database: sqlite3.Connection, chance: random.Random) -> str:
-    """Change one value in what an event says, whatever its depth, or add one."""
+    """Change one value in an event at any depth, or add one."""
     row = _row(database, "event", chance)
     (text,) = database.execute("SELECT what FROM event WHERE id = ?", (row,)).fetchone()
     what, new = json.loads(text), chance.choice(IN_JSON)
@@ -75,7 +75,7 @@ def _json(database: sqlite3.Connection, chance: random.Random) -> str:
 
 
 def _places(value: Any, at: tuple = ()) -> list[tuple[tuple, Any]]:
-    """Return every place in a JSON value, and what stands there."""
+    """Return every location in a JSON value, with its content."""
     pairs = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     found = []
     for key, one in pairs:
@@ -92,7 +92,7 @@ def _replaced(value: Any, place: tuple, new: Any) -> Any:
 
 
 def _column(database: sqlite3.Connection, chance: random.Random) -> str:
-    """Give a column of a row a value of any type and size."""
+    """Set a column of a row to a value of any type and size."""
     table = chance.choice(list(TABLES))
     row, name = _row(database, table, chance), chance.choice(list(TABLES[table]))
     finite = [number for number in NUMBERS if number == number]
@@ -102,7 +102,7 @@ def _column(database: sqlite3.Connection, chance: random.Random) -> str:
 
 
 def _blob(database: sqlite3.Connection, chance: random.Random) -> str:
-    """Give a compressed column another head, length or number."""
+    """Change the head, length or a number of a compressed column."""
     row = _row(database, "chunk", chance)
     name = chance.choice([name for name, kind in TABLES["chunk"].items() if kind == "BLOB"])
     (count,) = database.execute("SELECT count FROM chunk WHERE id = ?", (row,)).fetchone()

@@ -1,4 +1,4 @@
-"""Samples come back from a chunk as they went in, within what each column is stored as."""
+"""Samples read from a chunk equal those written, within the precision of each column."""
 
 import contextlib
 import warnings
@@ -30,7 +30,7 @@ def table(count: int = 500, seed: int = 1) -> np.ndarray:
 
 
 @pytest.mark.parametrize("count", [1, 2, BLOCK, 1999])
-def test_every_column_comes_back_within_what_it_is_stored_as(count):
+def test_every_column_is_read_back_within_its_precision(count):
     made = table(count)
     chunk = pack(made, QUANTUM, 3, truth=True)
     for signal in SIGNALS:
@@ -60,30 +60,30 @@ def test_the_extremes_of_each_block_are_those_of_its_samples():
     assert np.allclose(blocks[index, 1], [piece.max() for piece in pieces], rtol=1e-6)
 
 
-def test_a_position_between_counts_is_kept_as_it_is():
+def test_a_position_between_counts_is_stored_exactly():
     made = table()
     made[:, rows.POSITION] += 0.3 * QUANTUM
     back = pack(made, QUANTUM, 0).values("position")
     assert np.abs(back - made[:, rows.POSITION]).max() < 1e-8
 
 
-def test_numbers_that_are_not_finite_come_back():
+def test_non_finite_numbers_are_read_back():
     values = np.array([0.0, np.nan, np.inf, -np.inf])
     assert np.array_equal(decode(encode(values, 1.0), 4), values, equal_nan=True)
 
 
-def test_steps_of_every_size_come_back():
+def test_steps_of_every_size_are_read_back():
     values = np.cumsum([0, 1, 127, 128, 32767, 32768, 2**31 - 1, 2**31, 2**40, -(2**41)]).astype(float)
     for stop in range(1, len(values) + 1):
         assert np.array_equal(decode(encode(values[:stop], 1.0), stop), values[:stop])
 
 
-def test_what_was_changed_is_noticed_and_takes_no_more_memory_than_it_may():
+def test_changed_data_are_detected_within_the_memory_limit():
     data = encode(np.arange(1000.0), 1.0)
     for place in range(len(data)):
         damaged = bytearray(data)
         damaged[place] ^= 0x10
-        with contextlib.suppress(DamagedError):  # a bit of padding carries nothing
+        with contextlib.suppress(DamagedError):  # a padding bit carries no data
             assert np.array_equal(decode(bytes(damaged), 1000), np.arange(1000.0))
     with pytest.raises(DamagedError):
         decode(data[:-4], 1000)
@@ -93,8 +93,8 @@ def test_what_was_changed_is_noticed_and_takes_no_more_memory_than_it_may():
         decode(encode(np.zeros(10_000_000)), 100)
 
 
-def test_numbers_of_more_steps_than_a_float_counts_are_kept_as_floats():
-    """A motion that grows without end, as an unstable simulation's does."""
+def test_numbers_beyond_the_exact_range_of_steps_are_stored_as_floats():
+    """A motion that diverges, as in an unstable simulation."""
     values = QUANTUM * np.array([0.0, 1.0, 1e16, -1e25])
     for rounded in (True, False):
         assert np.allclose(decode(encode(values, QUANTUM, rounded), 4), values, rtol=1e-7)

@@ -1,4 +1,4 @@
-"""Hostile and damaged sessions: each is named with its reason, its neighbours are listed, none is changed."""
+"""Hostile and damaged sessions: each is listed with the reason, next to intact ones, and none is changed."""
 
 import gc
 import json
@@ -62,7 +62,7 @@ EVENTS = {
     MARKER: {"text": "here"},
     NOTE: {"text": "in the lab"},
 }  # fmt: skip
-"""Every kind of event with every value that it may have; their rows are 1 to 6 in the file below."""
+"""Every kind of event with all its possible values, in rows 1 to 6 of the file below."""
 CHUNKS = 4
 
 
@@ -82,7 +82,7 @@ def whole(tmp_path_factory) -> bytes:
 
 @pytest.fixture
 def path(tmp_path, whole) -> Path:
-    """Return a file for that session, with a neighbour that stays whole."""
+    """Return a path for that session, next to an intact one."""
     (tmp_path / "neighbour.hapkit").write_bytes(whole)
     found = tmp_path / "bad.hapkit"
     found.write_bytes(whole)
@@ -90,7 +90,7 @@ def path(tmp_path, whole) -> Path:
 
 
 def listed(folder, capsys) -> dict[str, str]:
-    """Return the line of each file that the command and, in the same words or fewer, the page list."""
+    """Return each file's line in the command's list; the page must list the same or less."""
     assert main(["sessions", "list", str(folder)]) == 0
     out, err = capsys.readouterr()
     assert err == ""
@@ -138,7 +138,7 @@ WRONG_VALUES = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "row", "name", "value", "reason"), WRONG_VALUES)
-def test_one_wrong_value_is_named_with_its_limit_and_everything_else_is_read(
+def test_one_wrong_value_is_reported_with_its_limit_and_the_rest_is_read(
     path, whole, capsys, kind, row, name, value, reason
 ):
     set_value(path, kind, row, name, value)
@@ -154,7 +154,7 @@ def test_one_wrong_value_is_named_with_its_limit_and_everything_else_is_read(
 @pytest.mark.parametrize(
     ("name", "value"), [("extremes", None), ("stop", 1e308), ("stop", None), ("stop", -1.0), ("count", 2**40)]
 )
-def test_a_session_without_a_chunk_that_can_be_read_is_refused_with_the_reason(path, capsys, name, value):
+def test_a_session_without_a_readable_chunk_is_refused_with_the_reason(path, capsys, name, value):
     for row in range(1, CHUNKS + 1):
         set_value(path, "chunk", row, name, value)
     lines = listed(path.parent, capsys)
@@ -162,14 +162,14 @@ def test_a_session_without_a_chunk_that_can_be_read_is_refused_with_the_reason(p
     for action in ("show", "export", "check", "repair"):
         assert main(["sessions", action, str(path)]) == 2
         assert capsys.readouterr().err.count("\n") == 1
-    assert len(list(path.parent.iterdir())) == 2  # nothing was exported or repaired
+    assert len(list(path.parent.iterdir())) == 2  # no file was exported or repaired
 
 
 @pytest.mark.parametrize(
     "head", [(8, math.nan, 0), (8, math.inf, 0), (8, 0.0, 0), (8, -1.0, 0), (8, 1e300, 0),
              (8, 1.0, 2**63 - 1), (1, 1.0, -(2**63)), (3, 1.0, 0), (255, 1.0, 0)],
 )  # fmt: skip
-def test_a_compressed_column_with_an_absurd_head_is_damaged(path, head):
+def test_a_compressed_column_with_an_invalid_head_is_damaged(path, head):
     set_value(path, "chunk", 2, "position", zlib.compress(HEAD.pack(*head) + bytes(head[0] * 99)))
     with closing(Session(path)) as found:
         assert len(found.read(("position",))["position"]) == 100 * (CHUNKS - 1)
@@ -177,14 +177,14 @@ def test_a_compressed_column_with_an_absurd_head_is_damaged(path, head):
     assert overview(path).damage == found.damage
 
 
-def test_whole_numbers_that_wrap_around_64_bits_are_damaged():
+def test_integers_that_overflow_64_bits_are_damaged():
     bytes_of = np.frombuffer(np.full(9, 2**62, "<i8").tobytes(), np.uint8).reshape(9, 8).T.tobytes()
     with pytest.raises(DamagedError, match="too large"):
         decode(zlib.compress(HEAD.pack(8, 1.0, 0) + bytes_of), 10)
 
 
 @pytest.mark.parametrize("column", ["time", "tick", "flags"])
-def test_times_and_whole_numbers_are_finite_and_in_order(path, column):
+def test_times_and_integers_must_be_finite_and_in_order(path, column):
     for values in (np.arange(100.0)[::-1], np.full(100, math.nan), np.full(100, 1e30)):
         set_value(path, "chunk", 2, column, encode(values))
         with closing(Session(path)) as found:
@@ -192,7 +192,7 @@ def test_times_and_whole_numbers_are_finite_and_in_order(path, column):
             assert (found.damage != ()) == (column == "time" or not values[0] < 2**53)
 
 
-def test_what_is_no_number_or_infinite_is_exported_as_it_is_and_drawn_as_a_gap(path, tmp_path):
+def test_non_finite_values_are_exported_unchanged_and_drawn_as_a_gap(path, tmp_path):
     values = np.array([math.nan, math.inf, -math.inf, 3e38, 1.0] * 20)
     for name in ("position", "velocity", "force", "energy", "lateness", "board_time", "compute"):
         set_value(path, "chunk", 2, name, encode(values))
@@ -210,7 +210,7 @@ def test_what_is_no_number_or_infinite_is_exported_as_it_is_and_drawn_as_a_gap(p
             edges = np.linspace(history.start, history.stop, 50)
             for stretch in (history.window(edges), history.drawn(0, 1e9)):
                 assert not any(np.isinf(values).any() for values in stretch.y.values())
-            history.complete = False  # drawn from the extremes of blocks
+            history.complete = False  # draw from the extremes of blocks
             assert not any(np.isinf(values).any() for values in history.window(edges).y.values())
     assert found.damage == ()
 
@@ -245,8 +245,8 @@ def test_a_name_with_control_characters_is_one_line_of_the_list(path, capsys):
     assert shown.name.isprintable()
 
 
-def test_what_a_recording_writes_passes_its_own_checks():
-    """Every environment, as it begins and with every choice."""
+def test_the_data_of_a_recording_pass_the_checks():
+    """For every environment, at its defaults and with every choice."""
     for environment in environments.discover().values():
         values = environment.values()
         for parameter in environment.parameters:
@@ -269,7 +269,7 @@ def test_names_of_a_later_version_are_kept():
 
 
 def heads(path, count, samples):
-    """Write chunks whose heads alone are true: their columns are empty."""
+    """Write chunks with valid heads and empty columns."""
     extremes = encode(np.zeros(2 * len(LAYOUT.with_extremes) * -(-samples // 64)))
     values = [None] * (len(TABLES["chunk"]) - 5)
     with SessionWriter.whole(path) as writer:
@@ -280,7 +280,7 @@ def heads(path, count, samples):
         writer._database.execute("COMMIT")
 
 
-def test_a_small_file_cannot_claim_more_samples_than_are_read(tmp_path, monkeypatch):
+def test_a_small_file_cannot_claim_more_samples_than_the_limit(tmp_path, monkeypatch):
     monkeypatch.setattr(session, "_MOST_IN_ALL", 20 * MOST_SAMPLES)
     monkeypatch.setattr(session, "MOST_READ", 10**7)
     heads(tmp_path / "a.hapkit", 25, MOST_SAMPLES)
@@ -304,15 +304,15 @@ def test_a_compressed_column_never_takes_more_memory_than_its_samples(path):
         assert len(found.read(("state", "position"))["position"]) == 100 * (CHUNKS - 2)
 
 
-def test_a_value_larger_than_any_chunk_has_is_not_read(path):
+def test_a_value_larger_than_any_chunk_is_not_read(path):
     set_value(path, "chunk", 2, "velocity", bytes(database._LONGEST_VALUE + 1))
     with closing(Session(path)) as found:
         assert len(found.read(("velocity",))["velocity"]) == 100 * (CHUNKS - 1)
         assert "string or blob too big" in found.damage[0]
 
 
-def test_a_value_is_checked_again_where_only_its_type_changes(tmp_path):
-    """1 == true in Python, but a flag is true or false."""
+def test_a_value_is_checked_again_if_only_its_type_changes(tmp_path):
+    """1 == true in Python, but a flag must be true or false."""
     path, made = tmp_path / "flags.hapkit", table(100)
     with SessionWriter.whole(path) as writer:
         for flag in (True, True, 1, False, 0, True):
@@ -337,7 +337,7 @@ def test_equal_settings_are_stored_once(tmp_path):
     assert [first["parameters"]["stiffness"], second["parameters"]["stiffness"]] == [1.0, 2.0]
 
 
-def test_more_events_than_are_read_are_left_out(path, monkeypatch):
+def test_events_beyond_the_limit_are_skipped(path, monkeypatch):
     monkeypatch.setattr(session, "_MOST_EVENTS", 5)
     with closing(Session(path)) as found:
         assert len(found.events) == 5
@@ -356,7 +356,7 @@ def test_more_events_than_are_read_are_left_out(path, monkeypatch):
     assert [words for _, words in overview(path.with_name("marked.hapkit")).markers] == ["a"]
 
 
-def test_more_damaged_rows_than_are_counted_end_the_reading(path, monkeypatch):
+def test_damaged_rows_beyond_the_limit_end_the_reading(path, monkeypatch):
     for row in range(1, 7):
         set_value(path, "event", row, "what", "[1]")
     monkeypatch.setattr(session, "_MOST_DAMAGED", 4)
@@ -366,7 +366,7 @@ def test_more_damaged_rows_than_are_counted_end_the_reading(path, monkeypatch):
 
 
 def circular(path) -> bytes:
-    """Return a session whose table of events has pages that all lead to the first one's rows."""
+    """Return a session whose table of events has pages that all refer to the rows of the first one."""
     with SessionWriter.whole(path) as writer:
         writer._database.execute("BEGIN")
         for _ in range(500):
@@ -386,7 +386,7 @@ def circular(path) -> bytes:
     return bytes(data)
 
 
-def test_pages_that_lead_back_to_earlier_rows_end_the_reading(tmp_path):
+def test_pages_that_refer_back_to_earlier_rows_end_the_reading(tmp_path):
     path = tmp_path / "a.hapkit"
     path.write_bytes(circular(tmp_path / "b.hapkit"))
     with closing(Session(path)) as found:
@@ -394,7 +394,7 @@ def test_pages_that_lead_back_to_earlier_rows_end_the_reading(tmp_path):
         assert "and what follows: no order." in found.damage[0]
 
 
-def test_a_schema_that_takes_long_to_read_is_given_up(path, monkeypatch):
+def test_a_schema_that_takes_too_long_to_read_is_refused(path, monkeypatch):
     with closing(sqlite3.connect(path, isolation_level=None)) as foreign:
         foreign.execute("BEGIN")
         for number in range(50):
@@ -409,7 +409,7 @@ def test_a_schema_that_takes_long_to_read_is_given_up(path, monkeypatch):
 
 
 @POSIX
-def test_what_would_block_or_is_no_regular_file_is_refused(path, capsys):
+def test_files_that_would_block_or_are_not_regular_are_refused(path, capsys):
     os.mkfifo(path.with_name("fifo.hapkit"))
     path.with_name("folder.hapkit").mkdir()
     os.mkfifo(f"{path}-wal")
@@ -420,18 +420,18 @@ def test_what_would_block_or_is_no_regular_file_is_refused(path, capsys):
     assert "neighbour.hapkit" in lines
 
 
-def test_a_rollback_journal_is_never_played_back(path):
-    """It may name any file, which SQLite would delete."""
+def test_a_rollback_journal_is_never_applied(path):
+    """It may name any file, which SQLite would then delete."""
     path.with_name(f"{path.name}-journal").write_bytes(b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7" + bytes(1000))
     with pytest.raises(SessionError, match=r"bad\.hapkit-journal is beside it\.$"):
         Session(path)
 
 
-# --- damaged at random
+# --- random damage
 
 
 def replayed(path) -> None:
-    """Prepare what a replay shows; every Recorded takes 80 MB, which only the collector gives back."""
+    """Prepare a replay; every Recorded takes 80 MB, which only garbage collection releases."""
     with closing(Session(path)) as found:
         history = Recorded(found)
         for time in (history.start, history.stop):
@@ -443,8 +443,8 @@ def replayed(path) -> None:
 
 
 @pytest.mark.slow
-def test_sessions_with_one_changed_value_are_read_or_refused_and_their_neighbours_listed(path, whole, capsys):
-    """100 files, each of a seed of its own."""
+def test_sessions_with_one_changed_value_are_read_or_refused_and_others_are_listed(path, whole, capsys):
+    """100 files, each with its own seed."""
     files = {}
     for seed in range(100):
         file = path.with_name(f"{seed}.hapkit")
@@ -474,7 +474,7 @@ def test_sessions_with_one_changed_value_are_read_or_refused_and_their_neighbour
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(4))
 def test_many_sessions_with_one_changed_value_go_through_every_command(path, whole, capsys, part):
-    """400 files in all: no traceback, no hang, nothing that a terminal obeys, what is repaired is whole."""
+    """400 files in all: no traceback, no hang, no control characters, and repaired files are intact."""
     whole_file = path.with_name("repaired.hapkit")
     for seed in range(1000 + 100 * part, 1100 + 100 * part):
         path.write_bytes(whole)

@@ -1,4 +1,4 @@
-"""Exports read back without the studio: what was felt, when it changed, and a law's own names."""
+"""Exports, read without the studio: samples, times of changes, and a law's own names."""
 
 import csv
 import json
@@ -25,7 +25,7 @@ from hapkit_studio.sessions.export import matlab_names
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionWriter
 
 IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
-START = 500.0  # s of the recording computer's clock
+START = 500.0  # s, on the recording computer's clock
 CHANGE = 1.0  # s after the first sample
 
 
@@ -41,7 +41,7 @@ def spring(stiffness):
 
 
 def rendered(stiffness, seconds):
-    """Return the rows of a spring that a hand shakes."""
+    """Return the rows of a spring that is shaken by a hand."""
     values = named("spring").values({"stiffness": stiffness})
     scene = headless.Scene(named("spring"), values, SimulatedHapkit(), LoopSettings())
     return headless.render(scene, hand_named("shake"), round(1000 * seconds))[0]
@@ -49,7 +49,7 @@ def rendered(stiffness, seconds):
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
-    """Return a session of 3 s: 250 N/m, from 1 s on 600 N/m; noted as late as a recorder may."""
+    """Return a session of 3 s: 250 N/m, from 1 s on 600 N/m; changes are recorded with the largest delay."""
     path = tmp_path_factory.mktemp("sessions") / "felt.hapkit"
     table = np.concatenate([rendered(250.0, CHANGE), rendered(600.0, 2.0)])
     table[:, rows.TICK] = np.arange(len(table))
@@ -66,7 +66,7 @@ def session(tmp_path_factory):
 
 
 def header_of(path):
-    """Return a CSV's settings as text by their names, read line by line."""
+    """Return a CSV's settings as text by name, read line by line."""
     lines = path.read_text(encoding="utf-8").splitlines()
     return dict(re.fullmatch(r"# (\S.*?): (\S.*)", line).groups() for line in lines if line.startswith("#"))
 
@@ -111,7 +111,7 @@ def test_parquet_and_mat_have_the_first_settings_and_the_change_with_its_time(
     np.testing.assert_array_equal(position, hs.open_session(session).position)
 
 
-def test_a_picture_says_below_what_changed_and_when(session, tmp_path, monkeypatch):
+def test_a_picture_has_the_change_and_its_time_in_the_caption(session, tmp_path, monkeypatch):
     captions = []
     monkeypatch.setattr(charts, "save", lambda *given, caption: captions.append(caption))
     hs.open_session(session).plot(tmp_path / "felt.png")
@@ -121,7 +121,7 @@ def test_a_picture_says_below_what_changed_and_when(session, tmp_path, monkeypat
     assert change == "At 1.05 s: stiffness 250 → 600 N/m"
 
 
-def test_a_session_read_back_has_its_last_settings_and_those_before(session):
+def test_a_session_that_is_read_has_its_last_settings_and_earlier_ones(session):
     run = hs.open_session(session)
     assert run.settings["parameters"]["stiffness"] == 600.0
     assert [(time, what["parameters"]["stiffness"]) for time, what in run.log] == [
@@ -139,7 +139,7 @@ def test_a_run_of_a_session_is_saved_as_a_session_with_its_changes(session, tmp_
     assert second.log[0][1]["parameters"] == first.log[0][1]["parameters"]
 
 
-# --- names of a law beside those of the studio
+# --- names of a law and of the studio
 
 LONG = "x" * 70
 STATE = {
@@ -171,11 +171,11 @@ def clash():
 
 
 def own_columns(run):
-    """Return the studio's columns that a state variable is named like."""
+    """Return the studio's columns with the name of a state variable."""
     return {"time_s": run.time, "position_m": run.position, "energy_J": run.energy, "flags": run.flags}
 
 
-def test_state_variables_have_their_own_names_in_csv_and_parquet(clash, tmp_path):
+def test_state_variables_have_unique_names_in_csv_and_parquet(clash, tmp_path):
     clash.save(tmp_path / "clash.csv")
     clash.save(tmp_path / "clash.parquet")
     table = parquet.read_table(tmp_path / "clash.parquet")
@@ -193,7 +193,7 @@ def test_state_variables_have_their_own_names_in_csv_and_parquet(clash, tmp_path
         assert sum(name.startswith("state.") for name in found) == len(clash.state_names) == 16
 
 
-def test_a_mat_file_has_them_in_a_struct_under_valid_identifiers(clash, tmp_path):
+def test_a_mat_file_has_them_in_a_struct_with_valid_identifiers(clash, tmp_path):
     clash.save(tmp_path / "clash.mat")
     found = {name: v for name, v in loadmat(tmp_path / "clash.mat").items() if not name.startswith("__")}
     for name, values in own_columns(clash).items():
@@ -212,7 +212,7 @@ def test_a_mat_file_has_them_in_a_struct_under_valid_identifiers(clash, tmp_path
     assert (found["object"]["position_m"][0, 0] == 7.0).all()
 
 
-def test_identifiers_are_valid_and_differ_whatever_the_names_are(rng):
+def test_identifiers_are_valid_and_unique_for_any_names(rng):
     letters = list("aZ_09.[]- äßøЖΩ数\u0301\n")
     names = ["".join(rng.choice(letters, rng.integers(0, 80))) for _ in range(300)]
     names += [name.upper() for name in names] + ["a_2", "a", "a", "a", "for", "x_for", "for"]
@@ -248,8 +248,8 @@ def test_the_command_writes_parquet_and_mat_of_a_run(tmp_path, capsys):
     assert json.loads(table.schema.metadata[b"settings"])["changes"] == []
 
 
-def test_a_state_is_named_by_the_law_that_had_it(tmp_path):
-    """Where another environment follows, its columns are not those of the one before."""
+def test_a_state_is_named_by_its_own_law(tmp_path):
+    """After a change of environment, its columns are not those of the previous one."""
     table = np.zeros((1000, rows.ROW_WIDTH))
     table[:, rows.TICK] = np.arange(1000)
     table[:, rows.HOST_TIME] = table[:, rows.BOARD_TIME] = 1.0 + 1e-3 * np.arange(1000)

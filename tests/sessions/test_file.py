@@ -1,4 +1,4 @@
-"""Sessions as files: what was written is read, whatever happens to program, disk and file."""
+"""Sessions as files: data written are read, even after failures of program, disk and file."""
 
 import os
 import random
@@ -57,7 +57,7 @@ def test_a_file_that_exists_is_never_overwritten(tmp_path):
     assert path.read_text() == "mine"
 
 
-def test_a_folder_that_is_not_there_or_that_nobody_may_write_is_one_line(tmp_path):
+def test_a_missing_or_write_protected_folder_is_one_line(tmp_path):
     with pytest.raises(SessionError, match="cannot be written: No such file"):
         SessionWriter(tmp_path / "none" / "a.hapkit")
 
@@ -87,7 +87,7 @@ def test_a_foreign_file_is_one_line(tmp_path, content):
         ("PRAGMA user_version=3", "version 3, this one reads 2"),
     ],
 )
-def test_other_tables_than_the_studios_and_newer_ones_are_refused(tmp_path, statement, said):
+def test_files_with_other_tables_or_a_newer_version_are_refused(tmp_path, statement, said):
     path = tmp_path / "a.hapkit"
     written(path, 1)
     with sqlite3.connect(path) as database:
@@ -109,10 +109,10 @@ def test_other_tables_than_the_studios_and_newer_ones_are_refused(tmp_path, stat
         ("extremes = NULL", "extremes is NULL; it must be BLOB."),
         ("crc = crc + 1", "its checksum is wrong."),
         ("tick = zeroblob(1000000)", "its checksum is wrong."),
-        ("stop = stop + 60.0", "its checksum is wrong."),  # it then ends after the next ones begin
+        ("stop = stop + 60.0", "its checksum is wrong."),  # it would then end after the next chunk starts
     ],
 )
-def test_a_damaged_chunk_alone_is_left_out(tmp_path, change, reason):
+def test_only_the_damaged_chunk_is_skipped(tmp_path, change, reason):
     path = tmp_path / "a.hapkit"
     written(path)
     with sqlite3.connect(path) as database:
@@ -124,8 +124,8 @@ def test_a_damaged_chunk_alone_is_left_out(tmp_path, change, reason):
     assert damage.startswith(f"a.hapkit is damaged. Left out: chunk 3: {reason}")
 
 
-def test_what_is_damaged_at_random_ends_in_one_line_or_in_what_was_written(tmp_path):
-    """120 files with changed bits, cut off, or with other values in their tables."""
+def test_a_randomly_damaged_file_gives_one_line_or_the_data_written(tmp_path):
+    """120 files with changed bits, truncated, or with other values in their tables."""
     made = written(tmp_path / "whole.hapkit")
     whole, chance = (tmp_path / "whole.hapkit").read_bytes(), random.Random(3)
     known = set(map(tuple, made[:, [rows.TICK, rows.POSITION]].tolist()))
@@ -147,11 +147,11 @@ def test_what_is_damaged_at_random_ends_in_one_line_or_in_what_was_written(tmp_p
         assert got <= known
         assert got == known or session.damage, number
         readable += 1
-    assert readable > 40  # many of them give back what is whole
+    assert readable > 40  # many of them return their intact parts
     assert all("damaged.hapkit" in line and "\n" not in line for line in lines)
 
 
-def test_a_repaired_session_holds_what_is_whole(tmp_path):
+def test_a_repaired_session_contains_the_intact_data(tmp_path):
     written(tmp_path / "a.hapkit")
     with sqlite3.connect(tmp_path / "a.hapkit") as database:
         database.execute("UPDATE chunk SET velocity = x'00' WHERE id = 7")
@@ -163,7 +163,7 @@ def test_a_repaired_session_holds_what_is_whole(tmp_path):
     assert (tmp_path / "a.hapkit").read_bytes() == before
 
 
-def test_a_full_disk_ends_in_one_line_and_keeps_what_was_written(tmp_path):
+def test_a_full_disk_ends_in_one_line_and_keeps_the_data_written(tmp_path):
     writer = SessionWriter(tmp_path / "a.hapkit")
     writer._database.execute("PRAGMA max_page_count=40")
     chunk = pack(table(300), QUANTUM, 0)
@@ -181,7 +181,7 @@ def test_a_full_disk_ends_in_one_line_and_keeps_what_was_written(tmp_path):
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """Return a file system of 1 MB in memory; skip where nobody may mount one."""
+    """Return a file system of 1 MB in memory; skip the test without permission to mount one."""
     place = tmp_path / "small disk"
     place.mkdir()
     mount = shutil.which("mount")
@@ -194,14 +194,14 @@ def small_disk(tmp_path):
     subprocess.run(["umount", "--lazy", place], check=True)
 
 
-def test_a_disk_that_fills_up_keeps_what_was_written(small_disk, tmp_path):
+def test_a_disk_that_fills_up_keeps_the_data_written(small_disk, tmp_path):
     made, path = table(300 * 200), small_disk / "a.hapkit"
     writer, added = SessionWriter(path), []
     chunks = (pack(made[first : first + 300], QUANTUM, 0) for first in range(0, len(made), 300))
     adding = (added.append(writer.add(chunk)) for chunk in chunks)
     with pytest.raises(SessionError, match=r"^The disk is full\.$"):
         list(adding)
-    with pytest.raises(SessionError, match=r"^The disk is full\.$"):  # the log cannot be put into the file
+    with pytest.raises(SessionError, match=r"^The disk is full\.$"):  # the log cannot be merged into the file
         writer.close()
     assert "a.hapkit-wal" in writer.remains
     session = Session(path)
@@ -224,7 +224,7 @@ def test_a_disk_that_fills_up_keeps_what_was_written(small_disk, tmp_path):
 
 @pytest.fixture
 def killed(tmp_path):
-    """Return a folder with the files of a recording whose program was killed, and what was recorded."""
+    """Return a folder with the files of a recording whose program was killed, and the recorded rows."""
     made = written(tmp_path / "a.hapkit", close=False)
     folder = tmp_path / "killed"
     folder.mkdir()
@@ -235,7 +235,7 @@ def killed(tmp_path):
 
 @pytest.fixture
 def read_only(tmp_path):
-    """Return what copies a folder to where not even root may write; skip where that cannot be made."""
+    """Return a function that copies a folder to a file system on which not even root may write; or skip."""
     mounted = []
 
     def make(folder):
@@ -263,9 +263,7 @@ def contents(folder):
 
 @pytest.mark.skipif(os.name == "nt", reason="folders have no such permissions")
 @pytest.mark.parametrize("index", [True, False], ids=["with -shm", "without -shm"])
-def test_a_killed_recording_opens_from_a_folder_that_cannot_be_written(
-    killed, read_only, tmp_path, monkeypatch, index
-):
+def test_a_killed_recording_opens_from_a_read_only_folder(killed, read_only, tmp_path, monkeypatch, index):
     folder, made = killed
     if not index:
         (folder / "a.hapkit-shm").unlink()
@@ -286,8 +284,8 @@ def test_a_killed_recording_opens_from_a_folder_that_cannot_be_written(
     assert not (tmp_path / "whole.hapkit-wal").exists()
 
 
-def test_a_killed_recording_whose_index_cannot_be_used_is_read_from_a_copy(killed, monkeypatch):
-    """A folder may allow to write less than what SQLite finds in it."""
+def test_a_killed_recording_with_an_unusable_index_is_read_from_a_copy(killed, monkeypatch):
+    """The permissions of a folder may not suffice for SQLite."""
     folder, made = killed
     connect = database._connect
 
@@ -306,7 +304,7 @@ def test_a_killed_recording_whose_index_cannot_be_used_is_read_from_a_copy(kille
         Session(folder / "a.hapkit")
 
 
-def test_reading_what_was_killed_leaves_no_files_beside_it(killed):
+def test_reading_a_killed_recording_leaves_no_further_files(killed):
     folder, made = killed
     (folder / "a.hapkit-shm").unlink()
     before = sorted(folder.iterdir())
@@ -315,7 +313,7 @@ def test_reading_what_was_killed_leaves_no_files_beside_it(killed):
     assert sorted(folder.iterdir()) == before
 
 
-def test_a_copy_that_would_be_too_large_says_what_to_do(killed, monkeypatch):
+def test_a_copy_that_would_be_too_large_gives_advice(killed, monkeypatch):
     folder, _ = killed
     (folder / "a.hapkit-shm").unlink()
     monkeypatch.setattr(database, "_MOST_COPIED", 1000)
@@ -326,7 +324,7 @@ def test_a_copy_that_would_be_too_large_says_what_to_do(killed, monkeypatch):
 
 
 @pytest.mark.parametrize("moved", [0, 3], ids=["all of it was in the log", "some was in the file"])
-def test_a_recording_without_its_log_says_what_is_lost(tmp_path, moved):
+def test_a_recording_without_its_log_reports_the_loss(tmp_path, moved):
     writer = SessionWriter(tmp_path / "a.hapkit")
     chunks = [pack(part, QUANTUM, 0) for part in np.split(table(1500), 5)]
     for chunk in chunks[:moved]:
@@ -352,7 +350,7 @@ def test_a_recording_without_its_log_says_what_is_lost(tmp_path, moved):
 
 @pytest.mark.parametrize("gone", ["deleted", "moved", "replaced", "with its folder"])
 @pytest.mark.skipif(os.name == "nt", reason="Windows keeps open files where they are")
-def test_a_file_that_is_deleted_while_it_is_written_is_noticed_and_nothing_is_called_saved(tmp_path, gone):
+def test_a_file_deleted_during_a_recording_is_detected_and_not_called_saved(tmp_path, gone):
     path = tmp_path / "folder" / "a.hapkit"
     path.parent.mkdir()
     writer, chunk = SessionWriter(path), pack(table(300), QUANTUM, 0)
@@ -369,7 +367,7 @@ def test_a_file_that_is_deleted_while_it_is_written_is_noticed_and_nothing_is_ca
     assert writer.remains == ""
 
 
-def test_a_session_that_is_written_whole_is_complete_or_not_there(tmp_path):
+def test_a_session_written_at_once_is_complete_or_missing(tmp_path):
     chunk = pack(table(300), QUANTUM, 0)
 
     def fill():
@@ -387,7 +385,7 @@ def test_a_session_that_is_written_whole_is_complete_or_not_there(tmp_path):
     assert (tmp_path / "b.hapkit").read_text() == "mine"
 
 
-def test_a_repair_that_finds_nothing_whole_leaves_no_file(tmp_path):
+def test_a_repair_without_intact_data_leaves_no_file(tmp_path):
     written(tmp_path / "a.hapkit", 1)
     with sqlite3.connect(tmp_path / "a.hapkit") as damaged:
         damaged.execute("UPDATE chunk SET crc = crc + 1")
@@ -419,7 +417,7 @@ while True:
 
 
 def lost_by_kill(path, seconds):
-    """Return for how many s before its end a recording that was killed after so many s is lost."""
+    """Return the number of s before its end that a recording loses when killed after a number of s."""
     process = subprocess.Popen([sys.executable, "-c", _RECORD, str(path)], stdout=subprocess.PIPE, text=True)
     lines = [process.stdout.readline()]
     until = time.monotonic() + seconds
@@ -433,21 +431,21 @@ def lost_by_kill(path, seconds):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="no SIGKILL")
-def test_a_recording_that_is_killed_loses_half_a_second_at_most(tmp_path):
+def test_a_killed_recording_loses_at_most_half_a_second(tmp_path):
     assert lost_by_kill(tmp_path / "a.hapkit", 1.3) < 0.5
     assert Session(tmp_path / "a.hapkit").check() == ()
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="no SIGKILL")
-def test_recordings_killed_at_random_moments_lose_half_a_second_at_most(tmp_path):
+def test_recordings_killed_at_random_times_lose_at_most_half_a_second(tmp_path):
     chance = random.Random(5)
     lost = [lost_by_kill(tmp_path / f"{n}.hapkit", chance.uniform(0.8, 2.5)) for n in range(15)]
     assert max(lost) < 0.5
 
 
 @pytest.mark.parametrize("state", ["damaged", "being written"])
-def test_no_note_goes_into_what_is_damaged_or_being_written(tmp_path, state):
+def test_no_note_is_added_to_a_damaged_or_unfinished_session(tmp_path, state):
     path = tmp_path / "a.hapkit"
     written(path)
     database = sqlite3.connect(path, isolation_level=None)

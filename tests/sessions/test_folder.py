@@ -1,4 +1,4 @@
-"""Where sessions are recorded, and their names: chosen by a person, kept, never overwritten."""
+"""The folder and names of sessions: chosen by the user, stored, never overwritten."""
 
 import os
 from pathlib import Path
@@ -20,7 +20,7 @@ def home(tmp_path, monkeypatch):
     return tmp_path / "home"
 
 
-def test_the_folder_that_was_chosen_is_made_and_kept_until_the_usual_one_is_chosen(home, tmp_path):
+def test_the_chosen_folder_is_created_and_used_until_the_default_is_chosen(home, tmp_path):
     assert folder() == usual_folder() == home / "Hapkit sessions"
     chosen = tmp_path / "on a stick" / "Gruppe 3 – Wände"
     choose_folder(chosen)
@@ -32,7 +32,7 @@ def test_the_folder_that_was_chosen_is_made_and_kept_until_the_usual_one_is_chos
     assert folder() == usual_folder()
 
 
-def test_a_folder_is_chosen_and_named_on_the_command_line(tmp_path, capsys, monkeypatch):
+def test_a_folder_is_chosen_and_shown_on_the_command_line(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["sessions", "where", "relative"]) == 0
     assert capsys.readouterr().out == f"{tmp_path / 'relative'}\n"
@@ -45,7 +45,7 @@ def test_a_folder_is_chosen_and_named_on_the_command_line(tmp_path, capsys, monk
     assert folder() == tmp_path / "relative"
 
 
-def test_a_folder_that_cannot_be_written_is_not_chosen(tmp_path, monkeypatch):
+def test_a_write_protected_folder_is_not_chosen(tmp_path, monkeypatch):
     monkeypatch.setattr(folders.os, "access", lambda _path, _how: False)
     with pytest.raises(SessionError, match=r"^You may not write into .*: choose another folder\.$"):
         choose_folder(tmp_path / "locked")
@@ -53,7 +53,7 @@ def test_a_folder_that_cannot_be_written_is_not_chosen(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("stored", [b"\xff\xfe", b"relative", b"", b"/a\nb", b"/a\x1b[2J", b"/" * 100_000])
-def test_a_choice_that_cannot_be_read_is_the_usual_folder_and_said_once(home, stored, capsys):
+def test_an_unreadable_choice_gives_the_default_folder_and_one_message(home, stored, capsys):
     home.mkdir()
     (home / "recording-folder.txt").write_bytes(stored)
     assert folder() == usual_folder()
@@ -90,14 +90,14 @@ def test_a_session_is_renamed_in_its_folder(tmp_path, name, capsys):
         "\ud800",
     ],
 )
-def test_a_name_that_some_system_would_not_take_is_refused(tmp_path, name):
+def test_a_name_that_some_system_forbids_is_refused(tmp_path, name):
     written(tmp_path / "a.hapkit", 1)
     with pytest.raises(SessionError, match=r"^A name (holds none of|has at most 200 bytes)[^\n\x1b]*$"):
         rename(tmp_path / "a.hapkit", name)
     assert [path.name for path in tmp_path.iterdir()] == ["a.hapkit"]
 
 
-def test_a_name_that_is_taken_is_refused_and_both_files_stay(tmp_path):
+def test_an_existing_name_is_refused_and_both_files_remain(tmp_path):
     written(tmp_path / "a.hapkit", 1)
     (tmp_path / "b.hapkit").write_text("mine")
     with pytest.raises(SessionError, match=r"^b\.hapkit exists already: choose another name\.$"):
@@ -109,7 +109,7 @@ def test_a_name_that_is_taken_is_refused_and_both_files_stay(tmp_path):
     assert not (tmp_path / "c.hapkit").exists()
 
 
-def test_a_recording_that_was_not_ended_is_not_parted_from_its_log(tmp_path):
+def test_a_recording_that_was_not_ended_is_not_separated_from_its_log(tmp_path):
     written(tmp_path / "a.hapkit", 1, close=False)
     before = sorted(tmp_path.iterdir())
     with pytest.raises(
@@ -119,7 +119,7 @@ def test_a_recording_that_was_not_ended_is_not_parted_from_its_log(tmp_path):
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_a_rename_that_fails_leaves_the_old_name_alone(tmp_path, monkeypatch):
+def test_a_failed_rename_leaves_the_old_name(tmp_path, monkeypatch):
     written(tmp_path / "a.hapkit", 1)
 
     def refuse(_path, _new):

@@ -1,4 +1,4 @@
-"""Sessions stay readable when the studio's signals change: each file holds its own layout."""
+"""Sessions stay readable if the studio's signals change, because each file contains its layout."""
 
 import shutil
 from contextlib import closing
@@ -20,13 +20,13 @@ from hapkit_studio.sessions.session import Session, add_note
 from tests.sessions.test_chunk import QUANTUM, table
 
 OLD = Path(__file__).with_name("version_1.hapkit")
-"""Written by the last studio whose files held no layout: 130 samples at 1 kHz, see ``old_motion``."""
+"""Written by the last studio whose files had no layout: 130 samples at 1 kHz, see ``old_motion``."""
 WARMER = Layout((StoredSignal("temperature", "K", "", 1), *LAYOUT.signals))
-"""A layout with one more signal, whose extremes come first."""
+"""A layout with an additional signal, whose extremes come first."""
 
 
 def write(path, made, layout=LAYOUT, more=()):
-    """Write rows as one chunk with a layout; more: the values of signals that the studio has not."""
+    """Write rows as one chunk with a layout; more: values of signals unknown to the studio."""
     chunk = pack(made, QUANTUM, 0)
     extremes = [chunk.blocks()[LAYOUT.with_extremes.index(n)] for n in layout.with_extremes if n not in more]
     for values in dict(more).values():
@@ -38,7 +38,7 @@ def write(path, made, layout=LAYOUT, more=()):
         writer.add(replace(chunk, columns=columns, extremes=encode(np.ravel(extremes)), layout=layout))
 
 
-def test_a_file_with_a_signal_that_the_studio_has_not_is_read_and_repaired(tmp_path):
+def test_a_file_with_an_unknown_signal_is_read_and_repaired(tmp_path):
     made, warm = table(300), np.linspace(290.0, 300.0, 300)
     write(tmp_path / "a.hapkit", made, WARMER, {"temperature": warm})
     with closing(Session(tmp_path / "a.hapkit")) as session:
@@ -56,7 +56,7 @@ def test_a_file_with_a_signal_that_the_studio_has_not_is_read_and_repaired(tmp_p
         assert np.nanmax(trace[2]) == pytest.approx(made[:, rows.POSITION].max())
 
 
-def test_a_file_without_a_signal_that_the_studio_has_is_read_with_nan_in_its_place(tmp_path):
+def test_a_file_without_a_signal_of_the_studio_is_read_with_nan(tmp_path):
     made, left_out = table(300), ("energy", "lateness")
     less = Layout(tuple(signal for signal in LAYOUT.signals if signal.name not in left_out))
     write(tmp_path / "a.hapkit", made, less)
@@ -74,7 +74,7 @@ def test_a_file_without_a_signal_that_the_studio_has_is_read_with_nan_in_its_pla
     assert np.isnan(hs.open_session(tmp_path / "a.hapkit").energy).all()
 
 
-def test_a_file_of_version_1_is_read_exported_noted_on_and_repaired(tmp_path):
+def test_a_file_of_version_1_is_read_exported_annotated_and_repaired(tmp_path):
     k = np.arange(130)
     force = 0.25 * (k - 65)
     shutil.copy(OLD, tmp_path / "old.hapkit")
@@ -124,12 +124,12 @@ def test_a_file_of_version_1_is_read_exported_noted_on_and_repaired(tmp_path):
         [],
     ],
 )
-def test_a_layout_that_makes_no_sense_is_refused(signals):
+def test_an_inconsistent_layout_is_refused(signals):
     with pytest.raises(DamagedError, match=r"^its layout has "):
         checked_layout(signals)
 
 
-def test_a_run_that_is_saved_as_a_session_has_no_energies_of_the_observer(tmp_path):
+def test_a_run_saved_as_a_session_has_no_energies_of_the_observer(tmp_path):
     hs.simulate("spring", seconds=0.2).save(tmp_path / "a.hapkit")
     with closing(Session(tmp_path / "a.hapkit")) as session:
         found = session.read(("energy_given", "energy_limit"))

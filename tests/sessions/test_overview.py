@@ -1,4 +1,4 @@
-"""A session at a glance, against samples made up."""
+"""The summary of a session, compared with synthetic samples."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def write(path, *parts):
 
 
 @pytest.mark.parametrize("few", [10**6, 0], ids=["samples", "blocks"])
-def test_the_trace_holds_the_extremes_where_they_were_and_leaves_a_gap_open(tmp_path, monkeypatch, few):
+def test_the_trace_has_the_extremes_at_their_times_and_keeps_a_gap(tmp_path, monkeypatch, few):
     monkeypatch.setattr(module, "_FEW", few)
     before, after = motion(4.0), motion(4.0, 110.0)
     write(tmp_path / "a.hapkit", before, after)
@@ -68,7 +68,7 @@ def test_environments_markers_and_changes_are_those_of_the_session(tmp_path):
     assert found.seconds == pytest.approx(0.999)
 
 
-def test_a_foreign_file_is_named_as_one(tmp_path):
+def test_a_foreign_file_is_reported_as_one(tmp_path):
     (tmp_path / "a.hapkit").write_text("a letter")
     found = overview(tmp_path / "a.hapkit")
     assert found.error == "a.hapkit is no session of the studio."

@@ -1,4 +1,4 @@
-"""The recorder beside a running loop: nothing missing, every change, and what is kept for later."""
+"""The recorder of a running loop: no missing samples, every change, and the samples in memory."""
 
 import os
 import threading
@@ -37,7 +37,7 @@ def recorder(engine):
 
 
 def collected(reader, pieces, samples):
-    """Read rows beside the recorder until there are so many more."""
+    """Read rows in addition to the recorder until there are ``samples`` more."""
     goal = sum(map(len, pieces)) + samples
 
     def enough():
@@ -57,7 +57,7 @@ def test_jumps_of_the_boards_clock_are_marked_in_the_session(engine, recorder, t
 
 
 @pytest.mark.slow
-def test_a_recording_holds_every_sample_of_the_ring_and_every_change(engine, recorder, tmp_path):
+def test_a_recording_contains_every_sample_of_the_ring_and_every_change(engine, recorder, tmp_path):
     reader, pieces = engine.reader(), []
     recorder.record(tmp_path / "a.hapkit")
     engine.move_hand(0.02)
@@ -84,7 +84,7 @@ def test_a_recording_holds_every_sample_of_the_ring_and_every_change(engine, rec
 
 
 @pytest.mark.slow
-def test_what_already_happened_can_be_saved_with_what_was_set_then(engine, recorder, tmp_path):
+def test_past_samples_can_be_saved_with_the_settings_of_their_time(engine, recorder, tmp_path):
     engine.set_environment("spring", {"stiffness": 123.0})
     pieces = []
     collected(engine.reader(), pieces, 2000)
@@ -92,7 +92,7 @@ def test_what_already_happened_can_be_saved_with_what_was_set_then(engine, recor
     run = hs.open_session(tmp_path / "a.hapkit")
     assert len(run.time) == count
     kept = Session(tmp_path / "a.hapkit")
-    assert kept.stops[0] >= kept.stops[-1] - 0.5  # no chunk that is older than what is to be kept
+    assert kept.stops[0] >= kept.stops[-1] - 0.5  # no chunk is older than the duration in memory
     ring = np.concatenate(pieces)
     newest = ring[ring[:, rows.HOST_TIME] >= kept.stops[-1] - 0.5, rows.TICK]
     assert len(np.setdiff1d(newest, kept.read(("tick",))["tick"])) == 0
@@ -100,7 +100,7 @@ def test_what_already_happened_can_be_saved_with_what_was_set_then(engine, recor
 
 
 @pytest.mark.slow
-def test_a_thread_that_was_held_up_makes_no_larger_chunks(engine, recorder, tmp_path):
+def test_a_delayed_thread_makes_no_larger_chunks(engine, recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     reader, go_on = engine.reader(), threading.Event()
     recorder._jobs.put(go_on.wait)
@@ -110,10 +110,10 @@ def test_a_thread_that_was_held_up_makes_no_larger_chunks(engine, recorder, tmp_
     session = Session(tmp_path / "a.hapkit")
     assert session.counts.sum() > 2000
     assert (np.diff(session.read(("tick",))["tick"]) == 1.0).all()
-    assert session.counts.max() <= 1000  # of 2000 that waited
+    assert session.counts.max() <= 1000  # although 2000 were waiting
 
 
-def test_nothing_to_save_is_said(tmp_path):
+def test_saving_without_samples_is_refused(tmp_path):
     recorder = Recorder()
     with pytest.raises(SessionError, match="nothing to save"):
         recorder.save(tmp_path / "a.hapkit")
@@ -122,7 +122,7 @@ def test_nothing_to_save_is_said(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_recording_that_cannot_go_on_ends_with_the_reason_and_can_be_read(engine, recorder, tmp_path):
+def test_a_recording_that_cannot_continue_ends_with_the_reason_and_is_readable(engine, recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     recorder._writer._database.execute("PRAGMA max_page_count=8")
     wait_until(lambda: recorder.progress.error)
@@ -130,12 +130,12 @@ def test_a_recording_that_cannot_go_on_ends_with_the_reason_and_can_be_read(engi
     samples = recorder.progress.samples
     assert Session(tmp_path / "a.hapkit").counts.sum() == samples > 0
     assert recorder.stop() is None
-    recorder.record(tmp_path / "b.hapkit")  # the next one begins anew
+    recorder.record(tmp_path / "b.hapkit")  # the next recording starts normally
     assert recorder.stop() == tmp_path / "b.hapkit"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows keeps open files where they are")
-def test_a_recording_whose_file_is_deleted_ends_and_what_is_kept_can_still_be_saved(recorder, tmp_path):
+def test_a_recording_whose_file_is_deleted_ends_and_the_samples_in_memory_can_be_saved(recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     wait_until(lambda: recorder.progress.samples > 0)
     (tmp_path / "a.hapkit").unlink()
@@ -146,7 +146,7 @@ def test_a_recording_whose_file_is_deleted_ends_and_what_is_kept_can_still_be_sa
     assert Session(tmp_path / "b.hapkit").check() == ()
 
 
-def test_a_file_that_is_deleted_just_before_the_end_is_not_called_saved(recorder, tmp_path):
+def test_a_file_deleted_just_before_the_end_is_not_called_saved(recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     recorder._wait(lambda: (tmp_path / "a.hapkit").unlink())
     assert recorder.stop() is None
@@ -154,7 +154,7 @@ def test_a_file_that_is_deleted_just_before_the_end_is_not_called_saved(recorder
 
 
 @pytest.mark.slow
-def test_another_device_goes_on_in_the_same_recording(engine, recorder, tmp_path):
+def test_a_recording_continues_on_another_device(engine, recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     wait_until(lambda: recorder.progress.samples > 100)
     other = Engine(SimulatedHapkit(mass=0.1), "damping", realtime=False)
@@ -171,14 +171,14 @@ def test_another_device_goes_on_in_the_same_recording(engine, recorder, tmp_path
     assert session.check() == ()
 
 
-def test_a_fault_is_noted_with_its_reason(engine, recorder, tmp_path):
+def test_a_fault_is_recorded_with_its_reason(engine, recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     wait_until(lambda: recorder.progress.samples > 0)
     engine.arrays.control.fault[0] = arrays.DEVICE_GONE
     assert hs.open_session(recorder.stop()).faults == (engine.fault.text,)
 
 
-def test_a_device_that_is_closed_under_it_loses_no_row_and_ends_nothing(
+def test_closing_the_device_loses_no_row_and_does_not_end_the_recording(
     engine, recorder, tmp_path, monkeypatch
 ):
     def closed(_engine):
@@ -195,11 +195,11 @@ def test_a_device_that_is_closed_under_it_loses_no_row_and_ends_nothing(
     found = Session(tmp_path / "a.hapkit").read(("tick",))["tick"]
     wanted = np.concatenate(pieces)[:, rows.TICK]
     assert len(np.setdiff1d(wanted, found)) == 0
-    recorder.follow(engine)  # closed before it was ever looked at
+    recorder.follow(engine)  # closed before it was first polled
     assert recorder.stop() is None
 
 
-def test_a_full_disk_at_the_end_names_the_file_that_holds_the_rest(recorder, tmp_path, monkeypatch):
+def test_a_full_disk_at_the_end_names_the_file_with_the_remaining_data(recorder, tmp_path, monkeypatch):
     def refuse(writer):
         writer._database.close()
         raise SessionError("The disk is full.")
@@ -211,7 +211,7 @@ def test_a_full_disk_at_the_end_names_the_file_that_holds_the_rest(recorder, tmp
         recorder.stop()
 
 
-def test_a_recording_whose_file_cannot_be_ended_is_over_all_the_same(recorder, tmp_path, monkeypatch):
+def test_a_recording_that_cannot_be_completed_is_over_nevertheless(recorder, tmp_path, monkeypatch):
     def refuse(_writer):
         raise SessionError("The disk is gone.")
 
@@ -223,7 +223,7 @@ def test_a_recording_whose_file_cannot_be_ended_is_over_all_the_same(recorder, t
     assert recorder.progress is None
 
 
-def test_nobody_waits_for_a_recorder_that_a_defect_has_ended(monkeypatch):
+def test_callers_do_not_wait_for_a_recorder_after_a_defect(monkeypatch):
     monkeypatch.setattr(threading, "excepthook", lambda _what: None)
     recorder = Recorder()
     recorder._jobs.put(lambda: 1 / 0)
