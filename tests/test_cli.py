@@ -21,6 +21,7 @@ from hapkit_studio.devices.delays import MeasuredDelay
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.virtual_board import built
 from hapkit_studio.haptics import arrays, rows
+from hapkit_studio.haptics.board_plan import RenderingDecision
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.health import Fault, LinkCounts
 from hapkit_studio.protocol.framing import encode
@@ -316,8 +317,7 @@ def engine_on_bad_link():
         environment=environments.discover()["spring"],
         values={"stiffness": 300.0, "damping": 0.0, "center": 0.0},
         max_force=3.0,
-        board_plan=None,
-        possible_plan=SimpleNamespace(rate=2000),
+        decision=lambda: RenderingDecision(plan=SimpleNamespace(rate=2000)),
         missed_of=lambda where: 0,
         delay_of=lambda where: MeasuredDelay(5e-3, 1e-4, 100),
         health=lambda: SimpleNamespace(link=counts),

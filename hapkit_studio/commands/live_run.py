@@ -103,13 +103,13 @@ def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) ->
         time.sleep(_MEASURING)
         engine.set_where(where, rate)
         _check_board(engine, where)
-    _wait(engine, lambda: engine.rendering == where or bool(where == BOARD and engine.board_refusal()))
+    _wait(engine, lambda: engine.rendering == where or bool(where == BOARD and engine.decision().refusal))
     _check_board(engine, where)
 
 
 def _check_board(engine: Engine, where: str) -> None:
     """Raise ParameterError if the board should render and cannot."""
-    refusal = engine.board_refusal(wait=True) if where == BOARD else ""
+    refusal = engine.decision(wait=True).refusal if where == BOARD else ""
     if refusal:
         raise ParameterError(refusal)
 

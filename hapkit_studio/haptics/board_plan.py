@@ -13,6 +13,7 @@ import numpy as np
 
 from hapkit_studio.dynamics import estimators, nominal
 from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.loop_settings import COMPUTER
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.haptics import block
@@ -73,6 +74,22 @@ class BoardPlan:
 def _digest(data: bytes) -> int:
     """Return a positive 63-bit digest."""
     return 1 + int.from_bytes(hashlib.blake2b(data, digest_size=7).digest())
+
+
+@dataclass(frozen=True)
+class RenderingDecision:
+    """Who renders the settings in force, computer or board; the engine alone decides it.
+
+    plan: how the board renders these settings, or would; None if it cannot, or while ``pending``: the law is
+    being compiled for the board, and the last refusal stays. refusal: in one line why the board cannot render
+    them. in_force: the plan that the loop has, None while the computer renders.
+    """
+
+    where: str = COMPUTER
+    plan: BoardPlan | None = None
+    refusal: str = ""
+    pending: bool = False
+    in_force: BoardPlan | None = None
 
 
 @dataclass(frozen=True)

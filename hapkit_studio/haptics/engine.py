@@ -17,7 +17,13 @@ from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, GRIP, RENDERER
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.haptics import arrays, block, board_plan, health, link, passivity, priority
-from hapkit_studio.haptics.board_plan import BackgroundPlanner, BoardPlan, BoardPlanner, PlanRequest
+from hapkit_studio.haptics.board_plan import (
+    BackgroundPlanner,
+    BoardPlan,
+    BoardPlanner,
+    PlanRequest,
+    RenderingDecision,
+)
 from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.haptics.drivers import Driver, driver_for, no_board
 from hapkit_studio.haptics.health import Fault, Health, Watch
@@ -71,6 +77,7 @@ class Engine:
             raise
 
     def _begin(self, driver: Driver) -> None:
+        self._content.decision = RenderingDecision()  # another device's does not count
         known = {key: getattr(self.device, key) for key in ("mass", "viscous", "quantum", "max_force")}
         self._change_loop(rate=driver.rate or self.loop.rate, **known)
         # compile or load the loop; it renders nothing, because ``quit`` is set
@@ -126,7 +133,7 @@ class Engine:
                     content.settings, mass=device.mass, viscous=device.viscous, coulomb=device.coulomb_force,
                     quantum=device.quantum,
                 )  # fmt: skip
-            content.board = self._plan_for(content)
+            content.decision = self._decide(content, self._content.decision)
             self._write(content)
             self._content = content
 
@@ -249,22 +256,14 @@ class Engine:
     # --- where rendering happens, on the computer or the board: changes take effect after the handover
     @property
     def where(self) -> str:
-        """Return where to render, "computer" or "board".
-
-        The computer if the board cannot render the scene.
-        """
-        return BOARD if self.loop.where == BOARD and not self.board_refusal() else COMPUTER
+        """Return who is to render, "computer" or "board"."""
+        return self.decision().where
 
     @property
     def rendering(self) -> str:
         """Return where rendering happens now; "computer" during a handover."""
         on_board = self.driver is not None and self.driver.conn.state.handover == link.ON_BOARD
         return BOARD if on_board else COMPUTER
-
-    @property
-    def renders_on_boards(self) -> bool:
-        """Return True if the open device is a board that can render laws."""
-        return self.driver is not None and self.driver.planner is not None
 
     def set_where(self, where: str, rate: float | None = None) -> None:
         """Let the "computer" or the "board" render, the board at a rate in Hz or the law's fastest.
@@ -273,8 +272,7 @@ class Engine:
         """
         if where not in RENDERERS:
             raise ParameterError(f"{' or '.join(RENDERERS)} renders, not {where!r}.")
-        refusal = self.board_refusal() if where == BOARD else ""
-        if refusal:
+        if where == BOARD and (refusal := self.decision().refusal):
             raise ParameterError(refusal)
         self.prefer(where, rate)
         if where == BOARD and self.arrays.control.fault[0] == arrays.SLOW_LINK:
@@ -285,46 +283,35 @@ class Engine:
         board_plan.check_rate(rate)
         self._change_loop(where=where, board_rate=rate)
 
-    @property
-    def board_plan(self) -> BoardPlan | None:
-        """Return the plan by which the board renders the scene in force, None while the computer renders."""
-        plan = self._content.board
-        refused = plan is not None and self.driver is not None and self.driver.refusal(plan)
-        return None if refused else plan
+    def decision(self, wait: bool = False) -> RenderingDecision:
+        """Return who renders the settings in force, and how.
 
-    @property
-    def possible_plan(self) -> BoardPlan | None:
-        """Return the plan by which the board could render the scene, None if none is known."""
-        found = self._answer(self._content)
-        return found if isinstance(found, BoardPlan) else None
-
-    def board_refusal(self, wait: bool = False) -> str:
-        """Return in one line why the board cannot render the scene in force; "" if it can.
-
-        A new law is compiled in the background: the answer is "" until then, unless ``wait`` is set.
+        A law that is new to the board is compiled in the background, and the decision is pending until that
+        is done, unless one can wait.
         """
-        found, driver = self._answer(self._content, wait), self.driver
-        if isinstance(found, BoardPlan):
-            return "" if driver is None else driver.refusal(found)
-        return found or ""
+        told = self._content.decision
+        decided = self._decide(self._content, told, wait)
+        if decided.where == BOARD and decided.in_force != told.in_force:  # the loop has not been told yet
+            return replace(decided, pending=True, in_force=told.in_force)
+        return decided
 
-    def _plan_for(self, content: BlockContent) -> BoardPlan | None:
-        """Return the board's plan for the settings, None if the computer is to render.
+    def _decide(
+        self, content: BlockContent, last: RenderingDecision, wait: bool = False
+    ) -> RenderingDecision:
+        """Decide who renders a content of the block; while that is pending as ``last``."""
+        answer, wanted = self._plan(content, wait), content.settings.where == BOARD
+        if isinstance(answer, BoardPlan):
+            refusal = self.driver.refusal(answer) if self.driver is not None else ""
+        else:
+            refusal = last.refusal if answer is None else answer
+        on_board, plan = wanted and not refusal, answer if isinstance(answer, BoardPlan) else None
+        in_force = last.in_force if answer is None else plan
+        return RenderingDecision(
+            BOARD if on_board else COMPUTER, plan, refusal, answer is None, in_force if on_board else None
+        )
 
-        While a law is being compiled the board continues with the previous one.
-        """
-        if content.settings.where != BOARD:
-            return None
-        found = self._answer(content)
-        if found is None:
-            return self._content.board
-        return found if isinstance(found, BoardPlan) else None
-
-    def _answer(self, content: BlockContent, wait: bool = False) -> BoardPlan | str | None:
-        """Return the open board's plan for the settings, or the reason in one line why there is none.
-
-        None while the background thread is working on it.
-        """
+    def _plan(self, content: BlockContent, wait: bool) -> BoardPlan | str | None:
+        """Return how the open board renders a content, or in one line why not; None: not known yet."""
         driver = self.driver
         if driver is None:
             return "No device is open." if self.device.has_board else no_board(self.device)
@@ -332,20 +319,27 @@ class Engine:
             return driver.no_planner
         if content.settings.max_force < self.device.max_force:
             return "The force limit is lowered, which only the computer keeps to."
-        request = PlanRequest(
-            content.environment,
-            content.values,
-            content.settings.estimator,
-            self.device.quantum,
-            content.settings.board_rate,
-        )
+        request = self._request(content)
         return driver.planner.plan(request) if wait else self._planning.plan(driver.planner, request)
+
+    def _request(self, content: BlockContent) -> PlanRequest:
+        scene, loop = (content.environment, dict(content.values)), content.settings
+        return PlanRequest(*scene, loop.estimator, self.device.quantum, loop.board_rate)
+
+    @property
+    def plan_request(self) -> PlanRequest:
+        """Return what the board is asked to render with the settings in force."""
+        return self._request(self._content)
 
     def _planned(self, planner: BoardPlanner) -> None:
         """Use a plan from the background thread."""
         with self._lock:
-            if self.loop.where == BOARD and self.driver is not None and self.driver.planner is planner:
+            if self.driver is None or self.driver.planner is not planner:
+                return
+            if self.loop.where == BOARD:
                 self._change()
+            else:
+                self._content.decision = self._decide(self._content, self._content.decision)
 
     def delay_of(self, where: str) -> MeasuredDelay | None:
         """Return the recently measured delay in s of one place of rendering, None if not measured yet."""

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.loop_settings import LoopSettings
@@ -11,12 +10,10 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import block
 from hapkit_studio.haptics.block import Block
+from hapkit_studio.haptics.board_plan import RenderingDecision
 from hapkit_studio.haptics.passivity import most_damping
 from hapkit_studio.protocol import law_frames
 from hapkit_studio.protocol.framing import crc16
-
-if TYPE_CHECKING:
-    from hapkit_studio.haptics.board_plan import BoardPlan
 
 FADE_SECONDS = 0.030
 MAX_SPEED = 3.0
@@ -29,8 +26,8 @@ class BlockContent:
     settings.mass and viscous: the passivity observer's assumptions. viscous and coulomb: friction of a
     simulated device, 0 for a board, which has its own. true_velocity: the law gets the paddle's true
     velocity. designed_for: sensor quantum in m that the estimator assumes, None for settings.quantum. target:
-    of the hand in m, None after release. releases: how often a simulated handle was released at rest. board:
-    the board's plan, None while the computer renders.
+    of the hand in m, None after release. releases: how often a simulated handle was released at rest.
+    decision: who renders, and the board's plan in force.
     """
 
     environment: Environment
@@ -41,7 +38,7 @@ class BlockContent:
     designed_for: float | None = None
     target: float | None = None
     releases: int = 0
-    board: "BoardPlan | None" = None
+    decision: RenderingDecision = field(default_factory=RenderingDecision)
     generation: int = 0
 
     def encode(self) -> Block:
@@ -82,7 +79,7 @@ class BlockContent:
         return content
 
     def _encode_board(self, content: Block) -> None:
-        plan = self.board
+        plan = self.decision.in_force
         if plan is None:
             return
         settings, program = content.settings, plan.program

@@ -28,7 +28,7 @@ def board_window(make_window, qtbot, monkeypatch, scripted):
 
 def answered(window, qtbot):
     """Wait until it is known, and shown, what the board says to the law in force."""
-    qtbot.waitUntil(lambda: window.studio.board_answer.known, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: not window.studio.engine.decision().pending, timeout=PATIENCE_MS)
     window.studio.board_answer.poll()
 
 

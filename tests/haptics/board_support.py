@@ -131,7 +131,7 @@ class BoardSetup:
 
     def go(self, rate=None):
         """Let the board render; return the rows until it does."""
-        assert self.engine.board_refusal(wait=True) == ""
+        assert self.engine.decision(wait=True).refusal == ""
         self.engine.set_where("board", rate)
         return self.until(lambda: self.engine.rendering == "board")
 
@@ -144,5 +144,5 @@ class BoardSetup:
 
     def compiled(self):
         """Wait until the requested law is compiled for the board."""
-        self.engine.board_refusal(wait=True)
-        wait_until(lambda: self.engine.board_plan == self.engine.possible_plan is not None)
+        self.engine.decision(wait=True)
+        wait_until(lambda: self.engine.decision().in_force == self.engine.decision().plan is not None)

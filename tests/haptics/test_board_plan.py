@@ -8,7 +8,15 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import link
-from hapkit_studio.haptics.board_plan import CLOCK, RATES, BackgroundPlanner, BoardPlanner, PlanRequest, share
+from hapkit_studio.haptics.board_plan import (
+    CLOCK,
+    RATES,
+    BackgroundPlanner,
+    BoardPlanner,
+    PlanRequest,
+    RenderingDecision,
+    share,
+)
 from hapkit_studio.haptics.settings import BlockContent
 from hapkit_studio.laws import law
 from hapkit_studio.laws.machine import ESTIMATE, FRAME, REST, REST_AT_MOST
@@ -117,7 +125,9 @@ def test_different_constants_have_the_same_code_id():
 
 def test_the_block_contains_the_data_to_send():
     way = planner().plan(request(CONSTANT))
-    _, settings, program = BlockContent(CONSTANT, CONSTANT.values(), board=way).encode()
+    _, settings, program = BlockContent(
+        CONSTANT, CONSTANT.values(), decision=RenderingDecision(in_force=way)
+    ).encode()
     data = way.program.data
     assert program.astype("<i8").tobytes()[: len(data)] == data
     assert settings.board_form[link.CHECK] == crc16(data)
@@ -137,7 +147,7 @@ def test_the_block_contains_the_data_to_send():
 )
 def test_a_device_without_a_board_gives_the_reason(stepped, kit, words):
     engine = stepped(kit)[1]
-    assert words in engine.board_refusal()
+    assert words in engine.decision().refusal
     assert engine.where == "computer"
 
 

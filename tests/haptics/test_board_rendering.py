@@ -10,6 +10,7 @@ from hapkit_studio import environments
 from hapkit_studio.dynamics.estimators import design
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, rows
+from hapkit_studio.haptics.board_plan import BackgroundPlanner
 from hapkit_studio.laws import board
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.messages import (
@@ -63,21 +64,21 @@ def test_lost_pieces_of_a_long_law_are_repeated_and_a_board_that_lost_its_law_ge
     setup.go()
     assert len(setup.told(Law)) == 2
     assert len(setup.told(Piece)) >= setup.kit.loaded.size / 32 + 3
-    assert setup.kit.loaded.data == setup.engine.board_plan.program.data
+    assert setup.kit.loaded.data == setup.engine.decision().in_force.program.data
     setup.kit.loaded, setup.kit.generation = None, 0
     setup.run(2)
     assert setup.engine.rendering == "computer"
     setup.until(lambda: setup.kit.received > 64)
     setup.kit.loaded.data.clear()
     setup.until(lambda: setup.engine.rendering == "board")
-    assert setup.kit.loaded.data == setup.engine.board_plan.program.data
+    assert setup.kit.loaded.data == setup.engine.decision().in_force.program.data
 
 
 def test_constants_beyond_one_message_are_sent_in_several(rendering):
     setup = rendering(environment="hard_surface")
     setup.go()
     setup.change_all_numbers()
-    wanted = np.array(setup.engine.board_plan.program.given, np.float32)
+    wanted = np.array(setup.engine.decision().in_force.program.given, np.float32)
     assert np.count_nonzero(wanted != setup.kit.loaded.numbers) > 6
     setup.until(lambda: np.array_equal(wanted, setup.kit.loaded.numbers))
     assert len(setup.told(Law)) == 1
@@ -86,13 +87,13 @@ def test_constants_beyond_one_message_are_sent_in_several(rendering):
 def test_more_changed_constants_than_ramps_are_sent_as_a_new_law(rendering):
     setup = rendering(environment="button", arena=345)
     setup.go(rate=2000)
-    way = setup.engine.board_plan
+    way = setup.engine.decision().in_force
     setup.change_all_numbers()
-    assert setup.engine.board_plan.code_id == way.code_id
+    assert setup.engine.decision().in_force.code_id == way.code_id
     setup.until(lambda: len(setup.told(Law)) == 2)
     setup.until(lambda: setup.engine.rendering == "board")
     assert not setup.told(Tune)
-    assert setup.kit.loaded.data == setup.engine.board_plan.program.data
+    assert setup.kit.loaded.data == setup.engine.decision().in_force.program.data
 
 
 def test_a_different_law_rate_or_filter_is_sent_as_a_whole(rendering):
@@ -109,18 +110,18 @@ def test_a_different_law_rate_or_filter_is_sent_as_a_whole(rendering):
         setup.compiled()
         setup.until(lambda laws=laws: len(setup.told(Law)) == laws + 1)
         setup.until(lambda: setup.engine.rendering == "board")
-        assert setup.kit.loaded.law.period == setup.engine.board_plan.period
-        assert setup.kit.loaded.data == setup.engine.board_plan.program.data
+        assert setup.kit.loaded.law.period == setup.engine.decision().in_force.period
+        assert setup.kit.loaded.data == setup.engine.decision().in_force.program.data
     generations = [law.generation for law in setup.told(Law)]
     assert len(set(generations)) == len(generations)
 
 
 def test_the_computer_renders_what_the_board_refuses_with_the_reason(rendering):
     setup = rendering(refuses=Refusal.JUMP)
-    setup.engine.board_refusal(wait=True)
+    setup.engine.decision(wait=True)
     setup.engine.set_where("board")
-    setup.until(lambda: setup.engine.board_refusal() != "")
-    assert setup.engine.board_refusal() == "The board refuses this law (jump). The computer renders."
+    setup.until(lambda: setup.engine.decision().refusal != "")
+    assert setup.engine.decision().refusal == "The board refuses this law (jump). The computer renders."
     assert (setup.engine.where, setup.engine.loop.where) == ("computer", "board")
     setup.run(150)
     assert setup.engine.rendering == "computer"
@@ -131,6 +132,29 @@ def test_the_computer_renders_what_the_board_refuses_with_the_reason(rendering):
     setup.engine.set_environment("damping")
     setup.compiled()
     setup.until(lambda: setup.engine.rendering == "board")
+
+
+def test_a_decision_that_is_pending_keeps_the_last_refusal_and_the_plan_in_force(rendering, monkeypatch):
+    setup = rendering(arena=150)
+    setup.go()
+    in_force = setup.engine.decision().in_force
+    monkeypatch.setattr(BackgroundPlanner, "plan", lambda self, planner, request: planner.known(request))
+    setup.engine.set_environment("cat")
+    decision = setup.engine.decision()
+    assert (decision.where, decision.pending, decision.plan, decision.refusal) == ("board", True, None, "")
+    assert decision.in_force is in_force
+    refused = setup.engine.decision(wait=True)
+    assert (refused.where, refused.pending, refused.in_force) == ("computer", False, None)
+    setup.engine.set_loop(delay=0.001)  # publishes it
+    setup.engine.set_environment("damping")
+    decision = setup.engine.decision()
+    assert (decision.where, decision.pending, decision.refusal) == ("computer", True, refused.refusal)
+    setup.engine.decision(wait=True)
+    assert setup.engine.decision().pending  # until the loop is told
+    setup.engine.set_loop(delay=0.0)
+    decision = setup.engine.decision()
+    assert (decision.where, decision.pending) == ("board", False)
+    assert decision.in_force is decision.plan is not None
 
 
 def test_the_computer_resumes_with_a_fade(rendering):
@@ -190,7 +214,7 @@ def test_the_computer_renders_what_the_board_cannot(rendering):
     setup.go()
     setup.engine.set_environment("cat")
     words = r"Cat needs \d+ bytes, the board has 150"
-    assert re.match(words, setup.engine.board_refusal(wait=True))
+    assert re.match(words, setup.engine.decision(wait=True).refusal)
     setup.until(lambda: setup.engine.rendering == "computer")
     assert (setup.engine.where, setup.engine.loop.where) == ("computer", "board")
     with pytest.raises(ParameterError, match=words):
@@ -234,7 +258,7 @@ def test_changes_of_the_law_in_force_are_sent_as_constants(rendering):
         (law.generation, 1, -120.0),
         (law.generation, 1, -130.0),
     ]
-    assert setup.kit.loaded.numbers.tolist() == list(setup.engine.board_plan.program.given)
+    assert setup.kit.loaded.numbers.tolist() == list(setup.engine.decision().in_force.program.given)
     assert (len(setup.told(Law)), len(setup.told(Force))) == (1, forces)
     setup.engine.close()
     assert setup.told(Leave, Force)[-1] == Force(0, 0, 0.0)
@@ -364,13 +388,15 @@ def test_a_users_law_renders_on_the_board_with_the_boards_estimators_and_rates(r
     setup = rendering()
     setup.engine.set_loop(estimator="butterworth")
     setup.go()
-    assert setup.engine.board_plan.estimator == 2
+    assert setup.engine.decision().in_force.estimator == 2
     setup.engine.set_environment(CONSTANT)
     setup.compiled()
-    setup.until(lambda: setup.kit.renders and setup.kit.loaded.data == setup.engine.board_plan.program.data)
+    setup.until(
+        lambda: setup.kit.renders and setup.kit.loaded.data == setup.engine.decision().in_force.program.data
+    )
     setup.until(lambda: setup.engine.rendering == "board")
     with pytest.raises(ParameterError, match="500 to 4,000 Hz in steps of 100 Hz"):
         setup.engine.set_where("board", 300.0)
     setup.engine.limit_force(1.0)
     assert setup.engine.where == "computer"
-    assert "force limit" in setup.engine.board_refusal()
+    assert "force limit" in setup.engine.decision().refusal

@@ -230,7 +230,7 @@ def test_a_slow_link_does_not_affect_rendering_on_the_board(rendering):
     setup = rendering(values={"stiffness": 100.0})
     setup.run(5)
     setup.engine.arrays.control.fault[0] = arrays.SLOW_LINK
-    assert setup.engine.board_refusal(wait=True) == ""
+    assert setup.engine.decision(wait=True).refusal == ""
     setup.engine.set_where("board")
     setup.until(lambda: setup.engine.rendering == "board")
     assert setup.engine.fault is None

@@ -44,8 +44,9 @@ def rendering_rate(engine: Engine, where: str) -> float | None:
     """Return the rate in Hz of one way of rendering, None where the board cannot."""
     if where == COMPUTER or not engine.device.has_board:
         return engine.loop.rate
-    way = engine.board_plan or engine.possible_plan
-    return None if way is None else float(way.rate)
+    decision = engine.decision()
+    plan = decision.in_force or decision.plan
+    return None if plan is None else float(plan.rate)
 
 
 def rendering_limit(engine: Engine, where: str) -> float | None:

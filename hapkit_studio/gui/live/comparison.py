@@ -86,7 +86,7 @@ class RenderingComparison(QObject):
             self.cancel("")
             return
         engine = self._studio.engine
-        if engine is None or not self._studio.hand_is_ours or engine.board_refusal():
+        if engine is None or not self._studio.hand_is_ours or engine.decision().refusal:
             return
         if self._studio.stopped or engine.fault is not None:
             self._switch.show_message(_STOPPED)

@@ -72,7 +72,7 @@ class LoopFacts(QObject):
         engine, loop = self._studio.engine, self._studio.loop
         if engine is None or self.delay is None:
             return None
-        device, board = engine.device, engine.board_plan
+        device, board = engine.device, engine.decision().in_force
         modelled = engine.modelled or device  # a scene may be simulated without some terms
         return replace(
             loop,

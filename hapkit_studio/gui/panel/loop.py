@@ -169,7 +169,8 @@ class LoopPanel(QWidget):
 
     def _plan(self) -> "BoardPlan | None":
         """Return how the board renders, None where it does not."""
-        return self._studio.engine.board_plan if self._studio.engine is not None else None
+        engine = self._studio.engine
+        return engine.decision().in_force if engine is not None else None
 
     def _rate(self) -> float:
         """Return the rate in Hz as it is shown; a board's to whole hertz."""

@@ -20,7 +20,6 @@ from hapkit_studio.gui.widgets.theme import number
 if TYPE_CHECKING:
     from hapkit_studio.analysis.board_alternative import Alternative, AlternativeResult, RefusedRequest
     from hapkit_studio.devices.delays import MeasuredDelay
-    from hapkit_studio.haptics.board_plan import PlanRequest
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
 
@@ -81,7 +80,7 @@ def renderers(studio: "Studio") -> list[RendererFacts]:
 
     engine = studio.engine
     assert engine is not None
-    device, plan, spec = engine.device, engine.possible_plan, studio.loop.estimator
+    device, plan, spec = engine.device, engine.decision().plan, studio.loop.estimator
     board_rate, share = (float(plan.rate), plan.share) if plan else (None, None)
     found = []
     for where, rate, own_spec, processor in (
@@ -99,18 +98,6 @@ def renderers(studio: "Studio") -> list[RendererFacts]:
                 setting = setting if setting.linear else None
         found.append(RendererFacts(delay, rate, engine.missed_of(where), setting, processor))
     return found
-
-
-def plan_request(studio: "Studio") -> "PlanRequest":
-    """Return what the board is asked for, in the words of its offer."""
-    from hapkit_studio.haptics import board_plan
-
-    engine = studio.engine
-    assert engine is not None
-    quantum, rate = engine.device.quantum, studio.loop.board_rate
-    return board_plan.PlanRequest(
-        engine.environment, dict(engine.values), engine.loop.estimator, quantum, rate
-    )
 
 
 class Facts(QWidget):
@@ -169,8 +156,9 @@ class RenderingSwitch(QWidget):
         self._finder.answered.connect(self._take_cheaper)
         self._renderers: list[RendererFacts] | None = None
         self._limits: list[float | None] = [None, None]
-        self._cheaper: Alternative | None = None
-        self._message = self._refusal = ""
+        self._cheaper: dict[str, Alternative] = {}
+        """By the refusal that it answers."""
+        self._message = ""
         self._folded = False
         name = label("Rendered by", wrap=False)
         self.switch = Segmented("Rendered by", NAMES)
@@ -224,12 +212,11 @@ class RenderingSwitch(QWidget):
         board = engine is not None and engine.device.has_board
         self.setVisible(board)
         if engine is None or not board:
-            self._refusal, self._cheaper, self._renderers = "", None, None
+            self._renderers = None
             return
-        if self._studio.board_answer.known and engine.board_refusal() != self._refusal:
-            self._refusal, self._cheaper = engine.board_refusal(), None
-        refusal, cheaper = self._refusal, self._cheaper
-        self.switch.show_index(0 if refusal else RENDERERS.index(engine.where))
+        decision = engine.decision()
+        refusal, cheaper = decision.refusal, self._cheaper.get(decision.refusal)
+        self.switch.show_index(RENDERERS.index(decision.where))
         self.switch.button(1).setEnabled(not refusal)
         rate = self._studio.loop.board_rate
         self.rate.show_value(0 if rate is None else BOARD_RATE.options.index(f"{rate:.0f}"))
@@ -249,11 +236,11 @@ class RenderingSwitch(QWidget):
         """Return what of the loop the board does not do, and what it takes where no table says so."""
         from hapkit_studio.haptics import board_plan
 
-        loop, parts = self._studio.loop, []
-        if engine.where != BOARD:
+        loop, parts, decision = self._studio.loop, [], engine.decision()
+        if decision.where != BOARD:
             return ""
-        if self._folded and engine.possible_plan is not None:
-            parts.append(f"{100.0 * engine.possible_plan.share:.0f} % of the board's processor.")
+        if self._folded and decision.plan is not None:
+            parts.append(f"{100.0 * decision.plan.share:.0f} % of the board's processor.")
         if board_plan.spec_on_board(loop.estimator) != loop.estimator:
             parts.append("The board has no such velocity filter and uses Kalman.")
         if loop.delay > 0.0:
@@ -264,9 +251,9 @@ class RenderingSwitch(QWidget):
 
     def _refresh_facts(self) -> None:
         engine = self._studio.engine
-        if engine is None or self.isHidden() or not engine.renders_on_boards:
+        if engine is None or self.isHidden() or engine.driver is None or engine.driver.planner is None:
             return
-        if self._renderers is not None and not self._studio.board_answer.known:
+        if self._renderers is not None and engine.decision().pending:
             return
         self._renderers = renderers(self._studio)
         impedance = self._studio.environment.impedance
@@ -290,16 +277,17 @@ class RenderingSwitch(QWidget):
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
         """Have something looked for that the board can render, where this law is too much for it."""
-        offer = engine.driver.planner if engine.driver is not None else None
-        if not self._refusal or offer is None:
+        decision, offer = engine.decision(), engine.driver.planner if engine.driver is not None else None
+        if not decision.refusal or offer is None:
             self._finder.forget()
-        elif self._studio.board_answer.known and isinstance(offer.known(plan_request(self._studio)), str):
+        elif not decision.pending and isinstance(offer.known(engine.plan_request), str):
             from hapkit_studio.analysis.board_alternative import RefusedRequest
 
-            self._finder.ask(RefusedRequest(offer, plan_request(self._studio)))
+            self._finder.ask(RefusedRequest(offer, engine.plan_request))
 
     def _take_cheaper(self, answer: "AlternativeResult") -> None:
-        self._cheaper = answer.found
+        refusal = answer.question.planner.known(answer.question.request)
+        self._cheaper = {refusal: answer.found} if isinstance(refusal, str) and answer.found else {}
         self.show_state()
 
     def _clear_message(self) -> None:
@@ -316,8 +304,10 @@ class RenderingSwitch(QWidget):
         self._set(board_rate=float(BOARD_RATE.options[int(index)]) if index else None)
 
     def _use_cheaper(self) -> None:
-        if self._cheaper is not None:
-            self._studio.set_value(self._cheaper.choice.key, float(self._cheaper.option))
+        engine = self._studio.engine
+        cheaper = None if engine is None else self._cheaper.get(engine.decision().refusal)
+        if cheaper is not None:
+            self._studio.set_value(cheaper.choice.key, float(cheaper.option))
 
     def _set(self, **change: object) -> None:
         try:

@@ -186,7 +186,7 @@ class LiveDisplay(QObject):
         engine = self._studio.engine
         if engine is None or not engine.device.own_clock:
             return None, False
-        plan = engine.board_plan if engine.rendering == engine.where else None
+        plan = engine.decision().in_force if engine.rendering == engine.where else None
         return (engine.loop.rate, False) if plan is None else (float(plan.rate), True)
 
     def show_health(self, health: "Health") -> None:

@@ -139,7 +139,8 @@ class Notices(QObject):
     def _board_button(self) -> tuple[Button, ...]:
         """Return a button that moves a slow link's law to the board, if that is possible."""
         engine = self._studio.engine
-        if engine is None or engine.where == "board" or not engine.possible_plan or engine.board_refusal():
+        decision = None if engine is None else engine.decision()
+        if decision is None or decision.where == "board" or not decision.plan or decision.refusal:
             return ()
         return (("Render on the board", self._render_on_board),)
 

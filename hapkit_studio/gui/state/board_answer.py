@@ -29,20 +29,12 @@ class BoardAnswer(QObject):
         engine = self._device.engine
         if engine is None or not engine.device.has_board:
             return
-        if not self.known:
+        decision = engine.decision()
+        if decision.pending:
             self._timer.start()
             return
-        plan = engine.possible_plan
-        answer = (engine.where, plan and (plan.rate, plan.share), engine.board_refusal())
+        plan = decision.plan
+        answer = (decision.where, plan and (plan.rate, plan.share), decision.refusal)
         if answer != self._answer:
             self._answer = answer
             self.changed.emit()
-
-    @property
-    def known(self) -> bool:
-        """Return whether the board's plan or its refusal is known for the present loop."""
-        engine = self._device.engine
-        if engine is None or engine.board_refusal():
-            return engine is not None
-        plan = engine.possible_plan
-        return plan is not None and (engine.where != "board" or engine.board_plan == plan)

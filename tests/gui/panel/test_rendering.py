@@ -23,7 +23,7 @@ def column(window, index):
 
 def test_the_simulated_hapkit_has_no_switch(kept_window):
     assert kept_window.loop.where.isHidden()
-    assert "no board" in kept_window.studio.engine.board_refusal()
+    assert "no board" in kept_window.studio.engine.decision().refusal
 
 
 def test_a_board_has_one_and_the_engine_follows_it(board_window):
@@ -32,7 +32,7 @@ def test_a_board_has_one_and_the_engine_follows_it(board_window):
     assert engine.where == "computer"
     switch.switch.button(1).click()
     assert engine.where == board_window.studio.loop.where == "board"
-    assert engine.board_plan.rate == rendering.renderers(board_window.studio)[1].rate
+    assert engine.decision().in_force.rate == rendering.renderers(board_window.studio)[1].rate
     switch.switch.button(0).click()
     assert engine.where == "computer"
 
@@ -42,7 +42,7 @@ def test_the_boards_rate_is_chosen_beside_it(board_window, qtbot):
     studio.set_loop(where="board")
     switch.rate.changed.emit("board_rate", 8.0)
     answered(board_window, qtbot)
-    assert studio.engine.board_plan.rate == 500
+    assert studio.engine.decision().in_force.rate == 500
     assert column(board_window, 1)[1] == "500"
     assert board_window.loop.summary().startswith("Board 500 Hz")
 
@@ -59,12 +59,12 @@ def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, q
         studio.choose(key)
         studio.set_values(values)
         answered(board_window, qtbot)
-        rates.append(studio.engine.board_plan.rate)
+        rates.append(studio.engine.decision().in_force.rate)
         rate = f"{rates[-1]:,.0f}"
         assert loop.fold.accessibleName() == f"Loop: Board {rate} Hz · Kalman"
         assert loop.rate.box.text() == rate
         assert column(board_window, 1)[1] == rate
-        share = round(100.0 * studio.engine.board_plan.share)
+        share = round(100.0 * studio.engine.decision().in_force.share)
         assert 40 <= share <= 80
         assert column(board_window, 1)[4] == f"{share}"
         assert column(board_window, 0)[4] == rendering.UNKNOWN
@@ -156,7 +156,7 @@ def test_table_and_card_say_one_delay(board_window, qtbot, where):
         assert 1e-3 * float(said) == pytest.approx(delay, abs=8e-6 if delay < 0.5e-3 else 16e-6)
         qtbot.waitUntil(lambda said=said: f"Delay: {said} ms" in card.words.text(), timeout=PATIENCE_MS)
     engine = studio.engine
-    rate = 1000.0 if where == "computer" else engine.board_plan.rate
+    rate = 1000.0 if where == "computer" else engine.decision().in_force.rate
     assert (card.facts.setting().rate, card.facts.setting().delay) == (
         rate,
         pytest.approx(0.966e-3, abs=16e-6),

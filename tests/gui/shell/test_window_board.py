@@ -69,7 +69,7 @@ def handed_over(window):
     """Tell whether the board renders the law in force with the values in force."""
     clear_lateness(window.studio)
     engine = window.studio.engine
-    state, offered = engine.driver.conn.state, engine.possible_plan
+    state, offered = engine.driver.conn.state, engine.decision().plan
     told = offered is not None and (state.code_id, state.program_id) == (
         offered.code_id,
         offered.program_id,
@@ -107,7 +107,7 @@ def test_the_board_renders_what_is_chosen_within_a_second_and_follows_a_slider(b
 
 def compile_seconds(studio):
     """Return how long the law in force takes to be compiled for the board on this computer, once."""
-    rate = studio.engine.possible_plan.rate
+    rate = studio.engine.decision().plan.rate
     start = time.perf_counter()
     compile_for_board(studio.environment.force, studio.values, 1.0 / rate)
     return time.perf_counter() - start
