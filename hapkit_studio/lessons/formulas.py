@@ -1,13 +1,21 @@
 """Render a lesson's formulas with matplotlib's mathtext."""
 
+import html
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
+from hapkit_studio.formatting import printable
 from hapkit_studio.lessons.lesson import Formula, Hint, Lesson, LessonError, Text
+from hapkit_studio.lessons.parse import markdown
 
 INLINE = "$"
 """Start and end of a code span that contains a formula: `$K d$`."""
+
+
+_SIZE = 12.0  # points; only determines the resolution of the outline
 
 
 def is_formula(token: Any) -> bool:
@@ -16,31 +24,70 @@ def is_formula(token: Any) -> bool:
     return token.type == "code_inline" and len(text) > 2 and text[0] == text[-1] == INLINE
 
 
-def svg(tex: str, size: float = 12.0, color: str = "currentColor") -> str:
+@dataclass(frozen=True)
+class Drawn:
+    """A formula as an SVG element; width, height and depth below the baseline in em."""
+
+    svg: str
+    wide: float
+    high: float
+    below: float
+
+
+def svg(tex: str) -> str:
     """Return a formula as an SVG element, aligned with the baseline and size of the surrounding text.
 
-    size in points only determines the resolution of the outline. Raise ValueError for TeX unknown to
-    mathtext.
+    Raise ValueError for TeX unknown to mathtext.
     """
+    return drawn(tex).svg
+
+
+@lru_cache(maxsize=512)
+def drawn(tex: str, color: str = "currentColor") -> Drawn:
+    """Render a formula in a colour; raise ValueError for TeX unknown to mathtext."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.path import Path
     from matplotlib.textpath import TextPath
 
-    font = FontProperties(size=size, math_fontfamily="dejavusans")
+    font = FontProperties(size=_SIZE, math_fontfamily="dejavusans")
     path = TextPath((0.0, 0.0), f"${tex}$", prop=font)
     box = path.get_extents()
-    pad = 0.08 * size
+    pad = 0.08 * _SIZE
     left, bottom = box.x0 - pad, box.y0 - pad
     wide, high = box.width + 2.0 * pad, box.height + 2.0 * pad
-    drawn = io.StringIO()
+    outline = io.StringIO()
     letters = {Path.MOVETO: "M", Path.LINETO: "L", Path.CURVE3: "Q", Path.CURVE4: "C", Path.CLOSEPOLY: "Z"}
     for points, code in path.iter_segments():
         places = " ".join(f"{value:.2f}" for value in points) if code != Path.CLOSEPOLY else ""
-        drawn.write(f"{letters[code]}{places}")
+        outline.write(f"{letters[code]}{places}")
     view = f"{left:.2f} {-bottom - high:.2f} {wide:.2f} {high:.2f}"
-    style = f"width:{wide / size:.3f}em;height:{high / size:.3f}em;vertical-align:{bottom / size:.3f}em"
-    outline = f'<path transform="scale(1,-1)" fill="{color}" d="{drawn.getvalue()}"/>'
-    return f'<svg class="formula" viewBox="{view}" style="{style}" role="img">{outline}</svg>'
+    wide, high, below = wide / _SIZE, high / _SIZE, -bottom / _SIZE
+    style = f"width:{wide:.3f}em;height:{high:.3f}em;vertical-align:{-below:.3f}em"
+    filled = f'<path transform="scale(1,-1)" fill="{color}" d="{outline.getvalue()}"/>'
+    element = f'<svg class="formula" viewBox="{view}" style="{style}" role="img">{filled}</svg>'
+    return Drawn(element, wide, high, below)
+
+
+def rich_text(tokens: Sequence[Any], draw: Callable[[str], str] = svg) -> str:
+    """Return Markdown's tokens as HTML, all text escaped; draw: returns HTML for a formula's TeX."""
+
+    def code(renderer: Any, tokens: Sequence[Any], at: int, options: Any, env: Any) -> str:
+        token = tokens[at]
+        if not is_formula(token):
+            return f"<code>{html.escape(printable(token.content))}</code>"
+        return formula(token.content[1:-1], draw)
+
+    parser = markdown()
+    parser.add_render_rule("code_inline", code)
+    return parser.renderer.render(list(tokens), parser.options, {})
+
+
+def formula(tex: str, draw: Callable[[str], str] = svg) -> str:
+    """Return a formula's HTML, or its source if it is invalid."""
+    try:
+        return draw(tex)
+    except ValueError:
+        return f"<code>{html.escape(printable(tex))}</code>"
 
 
 def check_formulas(lesson: Lesson) -> None:

@@ -13,12 +13,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hapkit_studio.errors import FileError
 from hapkit_studio.files import checked_list, checked_number, checked_text
 from hapkit_studio.formatting import plain
 from hapkit_studio.haptics import rows
 from hapkit_studio.lessons import experiments
-from hapkit_studio.lessons.evaluate import Result, evaluate, evaluate_interval
+from hapkit_studio.lessons.evaluate import WAITING, Result, evaluate, evaluate_interval
 from hapkit_studio.lessons.experiments import Experiments
 from hapkit_studio.lessons.lesson import Check, Lesson, Question, Step
 from hapkit_studio.lessons.play import DEVICE, Played
@@ -26,6 +28,7 @@ from hapkit_studio.lessons.samples import Samples
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionError, SessionWriter
 from hapkit_studio.sessions.session import Session, add_events
+from hapkit_studio.settings_log import Settings
 from hapkit_studio.version import __version__
 
 LESSON, STEP, ANSWER = "lesson", "step", "answer"
@@ -35,6 +38,7 @@ _MOST_LINES, _NAME, _SENTENCE = 1_000, 200, 2_000
 _MOST_ANSWERS = 1_000  # answers in a file
 _LONGEST = 31 * 86_400.0  # s
 _CHUNK = 1000  # samples
+_PAUSE, _BEFORE = 0.5, 0.001  # s between two parts; from the settings event to the first sample
 _STATES = ("correct", "wrong", "waiting", "review")
 
 
@@ -71,11 +75,13 @@ def hand_in(
     student: str,
     answers: Mapping[str, str],
     intervals: Mapping[str, tuple[float, float]] | None = None,
+    step: int = 0,
 ) -> list[tuple[Check | Question, Result]]:
     """Add the answers to a complete session, and return the result of every check and question.
 
     answers: text entered, by the question's key. intervals: start and stop in s after the session's start, by
-    the key of each check that passed; other checks are evaluated on the step's samples. Raise SessionError.
+    the key of each evaluated check; other checks are evaluated on the step's samples. step: index of the open
+    step. Raise SessionError.
     """
     found: list[tuple[Check | Question, Result]] = []
 
@@ -83,7 +89,7 @@ def hand_in(
         when = float(session.stops[-1])
         who = checked_text(" ".join(student.split()), "The student's name", _NAME)
         about = {"key": lesson.key, "title": lesson.title, "stamp": lesson.stamp}
-        yield Event(when, LESSON, {**about, "student": who, "studio": __version__})
+        yield Event(when, LESSON, {**about, "student": who, "step": step, "studio": __version__})
         samples = Samples.of_session(session)
         ranges = _step_ranges(session, samples)
         for number, _, task in lesson.tasks():
@@ -92,7 +98,8 @@ def hand_in(
                 result = Result(*task.judge(given))
                 said: dict[str, Any] = {"given": given[:MOST_TEXT].splitlines()[:_MOST_LINES]}
             else:
-                result = _evaluated(task, samples, ranges.get(number), (intervals or {}).get(task.key))
+                own = ranges.get(number, []) if ranges else None
+                result = _evaluated(task, samples, own, (intervals or {}).get(task.key))
                 said = {}
             found.append((task, result))
             yield Event(when, ANSWER, {"key": task.key, **said, **plain(result)})
@@ -116,6 +123,8 @@ def _evaluated(
         return evaluate_interval(check, samples.between(*interval))
     if ranges is None:
         return evaluate(check, samples)
+    if not ranges:
+        return Result(WAITING, "Nothing was recorded in this step.")
     found = [evaluate(check, samples.between(start, stop)) for start, stop in reversed(ranges)]
     return next((result for result in found if result.correct), found[0])
 
@@ -140,20 +149,56 @@ def save_played(
     path: str | Path, lesson: Lesson, played: Sequence[tuple[Step, Played]], student: str
 ) -> list[tuple[Check | Question, Result]]:
     """Save a scripted student's runs as a new session, and hand it in; raise SessionError."""
-    answers: dict[str, str] = {}
-    with SessionWriter.whole(path) as writer:
-        writer.note(Event(0.0, ABOUT, {"device": "Simulated Hapkit", "quantum_m": DEVICE.quantum}))
-        for number, (_, one) in enumerate(played, 1):
-            answers |= one.answers
-            for at, (table, settings) in enumerate(zip(one.tables, one.settings, strict=True)):
-                begin = float(table[0, rows.HOST_TIME])
-                if at == 0:
-                    writer.note(step_event(begin, number))
-                writer.note(Event(begin, SETTINGS, dict(settings)))
-                states = len(settings["state_names"])
-                for first in range(0, len(table), _CHUNK):
-                    writer.add(pack(table[first : first + _CHUNK], DEVICE.quantum, states))
+    answers = {key: given for _, one in played for key, given in one.answers.items()}
+    about = {"device": "Simulated Hapkit", "quantum_m": DEVICE.quantum}
+    write_parts(
+        path,
+        [
+            Part(number, table, about, settings)
+            for number, (_, one) in enumerate(played, 1)
+            for table, settings in zip(one.tables, one.settings, strict=True)
+        ],
+    )
     return hand_in(path, lesson, student, answers)
+
+
+@dataclass(frozen=True)
+class Part:
+    """Consecutive telemetry rows (n, ROW_WIDTH), n > 0, the number of their step, device and settings."""
+
+    step: int
+    table: np.ndarray
+    about: Settings
+    settings: Settings
+
+
+def write_parts(path: str | Path, parts: Sequence[Part]) -> list[tuple[float, float]]:
+    """Write parts one after another into a new session; return start and stop of each in s after its start.
+
+    Each part's clocks are shifted so that it starts _PAUSE after the part before. Raise SessionError.
+    """
+    found: list[tuple[float, float]] = []
+    begin, step = 0.0, 0
+    about: Settings = {}
+    with SessionWriter.whole(path) as writer:
+        for part in parts:
+            table = part.table.copy()
+            for clock in (rows.HOST_TIME, rows.BOARD_TIME):
+                table[:, clock] += begin - table[0, clock]
+            noted = begin - _BEFORE
+            if part.about != about:
+                writer.note(Event(noted, ABOUT, dict(part.about)))
+            if part.step != step:
+                writer.note(step_event(noted, part.step))
+            writer.note(Event(noted, SETTINGS, dict(part.settings)))
+            step, about = part.step, part.about
+            states = len(part.settings["state_names"])
+            for first in range(0, len(table), _CHUNK):
+                writer.add(pack(table[first : first + _CHUNK], part.about["quantum_m"], states))
+            end = float(table[-1, rows.HOST_TIME])
+            found.append((begin - _BEFORE, end + _BEFORE))
+            begin = end + _PAUSE
+    return found
 
 
 # --- read a handed-in file

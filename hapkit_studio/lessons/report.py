@@ -4,7 +4,7 @@ import html
 import math
 import re
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,12 +17,11 @@ from hapkit_studio.charts.experiments import (
 )
 from hapkit_studio.charts.run import run_figure
 from hapkit_studio.formatting import printable, with_unit
-from hapkit_studio.lessons.formulas import is_formula, svg
+from hapkit_studio.lessons.formulas import formula, rich_text
 from hapkit_studio.lessons.grade import MISSING, graded
 from hapkit_studio.lessons.hand_in import HandedIn
 from hapkit_studio.lessons.lesson import Check, Formula, Lesson, Plot, Question, Step, Text
 from hapkit_studio.lessons.page import page
-from hapkit_studio.lessons.parse import markdown
 from hapkit_studio.lessons.review import Review, Reviews, Row, hidden_names
 from hapkit_studio.lessons.samples import Samples
 
@@ -141,7 +140,7 @@ def _step(step: Step, handed: HandedIn, missing: list[str]) -> Iterator[str]:
         if isinstance(block, Text):
             yield rich_text(block.tokens)
         elif isinstance(block, Formula):
-            yield f'<div class="math">{_formula(block.tex)}</div>'
+            yield f'<div class="math">{formula(block.tex)}</div>'
         elif isinstance(block, Check | Question):
             value, state, reason = graded(block, handed)
             title = block.title if isinstance(block, Check) else block.text
@@ -192,26 +191,6 @@ def inline_svg(text: str) -> str:
     if "<metadata>" in text:
         text = text[: text.index("<metadata>")] + text[text.index("</metadata>") + len("</metadata>") :]
     return _SIZE.sub("", text, count=2).replace("<svg", '<svg role="img"', 1)
-
-
-def rich_text(tokens: Sequence[Any]) -> str:
-    """Return Markdown's tokens as HTML, with formulas as SVG."""
-    renderer = markdown()
-    renderer.add_render_rule("code_inline", _code)
-    return renderer.renderer.render(list(tokens), renderer.options, {})
-
-
-def _code(renderer: Any, tokens: Sequence[Any], at: int, options: Any, env: Any) -> str:
-    token = tokens[at]
-    return _formula(token.content[1:-1]) if is_formula(token) else f"<code>{_text(token.content)}</code>"
-
-
-def _formula(tex: str) -> str:
-    """Return a formula as SVG, or its source if it is invalid."""
-    try:
-        return svg(tex)
-    except ValueError:
-        return f"<code>{_text(tex)}</code>"
 
 
 def _text(value: object) -> str:

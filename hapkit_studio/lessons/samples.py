@@ -52,10 +52,10 @@ class Samples:
         cls, table: np.ndarray, log: Log, known: Mapping[str, Environment] | None = None
     ) -> "Samples":
         """Return the samples of telemetry rows (n, ROW_WIDTH); the log's times count from the first row."""
-        time = table[:, rows.HOST_TIME]
         signals: dict[str, Any] = {name: table[:, COLUMN[name]] for name in _SIGNALS}
+        time, log = _device_clock(table[:, rows.HOST_TIME], table[:, rows.BOARD_TIME], log)
         return cls(
-            time=time - time[:1].sum(),
+            time=time,
             **signals,
             flags=table[:, rows.FLAGS].astype(int),
             state=table[:, rows.STATE :],
@@ -69,13 +69,10 @@ class Samples:
         found = session.read(["time", "board_time", *_SIGNALS, "flags", "state"])
         time, board = found["time"], found["board_time"]
         log = settings_of.log(session.events, float(time[0]), float(time[-1]))
-        if (np.diff(board) > 0.0).all():  # preferred, because the device's own clock has no jitter
-            changed = np.interp([time[0] + when for when, _ in log], time, board - board[0]).tolist()
-            log = [(when, settings) for when, (_, settings) in zip(changed, log, strict=True)]
-            time = board
+        time, log = _device_clock(time, board, log)
         signals: dict[str, Any] = {name: found[name] for name in _SIGNALS}
         return cls(
-            time=time - time[0],
+            time=time,
             **signals,
             flags=found["flags"].astype(int),
             state=found["state"],
@@ -191,6 +188,17 @@ class Samples:
         settings = [[round(when - self.time[0], 6), _as_json(said)] for when, said in self.log]
         total.update(json.dumps(settings, sort_keys=True, default=str).encode())
         return total.hexdigest()
+
+
+def _device_clock(time: np.ndarray, board: np.ndarray, log: Log) -> tuple[np.ndarray, Log]:
+    """Return times in s after the first sample, and the log on the same clock.
+
+    The device's own clock is preferred, because it has no jitter, unless it ever stops or goes back.
+    """
+    if len(time) < 2 or not (np.diff(board) > 0.0).all():
+        return time - time[:1].sum(), log
+    changed = np.interp([time[0] + when for when, _ in log], time, board - board[0]).tolist()
+    return board - board[0], [(when, settings) for when, (_, settings) in zip(changed, log, strict=True)]
 
 
 def _as_json(settings: Settings) -> Any:

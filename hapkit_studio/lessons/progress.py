@@ -1,0 +1,188 @@
+"""A student's progress in a lesson: answers, results, and the samples that the checks were evaluated on."""
+
+import math
+import os
+from collections.abc import Iterable, Mapping
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.signals import COLUMN
+from hapkit_studio.lessons import hand_in
+from hapkit_studio.lessons.evaluate import CORRECT, WAITING, Result, evaluate, evaluate_interval
+from hapkit_studio.lessons.hand_in import LESSON, Part
+from hapkit_studio.lessons.lesson import Check, Lesson, Question
+from hapkit_studio.lessons.recent import Rows
+from hapkit_studio.lessons.samples import Samples
+from hapkit_studio.sessions.file import ABOUT, SETTINGS, SUFFIX, SessionError
+from hapkit_studio.sessions.session import Session
+from hapkit_studio.workshop.folder import VARIABLE
+
+NOT_STARTED = Result(WAITING, "Nothing is recorded yet.")
+_MARGIN = 1e-6  # s, the step of times in a file
+_SAMPLE_SECONDS = 1.0  # of a file without an evaluated interval
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """A check's result, and the rows of its interval with device and settings; without rows: no interval.
+
+    start, stop: from and to in s of the rows' clock, NaN without an interval.
+    """
+
+    result: Result
+    part: Part | None = None
+    start: float = math.nan
+    stop: float = math.nan
+
+
+def evaluate_rows(
+    checks: Iterable[tuple[int, Check]], found: Rows, known: Mapping[str, Environment]
+) -> dict[str, Evaluated]:
+    """Evaluate checks, each with its step's number, the first 1, on the newest rows; known: environments."""
+    table = found.table
+    if len(table) < 2:
+        return {check.key: Evaluated(NOT_STARTED) for _, check in checks}
+    begin = float(table[0, rows.HOST_TIME])
+    log = [(max(when - begin, 0.0), {**about, **settings}) for when, about, settings in found.log]
+    samples = Samples.of_rows(table, [(0.0, log[0][1]), *log[1:]], known)
+    return {check.key: _evaluated(check, step, samples, table, found) for step, check in checks}
+
+
+def _evaluated(check: Check, step: int, samples: Samples, table: np.ndarray, found: Rows) -> Evaluated:
+    result = evaluate(check, samples)
+    if not math.isfinite(result.start):
+        return Evaluated(result)
+    first, last = np.searchsorted(samples.time, [result.start, result.stop])
+    inside = table[first : last + 1]
+    start, stop = (float(inside[at, rows.HOST_TIME]) for at in (0, -1))
+    _, about, settings = next((one for one in reversed(found.log) if one[0] <= start), found.log[0])
+    return Evaluated(result, Part(step, inside.copy(), about, settings), start, stop)
+
+
+@dataclass
+class Progress:
+    """Which step is open, the first 0; what was entered, by question; the evaluated checks, by key."""
+
+    lesson: Lesson
+    step: int = 0
+    answers: dict[str, str] = field(default_factory=dict)
+    evaluated: dict[str, Evaluated] = field(default_factory=dict)
+
+    def result(self, task: Check | Question) -> Result:
+        """Return how a check or question stands."""
+        if isinstance(task, Question):
+            return Result(*task.judge(self.answers.get(task.key, "")))
+        return self.evaluated.get(task.key, Evaluated(NOT_STARTED)).result
+
+    def note(self, key: str, found: Evaluated) -> bool:
+        """Take a check's newest result over, unless it has passed before and this one has not.
+
+        Return whether another interval is kept now, or a different sentence.
+        """
+        before = self.evaluated.get(key)
+        if before is not None and before.result.correct and not found.result.correct:
+            return False
+        self.evaluated[key] = found
+        return before is None or before.result.text != found.result.text
+
+    def step_done(self, step: int) -> bool:
+        """Return whether all tasks of a step, the first 0, are answered: checks and questions correct."""
+        tasks = [task for number, _, task in self.lesson.tasks() if number == step + 1]
+        return all(self.result(task).state in (CORRECT, "review") for task in tasks)
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Return how many tasks are done, and how many there are."""
+        states = [self.result(task).state in (CORRECT, "review") for _, _, task in self.lesson.tasks()]
+        return sum(states), len(states)
+
+    @property
+    def begun(self) -> bool:
+        """Return whether there is anything to keep."""
+        return self.step > 0 or bool(self.answers) or any(one.part for one in self.evaluated.values())
+
+    def save(self, path: Path, student: str, newest: Rows) -> None:
+        """Write it as a handed-in file in place of the one before; raise SessionError.
+
+        newest: rows that the file holds where no interval was evaluated.
+        """
+        numbers = {task.key: number for number, _, task in self.lesson.tasks()}
+        order = [key for key in numbers if key in self.evaluated and self.evaluated[key].part is not None]
+        parts = [part for key in order if (part := self.evaluated[key].part) is not None]
+        spare = not parts
+        if spare:
+            table = newest.table
+            if not len(table):
+                raise SessionError("There is nothing to save yet: no sample was recorded.")
+            kept = table[table[:, rows.HOST_TIME] > table[-1, rows.HOST_TIME] - _SAMPLE_SECONDS]
+            _, about, settings = newest.log[-1]
+            parts = [Part(self.step + 1, kept, about, settings)]
+        new = path.with_name(f".{path.stem}.new{path.suffix}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            new.unlink(missing_ok=True)
+            ranges = hand_in.write_parts(new, parts)
+            intervals = {} if spare else dict(zip(order, ranges, strict=True))
+            hand_in.hand_in(new, self.lesson, student, self.answers, intervals, self.step)
+            new.replace(path)
+        except OSError as error:
+            raise SessionError(f"{path} cannot be written: {error.strerror}.") from None
+        finally:
+            new.unlink(missing_ok=True)
+
+
+def file_of(lesson: Lesson) -> Path:
+    """Return the file of a person's progress in a lesson, which need not be there yet."""
+    base = os.environ.get(VARIABLE) or platformdirs.user_data_dir("hapkit-studio", appauthor=False)
+    return Path(base) / "lessons" / f"{lesson.key}{SUFFIX}"
+
+
+def load(path: Path, lesson: Lesson, known: Mapping[str, Environment]) -> Progress:
+    """Return the progress in a file that ``Progress.save`` wrote; every check is evaluated again.
+
+    Raise SessionError.
+    """
+    handed = hand_in.read(path)
+    found = Progress(lesson)
+    samples = replace(handed.samples, known=known)
+    tasks = {task.key: (number, task) for number, _, task in lesson.tasks()}
+    with closing(Session(path)) as session:
+        table = _table(session)
+        step = session.latest(LESSON).get("step")
+        if isinstance(step, int) and 0 <= step < len(lesson.steps):
+            found.step = step
+        for key, answer in handed.answers.items():
+            number, task = tasks.get(key, (0, None))
+            if isinstance(task, Question) and answer.given:
+                found.answers[key] = answer.given
+            if not isinstance(task, Check) or not math.isfinite(answer.result.start):
+                continue
+            inside = samples.between(answer.result.start - _MARGIN, answer.result.stop + _MARGIN)
+            if len(inside) < 2:
+                continue
+            result = evaluate_interval(task, inside)
+            first = int(np.searchsorted(samples.time, inside.time[0]))
+            part = table[first : first + len(inside)]
+            when = float(part[0, rows.HOST_TIME])
+            about, settings = session.latest(ABOUT, when), session.latest(SETTINGS, when)
+            found.evaluated[key] = Evaluated(result, Part(number, part, about, settings))
+    return found
+
+
+def _table(session: Session) -> np.ndarray:
+    """Return a session's telemetry rows (n, ROW_WIDTH), NaN for what is not recorded."""
+    names = [name for name in session.layout.names if name in COLUMN]
+    signals: dict[str, Any] = session.read([*names, "state"])
+    state = signals.pop("state")
+    table = np.full((len(state), rows.ROW_WIDTH), math.nan)
+    for name, values in signals.items():
+        table[:, COLUMN[name]] = values
+    table[:, rows.STATE : rows.STATE + state.shape[1]] = state
+    return table
