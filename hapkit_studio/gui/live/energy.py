@@ -44,7 +44,8 @@ class EnergyWatch(QObject):
     def on_row(self, _row: np.ndarray, _clamped: bool) -> None:
         """Check one frame for new excess energy."""
         engine = self._studio.engine
-        if engine is None or self._studio.environment.drives or self._studio.hidden:
+        hidden = self._studio.hidden or "energy" in self._studio.permissions.left_out
+        if engine is None or self._studio.environment.drives or hidden:
             return
         excess, least = engine.excess
         # ``excess`` stays after the scene has come to rest: only an increase is reported

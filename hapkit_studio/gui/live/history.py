@@ -69,6 +69,8 @@ class History(ABC):
         """Times in s at which settings changed, oldest first; the first entry is older than all samples."""
         self.begin = -math.inf
         """Time in s from which on all samples belong to the present environment."""
+        self.evaluated: tuple[float, float] | None = None
+        """Start and stop in s of the interval that the open lesson evaluated last."""
 
     @property
     @abstractmethod

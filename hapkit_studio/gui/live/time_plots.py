@@ -28,6 +28,7 @@ FEWEST = 2
 LEAST = 0.25
 """s: shortest gap in the data that is marked."""
 _BESIDE = 6  # px: distance of a label from its line
+_EVALUATED = "evaluated here"
 _ROW, _LETTERS = 16, 10  # px: base line of a label below the frame's top, height of its letters
 _GROUND = 0.85  # opacity of a divider label's background
 _PALE = 0.45  # of a trace's colour while the device is disconnected
@@ -68,6 +69,7 @@ class PlotState:
     zero: float = 0.0
     contact: list[tuple[float, float]] = field(default_factory=list)
     gaps: list[tuple[float, float]] = field(default_factory=list)
+    evaluated: tuple[float, float] | None = None
     dividers: list[tuple[float, str]] = field(default_factory=list)
     now: dict[str, float] | None = None
     surface: float | None = None
@@ -153,12 +155,18 @@ class TraceCanvas(Canvas):
             self.show_range(*self._opened)
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
-        """Shade contact, hatch gaps in the data."""
+        """Shade contact and the interval that a lesson evaluated, hatch gaps in the data."""
         hatched = QBrush(theme.color("line"), Qt.BrushStyle.BDiagPattern)
         for brush, stretches in ((theme.color("contact"), self.shown.contact), (hatched, self.shown.gaps)):
             for start, stop in stretches:
                 left, right = self.pixel(start, 0.0).x(), self.pixel(stop, 0.0).x()
                 painter.fillRect(QRectF(left, box.top(), right - left, box.height()), brush)
+        if self.shown.evaluated is not None:
+            left, right = (self.pixel(time, 0.0).x() for time in self.shown.evaluated)
+            painter.fillRect(QRectF(left, box.top(), right - left, box.height()), theme.color("accentsoft"))
+            painter.setPen(QPen(theme.color("accent"), 1.5))
+            for x in (left, right):
+                painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint limit, surface and trigger level, dividers, held traces, then the live traces."""
@@ -199,6 +207,11 @@ class TraceCanvas(Canvas):
     def _labels(self, painter: QPainter, box: QRectF) -> list[QRectF]:
         """Label gaps in the middle and dividers clear of the trace; return the boxes of these labels."""
         right, taken = box.right() - _BESIDE, []
+        if self.shown.evaluated is not None:
+            start, stop = (self.pixel(time, 0.0).x() for time in self.shown.evaluated)
+            left = max(start, box.left()) + _BESIDE
+            if left + _wide(_EVALUATED) + _BESIDE < min(stop, box.right()):
+                self.note(painter, left, box.top() + _ROW, _EVALUATED, "accent")
         for start, stop in self.shown.gaps:
             left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE
             words = f"No data for {number(stop - start, 1)} s"
@@ -479,6 +492,7 @@ class TimePlots(QWidget):
         width = view.span / columns
         if math.isnan(view.zero):
             shown.window, shown.contact, shown.gaps, shown.dividers, shown.now = _EMPTY, [], [], [], None
+            shown.evaluated = None
             for canvas in self.canvases:
                 canvas.fit_values()
             return
@@ -492,6 +506,8 @@ class TimePlots(QWidget):
         shown.contact = self._contact() if self._shades else []
         lost = gaps(shown.window.x, seen.before(edges[0]))
         shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in lost]
+        found = seen.evaluated
+        shown.evaluated = None if found is None else (found[0] - shown.zero, found[1] - shown.zero)
         event = [(view.zero, view.happened)] if view.happened else []
         shown.dividers = [(time - shown.zero, words) for time, words in sorted([*seen.dividers, *event])]
         shown.cursors = [time - shown.zero for time in self.cursors.times or ()]

@@ -20,13 +20,16 @@ class Page(QWidget):
 
     side: optional widget that replaces the parameter panel while the page is visible. ``marked(text)``: the
     page acts on the scene, described by the text, or no longer ("" ); the view's tab shows it. ``changed``:
-    actions that depend on the page may have to be enabled or disabled.
+    actions that depend on the page may have to be enabled or disabled. ``view_wanted(key)``: show a view.
+    beside: the page replaces the gallery, beside the live plots. stays: it does so in every view.
     """
 
     marked = Signal(str)
     changed = Signal()
+    view_wanted = Signal(str)
 
     side: QWidget | None = None
+    beside = stays = False
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)

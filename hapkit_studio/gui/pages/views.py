@@ -10,17 +10,20 @@ from hapkit_studio.gui.editor.controller import EditorController
 from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.pages.base import Page
+from hapkit_studio.gui.state.permissions import HIDDEN_BY_LESSON
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.tabs import Tabs
 
 LIVE, LAW = "live", "law"
+_MAP = "stability"
 
 
 class Views(QObject):
     """Keeps tab, page and side panel in sync.
 
-    A page is built when first shown. show_side(widget) replaces the parameter panel by a page's side.
-    ``changed``: another view is shown, or its actions may have changed.
+    A page is built when first shown. show_side(widget) replaces the parameter panel by a page's side,
+    show_beside(widget) the gallery by a page. ``changed``: another view is shown, or its actions may have
+    changed.
     """
 
     changed = Signal()
@@ -33,9 +36,11 @@ class Views(QObject):
         centre: Centre,
         editor: EditorController,
         show_side: Callable[..., None],
+        show_beside: Callable[[QWidget | None], None],
     ):
         super().__init__(centre)
         self._studio, self._live, self._show_side = studio, live, show_side
+        self._show_beside = show_beside
         self._bar, self._centre, self._editor = bar, centre, editor
         self._library = pages.discover()
         self._pages: dict[str, Page] = {}
@@ -49,6 +54,7 @@ class Views(QObject):
         self._centre.add_page(self._editor.editor)
         self._bar.currentChanged.connect(self._follow)
         self._editor.shown.connect(self.show_law)
+        studio.lock_changed.connect(self._hide_map)
         self._editor.page.unsaved_changed.connect(self._mark)
 
     @property
@@ -70,15 +76,25 @@ class Views(QObject):
         """Return a view's page; build it if necessary."""
         if key not in self._pages:
             page = self._pages[key] = self._library[key].build(self._studio, self._live)
-            self._centre.add_page(page)
+            if not page.beside:
+                self._centre.add_page(page)
             page.marked.connect(lambda words, key=key: self._show_mark(key, words))
+            page.view_wanted.connect(self.show)
+            page.changed.connect(self._place_beside)
             page.changed.connect(self.changed)
         return self._pages[key]
 
+    def built(self, key: str) -> Page | None:
+        """Return a view's page, None before it is built."""
+        return self._pages.get(key)
+
     def show(self, key: str) -> None:
         """Show a view and give it the keyboard focus."""
-        if not self.covered:
-            self._bar.setCurrentIndex(self._index(key))
+        index = self._index(key)
+        if not self.covered and index >= 0 and not self._bar.isTabEnabled(index):
+            self._studio.refused.emit(f"{self._library[key].title}: {HIDDEN_BY_LESSON.lower()}.")
+        elif not self.covered:
+            self._bar.setCurrentIndex(index)
         elif key != self.key:
             self._studio.refused.emit(f"{self._studio.hidden}.")
         self.take_focus()
@@ -146,16 +162,31 @@ class Views(QObject):
         if self._shown is not None:
             self._shown.set_shown(False)
         self._shown = page
-        if page is not None:
+        if page is not None and not page.beside:
             self._centre.show_page(page, scene=self._library[key].scene)
         else:
             self._centre.show_page(self._editor.editor if key == LAW else None, law=True)
         self._show_side(page.side if page else None)
+        self._place_beside()
         if page is not None:
             page.set_shown(True)
         if key != LAW and not self._bar.hasFocus():  # otherwise Qt moves the focus to the status bar
             self.take_focus()
         self.changed.emit()
+
+    def _hide_map(self) -> None:
+        """Disable the view of the stability map while a lesson hides it."""
+        hidden, index = "map" in self._studio.permissions.left_out, self._index(_MAP)
+        if hidden and self.key == _MAP:
+            self._bar.setCurrentIndex(self._index(LIVE))
+        if self._bar.isTabEnabled(index) == hidden:
+            self._bar.setTabEnabled(index, not hidden)
+            self._bar.setTabToolTip(index, HIDDEN_BY_LESSON if hidden else "")
+
+    def _place_beside(self) -> None:
+        """Replace the gallery by a page that belongs beside the shown view, if there is one."""
+        beside = (page for page in self._pages.values() if page.beside)
+        self._show_beside(next((page for page in beside if page.stays or page is self._shown), None))
 
     def _show_mark(self, key: str, words: str) -> None:
         index, title = self._index(key), self._library[key].title

@@ -214,7 +214,12 @@ class ParameterPanel(QWidget):
         self.warnings.changed.connect(self._lay_out_now)
         self.loop.opened.connect(self.upper.reveal)
         studio.environment_changed.connect(self._begin_anew)
+        studio.lock_changed.connect(lambda: self._hide_values("values" in studio.permissions.left_out))
         self._begin_anew()
+
+    def _hide_values(self, on: bool) -> None:
+        for part in (self.parameters, self.preset):
+            part.setHidden(on)
 
     def _begin_anew(self) -> None:
         """Show the top for another environment, with one rule where no parameters part two."""

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 from hapkit_studio.analysis.stability.margin import RELEASED, height, nice_width
 from hapkit_studio.gui.panel.limits import JUDGING, CardRequest, CardResult, LoopFacts, answer
 from hapkit_studio.gui.state.background import LatestResult
+from hapkit_studio.gui.state.permissions import HIDDEN_BY_LESSON
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.canvas import Canvas
@@ -166,11 +167,13 @@ class StabilityCard(QWidget):
             studio.settings_changed,
             studio.engine_changed,
             studio.hidden_changed,
+            studio.lock_changed,
             studio.stop_changed,
             studio.link_changed,
             self.facts.changed,
         ):
             signal.connect(self._ask_soon)
+        studio.lock_changed.connect(lambda: self.show_map(self._room))
         studio.environment_changed.connect(self._show_drives)
         self._show_drives()
         self.ask()
@@ -196,10 +199,16 @@ class StabilityCard(QWidget):
             return None
         return VerdictInput(studio.environment, dict(studio.values), setting, studio.engine.max_force)
 
+    @property
+    def _hidden(self) -> str:
+        """Return why the verdict is not shown, "" if it is."""
+        permissions = self._studio.permissions
+        return permissions.hidden or (HIDDEN_BY_LESSON if "verdict" in permissions.left_out else "")
+
     def question(self) -> CardRequest | None:
         """Return what to ask about the scene in force; None while its loop or its values are not known."""
         asked = self.verdict_input()
-        if asked is None or self._studio.hidden:
+        if asked is None or self._hidden:
             return None
         damping = asked.impedance[1] if asked.impedance else 0.0
         return CardRequest(asked, nice_width(damping, least=_LEAST_WIDTH))
@@ -212,7 +221,7 @@ class StabilityCard(QWidget):
             return
         self._worker.forget()
         self._mapped = False
-        self._claim_nothing(*((self._studio.hidden, "") if self._studio.hidden else self.facts.why_unknown()))
+        self._claim_nothing(*((self._hidden, "") if self._hidden else self.facts.why_unknown()))
 
     def show_judging(self) -> None:
         """Take back what was said: the scene is another one, and its verdict takes its time."""
@@ -243,7 +252,7 @@ class StabilityCard(QWidget):
         """Show the map where there is one and room for it."""
         self._room = room
         for part in (self.map, self.caption):
-            part.setVisible(room and self._mapped)
+            part.setVisible(room and self._mapped and "map" not in self._studio.permissions.left_out)
 
     def wait(self) -> None:
         """Wait for the worker, for tests; the answer comes with the next events."""

@@ -20,6 +20,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.pages.accuracy import AccuracyPage
+    from hapkit_studio.gui.pages.lessons.page import LessonsPage
     from hapkit_studio.gui.pages.sessions import SessionsPage
 
 Action = action_set.Action[MainWindow]
@@ -400,9 +401,28 @@ _CLASSROOM = (
 )  # fmt: skip
 
 
+def _lesson(window: MainWindow) -> "LessonsPage | None":
+    """Return the page with the open lesson, None while none is open."""
+    page = cast("LessonsPage | None", window.views.built("lessons"))
+    return page if page is not None and page.stays else None
+
+
+def _lesson_step(key: str, words: str, steps: int, shortcut: str) -> Action:
+    def run(window: MainWindow) -> None:
+        page = _lesson(window)
+        if page is not None:
+            page.go(steps)
+
+    return Action(
+        f"teach.lesson_{key}", words, run, shortcut, enabled=lambda w: _lesson(w) is not None, rule=steps > 0
+    )
+
+
 _TEACH = (
     Action("teach.open_demo", "Open demo…", lambda w: w.open_demo(), enabled=_may_play, rule=True),
     Action("teach.end_demo", "End demo", lambda w: w.demos.end(), enabled=lambda w: w.demos.demo is not None),
+    _lesson_step("next", "Lesson: next step", 1, "Alt+Right"),
+    _lesson_step("back", "Lesson: step back", -1, "Alt+Left"),
 )  # fmt: skip
 
 

@@ -80,7 +80,7 @@ class LiveDisplay(QObject):
         studio.environment_changed.connect(self.show_environment)
         studio.values_changed.connect(self.show_values)
         studio.loop_changed.connect(lambda: centre.scene.set_grip(studio.grip))
-        for signal in (studio.engine_changed, studio.hidden_changed):
+        for signal in (studio.engine_changed, studio.hidden_changed, studio.lock_changed):
             signal.connect(self.show_environment)
         studio.engine_changed.connect(self.show_link)
         studio.link_changed.connect(self.show_link)
@@ -223,7 +223,8 @@ class LiveDisplay(QObject):
     def show_environment(self) -> None:
         """Show another environment; in a blind comparison only the handle is shown."""
         environment, values = self._studio.environment, self._studio.values
-        self._centre.phase.hide_theory(bool(self._studio.hidden))
+        left_out = self._studio.permissions.left_out
+        self._centre.phase.hide_theory(bool(self._studio.hidden) or "theory" in left_out)
         self._centre.toolbar.hold.setEnabled(not self._studio.hidden)  # its name would reveal the settings
         if self._studio.hidden == BLIND:
             environment, values = self._studio.environments["free"], {}

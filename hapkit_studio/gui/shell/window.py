@@ -149,7 +149,10 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(self.body)
         self.gallery.order()
         self.panel.parameters.order()
-        self.views = Views(studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side)
+        self.views = Views(
+            studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side,
+            self.body.show_beside,
+        )  # fmt: skip
         self.record_display = RecordingDisplay(
             studio.recording, self.live, self.header, self.status, self.banners,
             lambda: self.views.show("sessions"),
@@ -272,7 +275,7 @@ class MainWindow(QMainWindow):
         page = self.views.shown
         if isinstance(page, MeasuringPage):
             return page.bar.export.isEnabled()
-        return page is None and not self.centre.view.history.empty and not self.studio.hidden
+        return (page is None or page.beside) and not self.centre.view.history.empty and not self.studio.hidden
 
     def copy_picture(self) -> None:
         """Copy the visible result or the live plots to the clipboard as a picture."""
@@ -333,6 +336,7 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.replay.shut()
+        self.views.end()  # first: an open lesson puts the settings back that are saved next
         self.closed.emit()
         fills_screen = self.isMaximized() or self.isFullScreen()
         frameless = self.geometry() == self.frameGeometry() and not fills_screen
@@ -341,7 +345,6 @@ class MainWindow(QMainWindow):
         self.settings.setValue("padding", self.studio.device.padding)
         self.live.stop()
         self.editor.end()
-        self.views.end()
         end_all(self)
         self.studio.close()
         super().closeEvent(event)

@@ -20,6 +20,7 @@ class WindowLayout(QWidget):
         super().__init__(window)
         self._window, self._settings = window, settings
         self._drawer_open: bool | None = None
+        self._beside_page: QWidget | None = None
         self.projected = self.side_fixed = False
         self._gallery_width = settings.pixels("gallery_width", breakpoints.GALLERY)
         self._panel_width = settings.pixels("panel_width", breakpoints.PANEL)
@@ -66,6 +67,17 @@ class WindowLayout(QWidget):
         self.share()
         shown.resize(self.side.size())  # at once: a page reads its side panel's width next
 
+    def show_beside(self, page: QWidget | None) -> None:
+        """Show a page in the gallery's place, None for the gallery."""
+        if page is self._beside_page:
+            return
+        if self._beside_page is not None:
+            self._beside_page.hide()
+        if page is not None and self.inner.indexOf(page) < 0:
+            self.inner.insertWidget(0, page)
+        self._beside_page = page
+        self.share()
+
     def set_scale(self) -> None:
         """Set the scale of all drawing for the window's size."""
         window = self._window
@@ -78,7 +90,11 @@ class WindowLayout(QWidget):
         """Lay out the window; hide parts that do not fit."""
         self.set_scale()
         window, wide, px = self._window, self._window.width(), theme.px
-        self._gallery.setHidden(self.projected)
+        page = None if self.projected else self._beside_page
+        if self._beside_page is not None:
+            self._beside_page.setHidden(self.projected)
+            self._beside_page.setFixedWidth(px(breakpoints.lesson_width(wide / theme.scale)))
+        self._gallery.setHidden(self.projected or self._beside_page is not None)
         self._gallery.setMinimumWidth(px(breakpoints.RAIL))
         self._gallery.setMaximumWidth(px(breakpoints.GALLERY_MOST))
         self.side.setMinimumWidth(px(breakpoints.PANEL_NARROW))
@@ -92,10 +108,16 @@ class WindowLayout(QWidget):
         self._column.activate()  # at once: otherwise one frame would show parts of two sizes
         usual = breakpoints.gallery_width(wide / theme.scale, self._gallery_width, self._panel_width)
         narrow = usual == breakpoints.RAIL != self._gallery_width
+        if page is not None:
+            usual = breakpoints.lesson_width(wide / theme.scale)
+            narrow = wide / theme.scale < breakpoints.LESSON_WINDOW
         gallery, panel = px(usual), px(breakpoints.PANEL_NARROW if narrow else self._panel_width)
         self.borders.setSizes([wide - panel - 1, panel])
         self._beside.activate()
-        self.inner.setSizes([gallery, self._left.width() - gallery - 1])
+        widths = {self._gallery: gallery, page: gallery}
+        rest = self._left.width() - gallery - 1
+        parts = map(self.inner.widget, range(self.inner.count()))
+        self.inner.setSizes([widths.get(part, rest) for part in parts])
         self._centre.lay_out()
 
     def _gallery_dragged(self, place: int, _handle: int) -> None:

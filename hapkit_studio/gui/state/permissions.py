@@ -1,13 +1,14 @@
 """Which settings may be changed: the instructor's lock, hidden values, and temporary changes."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
 from PySide6.QtCore import QObject, Signal
 
-from hapkit_studio.gui.state.lock import Lock
+from hapkit_studio.gui.state.lock import Lock, Place
 
-LOCKED = "Locked by the instructor"
+LOCKED, BY_LESSON = "Locked by the instructor", "Locked by the lesson"
+HIDDEN_BY_LESSON = "Hidden by the lesson"
 BLIND, QUIZ = "Hidden during the blind comparison", "Hidden during the quiz"
 """Reasons for hidden values: BLIND also hides scene and plots, QUIZ shows them."""
 
@@ -17,6 +18,8 @@ class Permissions(QObject):
 
     hidden: the reason why the rendered values differ from those shown, "" if they do not; hidden_values: the
     rendered values in that case. temporary: a measurement has changed settings and will restore them.
+    lesson: the settings that the open step of a lesson locks; left_out: the parts of the window that it
+    hides, some of ``lessons.parse.HIDDEN``.
     """
 
     lock_changed = Signal()
@@ -28,10 +31,17 @@ class Permissions(QObject):
         self.hidden = ""
         self.hidden_values: dict[str, float] | None = None
         self.temporary = False
+        self.lesson = Lock()
+        self.left_out: frozenset[str] = frozenset()
 
     def set_lock(self, lock: Lock) -> None:
         """Replace the lock."""
         self.lock = lock
+        self.lock_changed.emit()
+
+    def set_lesson(self, places: Iterable[Place] = (), left_out: Iterable[str] = ()) -> None:
+        """Lock settings and hide parts for a step of a lesson; without arguments, unlock and show all."""
+        self.lesson, self.left_out = Lock(frozenset(places)), frozenset(left_out)
         self.lock_changed.emit()
 
     @contextmanager
@@ -47,7 +57,9 @@ class Permissions(QObject):
         """Return why a setting cannot be changed now, "" if it can."""
         if self.temporary:
             return ""
-        return self.hidden or (LOCKED if self.lock.covers(place) else "")
+        if self.hidden or self.lock.covers(place):
+            return self.hidden or LOCKED
+        return BY_LESSON if self.lesson.covers(place) else ""
 
     def hide(self, values: Mapping[str, float] | None, why: str) -> bool:
         """Hide the rendered values, or (None) show them again; return whether they have changed."""

@@ -66,7 +66,8 @@ class DemoPlayer(QObject):
     @property
     def possible(self) -> bool:
         """Return whether a demo may change every setting."""
-        return not (self._studio.hidden or self._studio.permissions.lock.places)
+        permissions = self._studio.permissions
+        return not (permissions.hidden or permissions.lock.places or permissions.lesson.places)
 
     def play(self, demo: Demo) -> None:
         """Start a demo instead of a running one; raise ParameterError if settings are locked or hidden."""

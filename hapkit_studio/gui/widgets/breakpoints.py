@@ -26,6 +26,9 @@ CENTRE = 880
 GALLERY, RAIL, GALLERY_MOST = 228, 64, 320
 PANEL, PANEL_NARROW, PANEL_MOST = 300, 272, 440
 
+# a lesson in the gallery's place is narrower in a window narrower than this, and so is the panel
+LESSON, LESSON_NARROW, LESSON_WINDOW = 340, 300, 1440
+
 # 2. scene height, with this much free below the banners
 SCENE_LEAST, SCENE_LOW = 150, 180
 _FREE_FOR_SCENE, _FREE_FOR_LOW_SCENE = 680, 480
@@ -67,6 +70,11 @@ def projected_scene(window: int, free: int) -> int:
 def gallery_width(window: float, gallery: float, panel: float) -> float:
     """Return the gallery's width, given what gallery and panel should have: a rail where room is short."""
     return RAIL if window - max(gallery, GALLERY) - max(panel, PANEL) < CENTRE else gallery
+
+
+def lesson_width(window: float) -> int:
+    """Return the width of a lesson in the gallery's place."""
+    return LESSON if window >= LESSON_WINDOW else LESSON_NARROW
 
 
 def scene_height(usual: int, width: int, free: int, law: bool | None) -> int:

@@ -265,11 +265,17 @@ def primary(button: QPushButton) -> QPushButton:
 
 
 def choose_file(
-    parent: QWidget, title: str, kinds: str, then: Callable[[str], object], save_as: str = ""
+    parent: QWidget,
+    title: str,
+    kinds: str,
+    then: Callable[[str], object],
+    save_as: str = "",
+    folder: bool = False,
 ) -> QFileDialog:
-    """Open a non-modal file dialog; save_as: proposed name for saving."""
+    """Open a non-modal file dialog; save_as: proposed name for saving; folder: choose a folder."""
     dialog = QFileDialog(parent, title, QDir.homePath(), kinds)
-    dialog.setFileMode(QFileDialog.FileMode.AnyFile if save_as else QFileDialog.FileMode.ExistingFile)
+    modes = QFileDialog.FileMode
+    dialog.setFileMode(modes.Directory if folder else modes.AnyFile if save_as else modes.ExistingFile)
     if save_as:
         dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
         dialog.setDefaultSuffix(save_as.rpartition(".")[2])

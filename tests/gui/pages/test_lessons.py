@@ -1,0 +1,260 @@
+"""The view Lessons: the list, a step's scene and locks, checks on live data, answers, and what is kept."""
+
+import itertools
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.pages.lessons.player import scene_settings
+from hapkit_studio.gui.state.undo import differing, settings_of
+from hapkit_studio.lessons import library
+from hapkit_studio.lessons.progress import file_of
+
+WALL = "virtual_wall"
+
+SMALL = """+++
+title = "Small"
+aim = "Try everything."
+minutes = 3
+order = 1
+environments = ["spring"]
+hide = ["theory", "verdict", "map", "values", "energy"]
+lock = ["stiffness", "loop", "environment"]
++++
+
+Text with `$K d$` and <b>no HTML</b>.
+
+## First
+
+```math
+F = -K\\,x
+```
+
+```hint
+Move the *handle*.
+```
+
+```check
+title = "Move the handle by 10 mm."
+measure = "travel"
+at_least = 0.010
+seconds = 0.5
+```
+
+```question
+text = "Which way?"
+options = ["left", "right"]
+answer = "right"
+wrong = "Look again."
+```
+
+```question
+text = "How stiff?"
+value = 300
+unit = "N/m"
+tolerance = 10
+```
+
+## Second
+
+```set
+values = {stiffness = 500.0}
+hide = []
+lock = []
+```
+
+```question
+text = "What did you feel?"
+```
+"""
+
+
+@pytest.fixture
+def page(kept_window, home):
+    """Return the page of lessons in a running window, in its list."""
+    kept_window.views.show("lessons")
+    found = kept_window.views.page("lessons")
+    found.choose_folder("")
+    yield found
+    found.player.leave()
+    found.player._saving.wait()
+    found.choose_folder("")
+
+
+@pytest.fixture
+def small(page, home):
+    """Return the page with a lesson of the instructor's folder open."""
+    folder = home / "own"
+    folder.mkdir()
+    (folder / "small.md").write_text(SMALL, encoding="utf-8")
+    page.choose_folder(str(folder))
+    page.open("small")
+    return page
+
+
+def move_until(window, qtbot, done):
+    """Move the simulated hand 24 mm to and fro until something holds."""
+    targets = itertools.cycle([0.012] * 20 + [-0.012] * 20)
+
+    def moved():
+        window.studio.move_hand(next(targets))
+        return done()
+
+    qtbot.waitUntil(moved)
+
+
+def test_every_lesson_has_a_row_that_opens_it(page, kept_window):
+    assert list(page.rows) == list(library().lessons)
+    assert page.isVisible()
+    assert not kept_window.gallery.isVisible()
+    page.rows[WALL].click()
+    assert page.player.lesson.key == WALL
+    assert page.place.text() == "Step 1 of 5"
+
+
+@pytest.mark.parametrize("key", library().lessons)
+def test_each_step_of_each_lesson_is_shown_with_its_scene_in_force(page, kept_window, key):
+    page.open(key)
+    studio = kept_window.studio
+    for at, step in enumerate(page.player.lesson.steps):
+        page.player.go(at)
+        assert not differing(studio, scene_settings(step.scene))
+        assert set(page.tasks) == {task.key for task in (*step.checks, *step.questions)}
+
+
+def test_what_a_step_locks_and_hides_is_locked_and_hidden_until_it_is_left(small, kept_window):
+    window, studio = kept_window, kept_window.studio
+    with pytest.raises(ParameterError, match="locked by the lesson"):
+        studio.set_value("stiffness", 100.0)
+    with pytest.raises(ParameterError, match="locked by the lesson"):
+        studio.set_loop(delay=0.01)
+    studio.choose("wall")
+    assert studio.environment.key == "spring"
+    window.views.show("stability")
+    assert window.views.key == "lessons"
+    assert not window.panel.parameters.isVisible()
+    assert window.stability.question() is None
+    assert not [part for part in window.centre.phase.theory if part.isVisible()]
+    small.go(1)
+    studio.set_value("stiffness", 100.0)
+    assert window.panel.parameters.isVisible()
+    window.views.show("stability")
+    assert window.views.key == "stability"
+    assert small.isVisible()  # an open lesson stays beside every view
+
+
+def test_leaving_a_lesson_puts_everything_back(page, kept_window):
+    studio = kept_window.studio
+    studio.set_value("stiffness", 420.0)
+    studio.set_loop(delay=0.003, hand="firm")
+    before = settings_of(studio)
+    page.open(WALL)
+    page.go(2)
+    studio.set_value("stiffness", 1234.0)
+    page.back_to_list.click()
+    assert settings_of(studio) == before
+    assert not studio.why_fixed("value", "wall", "damping")
+    assert page.player.lesson is None
+    kept_window.views.show("live")
+    assert kept_window.gallery.isVisible()
+    assert not page.isVisible()
+
+
+def test_answers_are_judged_in_a_sentence(small):
+    choice, number = small.tasks["1.2"], small.tasks["1.3"]
+    assert not choice.words.isVisible()
+    choice.options[0].click()
+    assert choice.words.text() == "Look again."
+    choice.options[1].click()
+    assert choice.words.text() == "Correct."
+    QTest.keyClicks(number.field, "350")
+    QTest.keyClick(number.field, Qt.Key.Key_Return)
+    assert number.words.text() == "350 N/m is too high."
+    assert not small.player.progress.step_done(0)
+    number.field.setText("305")
+    QTest.keyClick(number.field, Qt.Key.Key_Return)
+    assert number.words.text() == "305 N/m: correct."
+
+
+def test_a_check_is_evaluated_on_what_comes_and_its_interval_is_marked(small, kept_window, qtbot):
+    """The words before say what is missing; nothing has to be pressed to record."""
+    window, task = kept_window, small.tasks["1.1"]
+    move_until(window, qtbot, lambda: "correct" in task.words.text())
+    assert task.words.text().startswith("Travel ")
+    window.live.tick()
+    window.centre.time.refresh()
+    start, stop = window.centre.time.shown.evaluated
+    assert start < stop <= 0.0
+    small.player.save()
+    small.player._saving.wait()
+    assert file_of(small.player.lesson).exists()
+
+
+def test_answers_step_and_checks_are_there_again_after_a_restart(small, kept_window, qtbot):
+    window = kept_window
+    small.tasks["1.2"].options[1].click()
+    move_until(window, qtbot, lambda: "correct" in small.tasks["1.1"].words.text())
+    small.go(1)
+    QTest.keyClicks(small.tasks["2.4"].text, "Like a spring.")
+    small.player.leave()
+    small.player._saving.wait()
+    small._show_list()
+    assert small.rows["small"].state.text() == "3 of 4 done"
+    small.rows["small"].click()
+    assert small.place.text() == "Step 2 of 2"
+    assert small.tasks["2.4"].text.toPlainText() == "Like a spring."
+    small.go(-1)
+    assert small.tasks["1.2"].options[1].isChecked()
+    assert "correct" in small.tasks["1.1"].words.text()
+
+
+def test_a_lesson_with_a_mistake_is_one_line_and_the_others_stay(page, home):
+    (home / "wrong.md").write_text(SMALL.replace('measure = "travel"', 'measure = "taste"'), encoding="utf-8")
+    (home / "right.md").write_text(SMALL, encoding="utf-8")
+    page.choose_folder(str(home))
+    assert "right" in page.rows
+    assert "wrong" not in page.rows
+    (line,) = page.library.errors
+    assert line.startswith("wrong.md, line 25: measure is one of")
+    assert line in [part.text() for part in page.listed.findChildren(type(page.title))]
+
+
+def test_next_and_back_have_keys(small, kept_window):
+    window = kept_window
+    window.centre.scene.setFocus()
+    alt = Qt.KeyboardModifier.AltModifier
+    QTest.keyClick(window, Qt.Key.Key_Right, alt)
+    assert small.place.text() == "Step 2 of 2"
+    QTest.keyClick(window, Qt.Key.Key_Left, alt)
+    assert small.place.text() == "Step 1 of 2"
+    small.player.leave()
+    assert not window.actions_by_key.qt["teach.lesson_next"].isEnabled()
+
+
+def test_tab_goes_through_a_step_in_its_order(small):
+    wanted = [
+        small.back_to_list, *small.dots, *small.tasks["1.2"].options, small.tasks["1.3"].field,
+        small.again, small.next,
+    ]  # fmt: skip
+    stop, found = small.back_to_list, []
+    for _ in range(60):
+        if stop in wanted:
+            found.append(stop)
+        stop = stop.nextInFocusChain()
+    assert found[: len(wanted)] == wanted
+
+
+def test_closing_the_window_in_a_lesson_stores_the_settings_from_before(make_window, qtbot, home):
+    from tests.gui.window_support import SIMULATED
+
+    window = make_window()
+    window.studio.device.open(SIMULATED)
+    qtbot.waitUntil(lambda: window.studio.engine is not None)
+    window.closed.connect(window.state.save)
+    window.views.show("lessons")
+    window.views.page("lessons").open("virtual_spring")
+    assert window.studio.environment.key == "spring"
+    window.close()
+    assert window.settings.value("environment") == "wall"
