@@ -105,6 +105,12 @@ KITS = (
 """Constants from class templates and student programs of 2013 to 2025; first, the firmware's own."""
 
 
+def nearest_kit(board: Board) -> tuple[Kit, float]:
+    """Return the kit of the board's sensor with the most similar scale, and the ratio of the scales."""
+    ratios = [(kit, board.quantum / kit.board.quantum) for kit in KITS if kit.board.sensor == board.sensor]
+    return min(ratios, key=lambda found: abs(math.log(found[1])))
+
+
 def default() -> Kit:
     """Return the default kit of a board."""
     return KITS[0]

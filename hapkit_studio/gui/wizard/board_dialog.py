@@ -57,6 +57,7 @@ class BoardDialog(QDialog):
         assert entry is not None
         self.board = BoardThread(entry.make, self.prepare, self)
         self.stop, self.release = StopButton(studio), QPushButton("Release E-stop")
+        self.released = False  # in this dialog, since the last E-stop
         self.close_button = QPushButton("Close")
         self.close_button.clicked.connect(self.close_or_cancel)
         self.column = vbox(self._header(), into=self)
@@ -119,9 +120,16 @@ class BoardDialog(QDialog):
         position = count * runner.settings.quantum
         self.show_recent(Recent(time, readings(raw, runner.settings.sensor), position, force))
 
+    def _release(self) -> None:
+        """Release the E-stop for the board in this dialog, and for the loop that follows."""
+        self.released = True
+        self.studio.stop_state.restored = False  # a person has released it: the loop needs no Render
+        self.studio.release_stop()
+
     def _stop_changed(self) -> None:
         self.release.setVisible(self.studio.stopped)
         if self.studio.stopped:
+            self.released = False
             self.board.stop()
         else:
             self.board.release()
@@ -161,7 +169,7 @@ class BoardDialog(QDialog):
         header.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         header.setFixedHeight(56)
         self.release.setProperty("tall", True)
-        self.release.clicked.connect(self.studio.release_stop)
+        self.release.clicked.connect(self._release)
         for button in (self.release, self.stop):
             button.setAutoDefault(False)
         title = label(self.title, "title")

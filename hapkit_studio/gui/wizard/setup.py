@@ -129,12 +129,15 @@ class SetupDialog(BoardDialog):
             self.step.box.show_progress(*self.board.runner.progress)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Return a board with changed settings in the stopped state: its handle may be inside a wall."""
+        """Return a board with changed settings in the stopped state: its handle may be inside a wall.
+
+        A person who has released the E-stop in this dialog is not stopped again: the force fades in.
+        """
         work = self.board.subject
         changed = (
             work is not None and replace(of_settings(work.original), label=work.board.label) != work.board
         )
-        if self.studio.link.state == "idle" and changed:
+        if self.studio.link.state == "idle" and changed and not self.released:
             self.studio.stop()
         super().closeEvent(event)
 

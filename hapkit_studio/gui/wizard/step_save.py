@@ -1,11 +1,12 @@
 """Save: changes, the kit's name, and storing on the board and in a file."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QLineEdit
 
 from hapkit_studio.analysis.calibrate.result import passed
 from hapkit_studio.devices import calibration_file, profiles
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 Notes = dict[str, tuple[bool, str]]
 """By step name: whether it is done, and its result or assumption."""
+_NEAR_KIT = 0.2
+"""Relative deviation from a known kit's scale up to which a scale is saved without confirmation."""
 _UNSAVED = "Not saved yet: the board would forget it at its next start."
 
 
@@ -50,11 +53,17 @@ class SaveStep(StepPage):
                 grid.addWidget(cell, row, column)
         self.assumptions = self.add_text()
         self.assumptions.setProperty("ink", "ink2")
+        self.confirm = QCheckBox("I have checked the radii and the marks: this scale is right")
+        self.confirm.toggled.connect(self._confirm_scale)
+        self._confirmed = math.nan
+        self.column.addWidget(self.confirm)
         self.column.addStretch(1)
         self.label = QLineEdit(maxLength=12)
         self.label.setAccessibleName("Name of the kit")
         self.label.setMaximumWidth(180)
-        self.first = self.save = self.button("Save", self.store, primary=True)
+        self.first = self.save = self.button(
+            "Save", self.store, primary=True, ready=lambda: self._scale_plausible() or self._scale_confirmed()
+        )
         self.undo = self.button("Undo everything…", self.ask)
         self.undo_all = self.job_button(
             "Undo it all", "Restoring…", lambda work: work.undo(), lambda _none: self.undone.emit()
@@ -75,6 +84,8 @@ class SaveStep(StepPage):
         if not self.label.text():
             self.label.setText(self.calibration.board.label)
         self._fill_table()
+        self.confirm.setVisible(not self._scale_plausible())
+        self.confirm.setChecked(self._scale_confirmed())
         skipped = [f"{name}: {words}" for name, (done, words) in self._notes().items() if not done]
         self.assumptions.setText("Assumed. " + "; ".join(skipped) + "." if skipped else "")
 
@@ -82,6 +93,22 @@ class SaveStep(StepPage):
         super().reset()
         self.label.clear()
         self.file.hide()
+
+    # scale
+
+    def _scale_plausible(self) -> bool:
+        """Return True if the scale is near that of a known kit."""
+        _, ratio = profiles.nearest_kit(self.calibration.board)
+        return abs(ratio - 1.0) <= _NEAR_KIT
+
+    def _scale_confirmed(self) -> bool:
+        return self.calibration.board.quantum == self._confirmed
+
+    def _confirm_scale(self, on: bool) -> None:
+        """Confirm the present scale; another one must be confirmed again."""
+        self._confirmed = self.calibration.board.quantum if on else math.nan
+        self.keep_everything()
+        self.offer_buttons()
 
     # saving
 
@@ -134,6 +161,12 @@ class SaveStep(StepPage):
         self._show_question(False)
         if self.result is not None:
             self.box.show_result(self.result)
+        elif self.calibration is not None and not (self._scale_plausible() or self._scale_confirmed()):
+            kit, ratio = profiles.nearest_kit(self.calibration.board)
+            self.box.show_warning(
+                f"One count is {ratio:.2f} × that of the nearest kit, {kit.title}; within 20 % is usual.",
+                "Take the marks again in the step Zero and scale. Or confirm the scale above, then save.",
+            )
         else:
             self.box.show_text(_UNSAVED)
 

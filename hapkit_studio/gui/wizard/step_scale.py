@@ -108,6 +108,13 @@ class ScaleStep(StepPage):
         # an accidental Enter must not take a fifth mark
         self.first = self.apply if scale.result.good else None
 
+    def show_refusal(self, words: str, remedy: str = "") -> None:
+        """Show a refusal, in red if all marks are taken and give no scale."""
+        if len(self._marks) >= len(PLACES) and self.calibration.scale is None:
+            self.box.show_text(words, remedy, SIGNS[FAIL])
+        else:
+            super().show_refusal(words, remedy)
+
     def _scale_in_force(self, result: CheckResult) -> None:
         self._show_radii()
         self.finish(result)

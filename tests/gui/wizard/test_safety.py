@@ -176,6 +176,22 @@ def test_a_kit_chosen_by_mistake_is_given_back_and_undoing_it_all_is_asked_about
     assert not play.window.studio.stopped, "the board has the settings that it had"
 
 
+@pytest.mark.parametrize("again", [False, True])
+def test_an_e_stop_that_was_released_in_the_dialog_stays_released(played, again):
+    play = played()
+    studio, step = play.window.studio, play.dialog.connect_step
+    studio.stop_state.restored = True
+    play.dialog.stop.click()
+    play.dialog.release.click()
+    step.kits.setCurrentIndex(step.kits.findData("hapkit-hall"))
+    play.press(step.take)
+    if again:
+        play.dialog.stop.click()
+    play.dialog.close()
+    assert studio.stopped == again
+    assert not studio.stop_state.restored, "the loop asks for no second release"
+
+
 def test_closing_in_the_middle_of_a_sweep_leaves_the_motor_off(played, qtbot):
     play = played()
     dialog, kit = play.dialog, play.kit

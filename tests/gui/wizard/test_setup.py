@@ -189,6 +189,42 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     assert "assumed" not in step.hint.text()
 
 
+def test_marks_on_the_wrong_side_are_red_and_give_no_scale(played):
+    play = played()
+    play.dialog.go(2)
+    step = play.dialog.step
+    for place in PLACES:
+        assert not step.apply.isEnabled()
+        play.lead(abs(place))  # +20 mm for −20 mm
+        play.press(step.take)
+    assert "wrong side" in step.box.words.text()
+    assert step.box.property("tone") == "danger"
+    assert not step.apply.isEnabled()
+
+
+def test_a_scale_far_from_every_kit_is_saved_only_once_it_is_confirmed(played):
+    """The usual kit's pulley has 5 mm; the scale is in proportion to its radius."""
+    play = played()
+    dialog, save = play.dialog, play.dialog.save_step
+
+    def enter_save(pulley):
+        dialog.go(2)
+        dialog.step.radii["pulley_radius"].show_si(pulley)
+        play.press(dialog.step.set_radii)
+        dialog.go(6)
+        return save.save.isEnabled(), save.confirm.isVisible()
+
+    assert enter_save(1.19 * 0.005) == (True, False)
+    assert enter_save(1.21 * 0.005) == (False, True)
+    assert "1.21 × that of the nearest kit, Hapkit 3.0" in save.box.words.text()
+    save.confirm.click()
+    assert save.save.isEnabled()
+    assert enter_save(1.5 * 0.005) == (False, True)  # another scale is not confirmed
+    save.confirm.click()
+    play.press(save.save)
+    assert save.result.good
+
+
 @pytest.mark.slow
 def test_an_encoder_counts_both_ways(played, monkeypatch):
     monkeypatch.setattr(step_sensor, "RECORD_SECONDS", 5.5)
