@@ -1,4 +1,4 @@
-"""The text editor of a law: line numbers, colours, indentation, and problems marked at their lines."""
+"""Text editor of a law: line numbers, colours, indentation, and problems marked at their lines."""
 
 import keyword
 import re
@@ -220,13 +220,13 @@ _Note = tuple[QTextCursor, str, Any]
 """A note on a line: a cursor in it, its text at that time, and the message or figure."""
 
 
-def _note(block: QtGui.QTextBlock, said: Any) -> _Note:
-    return QTextCursor(block), block.text(), said
+def _note(block: QtGui.QTextBlock, content: Any) -> _Note:
+    return QTextCursor(block), block.text(), content
 
 
-def _standing(notes: Iterable[_Note]) -> Iterator[tuple[QtGui.QTextBlock, Any]]:
+def _unchanged(notes: Iterable[_Note]) -> Iterator[tuple[QtGui.QTextBlock, Any]]:
     """Yield the lines whose text is unchanged, with their notes."""
-    return ((cursor.block(), said) for cursor, text, said in notes if cursor.block().text() == text)
+    return ((cursor.block(), content) for cursor, text, content in notes if cursor.block().text() == text)
 
 
 class CodeEdit(QPlainTextEdit):
@@ -257,12 +257,12 @@ class CodeEdit(QPlainTextEdit):
     @property
     def marks(self) -> dict[int, str]:
         """Return problems by present line number, from 1."""
-        return {block.blockNumber() + 1: words for block, words in _standing(self._marks)}
+        return {block.blockNumber() + 1: words for block, words in _unchanged(self._marks)}
 
     @property
     def remarks(self) -> dict[int, str]:
         """Return advice by line, as ``marks``."""
-        return {block.blockNumber() + 1: words for block, words in _standing(self._remarks)}
+        return {block.blockNumber() + 1: words for block, words in _unchanged(self._remarks)}
 
     def mark(self, problems: Iterable[tuple[int, str]], remarks: Iterable[tuple[int, str]] = ()) -> None:
         """Replace all marks; a line beyond the text is its last one, line 0 marks nothing."""
@@ -279,7 +279,7 @@ class CodeEdit(QPlainTextEdit):
         """Return figures by present line number, without changed lines; None: no column."""
         if self._counts is None:
             return None
-        return {block.blockNumber() + 1: value for block, value in _standing(self._counts)}
+        return {block.blockNumber() + 1: value for block, value in _unchanged(self._counts)}
 
     def count(self, by_line: Mapping[int, float] | None) -> None:
         """Show a figure beside each of these lines until it changes; None: no column."""
@@ -298,7 +298,7 @@ class CodeEdit(QPlainTextEdit):
         """Return a block's rectangle in viewport pixels."""
         return self.blockBoundingGeometry(block).translated(self.contentOffset())
 
-    def bring_into_sight(self, line: int) -> None:
+    def scroll_to(self, line: int) -> None:
         """Scroll to a line without moving the cursor."""
         box = self.box(self.block(line))
         if box.top() < 0 or box.bottom() > self.viewport().height():
@@ -316,7 +316,7 @@ class CodeEdit(QPlainTextEdit):
         """Highlight the current line and the marked ones."""
         grounds = [] if self.isReadOnly() else [self._ground(self.textCursor(), "contact")]
         for notes, token in ((self._remarks, "warnsoft"), (self._marks, "dangersoft")):
-            grounds += [self._ground(QTextCursor(block), token) for block, _ in _standing(notes)]
+            grounds += [self._ground(QTextCursor(block), token) for block, _ in _unchanged(notes)]
         self.setExtraSelections(grounds)
 
     @staticmethod
@@ -336,7 +336,7 @@ class CodeEdit(QPlainTextEdit):
         metrics = painter.fontMetrics()
         for notes, token, sign in ((self._remarks, "warn", "! "), (self._marks, "danger", "✕ ")):
             painter.setPen(theme.color(token))
-            for block, words in _standing(notes):
+            for block, words in _unchanged(notes):
                 box = self.box(block)
                 left = box.left() + block.layout().lineAt(0).naturalTextWidth() + _GAP
                 room = self.viewport().width() - left - 8

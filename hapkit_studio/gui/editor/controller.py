@@ -35,8 +35,8 @@ def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
     if verdict.problems:
         return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"
     cost = [f"Tried in {verdict.calls:,} calls, {verdict.ns_per_call:.0f} ns each."] if verdict.calls else []
-    said = [*verdict.warnings, *map(str, verdict.remarks)]
-    return " ".join(["Running.", *(said or cost), *since]), "warn" if said else "ok"
+    notes = [*verdict.warnings, *map(str, verdict.remarks)]
+    return " ".join(["Running.", *(notes or cost), *since]), "warn" if notes else "ok"
 
 
 def write_error(error: OSError) -> str:
@@ -76,7 +76,7 @@ class EditorController(QObject):
         """Return the path of the open law, None without one."""
         return self.page.path
 
-    # a file's life in the editor
+    # opening and saving a file
 
     def begin_new(self) -> None:
         """Show the templates."""
@@ -168,7 +168,7 @@ class EditorController(QObject):
         self.edit(path)
 
     def end(self) -> None:
-        """Keep unsaved text before the window closes."""
+        """Save unsaved text as a draft before the window closes."""
         self.page.keep_draft()
 
     def _write(self, path: Path, text: str) -> Source:
@@ -256,7 +256,7 @@ class EditorController(QObject):
         self.page.code.mark(problems, remarks)
         self.message.say(*outcome(verdict, self.page.unsaved))
         if verdict.problems and verdict.problems[0].line:
-            self.page.code.bring_into_sight(verdict.problems[0].line)
+            self.page.code.scroll_to(verdict.problems[0].line)
 
 
 class FileActions:
@@ -275,7 +275,7 @@ class FileActions:
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.parent)))
 
     def delete(self, path: Path) -> None:
-        """Ask, then move a file to the system's bin."""
+        """Ask, then move a file to the trash."""
         DeleteDialog(path, self._controller.forget, self._window).show()
 
 

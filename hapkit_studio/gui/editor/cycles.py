@@ -40,7 +40,7 @@ class Count:
 
 def count(question: CycleRequest) -> Count:
     """Count a law's cycles, also if the board would reject it."""
-    from hapkit_studio.haptics import board_plan  # here: slow to import
+    from hapkit_studio.haptics import board_plan  # imported late: slow
     from hapkit_studio.laws import board
 
     offer, request = question.offer, question.request

@@ -1,4 +1,4 @@
-"""The editor in place of the plots: pages for a new law, for code, for another person's file."""
+"""The editor, which replaces the plots: pages for a new law, for code, for another person's file."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -39,9 +39,9 @@ class Chooser(QWidget):
         self.message = MessageLine()
         self.group = QtWidgets.QButtonGroup(self)
         for index, template in enumerate(self._templates):
-            said = declared_words(template.text)
-            icon = icon_name(said.get("scene") or _ICONS.get(template.key, template.key))
-            row = GalleryRow(icon, template.title.capitalize(), said.get("summary", ""))
+            declared = declared_words(template.text)
+            icon = icon_name(declared.get("scene") or _ICONS.get(template.key, template.key))
+            row = GalleryRow(icon, template.title.capitalize(), declared.get("summary", ""))
             row.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             self.group.addButton(row, index)
         self._arrange()
@@ -57,7 +57,7 @@ class Chooser(QWidget):
         self.group.button(0).setChecked(True)
         self.title.setModified(False)
         self._propose(0)
-        self.message.say("Creates a Python file of your own. You can change it while you feel it.")
+        self.message.say("Creates a Python file of your own. You can change it while you feel its force.")
         self.title.setFocus()
         self.title.selectAll()
 
@@ -71,7 +71,7 @@ class Chooser(QWidget):
         if title:
             self.made.emit(self._templates[self.group.checkedId()], title)
         else:
-            self.message.say("An environment has a title.", "warn")
+            self.message.say("Enter a title first.", "warn")
             self.title.setFocus()
 
     def _arrange(self) -> None:

@@ -26,12 +26,12 @@ class LanguageDialog(TextDialog):
         self.page.setMinimumSize(theme.px(_WIDE), theme.px(_HIGH))
         self.field.textChanged.connect(self.find_first)
         self.field.returnPressed.connect(self.find_next)
-        theme.changed.connect(self._dress)
+        theme.changed.connect(self._format)
         self.leave.setAutoDefault(False)  # Enter belongs to the search field
         self.column.addWidget(self.field)
         self.column.addWidget(self.page)
         self.column.addLayout(hbox(None, self.leave))
-        self._dress()
+        self._format()
         self.field.setText(word)
 
     def find_first(self, word: str) -> None:
@@ -44,7 +44,7 @@ class LanguageDialog(TextDialog):
         if not self.page.find(self.field.text()):
             self.find_first(self.field.text())
 
-    def _dress(self) -> None:
+    def _format(self) -> None:
         """Format headings, code and tables in the theme's colours."""
         document, was_code = self.page.document(), False
         block = document.begin()

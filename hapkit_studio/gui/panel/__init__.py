@@ -1,1 +1,1 @@
-"""The panel at the right: environment and parameters, loop, where the force is computed, stability."""
+"""The panel on the right: environment and parameters, loop, renderer, stability."""

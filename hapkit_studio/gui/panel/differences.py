@@ -1,4 +1,4 @@
-"""A table of what differs between two settings."""
+"""A table of the differences between two settings."""
 
 from collections.abc import Iterable
 
@@ -10,11 +10,12 @@ from hapkit_studio.gui.widgets.table import Table
 
 
 class DifferenceTable(Table):
-    """A row a setting: its name with the unit, and both values under their heads."""
+    """One row per setting: its name with the unit, and both values."""
 
     def __init__(self, old: str, new: str):
         super().__init__("What differs")
-        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)  # Ctrl+C copies it; Enter is for the buttons
+        # Ctrl+C copies the table; Enter belongs to the buttons
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._columns = (
             Column("Setting", lambda row: ", ".join(filter(None, (row.name, row.unit))), right=False),
             Column(old, lambda row: row.old),
@@ -22,5 +23,5 @@ class DifferenceTable(Table):
         )
 
     def show_differences(self, found: Iterable[Difference]) -> None:
-        """Show these from top to bottom."""
+        """Show these differences."""
         self.show_rows(self._columns, found)

@@ -1,4 +1,4 @@
-"""The stability limit of the loop in force: what it depends on, and its computation in a thread."""
+"""The stability limit of the present loop: its inputs, and its computation in a thread."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 JUDGING = "Judging…"
-"""Said while what is in force is not judged yet."""
+"""Shown until the present settings are judged."""
 DELAY_STEP, SHORT = 20e-6, 0.5e-3
-"""s; below the second a step is half as long, as fine as what is shown."""
-_STAYS = 0.8
-"""Of a step: so far a mean may wander without another limit; half a step would be no rest at all."""
+"""Rounding step of a delay in s, and the delay below which the step is half as large."""
+_HYSTERESIS = 0.8
+"""Hysteresis, as a fraction of the step: half a step would not suppress flicker."""
 _steady: "WeakKeyDictionary[Engine, dict[str, float]]" = WeakKeyDictionary()
 POINTS = 25
 
@@ -33,25 +33,25 @@ Points = tuple[tuple[float, float], ...]
 
 
 def coarse(delay: float, before: float | None) -> float:
-    """Return a delay in s on a coarse step; the one before stays until the other is clearly nearer."""
+    """Return a delay in s on a coarse step; it keeps its previous value within the hysteresis."""
     step = DELAY_STEP if delay >= SHORT else 0.5 * DELAY_STEP
-    if before is not None and abs(delay - before) < _STAYS * step:
+    if before is not None and abs(delay - before) < _HYSTERESIS * step:
         return before
     return round(delay / step) * step
 
 
 def steady_delay(engine: "Engine", where: str) -> float | None:
-    """Return the delay in s of one way of rendering, the one number of the window; None if unknown."""
+    """Return the delay in s of one renderer as shown in the whole window; None if unknown."""
     found = engine.delay_of(where)
     if found is None:
         return None
-    kept = _steady.setdefault(engine, {})
-    kept[where] = coarse(found.mean, kept.get(where))
-    return kept[where]
+    shown = _steady.setdefault(engine, {})
+    shown[where] = coarse(found.mean, shown.get(where))
+    return shown[where]
 
 
 class LoopFacts(QObject):
-    """Follows the studio; ``changed`` when limits may be others now. The delay is None until measured."""
+    """Follows the studio; ``changed``: limits may have changed. The delay is None until measured."""
 
     changed = Signal()
 
@@ -66,7 +66,7 @@ class LoopFacts(QObject):
         studio.environment_changed.connect(self._follow)
 
     def setting(self, hand: str = "released") -> "LoopSettings | None":
-        """Return the device and loop in force under a hand; None while there is no device or no delay yet."""
+        """Return the present device and loop with a hand; None without a device or a known delay."""
         from hapkit_studio.haptics.board_plan import spec_on_board
 
         engine, loop = self._studio.engine, self._studio.loop
@@ -88,7 +88,7 @@ class LoopFacts(QObject):
         )
 
     def why_unknown(self) -> tuple[str, str]:
-        """Say what is missing while there is no setting: in a few words, and in one sentence."""
+        """Return what is missing for a setting, in a few words and in a sentence."""
         engine, link = self._studio.engine, self._studio.link
         if engine is None:
             known = link.state == "idle" and link.text
@@ -100,7 +100,7 @@ class LoopFacts(QObject):
         return "Measuring the delay", "This takes half a second at zero force after connecting."
 
     def note_health(self, health: "Health") -> None:
-        """Take over the delay as measured, on a coarse step so that noise asks nothing."""
+        """Update the measured delay, rounded to a coarse step so that noise causes no new requests."""
         engine = self._studio.engine
         handing_over = engine is not None and engine.rendering != engine.where
         if handing_over or health.delay is None:
@@ -113,7 +113,7 @@ class LoopFacts(QObject):
             self.changed.emit()
 
     def _follow(self) -> None:
-        """Know the delay of whoever is to render now."""
+        """Use the delay of the new renderer."""
         engine = self._studio.engine
         if engine is not None and engine.device.measures_delay and engine.where != self._where:
             self._where = engine.where
@@ -121,7 +121,7 @@ class LoopFacts(QObject):
         self.changed.emit()
 
     def _forget(self) -> None:
-        """Forget the delay of the previous device; without a delay to measure it is the added delay."""
+        """Forget the previous device's delay; a device that measures none has only the added delay."""
         opened, self._where = self._studio.opened, "computer"
         known = opened is not None and not opened.measures_delay
         self.delay = self._studio.loop.delay if known else None
@@ -141,8 +141,8 @@ class CardResult:
     """The verdict, and the boundaries of the map as (damping, limit) points, for the verdict's worst hand.
 
     edge: the linear limit; friction: the limit up to which dry friction stops a knock of 1 mm;
-    unstable_ranges: ranges of each parameter beyond that. Empty if no limit is known; no boundaries if
-    they would be those of a different scene.
+    unstable_ranges: ranges of each parameter beyond that. Empty if no limit is known; no boundaries if they
+    would be those of a different scene.
     """
 
     question: CardRequest
@@ -155,7 +155,7 @@ class CardResult:
 @lru_cache(maxsize=256)
 def boundaries(setting: "LoopSettings", width: float) -> tuple[Points, Points]:
     """Return both boundaries from no damping to a width in N·s/m."""
-    from hapkit_studio.analysis.stability import kb_plane  # late: keeps start-up fast
+    from hapkit_studio.analysis.stability import kb_plane  # imported late to keep start-up fast
 
     across = np.linspace(0.0, width, POINTS)
     found = kb_plane.exact_boundary(setting, across), kb_plane.friction_boundary(setting, across)
@@ -164,7 +164,7 @@ def boundaries(setting: "LoopSettings", width: float) -> tuple[Points, Points]:
 
 
 def answer(question: CardRequest) -> CardResult:
-    """Judge a scene, once what that takes is compiled."""
+    """Judge a scene, after compiling the verdict if necessary."""
     from hapkit_studio.analysis.stability.verdict import unstable_ranges, verdict
 
     program = prepare.begin("verdict", gently=False)

@@ -1,4 +1,4 @@
-"""The loop as a student changes it: rate, delay, estimator, grip, controller, and what is modelled."""
+"""The loop's settings: rate, delay, estimator, grip, controller, and the modelled terms."""
 
 from collections.abc import Iterable
 from functools import partial
@@ -36,7 +36,7 @@ def _words(keys: Iterable[str]) -> str:
 
 
 class ModelLine(QWidget):
-    """Says what is modelled; emits ``chosen`` with one of MODELS when a person switches."""
+    """Shows which terms are modelled; emits ``chosen`` with one of MODELS."""
 
     chosen = Signal(str)
 
@@ -47,10 +47,10 @@ class ModelLine(QWidget):
         vbox(self.words, self.switch, into=self, gap=4)
 
     def show_model(self, environment: Environment, values: Values, model: str, modelled: bool) -> None:
-        """Show what is in force; hidden for hardware, which is not modelled."""
+        """Show the model in use; hidden for real hardware."""
         self.setVisible(modelled)
         needs = environment.needed_at(values)
-        # () was never looked at, and gets everything
+        # (): not analysed, so everything is modelled
         spare = [key for key in OPTIONAL if needs and key not in needs]
         left_out = {"everything": [], "frictionless": ["coulomb"]}.get(model, spare)
         terms = [key for key in MODELLED if key not in left_out]
@@ -60,7 +60,7 @@ class ModelLine(QWidget):
 
 
 def _model_tip(title: str, spare: list[str], judged: bool) -> str:
-    """Return what is left out and what it would change."""
+    """Return the tooltip: which terms are left out, and why."""
     all_of_it = _words(MODELLED)
     if not judged:
         return (
@@ -77,9 +77,9 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
 
 
 class LoopPanel(QWidget):
-    """Rows for the loop under a heading; folded into one line until a person wants them, rare ones twice.
+    """Rows of the loop, foldable into one line; a second fold hides rarely changed rows.
 
-    What is folded is remembered in the settings. ``opened(part)``: a person has unfolded it.
+    The folds are stored in the settings. ``opened(part)``: a part was unfolded.
     """
 
     opened = Signal(QWidget)
@@ -121,14 +121,14 @@ class LoopPanel(QWidget):
         self.show_state()
 
     def set_more(self, on: bool) -> None:
-        """Show the rows that are rarely changed as well, or fold them."""
+        """Show or hide the rarely changed rows."""
         self._settings.setValue("loop_more", on)
         self._rare.setVisible(on)
         self.more.setText("Less" if on else "More")
         self.more.setAccessibleName("Less of the loop" if on else "More of the loop")
 
     def show_state(self) -> None:
-        """Show the loop as the studio has it; a real board's rate is its own."""
+        """Show the present loop; a real board has its own rate."""
         studio, loop, engine = self._studio, self._studio.loop, self._studio.engine
         fixed = studio.why_fixed(*LOOP)
         self.padlock.setVisible(bool(fixed))
@@ -156,10 +156,10 @@ class LoopPanel(QWidget):
         self.grip.set_locked("The hand on this device is your own." if own_hand else "")
 
     def summary(self) -> str:
-        """Return the loop in one line that fits the panel: the estimator without its options."""
+        """Return the loop in one line that fits the panel, without the estimator's options."""
         spec, rate, board = self._studio.loop.estimator, f"{self._rate():,.0f} Hz", self._plan() is not None
         if board:
-            from hapkit_studio.haptics.board_plan import spec_on_board  # late: keeps start-up fast
+            from hapkit_studio.haptics.board_plan import spec_on_board  # imported late to keep start-up fast
 
             spec = spec_on_board(spec)
         key = parse(spec)[0].key
@@ -168,17 +168,17 @@ class LoopPanel(QWidget):
         return f"Board {rate} · {name}" if board else f"{rate} · {delay} ms · {name}"
 
     def _plan(self) -> "BoardPlan | None":
-        """Return how the board renders, None where it does not."""
+        """Return how the board renders; None if the computer renders."""
         engine = self._studio.engine
         return engine.decision().in_force if engine is not None else None
 
     def _rate(self) -> float:
-        """Return the rate in Hz as it is shown; a board's to whole hertz."""
+        """Return the rate in Hz as shown; a board's rate is rounded to whole hertz."""
         engine, plan = self._studio.engine, self._plan()
         return float(round(plan.rate)) if plan is not None else (engine or self._studio).loop.rate
 
     def _note_values(self) -> None:
-        """Show what is modelled; follow a board whose rate is another by a dearer law or method."""
+        """Update the model, and the rate of a board that a more expensive law has slowed down."""
         if self._rate() != self.rate.value:
             self.show_state()
         self._show_model()

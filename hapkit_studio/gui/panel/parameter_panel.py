@@ -1,4 +1,4 @@
-"""The panel at the right: title, parameters, loop, warnings, stability."""
+"""The panel on the right: title, parameters, loop, warnings, stability."""
 
 import re
 
@@ -21,19 +21,19 @@ from hapkit_studio.gui.widgets.parts import SIDE, ScrollColumn, Sign, hbox, labe
 from hapkit_studio.gui.widgets.text import rich, show_formula
 from hapkit_studio.gui.widgets.theme import theme
 
-_SMALLEST = 14  # px: below that a title rather takes two lines
-_UPPER = 200  # px for title and first parameters: with less, the map of stability gives way
+_SMALLEST = 14  # px: smaller titles wrap instead
+_UPPER = 200  # px: minimum height of title and first parameters; below it the stability map is hidden
 _CARD_WIDE, _CARD_GAP = 320, 8  # px: the card with the whole explanation, beside the panel
 
 
 class Title(QLabel):
-    """Words in the title's font, smaller where the line would be too short for them."""
+    """A title whose font shrinks if the line is too long."""
 
     def __init__(self) -> None:
         super().__init__(textFormat=Qt.TextFormat.PlainText, wordWrap=True)
 
     def show_text(self, words: str) -> None:
-        """Show other words."""
+        """Show another title."""
         self.setText(words)
         self._fit()
 
@@ -53,7 +53,7 @@ class Title(QLabel):
 
 
 class PanelTitle(QWidget):
-    """Icon, title, formula and first sentence of the explanation of the environment in force.
+    """Icon, title, formula and first sentence of the explanation of the present environment.
 
     "?" shows the whole explanation on a card beside the panel, so that no control moves.
     """
@@ -83,7 +83,7 @@ class PanelTitle(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the environment in force."""
+        """Show the present environment."""
         environment = self._studio.environment
         self.picture.show_sign(icon_name(environment.scene), "ink")
         self.title.show_text(environment.title)
@@ -91,7 +91,7 @@ class PanelTitle(QWidget):
         self.show_explanation()
 
     def show_explanation(self) -> None:
-        """Show the first sentence, or the whole explanation once that is asked for."""
+        """Show the first sentence, or the whole explanation while "?" is pressed."""
         environment = self._studio.environment
         words = environment.explanation or environment.summary
         first, *more = re.split(r"(?<=[.!?])\s+", words, maxsplit=1)
@@ -131,7 +131,7 @@ class PanelTitle(QWidget):
 
 
 class ParameterRows(QWidget):
-    """One row per declared parameter of the environment in force."""
+    """One row per parameter of the present environment."""
 
     def __init__(self, studio: Studio, anchor: QWidget):
         super().__init__()
@@ -145,7 +145,7 @@ class ParameterRows(QWidget):
         self.rebuild()
 
     def rebuild(self) -> None:
-        """Make the rows anew for another environment."""
+        """Create the rows of another environment."""
         environment = self._studio.environment
         self.rows = {p.key: row_of(p, environment.formula) for p in environment.parameters}
         for row in self.rows.values():
@@ -156,7 +156,7 @@ class ParameterRows(QWidget):
         self.order()
 
     def show_values(self) -> None:
-        """Show the values in force, and lock what has no effect."""
+        """Show the present values; lock rows without effect."""
         unused = self._studio.environment.unused(self._studio.values)
         for key, row in self.rows.items():
             row.show_value(self._studio.values[key])
@@ -164,13 +164,13 @@ class ParameterRows(QWidget):
             row.set_locked(fixed or unused.get(key, ""), padlock=bool(fixed))
 
     def show_ranges(self) -> None:
-        """Hatch the sliders where they are more than the loop can take."""
+        """Hatch the unstable ranges of the sliders."""
         for key, row in self.rows.items():
             if isinstance(row, ParameterRow):
                 row.show_ranges(self._studio.unstable_ranges.get(key, ()))
 
     def order(self) -> None:
-        """Let Tab go through the rows in their order, right after the anchor."""
+        """Set the tab order of the rows, after the anchor."""
         before = self._anchor
         for row in self.rows.values():
             for stop in row.tab_stops():
@@ -188,9 +188,9 @@ class ParameterRows(QWidget):
 
 
 class ParameterPanel(QWidget):
-    """The panel as a whole: A and B, warnings and verdict at its bottom, always in sight; the rest scrolls.
+    """The whole panel: A and B, warnings and verdict stay visible at the bottom, the rest scrolls.
 
-    The map below the verdict gives way where it would leave too little.
+    The map below the verdict is hidden if the panel is too low.
     """
 
     def __init__(
@@ -213,16 +213,16 @@ class ParameterPanel(QWidget):
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.warnings.changed.connect(self._lay_out_now)
         self.loop.opened.connect(self.upper.reveal)
-        studio.environment_changed.connect(self._begin_anew)
+        studio.environment_changed.connect(self._show_top)
         studio.lock_changed.connect(lambda: self._hide_values("values" in studio.permissions.left_out))
-        self._begin_anew()
+        self._show_top()
 
     def _hide_values(self, on: bool) -> None:
         for part in (self.parameters, self.preset):
             part.setHidden(on)
 
-    def _begin_anew(self) -> None:
-        """Show the top for another environment, with one rule where no parameters part two."""
+    def _show_top(self) -> None:
+        """Scroll to the top for another environment; hide a rule if it has no parameters."""
         self.upper.verticalScrollBar().setValue(0)
         self._rule.setVisible(bool(self.parameters.rows))
 
@@ -231,10 +231,10 @@ class ParameterPanel(QWidget):
         self._lay_out_now()
 
     def _lay_out_now(self) -> None:
-        """Give a longer verdict its room at once: else a frame is painted with its words cut."""
+        """Lay out at once after a longer verdict: otherwise one frame would show it cut off."""
         self.stability.show_map(True)
         upper = self.height() - self._foot.heightForWidth(self.width())
-        if self.two.isHidden():  # its room is kept, so that the map stays when A is kept
+        if self.two.isHidden():  # reserve its height, so that the map stays visible when A is stored
             upper -= self.two.sizeHint().height()
         self.stability.show_map(upper >= theme.px(_UPPER))
         for part in (*self.stability.verdict.lines, self.stability.verdict, self.stability, self._foot, self):

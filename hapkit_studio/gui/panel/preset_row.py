@@ -1,4 +1,4 @@
-"""The panel's preset row: what is in force by its name, what differs, save, restore, import."""
+"""The panel's preset row: name of the present preset, differences, save, restore, import."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -35,7 +35,7 @@ _ABOUT = "Saves the values of {} under a name, in a file that others can import.
 
 
 class Presets(QObject):
-    """What presets do to the studio; ``changed``: another one is in force. Applying one is one undo step."""
+    """Applies, saves and compares presets; ``changed``: another preset was applied. Each is one undo step."""
 
     changed = Signal()
 
@@ -46,12 +46,12 @@ class Presets(QObject):
 
     @property
     def chosen(self) -> str:
-        """Return the name of the preset chosen last for the environment in force, "" for none."""
+        """Return the name of the preset chosen last for the present environment, "" for none."""
         return self._chosen.get(self._studio.environment.key, ("", {}))[0]
 
     @property
     def different(self) -> Settings:
-        """Return what of the preset chosen last is not in force now."""
+        """Return the settings of the preset chosen last that differ from the present ones."""
         return differing(self._studio, self._chosen.get(self._studio.environment.key, ("", {}))[1])
 
     @property
@@ -60,10 +60,10 @@ class Presets(QObject):
         return {key: name for key, (name, _) in self._chosen.items()}
 
     def remember(self, names: Mapping[str, object]) -> None:
-        """Take presets for those chosen last, by their names; they are not applied."""
+        """Restore the names of the presets chosen last, without applying them."""
         for key in names.keys() & self._studio.environments.keys():
             path = presets.found(key).get(str(names[key]))
-            with suppress(ParameterError):  # it was damaged meanwhile
+            with suppress(ParameterError):  # damaged meanwhile
                 if path is not None:
                     self._chosen[key] = path.stem, presets.read(path, self._studio.environments)
         self.changed.emit()
@@ -74,52 +74,54 @@ class Presets(QObject):
         return differences(self._studio, settings_of(self._studio), settings)
 
     def apply(self, path: Path) -> Settings:
-        """Put a preset in force; where it cannot be, say so line by line, change nothing, return {}."""
+        """Apply a preset and return its settings; if it is refused, show its errors and return {}."""
         try:
             settings = presets.read(path, self._studio.environments)
             self._put(printable(path.stem), settings)
         except ParameterError as error:
             lines = str(error).splitlines()
-            more = [f"And {len(lines) - _MOST_LINES} lines more."] if len(lines) > _MOST_LINES else []
-            self._say(f"{path.stem[:40]}: nothing was changed", [*lines[:_MOST_LINES], *more])
+            more = [f"And {len(lines) - _MOST_LINES} more lines."] if len(lines) > _MOST_LINES else []
+            self._show_message(f"{path.stem[:40]}: nothing was changed", [*lines[:_MOST_LINES], *more])
             return {}
         return settings
 
     def restore(self) -> None:
-        """Put the preset chosen last back in force."""
+        """Apply the preset chosen last again."""
         try:
             self._put(*self._chosen[self._studio.environment.key])
-        except ParameterError as error:  # the device allows it no longer
-            self._say("Nothing was changed", [str(error)])
+        except ParameterError as error:  # the device does not allow it any more
+            self._show_message("Nothing was changed", [str(error)])
 
     def bring(self) -> None:
-        """Ask for a file, apply it and keep a copy."""
-        choose_file(self._window, "Import preset", "Presets (*.toml)", lambda path: self.take(Path(path)))
+        """Ask for a file, apply it and store a copy."""
+        choose_file(
+            self._window, "Import preset", "Presets (*.toml)", lambda path: self.import_file(Path(path))
+        )
 
-    def take(self, path: Path) -> None:
-        """Apply a foreign file, and keep a copy under its name where that is one."""
+    def import_file(self, path: Path) -> None:
+        """Apply a foreign file, and store a copy under its name if that is valid."""
         if settings := self.apply(path):
             try:
                 presets.write(self._studio.environments[settings[ENVIRONMENT]], path.stem, settings)
             except (OSError, ParameterError) as error:
-                self._say("Preset not kept", [f"{path.name} is applied, but not kept: {error}"])
+                self._show_message("Preset not stored", [f"{path.name} was applied, but not stored: {error}"])
 
-    def keep(self, name: str, with_loop: bool) -> None:
-        """Write what is in force under a name; raise ParameterError, OSError."""
-        environment, kept = self._studio.environment, settings_of_scene(self._studio, with_loop)
-        presets.write(environment, name, kept)
-        self._chosen[environment.key] = name, kept
+    def save(self, name: str, with_loop: bool) -> None:
+        """Save the present settings under a name; raise ParameterError, OSError."""
+        environment, saved = self._studio.environment, settings_of_scene(self._studio, with_loop)
+        presets.write(environment, name, saved)
+        self._chosen[environment.key] = name, saved
         self.changed.emit()
 
     def ask_to_compare(self) -> None:
-        """Show what differs between a preset and what is set."""
+        """Open the dialog that compares presets with the present settings."""
         CompareDialog(self._studio, self, self._window).show()
 
-    def ask_to_keep(self) -> None:
-        """Ask for a name to save under."""
+    def ask_to_save(self) -> None:
+        """Open the dialog that asks for a name to save under."""
         SavePresetDialog(self._studio, self, self._window).show()
 
-    def _say(self, title: str, lines: list[str]) -> None:
+    def _show_message(self, title: str, lines: list[str]) -> None:
         text_dialog(title, lines, self._window).show()
 
     def _put(self, name: str, settings: Settings) -> None:
@@ -130,7 +132,7 @@ class Presets(QObject):
 
 
 class SavePresetDialog(FormDialog):
-    """Asks for a name, and whether the loop is to be kept as well."""
+    """Asks for a name, and whether to save the loop as well."""
 
     def __init__(self, studio: Studio, presets_: Presets, parent: QWidget):
         environment = studio.environment
@@ -149,7 +151,7 @@ class SavePresetDialog(FormDialog):
         self._judge()
 
     def _judge(self) -> None:
-        """Say at once what a name would do."""
+        """Show the effect of the entered name."""
         try:
             name = presets.checked_name(self.name.text())
         except ParameterError as error:
@@ -157,11 +159,11 @@ class SavePresetDialog(FormDialog):
             self.save.setEnabled(False)
             return
         self.save.setEnabled(True)
-        self.verdict.say("Replaces the preset of that name." if name in self._known else "")
+        self.verdict.say("Replaces the preset with this name." if name in self._known else "")
 
     def _save(self) -> None:
         try:
-            self._presets.keep(presets.checked_name(self.name.text()), self.with_loop.isChecked())
+            self._presets.save(presets.checked_name(self.name.text()), self.with_loop.isChecked())
         except (OSError, ParameterError) as error:
             self.verdict.say(f"Not saved: {error}", "triangle", "danger")
         else:
@@ -169,7 +171,7 @@ class SavePresetDialog(FormDialog):
 
 
 class CompareDialog(FormDialog):
-    """Shows what a preset would change, as long as the environment is in force; it follows what is set."""
+    """Shows what a preset would change; follows the settings, and closes with the environment."""
 
     def __init__(self, studio: Studio, presets_: Presets, parent: QWidget):
         title = studio.environment.title
@@ -191,7 +193,7 @@ class CompareDialog(FormDialog):
         self.compare()
 
     def compare(self) -> None:
-        """Show the differences as they are now, or why there are none."""
+        """Show the present differences, or why there are none."""
         found: list[Difference] = []
         words = "No preset is saved yet."
         if self._found:
@@ -207,7 +209,7 @@ class CompareDialog(FormDialog):
 
 
 class PresetRow(QWidget):
-    """Says which preset is in force; its menu applies, compares, saves and imports."""
+    """Shows which preset is active; its menu applies, compares, saves and imports presets."""
 
     def __init__(self, studio: Studio, presets_: Presets):
         super().__init__()
@@ -225,7 +227,7 @@ class PresetRow(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Name what is in force: a preset, one that was changed since, the defaults, or neither."""
+        """Show the active preset, whether it was changed, or that there is none."""
         studio, chosen = self._studio, self._presets.chosen
         self.setVisible(bool(studio.environment.parameters))
         words = DEFAULTS if studio.values == studio.environment.values() else OWN
@@ -238,7 +240,7 @@ class PresetRow(QWidget):
         self.button.setToolTip(plain_tip("\n".join(lines)))
 
     def fill(self) -> None:
-        """Fill the menu with what there is now; a tip says what each preset would change."""
+        """Fill the menu with all presets; a tooltip lists what each would change."""
         presets_, menu, studio = self._presets, self.menu, self._studio
         menu.clear()
         self._add(DEFAULTS, studio.reset_values)
@@ -250,11 +252,11 @@ class PresetRow(QWidget):
         self._add("Compare…", presets_.ask_to_compare)
         if presets_.chosen and presets_.different:
             self._add(f"Restore {presets_.chosen}", presets_.restore)
-        self._add("Save as…", presets_.ask_to_keep)
+        self._add("Save as…", presets_.ask_to_save)
         self._add("Import…", presets_.bring)
 
     def _would_change(self, path: Path) -> str:
-        """Say what a preset would change, a line each, or why it is none."""
+        """Return the lines of what a preset would change, "Now" if nothing, or its errors."""
         try:
             return "\n".join(map(str, self._presets.compared(path))) or "Now"
         except ParameterError as error:

@@ -1,4 +1,4 @@
-"""Where the force is computed, computer or board: the switch, and the figures of both, side by side."""
+"""Who computes the force, computer or board: the switch, and a table of both."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -33,7 +33,7 @@ ROWS = {
     "had no time",
     "Processor, %": "How busy the board's processor usually is. At most 80 % is allowed",
 }
-"""The facts, each with what it means."""
+"""Rows of the table with their tooltips."""
 _FIRST_ROWS = "Delay, ms", "Limit, N/m"
 UNKNOWN = "–"
 NAMES = "Computer", "Board"
@@ -46,7 +46,7 @@ TIP = (
 
 @dataclass(frozen=True)
 class RendererFacts:
-    """Delay, rate in Hz and processor share of computer or board, where known; what its limit depends on."""
+    """Delay, rate in Hz and processor load of computer or board, if known, and the setting of its limit."""
 
     delay: "MeasuredDelay | None"
     rate: float | None
@@ -55,7 +55,7 @@ class RendererFacts:
     share: float | None
 
     def texts(self, limit: float | None) -> tuple[str, ...]:
-        """Return what stands in its column, in the order of ROWS; limit in N/m."""
+        """Return the texts of its column in the order of ROWS; limit in N/m."""
         delay, share = self.delay, self.share
         return (
             f"{number(1e3 * delay.mean, 2)} ± {number(1e3 * delay.spread, 2)}" if delay else UNKNOWN,
@@ -67,15 +67,15 @@ class RendererFacts:
 
 
 def solve(question: tuple[list["LoopSettings | None"], float]) -> list[float | None]:
-    """Return the exact stiffness limit in N/m in each setting at a damping in N·s/m, None where none is."""
-    from hapkit_studio.analysis.stability import kb_plane  # late: keeps start-up fast
+    """Return each setting's exact stiffness limit in N/m at a damping in N·s/m; None without one."""
+    from hapkit_studio.analysis.stability import kb_plane  # imported late to keep start-up fast
 
     settings, damping = question
     return [None if s is None else kb_plane.limit(s, damping) for s in settings]
 
 
 def renderers(studio: "Studio") -> list[RendererFacts]:
-    """Return computer and board as the device and loop in force have them."""
+    """Return the facts of computer and board for the present device and loop."""
     from hapkit_studio.haptics import board_plan
 
     engine = studio.engine
@@ -89,7 +89,7 @@ def renderers(studio: "Studio") -> list[RendererFacts]:
     ):
         delay, steady, setting = engine.delay_of(where), steady_delay(engine, where), None
         if delay is not None and steady is not None:
-            delay = delay._replace(mean=steady)  # as everything in the window shows it and takes it
+            delay = delay._replace(mean=steady)  # as shown and used everywhere in the window
             if rate is not None:
                 setting = LoopSettings(
                     mass=device.mass, viscous=device.viscous, quantum=device.quantum, rate=rate, delay=steady,
@@ -101,7 +101,7 @@ def renderers(studio: "Studio") -> list[RendererFacts]:
 
 
 class Facts(QWidget):
-    """A row for each fact, a column each for computer and board; the one in force in the accent colour."""
+    """One row per fact, one column each for computer and board; the active one in the accent colour."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -124,7 +124,7 @@ class Facts(QWidget):
                 self._details += [head, *(labels[row] for labels in self.columns)]
 
     def set_folded(self, folded: bool) -> None:
-        """Leave out all but the first facts, or show all."""
+        """Show only the first facts, or all."""
         for part in self._details:
             part.setHidden(folded)
 
@@ -138,13 +138,13 @@ class Facts(QWidget):
 
 
 def _find(question: "RefusedRequest") -> "AlternativeResult":
-    from hapkit_studio.analysis import board_alternative  # late: keeps start-up fast
+    from hapkit_studio.analysis import board_alternative  # imported late to keep start-up fast
 
     return board_alternative.find(question)
 
 
 class RenderingSwitch(QWidget):
-    """Shown for devices with a board. ``compare``: a person wants both renderers, one after the other."""
+    """Switch between computer and board. ``compare``: the user wants to compare both."""
 
     compare = Signal()
 
@@ -152,8 +152,8 @@ class RenderingSwitch(QWidget):
         super().__init__()
         self._studio = studio
         self._worker, self._finder = LatestResult(solve, self), LatestResult(_find, self)
-        self._worker.answered.connect(self._take)
-        self._finder.answered.connect(self._take_cheaper)
+        self._worker.answered.connect(self._show_limits)
+        self._finder.answered.connect(self._show_cheaper)
         self._renderers: list[RendererFacts] | None = None
         self._limits: list[float | None] = [None, None]
         self._cheaper: dict[str, Alternative] = {}
@@ -180,34 +180,34 @@ class RenderingSwitch(QWidget):
             signal.connect(self._clear_message)
         self.show_state()
 
-    # what is shown
+    # display
 
     def set_folded(self, folded: bool) -> None:
-        """Say it in one line, or in all."""
+        """Show the short or the full form."""
         self._folded = folded
         self.facts.set_folded(folded)
         self.show_state()
 
     def note_health(self, _health: "Health") -> None:
-        """Take over what was measured lately."""
+        """Update the measured facts."""
         self._refresh_facts()
         engine = self._studio.engine
         if engine is not None and not self.isHidden():
             self._look_for_cheaper(engine)
 
     def set_busy(self, words: str) -> None:
-        """Say what goes on while both renderers are compared; nothing ends it."""
+        """Show the progress of a comparison, "" when it has ended."""
         self.switch.setEnabled(not words)
         self.button.setText("Cancel" if words else "Compare both")
         self.show_message(words)
 
     def show_message(self, words: str) -> None:
-        """Say what became of a comparison, until something else is chosen."""
+        """Show the result of a comparison until the settings change."""
         self._message = words
         self.show_state()
 
     def show_state(self) -> None:
-        """Show who renders, and why the board cannot where it cannot; until that is known, as it was."""
+        """Show who renders, or why the board cannot; unchanged until the board's answer is known."""
         engine = self._studio.engine
         board = engine is not None and engine.device.has_board
         self.setVisible(board)
@@ -233,7 +233,7 @@ class RenderingSwitch(QWidget):
         self._look_for_cheaper(engine)
 
     def _remark(self, engine) -> str:
-        """Return what of the loop the board does not do, and what it takes where no table says so."""
+        """Return which settings the board ignores, and its processor load while the table is folded."""
         from hapkit_studio.haptics import board_plan
 
         loop, parts, decision = self._studio.loop, [], engine.decision()
@@ -264,7 +264,7 @@ class RenderingSwitch(QWidget):
             self._limits = [None, None]
         self._write()
 
-    def _take(self, limits: list[float | None]) -> None:
+    def _show_limits(self, limits: list[float | None]) -> None:
         self._limits = limits
         self._write()
 
@@ -276,7 +276,7 @@ class RenderingSwitch(QWidget):
             self.facts.show_renderer(column, renderer.texts(limit), RENDERERS[column] == engine.where)
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
-        """Have something looked for that the board can render, where this law is too much for it."""
+        """Search for an option that the board can render if it refuses the present law."""
         decision, offer = engine.decision(), engine.driver.planner if engine.driver is not None else None
         if not decision.refusal or offer is None:
             self._finder.forget()
@@ -285,7 +285,7 @@ class RenderingSwitch(QWidget):
 
             self._finder.ask(RefusedRequest(offer, engine.plan_request))
 
-    def _take_cheaper(self, answer: "AlternativeResult") -> None:
+    def _show_cheaper(self, answer: "AlternativeResult") -> None:
         refusal = answer.question.planner.known(answer.question.request)
         self._cheaper = {refusal: answer.found} if isinstance(refusal, str) and answer.found else {}
         self.show_state()
@@ -294,7 +294,7 @@ class RenderingSwitch(QWidget):
         if self._message and self.switch.isEnabled():
             self.show_message("")
 
-    # what a person does
+    # actions of the user
 
     def _choose(self, index: int) -> None:
         self._message = ""

@@ -1,4 +1,4 @@
-"""One row per declared parameter: a number with box and slider, or a choice."""
+"""One row per parameter: a number with box and slider, or a choice."""
 
 import math
 import re
@@ -18,15 +18,15 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 from hapkit_studio.quantity import Quantity
 
-# more, or longer words, do not fit beside the label in a narrow panel
+# limits of a segmented choice in a narrow panel; otherwise a combo box is used
 _MOST_SEGMENTS, _MOST_LETTERS = 3, 14
 BOX_WIDE, BOX_NARROW = 92, 72
-_WIDE = 260  # px of a row: with less its box is narrow
+_WIDE = 260  # px: below this width of the row its box is narrow
 _UNIT = 42  # px: the longest unit
 
 
 class ChoiceRow(QWidget):
-    """Emits ``changed(key, index)`` when a person picks another option; ``value`` is the chosen index."""
+    """Emits ``changed(key, index)`` when the user picks an option; ``value`` is the index."""
 
     changed = Signal(str, float)
 
@@ -38,41 +38,41 @@ class ChoiceRow(QWidget):
         self.picker: Segmented | QComboBox
         if len(words) <= _MOST_SEGMENTS and sum(map(len, words)) <= _MOST_LETTERS:
             self.picker = Segmented(choice.label, words)
-            self.picker.chosen.connect(self._take)
+            self.picker.chosen.connect(self._pick)
         else:
             self.picker = QComboBox()
             self.picker.addItems(words)
             self.picker.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-            self.picker.activated.connect(self._take)
+            self.picker.activated.connect(self._pick)
         self.padlock = Sign(16, "lock")
         hbox((self.label, 1), self.padlock, self.picker, into=self, margins=(0, 3, 0, 3), gap=6)
         self.set_locked("")
         self.show_value(choice.default)
 
     def tab_stops(self) -> tuple[QWidget, ...]:
-        """Return what Tab stops at, in order."""
+        """Return the widgets at which Tab stops, in order."""
         return self.picker.buttons if isinstance(self.picker, Segmented) else (self.picker,)
 
     def show_value(self, value: float) -> None:
-        """Show the option that is in force."""
+        """Show the chosen option."""
         self.value = float(value)
         show = self.picker.show_index if isinstance(self.picker, Segmented) else self.picker.setCurrentIndex
         show(int(value))
         self.picker.setAccessibleName(f"{self.parameter.label}, {self.parameter.word(value)}")
 
     def set_locked(self, reason: str, padlock: bool = False) -> None:
-        """Leave the option readable but fixed, and say why; no reason unlocks it. padlock: a person did."""
+        """Disable the row and show why; "" enables it. padlock: it was locked by an instructor."""
         self.setEnabled(not reason)
         self.padlock.setVisible(padlock)
         self.setToolTip(tip((reason, self.parameter.help), self._formula))
 
-    def _take(self, index: int) -> None:
+    def _pick(self, index: int) -> None:
         self.show_value(index)
         self.changed.emit(self.parameter.key, self.value)
 
 
 def _label_text(parameter: Parameter) -> str:
-    """Return label and symbol as HTML; a symbol stays on the line of its word."""
+    """Return label and symbol as HTML, with no line break before the symbol."""
     symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", rich(parameter.symbol))
     words = rich(parameter.label)
     gap = "&nbsp;" if " " in words else " "
@@ -80,7 +80,7 @@ def _label_text(parameter: Parameter) -> str:
 
 
 class ParameterRow(QWidget):
-    """Emits ``changed(key, SI value)`` for every accepted number; a bad one stays in the box, marked."""
+    """Emits ``changed(key, SI value)`` for every accepted number; a rejected one stays in the box, marked."""
 
     changed = Signal(str, float)
 
@@ -101,36 +101,36 @@ class ParameterRow(QWidget):
         self.reset.setAccessibleName(f"Reset {parameter.label} to {default}")
         self._arrange()
         self.set_locked("")
-        self.box.entered.connect(self._take)
-        self.slider.picked.connect(self._take)
-        self.reset.clicked.connect(lambda: self._take(self.quantity.default))
+        self.box.entered.connect(self._enter)
+        self.slider.picked.connect(self._enter)
+        self.reset.clicked.connect(lambda: self._enter(self.quantity.default))
         self.show_value(parameter.default)
 
     @property
     def value(self) -> float:
-        """Return the last good value, SI."""
+        """Return the last accepted value, SI."""
         return self._value / self.quantity.factor
 
     def show_value(self, value: float) -> None:
-        """Show an SI value in force; while nothing has changed, a refused one stays in its box."""
+        """Show an SI value; an unchanged value does not replace a rejected number in the box."""
         if value != self.value:
             self._show(value * self.quantity.factor)
 
     def show_error(self, text: str) -> None:
-        """Mark the box and say below what the limit is; the loop keeps the last good value."""
+        """Mark the box and show the error below; the loop keeps the last accepted value."""
         self.error.setText(text)
         self.error.setVisible(bool(text))
         mark(self.box, "invalid", bool(text))
 
     def show_ranges(self, ranges: Sequence[tuple[float, float]]) -> None:
-        """Hatch the slider where values in SI are more than the loop can take."""
+        """Hatch the unstable ranges, in SI, of the slider."""
         factor = self.quantity.factor
         self.slider.show_ranges([(low * factor, high * factor) for low, high in ranges])
 
     def set_locked(self, reason: str, padlock: bool = False) -> None:
-        """Leave the value readable but fixed, and say why; no reason unlocks it.
+        """Disable the row and show why; "" enables it.
 
-        padlock: a person did, and it stands in the place of reset.
+        padlock: it was locked by an instructor; the padlock replaces the reset button.
         """
         self.setEnabled(not reason)
         self.padlock.setVisible(padlock)
@@ -140,16 +140,16 @@ class ParameterRow(QWidget):
             widget.setToolTip(words)
 
     def tab_stops(self) -> tuple[QWidget, ...]:
-        """Return what Tab stops at, in order."""
+        """Return the widgets at which Tab stops, in order."""
         return self.box, self.reset, self.slider
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave the label more room in a narrow panel."""
+        """Narrow the box in a narrow panel."""
         super().resizeEvent(event)
         self.box.setFixedWidth(theme.px(BOX_WIDE if self.width() >= theme.px(_WIDE) else BOX_NARROW))
         self._grid.setColumnMinimumWidth(2, theme.px(_UNIT))
 
-    def _take(self, value: float) -> None:
+    def _enter(self, value: float) -> None:
         if not self.quantity.inside(value):
             self.show_error(self.quantity.limits())
             return
@@ -157,7 +157,7 @@ class ParameterRow(QWidget):
         self.changed.emit(self.parameter.key, self.quantity.si(value))
 
     def _show(self, value: float) -> None:
-        """Show a good value in the unit on the screen."""
+        """Show an accepted value in the unit on the screen."""
         self._value = value
         self.box.show_value(value)
         self.slider.show_value(value)
@@ -187,7 +187,7 @@ class ParameterRow(QWidget):
         grid.addWidget(self.slider, 1, 0, 1, 4)
         grid.addWidget(self.error, 2, 0, 1, 4)
         grid.setColumnStretch(0, 1)
-        self.box.setFixedWidth(theme.px(BOX_NARROW))  # until it is known whether there is room for more
+        self.box.setFixedWidth(theme.px(BOX_NARROW))  # until the width is known
         self.error.hide()
 
 
@@ -195,7 +195,7 @@ Row = ParameterRow | ChoiceRow
 
 
 def row_of(parameter: AnyParameter, formula: str = "") -> Row:
-    """Return the row for a parameter."""
+    """Return the row of a parameter."""
     if isinstance(parameter, Choice):
         return ChoiceRow(parameter, formula)
     return ParameterRow(parameter, formula)

@@ -1,4 +1,4 @@
-"""The stability card: what the handle does, held and let go, and how far the limit is, on a small map."""
+"""The stability card: the verdict for a held and a released handle, and a small stability map."""
 
 import math
 from typing import TYPE_CHECKING
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 LONG = 2e-3
-"""s from which on a delay is worth a word: two periods, on a good line it is half of one."""
+"""A longer delay in s is explained: two periods; a good link needs half a period."""
 _BOARD = "render on the board"
 _FRAMES = "let Device, Set up my Hapkit… choose how frames are sent"
 _HEIGHT, _LEFT = 150, 68.0
-_RING = 9  # px: the radius of what warns round the dot
+_RING = 9  # px: radius of the warning ring around the dot
 ASK_MS = 50
 _LEAST_WIDTH = 4.0
 _REGIONS = "Green: stable. Amber: friction stops a knock of 1 mm. Hatched: a knock of 1 mm makes it buzz."
@@ -35,25 +35,25 @@ _PALE = 0.35
 
 
 def delay_reason(device: "Device", delay: float) -> str:
-    """Return the likeliest reason and what helps; nothing where the delay in s is short."""
+    """Return the likeliest reason for a delay in s and a remedy; "" for a short delay."""
     if not device.measures_delay or delay <= LONG:
         return ""
     if not device.usb_chip:
         return f"The virtual board shares this computer's processors: {_BOARD}."
     what = _BOARD if device.padding else f"{_FRAMES}, or {_BOARD}"
     timer = latency_timer(device)
-    holds = f"The USB chip holds frames back, up to {timer} ms" if timer else "The line holds frames back"
-    return f"{holds}: {what}."
+    cause = f"The USB chip delays frames by up to {timer} ms" if timer else "The USB line delays frames"
+    return f"{cause}: {what}."
 
 
 def latency_timer(device: "Device") -> str:
-    """Return the USB chip's latency timer in ms, nothing where it is short or not known."""
+    """Return the USB chip's latency timer in ms; "" if it is short or unknown."""
     latency = device.latency
     return f"{1e3 * latency.timer:.0f}" if latency is not None and latency.long else ""
 
 
 class StabilityMap(Canvas):
-    """Paints one answer; the dot stays inside the frame. Beyond the boundary it is hatched as well."""
+    """Paints the map of one answer; the dot is clipped to the frame. The unstable region is hatched."""
 
     paper, below = "side", 36
 
@@ -68,16 +68,16 @@ class StabilityMap(Canvas):
         )
 
     def recolor(self) -> None:
-        """Take the theme's colours and fonts."""
+        """Apply the theme's colours and fonts."""
         super().recolor()
         self.setFixedHeight(theme.px(_HEIGHT))
-        self.left.setStyle(tickTextOffset=theme.px(_RING) + 3)  # a dot at no damping stands at the numbers
+        self.left.setStyle(tickTextOffset=theme.px(_RING) + 3)  # a dot at zero damping is next to the numbers
         for axis in (self.bottom, self.left):
             axis.label.setFont(theme.font("tick"))
             axis.label.setDefaultTextColor(theme.color("ink3"))
 
     def show_answer(self, answer: CardResult) -> None:
-        """Show another answer: with room above dot and limit, the whole boundary if it is low."""
+        """Show another answer, scaled to dot and limit, and to the whole boundary if it is low."""
         self._answer, self._opacity = answer, 1.0
         margin = answer.verdict.margins[answer.verdict.worst]
         highest = max([k for _, k in answer.edge if math.isfinite(k)], default=1.0)
@@ -86,7 +86,7 @@ class StabilityMap(Canvas):
         self.viewport().update()
 
     def fade(self) -> None:
-        """Paint the answer paler: it holds no more."""
+        """Paint the answer paler because it is out of date."""
         self._opacity = _PALE
         self.viewport().update()
 
@@ -112,7 +112,7 @@ class StabilityMap(Canvas):
         painter.drawPolyline(QPolygonF(edge))
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the dot and the dotted way to the boundary."""
+        """Paint the dot and a dotted line to the boundary."""
         if self._answer is None:
             return
         painter.setOpacity(self._opacity)
@@ -130,7 +130,7 @@ class StabilityMap(Canvas):
 
 
 def details(answer: CardResult) -> str:
-    """Return the text below a verdict: the reason or the nearest limit, and the delay that it depends on."""
+    """Return the text below a verdict: the reason or the nearest limit, and the delay."""
     verdict, setting = answer.verdict, answer.question.asked.setting
     delay = f"Delay: {number(setting.delay * 1e3, 2)} ms."
     return " ".join(part for part in (verdict.reason, delay, verdict.unknown) if part)
@@ -143,7 +143,7 @@ def caption(answer: CardResult) -> str:
 
 
 class StabilityCard(QWidget):
-    """Emits ``judged(words, icon, token)`` to the status bar; tells the studio what is too much."""
+    """Emits ``judged(text, icon, token)`` for the status bar; passes unstable ranges to the studio."""
 
     judged = Signal(str, str, str)
 
@@ -180,18 +180,19 @@ class StabilityCard(QWidget):
 
     @property
     def calm(self) -> bool:
-        """Say whether the scene in force is known to settle, in the hand and let go."""
+        """Return whether the present scene is known to settle, held and released."""
         return self._judged is not None and self._judged.verdict.calm
 
     def note_health(self, health: "Health") -> None:
-        """Take over the delay as measured."""
+        """Update the measured delay."""
         self.facts.note_health(health)
         if self._judged is None:
-            self._ask_soon()  # why there is no verdict may have changed: a fault came or was cleared
+            self._ask_soon()  # the reason for the missing verdict may have changed, e.g. after a fault
 
     def verdict_input(self) -> "VerdictInput | None":
-        """Return the scene that the window shows, to be judged; None while the loop is not known."""
-        from hapkit_studio.analysis.stability.verdict import VerdictInput  # late: keeps start-up fast
+        """Return the scene shown, to be judged; None while the loop is unknown."""
+        # imported late to keep start-up fast
+        from hapkit_studio.analysis.stability.verdict import VerdictInput
 
         studio = self._studio
         setting = self.facts.setting(studio.grip)
@@ -206,7 +207,7 @@ class StabilityCard(QWidget):
         return permissions.hidden or (HIDDEN_BY_LESSON if "verdict" in permissions.left_out else "")
 
     def question(self) -> CardRequest | None:
-        """Return what to ask about the scene in force; None while its loop or its values are not known."""
+        """Return the request for the present scene; None while its loop or values are unknown."""
         asked = self.verdict_input()
         if asked is None or self._hidden:
             return None
@@ -214,21 +215,21 @@ class StabilityCard(QWidget):
         return CardRequest(asked, nice_width(damping, least=_LEAST_WIDTH))
 
     def ask(self) -> None:
-        """Ask the worker; say so at once where there is nothing to ask."""
+        """Request a verdict, or show why none is possible."""
         question = self.question()
         if question is not None:
             self._worker.ask(question)
             return
         self._worker.forget()
         self._mapped = False
-        self._claim_nothing(*((self._hidden, "") if self._hidden else self.facts.why_unknown()))
+        self._show_no_verdict(*((self._hidden, "") if self._hidden else self.facts.why_unknown()))
 
     def show_judging(self) -> None:
-        """Take back what was said: the scene is another one, and its verdict takes its time."""
+        """Clear the verdict of the previous scene."""
         self.map.fade()
-        self._claim_nothing(JUDGING)
+        self._show_no_verdict(JUDGING)
 
-    def _claim_nothing(self, headline: str, words: str = "") -> None:
+    def _show_no_verdict(self, headline: str, words: str = "") -> None:
         self._judged = None
         self.show_map(self._room)
         self.words.setText(words)
@@ -249,18 +250,18 @@ class StabilityCard(QWidget):
         self._studio.note_ranges(answer.unstable_ranges)
 
     def show_map(self, room: bool) -> None:
-        """Show the map where there is one and room for it."""
+        """Show the map if it exists and there is room for it."""
         self._room = room
         for part in (self.map, self.caption):
             part.setVisible(room and self._mapped and "map" not in self._studio.permissions.left_out)
 
     def wait(self) -> None:
-        """Wait for the worker, for tests; the answer comes with the next events."""
+        """Wait for the worker (tests only); the answer arrives with the next events."""
         self._soon.stop()
         self._worker.wait()
 
     def _why_late(self, answer: CardResult) -> str:
-        """Return why the measured delay is long, less what was added on purpose."""
+        """Explain a long measured delay, ignoring a delay that was added on purpose."""
         engine = self._studio.engine
         if engine is None:
             return ""

@@ -8,7 +8,7 @@ from hapkit_studio.gui.widgets.style import mark
 
 
 class StopButton(ShortcutButton):
-    """Stops on the press, not on the release of the button; pressed again it does nothing."""
+    """The E-stop button: stops when pressed down, not when released; no effect while stopped."""
 
     word_role = "stop"
 
@@ -33,4 +33,4 @@ class StopButton(ShortcutButton):
         )
         self.set_cap(not stopped)
         released = "Set the force to zero at once (Esc)"
-        self.setToolTip("Stopped. Release in the line below." if stopped else released)
+        self.setToolTip("Stopped. Release it in the banner below." if stopped else released)

@@ -1,4 +1,4 @@
-"""What the environment in force cannot render well as it is set: a line each, above the verdict."""
+"""Warnings: what the present environment cannot render well with its settings, above the verdict."""
 
 import re
 
@@ -14,7 +14,7 @@ from hapkit_studio.workshop.own import switched_off
 
 
 class WarningLine(QWidget):
-    """A triangle and what is wrong, in the words before the first stop; the tooltip says all."""
+    """A triangle and the first sentence of a warning; the tooltip shows all of it."""
 
     def __init__(self, text: str):
         super().__init__()
@@ -30,7 +30,7 @@ class WarningLine(QWidget):
 
 
 class WarningLines(QWidget):
-    """Asks the environment whenever a value, the loop, the device or the handle's speed has changed."""
+    """Asks the environment for warnings after changes of values, loop, device or handle speed."""
 
     changed = Signal()
 
@@ -47,19 +47,19 @@ class WarningLines(QWidget):
 
     @property
     def conditions(self) -> Conditions | None:
-        """Return what the scene is rendered with now; None while there is no device or no delay yet."""
+        """Return the conditions of rendering; None without a device or a known delay."""
         setting, engine = self._facts.setting(), self._studio.engine
         if setting is None or engine is None:
             return None
         return Conditions(**{**vars(setting), "max_force": engine.max_force}, speed=self._speed)
 
     def watch(self, speed: float) -> None:
-        """Take the handle's highest speed of late in m/s; call it at a few hertz."""
+        """Set the handle's recent highest speed in m/s; call at a few hertz."""
         self._speed = speed
         self.refresh()
 
     def refresh(self) -> None:
-        """Ask the environment, and show what it says if that is something else than before."""
+        """Ask the environment, and show its warnings if they have changed."""
         environment, conditions = self._studio.environment, self.conditions
         if conditions is None:
             texts = switched_off(environment)

@@ -347,7 +347,7 @@ _ENVIRONMENT = (
         rule=True,
     ),
     Action(
-        "environment.save_preset", "Save preset as…", lambda w: w.presets.ask_to_keep(),
+        "environment.save_preset", "Save preset as…", lambda w: w.presets.ask_to_save(),
         enabled=_has_parameters,
     ),
     Action(
@@ -381,9 +381,9 @@ _ENVIRONMENT = (
 
 _CLASSROOM = (
     Action(
-        "teach.switch", "Keep settings as A or B, then switch", lambda w: w.blind.step(), "X",
+        "teach.switch", "Store settings as A or B, then switch", lambda w: w.blind.step(), "X",
         enabled=lambda w: _has_parameters(w) and w.studio.hidden != QUIZ,
-        current_text=lambda w: "Switch" if w.studio.hidden else w.two.next_words,
+        current_text=lambda w: "Switch" if w.studio.hidden else w.two.next_text,
     ),
     Action(
         "teach.two_settings", "Compare settings A and B…", lambda w: w.blind.show_settings(),

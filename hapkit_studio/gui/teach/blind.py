@@ -42,7 +42,7 @@ class BlindPage(Page):
         super().__init__()
         self._studio, self._source = studio, source or random.Random()
         key = studio.environment.key
-        self._values = [{p[2]: v for p, v in kept.items() if p[:2] == ("value", key)} for kept in two.kept]
+        self._values = [{p[2]: v for p, v in kept.items() if p[:2] == ("value", key)} for kept in two.stored]
         self._wanted, self._question = self._ask()
         self.right = self.answers = self.shown = 0
         self._order = [0, 1]

@@ -140,5 +140,5 @@ def test_go_to_scrolls_to_the_line_and_its_number(code):
     code.resize(640, 200)
     assert code.viewport().rect().contains(code.cursorRect())
     code.moveCursor(QTextCursor.MoveOperation.End)
-    code.bring_into_sight(5)
+    code.scroll_to(5)
     assert code.textCursor().blockNumber() == 4

@@ -49,14 +49,14 @@ def compared(window):
 def test_one_key_keeps_a_then_b_then_switches_values_and_loop(window):
     studio, row, action = window.studio, window.panel.two, window.actions_by_key.qt["teach.switch"]
     assert row.isHidden()
-    assert action.text() == "Keep as A"
+    assert action.text() == "Store as A"
     press(window, Qt.Key.Key_X)
     press(window, Qt.Key.Key_X)
-    assert len(window.two.kept) == 1  # the same settings are not kept twice
+    assert len(window.two.stored) == 1  # the same settings are not kept twice
     assert (row.words.text(), row.button.isEnabled()) == ("A is active", False)
     studio.set_values(STIFF)
     studio.set_loop(delay=0.002)
-    assert (row.words.text(), row.button.text()) == ("No settings kept as A or B", "Keep as B")
+    assert (row.words.text(), row.button.text()) == ("Neither A nor B is active", "Store as B")
     press(window, Qt.Key.Key_X)
     steps = window.history.stack.count()
     for sign, stiffness, delay in (("A", 250.0, 0.0), ("B", 900.0, 0.002), ("A", 250.0, 0.0)):
@@ -99,7 +99,7 @@ def test_what_differs_is_listed_and_another_loop_is_not_compared_blind(window):
     assert not dialog.begin.isEnabled()
     assert not window.actions_by_key.qt["teach.blind"].isEnabled()
     dialog.drop.click()
-    assert window.two.kept == []
+    assert window.two.stored == []
 
 
 def test_blind_the_answers_are_counted_and_nothing_shows_which_it_is(compared):

@@ -43,7 +43,7 @@ FRONTS = {
     "about": lambda window: window.show_about(),
     "flash": lambda window: window.show_flash(),
     "export": lambda window: window.show_export(),
-    "preset": lambda window: window.presets.ask_to_keep(),
+    "preset": lambda window: window.presets.ask_to_save(),
 }
 
 

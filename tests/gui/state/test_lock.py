@@ -107,7 +107,7 @@ def test_no_widget_page_preset_or_key_changes_what_is_locked(window, tmp_path):
     press(window, "1", "C", Qt.Key.Key_X)
     window.gallery.rows["spring"].click()
     text = 'environment = "wall"\n[values]\ndamping = 2.0\nstiffness = 100.0\n'
-    window.presets.take(preset(tmp_path, text))
+    window.presets.import_file(preset(tmp_path, text))
     window.views.page("stability").go(2.0, 100.0)
     with pytest.raises(ParameterError):
         window.history.apply({("value", "wall", "damping"): 2.0, ("environment",): "cat"})

@@ -57,7 +57,7 @@ def test_a_preset_is_saved_chosen_restored_and_one_step_of_undo(window, home):
     assert row.button.text() == "Default values"
     studio.set_values(STIFF)
     assert row.button.text() == "Own values"
-    window.presets.keep("Lab 3, stiff wall", with_loop=False)
+    window.presets.save("Lab 3, stiff wall", with_loop=False)
     assert (row.name.text(), row.button.text()) == ("Preset", "Lab 3, stiff wall")
     studio.reset_values()
     studio.set_values({"stiffness": 300.0, "damping": 2.5, "position": -0.0125})
@@ -83,7 +83,7 @@ def test_what_differs_stands_in_a_table_until_it_is_applied(window, home):
     studio = window.studio
     studio.set_values(STIFF)
     studio.set_loop(delay=0.002, controller=True)
-    window.presets.keep("stiff", with_loop=True)
+    window.presets.save("stiff", with_loop=True)
     studio.reset_values()
     studio.set_loop(**usual_loop())
     window.actions_by_key.run("environment.compare_presets")
@@ -111,7 +111,7 @@ def test_what_differs_stands_in_a_table_until_it_is_applied(window, home):
 
 def test_the_next_start_knows_the_preset_s_name_and_what_differs(window, home):
     window.studio.set_values(STIFF)
-    window.presets.keep("stiff", with_loop=False)
+    window.presets.save("stiff", with_loop=False)
     window.studio.set_value("stiffness", 300.0)
     window.state.save()
     window.presets._chosen.clear()
@@ -133,8 +133,8 @@ def test_the_loop_is_in_a_preset_only_if_asked_for(window, home, model):
     chosen = {"rate": 2000.0, "delay": 0.002, "estimator": ("iir", {"cutoff": 50.0}), "controller": True}
     loop = replace(USUAL_LOOP, **chosen, model=model, hand="firm")
     studio.set_loop(**chosen, model=model, hand="firm")
-    window.presets.keep("alone", with_loop=False)
-    window.presets.keep("whole", with_loop=True)
+    window.presets.save("alone", with_loop=False)
+    window.presets.save("whole", with_loop=True)
     for name, after in (("alone", USUAL_LOOP), ("whole", loop)):
         studio.set_loop(**usual_loop())
         window.presets.apply(presets.found("wall")[name])
@@ -170,7 +170,7 @@ def test_a_foreign_file_with_mistakes_says_each_in_a_line_and_changes_nothing(wi
     grip = "soft"
     """
     before = settings_of(window.studio)
-    window.presets.take(preset(tmp_path, text))
+    window.presets.import_file(preset(tmp_path, text))
     said = said_in(sheet_of(window))[1:]
     for words in (
         "'colour'",
@@ -188,7 +188,7 @@ def test_a_foreign_file_with_mistakes_says_each_in_a_line_and_changes_nothing(wi
     assert settings_of(window.studio) == before
     assert window.history.stack.count() == 0
     assert presets.found("wall") == {}
-    window.presets.take(preset(tmp_path, 'environment = "wall"\n[values]\nstiffness = 4950.0\n'))
+    window.presets.import_file(preset(tmp_path, 'environment = "wall"\n[values]\nstiffness = 4950.0\n'))
     assert window.studio.values["stiffness"] == 4950.0
     assert presets.found("wall").keys() == {"given"}
 
@@ -220,14 +220,14 @@ def damaged(rng, good):
 
 def test_200_damaged_files_give_lines_and_nothing_else(window, tmp_path, home, monkeypatch):
     window.studio.set_values(STIFF)
-    window.presets.keep("good", with_loop=True)
+    window.presets.save("good", with_loop=True)
     good = presets.found("wall")["good"].read_bytes()
     rng, before = random.Random(15), settings_of(window.studio)
     said = []
     monkeypatch.setattr(window.presets, "_say", lambda _title, lines: said.append(lines))
     window.history.forget()
     for at in range(200):
-        window.presets.take(preset(tmp_path, damaged(rng, good)))
+        window.presets.import_file(preset(tmp_path, damaged(rng, good)))
         assert len(said) == at + 1
         assert 1 <= len(said[at]) < 4, at
         assert all(10 < len(line) < 170 and "\n" not in line for line in said[at])
@@ -237,5 +237,5 @@ def test_200_damaged_files_give_lines_and_nothing_else(window, tmp_path, home, m
 
 
 def test_a_missing_file_is_said(window, tmp_path):
-    window.presets.take(tmp_path / "away.toml")
+    window.presets.import_file(tmp_path / "away.toml")
     assert "Cannot read away.toml: No such file or directory." in said_in(sheet_of(window))

@@ -138,7 +138,7 @@ def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_ar
     qtbot.waitUntil(late)
     assert window.banners.get("silence") is None
     assert "Delay: 3.50 ms" in window.stability.words.text()
-    assert "holds frames back, up to 16 ms" in window.stability.words.text()
+    assert "delays frames by up to 16 ms" in window.stability.words.text()
     assert "latency_timer`" in window.stability.words.toolTip()
 
 
@@ -157,10 +157,10 @@ def board(timer=None, padding=0):
             "back, up to 16 ms: let Device, Set up my Hapkit… choose",
         ),
         (board(0.016), 0.99 * LONG, ""),
-        (board(0.001), 1.01 * LONG, "The line holds frames back: let Device, Set up my Hapkit…"),
+        (board(0.001), 1.01 * LONG, "The USB line delays frames: let Device, Set up my Hapkit…"),
         (board(), 1.01 * LONG, "render on the board"),
         (SimulatedHapkit(), 0.1, ""),
-        (board(padding=PACKET), 0.1, "The line holds frames back: render on the board"),
+        (board(padding=PACKET), 0.1, "The USB line delays frames: render on the board"),
         (VirtualBoard(), 1.01 * LONG, "The virtual board shares this computer's"),
     ],
 )

@@ -161,7 +161,7 @@ def test_what_would_show_or_change_it_is_refused_in_one_line(asked):
         actions.run(key)
         assert not actions.qt[key].isEnabled()
     press(window, "X")
-    assert window.two.kept == []
+    assert window.two.stored == []
     for refused, line in (
         (lambda: window.views.show("sessions"), "Hidden during the quiz."),
         (lambda: studio.choose("spring"), "Spring: hidden during the quiz."),
