@@ -154,7 +154,7 @@ def board(timer=None, padding=0):
         (
             board(0.016),
             1.01 * LONG,
-            "back, up to 16 ms: let Device, Set up my Hapkit… choose",
+            "delays frames by up to 16 ms: let Device, Set up my Hapkit… choose",
         ),
         (board(0.016), 0.99 * LONG, ""),
         (board(0.001), 1.01 * LONG, "The USB line delays frames: let Device, Set up my Hapkit…"),
