@@ -1,4 +1,4 @@
-"""Dialogs beside the work: keys, priority, about, markers, forms. None of them blocks the window."""
+"""Non-modal dialogs: texts, one-line questions, forms."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
@@ -18,10 +18,7 @@ _LINE = 20
 
 
 class TextDialog(QDialog):
-    """A window of words that stays beside the work; its motor goes on, so it never blocks.
-
-    A second one of the same title takes the place of the first.
-    """
+    """A non-modal dialog, because the motor keeps running; it replaces an open one with the same title."""
 
     def __init__(self, title: str, parent: QWidget | None = None):
         super().__init__(parent)
@@ -90,7 +87,7 @@ class FormDialog(TextDialog):
         self.column.addWidget(words)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Open below the window's banners: a fault, and what clears it, stay in sight."""
+        """Open below the window's banners, so that a fault and its button stay visible."""
         super().showEvent(event)
         parent = self.parentWidget()
         if parent is not None and not event.spontaneous():
@@ -100,7 +97,7 @@ class FormDialog(TextDialog):
                 self.move(self.x(), top)
 
     def add_fields(self, fields: Iterable[tuple[str, QWidget, QWidget | None]]) -> None:
-        """Add rows of a label, a widget, and what stands behind it."""
+        """Add rows of a label, a widget, and an optional widget on the right."""
         form = QFormLayout()
         form.setHorizontalSpacing(12)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
@@ -113,10 +110,10 @@ class FormDialog(TextDialog):
         self.column.addLayout(form)
 
     def add_verdict(self, lines: int) -> None:
-        """Add the answer line with room for so many lines, so that nothing moves when it comes."""
+        """Add the answer line, with space for ``lines`` lines, so that nothing moves when it is filled."""
         self.verdict.setMinimumHeight(_LINE * lines + 4)
         self.column.addWidget(self.verdict)
 
     def add_buttons(self, main: QPushButton, left: Sequence[QPushButton] = ()) -> None:
-        """Add the row of buttons, the one that does it and the closing one at the right."""
+        """Add the row of buttons, with the main and the closing button on the right."""
         self.column.addLayout(hbox(*left, None, primary(main), self.leave))

@@ -22,14 +22,14 @@ def icon_name(scene: str) -> str:
 
 
 class GalleryRow(QAbstractButton):
-    """A row of the gallery, checked while it is in force. color: token of icon and title."""
+    """A row of the gallery, checked while its environment is active. color: token of icon and title."""
 
     def __init__(self, icon: str, title: str, summary: str, key: str = "", color: str = "ink"):
         super().__init__()
         self.key, self.color = key, color
         self.rail, self.waiting = False, ""
         self.setCheckable(True)
-        # the arrow keys stay with the scene after a click, where they move the hand
+        # TabFocus: after a click the arrow keys still belong to the scene, where they move the hand
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)  # titles may be truncated
@@ -109,7 +109,7 @@ class GalleryRow(QAbstractButton):
             lines = [("body", color, self.title, 0, self.height())]
         for role, token, words, top, height in lines:
             font = theme.font(role)
-            if QFontMetrics(font).horizontalAdvance(words) > room:  # it would be truncated
+            if QFontMetrics(font).horizontalAdvance(words) > room:  # otherwise it would be truncated
                 font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, _TIGHT)
             painter.setPen(theme.color(token))
             painter.setFont(font)

@@ -1,4 +1,4 @@
-"""The window's words, each explained in two short sentences."""
+"""Terms used in the window, each explained in two short sentences."""
 
 WORDS = {
     "Added delay": (

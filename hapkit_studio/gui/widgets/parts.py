@@ -41,7 +41,7 @@ def hbox(
 def vbox(
     *parts: Part, into: QWidget | None = None, margins: Margins = (0, 0, 0, 0), gap: int = 0
 ) -> QVBoxLayout:
-    """Return a column of parts, as in ``across``."""
+    """Return a column of parts, as in ``hbox``."""
     return _filled(QVBoxLayout(into) if into else QVBoxLayout(), parts, margins, gap)
 
 

@@ -28,23 +28,23 @@ class ShortcutButton(QPushButton):
         for part in parts:
             self._row.setAlignment(part, Qt.AlignmentFlag.AlignVCenter)
         self._icon, self._color, self._cap_color = icon, "ink", "ink3"
-        theme.changed.connect(self.show_look)
-        self.show_look()
+        theme.changed.connect(self.refresh)
+        self.refresh()
 
     def set_appearance(self, icon: str, text: str, color: str, cap_color: str = "ink3") -> None:
         """Set icon, text, their colour token and that of the key cap."""
         self._icon, self._color, self._cap_color = icon, color, cap_color
         self.word.setText(text)
-        self.show_look()
+        self.refresh()
 
     def set_cap(self, visible: bool) -> None:
         """Show or hide the key cap."""
         self.cap.setVisible(visible)
         self.updateGeometry()
 
-    def show_look(self) -> None:
+    def refresh(self) -> None:
         """Apply the present theme to the parts."""
-        scale = min(theme.scale, 1.0)  # in a projector's header the words need the room
+        scale = min(theme.scale, 1.0)  # saves width in a projector's header
         self._row.setContentsMargins(round(14 * scale), 0, round(12 * scale), 0)
         self._row.setSpacing(round(8 * scale))
         self.picture.setPixmap(icons.pixmap(self._icon, theme.px(18), self._color, self.devicePixelRatioF()))

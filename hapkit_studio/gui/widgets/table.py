@@ -1,4 +1,4 @@
-"""A table of what was measured: a row a result, sorted by a click on a head, copied with Ctrl+C."""
+"""A table of results: one row each, sorted by a click on a heading, copied with Ctrl+C."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -31,7 +31,7 @@ from hapkit_studio.formatting import printable
 from hapkit_studio.gui.widgets.theme import theme
 
 _ROW, _GAP, _MARKER = 28, 8, 12.0  # px
-_PART = 6  # of a list's width a column of texts takes at most; a tooltip shows what is cut off
+_PART = 6  # maximum fraction 1/_PART of a list's width for a column of texts; a tooltip shows cut-off texts
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 Index = QModelIndex | QPersistentModelIndex
@@ -58,7 +58,7 @@ def _marker_picture(marker: str, token: str) -> QPixmap:
 
 
 class Rows(QAbstractTableModel):
-    """The rows, in the order that was chosen last."""
+    """The table's rows in the present order."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -107,10 +107,10 @@ class Rows(QAbstractTableModel):
 
 
 class Table(QTableView):
-    """Emits ``chosen`` with the row that is chosen, None once a second click chooses none.
+    """Emits ``chosen`` with the selected row, or None when a second click deselects it.
 
-    cells: it takes the room there is, and a cell is chosen: ``cell_chosen`` with its row and column.
-    scrolls: it takes the room there is, a line a row.
+    cells: cells are selected instead of rows (``cell_chosen`` with row and column), and the table fills the
+    available height. scrolls: one line per row; the table fills the available height.
     """
 
     chosen = Signal(object)
@@ -144,7 +144,7 @@ class Table(QTableView):
         self.show_rows((), ())
 
     def show_rows(self, columns: Iterable[Column], rows: Iterable[Any]) -> None:
-        """Show rows as they come; the first column takes the room that the others leave."""
+        """Show rows in the given order; the first column gets the remaining width."""
         self.setSortingEnabled(False)
         self.content.show(columns, rows)
         head = self.horizontalHeader()
@@ -157,10 +157,10 @@ class Table(QTableView):
         self.setSortingEnabled(True)
 
     def _size_columns(self) -> None:
-        """Give each column the width of its words."""
+        """Fit the width of each column to its texts."""
         metrics = QFontMetrics(theme.font("hint"))
         for index, column in enumerate(self.content.columns):
-            wide = metrics.size(0, column.head).width() + _GAP  # the arrow that tells the order needs no more
+            wide = metrics.size(0, column.head).width() + _GAP  # also enough for the sort arrow
             width = max(wide, self.sizeHintForColumn(index))
             cut = self._lists and not column.right
             self.setColumnWidth(index, min(width, self.viewport().width() // _PART) if cut else width)
@@ -184,12 +184,12 @@ class Table(QTableView):
         self.setFixedHeight(tall if self.content.rows else 0)
 
     def texts(self) -> list[tuple[str, ...]]:
-        """Return head and rows as they stand."""
+        """Return the headings and the rows in their present order."""
         columns, rows = self.content.columns, self.content.rows
         return [tuple(c.head for c in columns), *(tuple(c.text(row) for c in columns) for row in rows)]
 
     def copy(self) -> None:
-        """Put the table into the clipboard, a line a row, columns apart by tabs."""
+        """Copy the table to the clipboard: one line per row, columns separated by tabs."""
         lines = ["\t".join(text.replace("\n", " ") for text in row) for row in self.texts()]
         QGuiApplication.clipboard().setText("\n".join(lines))
 

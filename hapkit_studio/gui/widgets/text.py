@@ -24,7 +24,7 @@ def rich(words: str) -> str:
 
 
 def show_formula(label: QLabel, formula: str) -> None:
-    """Show a formula, whose own <i> says what is a symbol, so that its words stay upright."""
+    """Show a formula; only its parts in <i> are italic."""
     upright = theme.font("formula")
     upright.setItalic(False)
     label.setFont(upright)

@@ -42,7 +42,7 @@ class Theme(QObject):
         self.name = "light"
         self.scale, self.frame, self.grid = 1.0, 1, True
         self.refreshing = False
-        """Whether Qt styles all widgets anew: until that is done none may be deleted."""
+        """True while Qt restyles all widgets; none may be deleted meanwhile."""
         self._together = self._pending = False
         self.tokens = table("light")
         self._fonts: dict[str, QFont] = {}
@@ -71,7 +71,7 @@ class Theme(QObject):
         self.set_mode(self.mode)
 
     def set_mode(self, mode: str) -> None:
-        """Choose one of MODES; raise ValueError on another."""
+        """Choose one of MODES; raise ValueError for another."""
         if mode not in MODES:
             raise ValueError(f"The theme is one of {', '.join(MODES)}, not {mode!r}.")
         self.mode = mode
@@ -105,7 +105,7 @@ class Theme(QObject):
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """Restyle the widgets once for all changes made inside: it takes 0.4 s for the window."""
+        """Restyle the widgets once for all changes made inside; one restyling takes 0.4 s."""
         self._together, self._pending = True, False
         try:
             yield

@@ -1,4 +1,4 @@
-"""A dialog that owns the board: E-stop in its corner, Esc stops, closing returns the board."""
+"""A dialog that owns the board: it has an E-stop, Esc stops, and closing returns the board."""
 
 import math
 from dataclasses import dataclass

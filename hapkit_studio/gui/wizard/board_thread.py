@@ -111,7 +111,7 @@ class BoardThread(QObject):
             self.runner.board.move_hand(place)
 
     def end(self) -> None:
-        """Motor off, let go of the board, wait for that; may be called twice."""
+        """Switch the motor off, release the board and wait for that; may be called twice."""
         self._quit.set()
         self._timer.stop()
         if self.runner is not None:
@@ -120,7 +120,7 @@ class BoardThread(QObject):
         if self._thread.ident is not None:
             self._thread.join(JOIN_SECONDS)
 
-    # in the thread, which touches nothing of Qt: the window may be destroyed at any moment
+    # in the thread, which does not use Qt: the window may be destroyed at any moment
 
     def _run(self) -> None:
         runner = None
@@ -143,7 +143,7 @@ class BoardThread(QObject):
                 runner.close()
 
     def _open(self) -> BoardRunner:
-        """Return an open board; the loop may need a moment to let go of the port. Raise DeviceError."""
+        """Return an open board, waiting until the loop has released the port; raise DeviceError."""
         deadline = time.monotonic() + BUSY_SECONDS
         while True:
             runner = BoardRunner(self._make_board())
@@ -156,7 +156,7 @@ class BoardThread(QObject):
                 time.sleep(_RETRY_SECONDS)
 
     def _next_job(self, runner: BoardRunner) -> None:
-        """Keep the motor off until there is a job, then do it."""
+        """Keep the motor off until there is a job, then run it."""
         runner.idle(until=lambda: self._job is not None or self._quit.is_set())
         job, self._job = self._job, None
         if job is None:
@@ -165,7 +165,7 @@ class BoardThread(QObject):
             self._reports.put(("done", job(self.subject)))
         except StudioError as error:
             self._reports.put(("refused", str(error)))
-        except OSError as error:  # of a file; a port's are a DeviceError
+        except OSError as error:  # a file error; port errors are DeviceError
             self._reports.put(("refused", f"{error.strerror}: {error.filename}."))
 
     def report_progress(self, what: object) -> None:

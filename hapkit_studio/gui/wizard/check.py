@@ -1,4 +1,4 @@
-"""Test my Hapkit: every check with its result, and what to do; nothing is changed on the board."""
+"""Test my Hapkit: runs all checks and shows results and remedies; changes nothing on the board."""
 
 from typing import TYPE_CHECKING
 
@@ -15,11 +15,14 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.state.studio import Studio
 
 _ICON = 20
-_BEGIN = "Handle in the middle, hands off, motor's supply on. Then press Test; it takes half a minute."
+_BEGIN = (
+    "Put the handle in the middle, take your hands off, switch the motor's supply on, then press Test. "
+    "The test takes half a minute."
+)
 
 
 class CheckDialog(BoardDialog):
-    """A row a check; one line for the whole."""
+    """One row per check, and a line with the overall result."""
 
     title = "Test my Hapkit"
 
@@ -36,7 +39,7 @@ class CheckDialog(BoardDialog):
         self.test.clicked.connect(self.run)
         self.board.progressed.connect(self._show_check)
         self.board.opened.connect(self._opened)
-        self.board.refused.connect(lambda words: self._offer(words, look=SIGNS[WARN]))
+        self.board.refused.connect(lambda words: self._show_ready(words, look=SIGNS[WARN]))
         self.board.failed.connect(self._failed)
         self.box.show_working("Starting the board…")
 
@@ -60,7 +63,7 @@ class CheckDialog(BoardDialog):
             self.box.show_progress(*self.board.runner.progress)
 
     def _opened(self, _runner: object) -> None:
-        self._offer(_BEGIN, button="Test")
+        self._show_ready(_BEGIN, button="Test")
         self.test.setFocus()
 
     def _show_check(self, progress: tuple[str, CheckResult | None]) -> None:
@@ -69,23 +72,27 @@ class CheckDialog(BoardDialog):
         mark(words, "role", "")
         sign.show_sign(*(("circle", "accent") if result is None else SIGNS[result.level]))
         if result is None:
-            words.setText(f"{words.text()} Under way…")
+            words.setText(f"{words.text()} Running…")
             return
         words.setText(f"{result.words} {result.remedy}".strip())
         words.setAccessibleName(f"{key}: {result.level}. {words.text()}")
 
     def _finished(self, report: Report) -> None:
         self.report = report
-        self._offer(report.words, look=SIGNS[PASS if report.good else FAIL if report.dangerous else WARN])
+        self._show_ready(
+            report.words, look=SIGNS[PASS if report.good else FAIL if report.dangerous else WARN]
+        )
 
     def _failed(self, words: str) -> None:
-        self._offer(words, "Close this window, connect the board again.", ("unplugged", "warn"), "Test")
+        self._show_ready(
+            words, "Close this window and connect the board again.", ("unplugged", "warn"), "Test"
+        )
         self.test.setEnabled(False)
 
-    def _offer(
+    def _show_ready(
         self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL, button: str = "Test again"
     ) -> None:
-        """Say how it stands, and offer to test."""
+        """Show the state, and enable Test."""
         self.box.show_text(words, remedy, look)
         self.test.setText(button)
         self.test.setEnabled(True)

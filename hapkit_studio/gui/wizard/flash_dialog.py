@@ -1,4 +1,4 @@
-"""Flashing from the window: which port, which avrdude, how far it is, and what the board says afterwards."""
+"""Dialog that flashes the firmware: port, avrdude, progress, and the board's answer."""
 
 from functools import partial
 
@@ -19,7 +19,7 @@ STAGES = (CONNECTING, WRITING, VERIFYING)
 _WORDS = ("Looking for the boot loader…", "Writing…", "Verifying…")
 _WHOLE = 100
 PATIENCE = 5.0
-"""s for the studio's own loop to let go of the port."""
+"""s to wait until the studio's own loop has released the port."""
 _ABOUT = (
     "Writes the firmware to the board and verifies it. The calibration of the kit is kept. Close "
     "other programs that use the port. The motor is off meanwhile."
@@ -27,7 +27,7 @@ _ABOUT = (
 
 
 class FlashDialog(FormDialog):
-    """Beside the window; while it writes it stays open, and the window has let go of the port."""
+    """Non-modal; while writing it cannot be closed, and the window has released the port."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__("Flash firmware", _ABOUT, parent)
@@ -43,10 +43,10 @@ class FlashDialog(FormDialog):
         self._join()
         self.refresh()
 
-    # what a person does
+    # actions of the user
 
     def refresh(self) -> None:
-        """List the ports there are, the one in use first chosen, and find avrdude."""
+        """List the ports, with the one in use selected, and find avrdude."""
         self.ports.clear()
         self.write.setText("Flash")
         own = self._own_port()
@@ -58,7 +58,7 @@ class FlashDialog(FormDialog):
         self._find()
 
     def begin(self) -> None:
-        """Let go of the port and write."""
+        """Release the port and write the firmware."""
         port, program = self.ports.currentData(), self._program
         self._flashed = None
         if self._own_port() == port:
@@ -74,14 +74,14 @@ class FlashDialog(FormDialog):
         self.job.start(work)
 
     def use(self, program: str) -> None:
-        """Take an avrdude that a person has chosen."""
+        """Use the avrdude that the user has chosen."""
         self._program = program
         self._find()
 
-    # what happens
+    # events
 
     def _find(self) -> None:
-        """Say where avrdude is, or how to get it; without it or a port nothing can be done."""
+        """Show where avrdude is, or how to get it; enable Flash if everything is available."""
         try:
             found = str(avrdude.find(self._program).program)
         except AvrdudeMissingError as error:
@@ -108,10 +108,10 @@ class FlashDialog(FormDialog):
         self.bar.setValue(max(done - _WHOLE, 0))
 
     def _written(self, result: Flashed) -> None:
-        """Reach for the board again; what it says comes with the link."""
+        """Open the board again; its answer arrives with the link."""
         self._flashed = result
         self.write.setText("Flash")
-        self._look_at_job(False)
+        self._show_busy(False)
         port = self.ports.currentData()
         self.verdict.say(f"{result.size:,} bytes written and verified. Starting the board…")
         entry = next((e for e in self._studio.device.entries() if e.key == port), None)
@@ -119,8 +119,8 @@ class FlashDialog(FormDialog):
             entry or DeviceEntry(port, serial_ports.port_name(port), partial(HapkitBoard, port))
         )
 
-    def _look_at_link(self) -> None:
-        """Say what the flashed board says, or why it says nothing."""
+    def _show_answer(self) -> None:
+        """Show the flashed board's answer, or why there is none."""
         link, engine = self._studio.link, self._studio.engine
         if self._flashed is None or link.state in ("connecting", "idle", "preparing"):
             return
@@ -131,10 +131,10 @@ class FlashDialog(FormDialog):
             return  # the engine's own signal follows
         else:
             found = engine.device.about()
-            words = f"The board says: build {found['firmware']}, protocol version {found['protocol']}."
+            words = f"The board answers: build {found['firmware']}, protocol version {found['protocol']}."
             self.verdict.say(f"{wrote} {words}", "check", "ok")
         self._flashed = None
-        self._look_at_job(False)
+        self._show_busy(False)
 
     def _failed(self, text: str) -> None:
         self.verdict.say(text, "triangle", "danger")
@@ -142,7 +142,7 @@ class FlashDialog(FormDialog):
         if self._studio.link.state == "idle":
             self._studio.device.reconnect()
 
-    def _look_at_job(self, running: bool) -> None:
+    def _show_busy(self, running: bool) -> None:
         busy = running or self._flashed is not None
         for widget in (self.write, self.ports, self.choose, self.again, self.leave):
             widget.setEnabled(not busy)
@@ -151,29 +151,29 @@ class FlashDialog(FormDialog):
             self.bar.show()
 
     def _own_port(self) -> str:
-        """Return the port of the device in use, if it is a board on a port."""
+        """Return the port of the device in use, "" if it is not a board on a port."""
         engine, entry = self._studio.engine, self._studio.entry
         key = entry.key if entry is not None else ""
         path = engine.device.flash_port if engine is not None else key
         return path if serial_ports.is_path(path) else ""
 
     def reject(self) -> None:
-        """Stay while it writes, whatever was to close it: half a firmware is none."""
+        """Do not close while writing: half a firmware would not work."""
         if not self.job.running:
             super().reject()
 
-    # putting together
+    # layout and connections
 
     def _join(self) -> None:
         self.write.clicked.connect(self.begin)
         self.again.clicked.connect(self.refresh)
         self.choose.clicked.connect(lambda: choose_file(self, "Where is avrdude?", "", self.use))
         self.job.progressed.connect(self._follow)
-        self.job.running_changed.connect(self._look_at_job)
+        self.job.running_changed.connect(self._show_busy)
         self.job.finished.connect(self._written)
         self.job.failed.connect(self._failed)
-        self._studio.link_changed.connect(self._look_at_link)
-        self._studio.engine_changed.connect(self._look_at_link)
+        self._studio.link_changed.connect(self._show_answer)
+        self._studio.engine_changed.connect(self._show_answer)
 
     def _arrange(self) -> None:
         self.add_fields((("Port", self.ports, None), ("avrdude", self.where, self.choose)))

@@ -1,4 +1,4 @@
-"""What the steps show: the kit, the handle on its rail, and a value over the last ten seconds."""
+"""Pictures of the steps: the kit, the handle on its rail, and a value over the last ten seconds."""
 
 import re
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ _PARTS = ("upright", "plugged", "unplugged", "scale", "spring", "side_down", "em
 
 
 class KitDrawing(QSvgWidget):
-    """Draws the kit, USB plugged in; supply: whether the motor's supply is to be plugged in too."""
+    """Drawing of the kit with USB plugged in; supply: the motor's supply is plugged in, too."""
 
     def __init__(self, supply: bool) -> None:
         super().__init__()
@@ -35,15 +35,15 @@ class KitDrawing(QSvgWidget):
         self._show(self._plug, "upright")
 
     def show_weight(self, grams: str) -> None:
-        """Lay the kit on its side, with so many grams at its handle; "0" for none."""
+        """Show the kit on its side, with a weight in grams at its handle; "0" for none."""
         self._show("side_down", "empty" if grams == "0" else "weight", grams=grams)
 
     def show_scale(self) -> None:
-        """Stand the kit up, with a kitchen scale at the right of its handle."""
+        """Show the upright kit with a kitchen scale on the right of its handle."""
         self._show("upright", self._plug, "scale")
 
     def show_spring(self) -> None:
-        """Stand the kit up, with a spring between its handle and a post at the left."""
+        """Show the upright kit with a spring between its handle and a post on the left."""
         self._show("upright", self._plug, "spring")
 
     def sizeHint(self) -> QSize:
@@ -61,19 +61,19 @@ class KitDrawing(QSvgWidget):
 
 
 _PER_NEWTON = 90.0  # px
-_BESIDE = 8  # px that the button keeps from the edges
+_BESIDE = 8  # px between the button and the edges
 
 
 class HandleView(SceneView):
-    """Draws the handle on its rail, the motor's force where there is one to show, and marks.
+    """Draws the handle on its rail, the motor's force (optional), and marks.
 
-    marks: places in m, and whether each is taken. The hand of a board that has one holds where it was
-    dragged to, for the student to press a button meanwhile; another button lets it go.
+    marks: positions in m, and whether each is taken. A simulated hand holds the handle where it was dragged,
+    so that the user can press a button meanwhile; the button *Let go* releases it.
     """
 
     def __init__(self, with_force: bool) -> None:
         super().__init__()
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # while a job runs the keyboard is the E-stop's
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # during a job the keyboard focus belongs to the E-stop
         self.marks: Mapping[float, bool] = {}
         self._with_force, self._known = with_force, False
         self.let_go = QPushButton("Let go", self)
@@ -88,7 +88,7 @@ class HandleView(SceneView):
         self._place_button()
 
     def show_handle(self, position: float, force: float) -> None:
-        """Show where the handle is in m, and what pushes it in N."""
+        """Show the handle's position in m, and the motor's force in N."""
         self._known = True
         self.update_state(position, force, force, self._target, False, False, np.empty(0))
 
@@ -101,7 +101,7 @@ class HandleView(SceneView):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         self._dragging = False
-        self.set_hand_enabled(self._hand_enabled)  # the open hand again
+        self.set_hand_enabled(self._hand_enabled)  # shows the open hand again
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         event.ignore()  # the page scrolls
@@ -115,7 +115,7 @@ class HandleView(SceneView):
         self._place_button()
 
     def _place_button(self) -> None:
-        """Put the button below the knob and its force, on its side unless it would cover the hand there."""
+        """Place the button below the knob, on the side where it does not cover the hand."""
         size, stage = self.let_go.sizeHint(), self._layout()
         ends = self.width() - size.width() - _BESIDE, _BESIDE
         hand = stage.x(1e3 * (self._target or 0.0))
@@ -146,7 +146,7 @@ class HandleView(SceneView):
             stage.write("Drag: virtual hand", [(10, y, 1), (self.width() - 10, y, -1)], "accent")
 
     def _play_handle(self, stage: Stage) -> None:
-        """Draw handle, hand and force, and keep words off them."""
+        """Draw handle, hand and force, and keep labels off them."""
         motion = self._motion
         if base.beyond(stage, motion):
             return
@@ -160,11 +160,11 @@ class HandleView(SceneView):
 
 SECONDS = 10.0
 _MOST_POINTS = 1500
-_JUMP = 64.0  # counts: a smaller step is motion, never the sensor's repeat
+_JUMP = 64.0  # counts: smaller steps are motion, never the sensor's wrap-around
 
 
 class RecentPlot(pg.PlotWidget):
-    """Draws values (n,) over board times (n,) in s, the newest on the right, and dashed lines across."""
+    """Plots values (n,) over board times (n,) in s, the newest on the right, with dashed horizontal lines."""
 
     def __init__(self, title: str, lines: list[pg.InfiniteLine], token: str) -> None:
         super().__init__(enableMenu=False)
@@ -189,12 +189,12 @@ class RecentPlot(pg.PlotWidget):
         return self.minimumSize()
 
     def set_scale(self, ticks: tuple[float, ...], margin: float = 0.0) -> None:
-        """Show values from the first to the last tick, and a margin beyond them."""
+        """Show the range from the first to the last tick, plus a margin."""
         self.setYRange(ticks[0] - margin, ticks[-1] + margin, padding=0.02)
         self.getAxis("left").setTicks([[(tick, number(tick, 0)) for tick in ticks]])
 
     def show_values(self, time: np.ndarray, values: np.ndarray) -> None:
-        """Show values (n,) over board times (n,) in s; a jump of nearly the whole range is no line."""
+        """Show values (n,) over board times (n,) in s; jumps of nearly the whole range are not connected."""
         self.values = values
         step = max(1, len(time) // _MOST_POINTS)
         shown = values[::step]
@@ -219,7 +219,7 @@ class RecentPlot(pg.PlotWidget):
 
 
 class SensorPlot(RecentPlot):
-    """Draws readings with their lowest and highest; the teeth of the saw are the sensor's repeats."""
+    """Plots sensor readings with lowest and highest value; the sawtooth is the sensor's wrap-around."""
 
     def __init__(self) -> None:
         place = [{"position": 0.1, "anchors": [(0, y), (0, y)]} for y in (0, 1)]
@@ -228,7 +228,7 @@ class SensorPlot(RecentPlot):
         self.set_scale((0, 512, 1023))
 
     def show_readings(self, time: np.ndarray, raw: np.ndarray, bottom: int, top: int) -> None:
-        """Show readings (n,) over board times (n,) in s, and the scale for them."""
+        """Show readings (n,) over board times (n,) in s, with the scale's ends."""
         self.set_scale((bottom, round(0.5 * (bottom + top)), top))
         self.show_values(time, raw)
         for line, word, value in zip(self.lines, ("lowest", "highest"), (raw.min(), raw.max()), strict=True):
@@ -237,11 +237,11 @@ class SensorPlot(RecentPlot):
 
 
 class PositionPlot(RecentPlot):
-    """Draws positions about where the handle began, with the limits of a sweep, ± 25 mm."""
+    """Plots positions relative to the handle's start, with the limits of a sweep, ± 25 mm."""
 
     LIMIT = 25.0
     start: float | None = None
-    """m from which distances count; None: from the next sample on."""
+    """Reference position in m; None: the next sample."""
 
     def __init__(self) -> None:
         lines = [pg.InfiniteLine(angle=0, pos=side * self.LIMIT) for side in (-1, 1)]

@@ -1,4 +1,4 @@
-"""Set up my Hapkit: seven steps on the board, each of which may be skipped."""
+"""Set up my Hapkit: seven steps on the board; every step can be skipped."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _SIZE, _SMALLEST = (1060, 700), (860, 560)
 _ROW_HEIGHT, _LIST_WIDTH, _ICON = 44, 200, 18
-_AFTER_STOP = "Press Release E-stop above, hands off, then begin this step again."
+_AFTER_STOP = "Press Release E-stop above, hands off, then start this step again."
 _BUTTONS = QWizard.WizardButton
 _SKIP, _AGAIN, _CLOSE = _BUTTONS.CustomButton1, _BUTTONS.CustomButton2, _BUTTONS.CustomButton3
 _BACK, _NEXT, _SPACE = _BUTTONS.BackButton, _BUTTONS.NextButton, _BUTTONS.Stretch
@@ -99,7 +99,7 @@ class SetupDialog(BoardDialog):
 
     def skip_step(self) -> None:
         """Skip a step, and state the assumption."""
-        self._skipped[self.index] = CheckResult(SKIP, f"Left out. Assumed: {self.step.if_skipped}.")
+        self._skipped[self.index] = CheckResult(SKIP, f"Skipped. Assumed: {self.step.if_skipped}.")
         self.pages.next()
 
     def try_again(self) -> None:
@@ -158,9 +158,9 @@ class SetupDialog(BoardDialog):
         self._focus()
 
     def _focus(self) -> None:
-        """Give the focus to Next if the step is done, or to the step's own button.
+        """Move the focus to Next if the step is done, otherwise to the step's first button.
 
-        Never to one that starts the motor: then to the page itself, where Enter does nothing.
+        If that button starts the motor, the page itself gets the focus: Enter then does nothing.
         """
         done = self.step.result is not None and self.step.result.good
         on = self.close_button if self.step is self.save_step else self.next
@@ -196,7 +196,7 @@ class SetupDialog(BoardDialog):
         self.again.setFocus()
 
     def _undone(self) -> None:
-        """Restart: no result is in force any more."""
+        """Restart the steps: all results have been undone."""
         self.reset()
         words = "The board has its old settings again. Nothing is left to save."
         self.step.box.show_text(words, look=SIGNS[PASS])
@@ -219,7 +219,7 @@ class SetupDialog(BoardDialog):
             row.setIcon(icons.icon(sign, color, _ICON))
             row.setToolTip(words)
             row.setData(Qt.ItemDataRole.AccessibleTextRole, f"{step.name}: {words}")
-            step.offer_buttons()
+            step.enable_buttons()
         step, free = self.step, not self.board.busy
         last, good = step is self.save_step, step.result is not None and step.result.good
         step.hint.setText("" if good or last else f"If skipped, the studio assumes: {step.if_skipped}.")

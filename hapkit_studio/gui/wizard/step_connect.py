@@ -14,17 +14,17 @@ from hapkit_studio.protocol.messages import Origin
 
 
 class ConnectStep(StepPage):
-    """Connect USB only, and choose the kit; if skipped, the board's own numbers stay."""
+    """Connect USB only, and choose the kit; if skipped, the board's settings do not change."""
 
     padding_chosen = Signal(int)
     name = "Connect"
     heading = "Connect, and choose your kit"
     words = (
-        "1. Plug in USB, and hold the board's connector with the other hand: a green light comes on.\n"
+        "1. Hold the board's connector with one hand and plug in the USB cable: a green light comes on.\n"
         "2. Leave the motor's 12 V supply unplugged until the step Direction.\n"
         "3. Choose your kit."
     )
-    if_skipped = "the kit that the board is set to"
+    if_skipped = "the kit that is set on the board"
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
@@ -42,7 +42,7 @@ class ConnectStep(StepPage):
         self._show_note()
 
     def enter(self) -> None:
-        """Show the board's present kit; pad frames from now on if that is faster."""
+        """Show the board's present kit; start padding frames if that is faster."""
         if self.calibration is None or self.result is not None:
             return
         now, found = self.calibration.original, self.calibration.padding
@@ -63,7 +63,7 @@ class ConnectStep(StepPage):
         """Apply the kit's numbers."""
         kit = profiles.named(self.kits.currentData())
         if kit is profiles.numbered(self.calibration.board.profile):
-            self.finish(passed(f"{kit.title}: as the board has it."))
+            self.finish(passed(f"The board is already set to this kit: {kit.title}."))
         else:
             found = passed(f"The board is set to this kit: {kit.title}.")
             self.run_job("Sending…", lambda work: work.use_kit(kit), lambda _none: self.finish(found))
@@ -73,8 +73,8 @@ class ConnectStep(StepPage):
 
 
 def frame_words(found: Padding) -> str:
-    """Return how frames are sent from now on, and the measured delays in ms."""
+    """Describe how frames are sent from now on, with the measured delays in ms."""
     plain, padded = (f"{1e3 * delay:.1f} ms" for delay in found)
     if found.better:
-        return f"USB frames are filled to {found.better} bytes: {padded} delay instead of {plain}."
-    return f"USB frames stay short: {plain} delay, filled {padded}."
+        return f"USB frames are padded to {found.better} bytes: the delay is {padded} instead of {plain}."
+    return f"USB frames are not padded: the delay is {plain}, with padding it would be {padded}."

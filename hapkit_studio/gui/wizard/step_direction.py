@@ -11,13 +11,15 @@ class DirectionStep(StepPage):
 
     pushes = True
     name = "Direction"
-    heading = "Direction: a push to the right goes to the right"
+    heading = "Direction: a push to the right moves the handle to the right"
     words = (
-        "Now plug in the motor's 12 V supply. Put the handle in the middle, hands off, then press Push: "
-        "pulses of 0.1\u00a0N, 0.3\u00a0N at most, 80 ms long. A wrong sign would make a spring run away."
+        "Plug in the motor's 12 V supply. Put the handle in the middle, take your hands off, then press "
+        "Push. "
+        "The motor gives short pulses of at most 0.3\u00a0N. With the wrong sign, a spring would push the "
+        "handle away."
     )
     begin = "The motor is off until you press Push."
-    if_skipped = "the direction that the board has; Strength and Friction wait until it is tried"
+    if_skipped = "the board's present direction; Strength and Friction are not possible without this step"
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)

@@ -20,12 +20,13 @@ class FrictionStep(StepPage):
     name = "Friction"
     heading = "Friction, damping and mass: a gentle sweep"
     words = (
-        "Stand the kit upright again. Handle in the middle, hands off, then press Sweep: for "
+        "Stand the kit upright again. Put the handle in the middle, take your hands off, then press "
+        "Sweep. For "
         "a quarter to half a minute the motor moves the handle by itself, within ±\u00a025\u00a0mm and "
         f"{motions.SWEEP_LIMITS.force:g}\u00a0N. It stops if anything looks wrong."
     )
     begin = "The motor is off until you press Sweep."
-    if_skipped = "mass and friction that this kit usually has"
+    if_skipped = "the usual mass and friction of this kit"
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
@@ -58,15 +59,21 @@ class FrictionStep(StepPage):
     def _swept(self, sweep: SweepResult) -> None:
         part = sweep.part
         if not part.estimates:
-            self.finish(warn("sweep", part.advice, "Handle in the middle, hands off, sweep again."))
+            self.finish(
+                warn(
+                    "sweep",
+                    part.advice,
+                    "Put the handle in the middle, take your hands off, and sweep again.",
+                )
+            )
             return
-        not_told = []
+        unknown = []
         for key, name in _ESTIMATES.items():
             e = part[key]
-            self.found[key].setText(f"{words.measured(e)} {words.unit_of(e)}" if e.told else "not told")
-            not_told += [] if e.told else [f"{name}: {e.advice}"]
-        if not_told:
-            self.finish(warn("not told", " ".join(not_told), "Handle in the middle, sweep again."))
+            self.found[key].setText(f"{words.measured(e)} {words.unit_of(e)}" if e.told else "unknown")
+            unknown += [] if e.told else [f"{name}: {e.advice}"]
+        if unknown:
+            self.finish(warn("unknown", " ".join(unknown), "Put the handle in the middle and sweep again."))
             return
         band, board = sweep.board.dead_band, self.calibration.board
         more = f" The motor begins to turn at duty {band} of 255." if band else ""

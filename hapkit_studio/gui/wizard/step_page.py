@@ -152,7 +152,7 @@ class StepPage(QWizardPage):
         """Show why a job ended without a result, and the remedy."""
         self.box.show_warning(words, remedy)
 
-    def offer_buttons(self) -> None:
+    def enable_buttons(self) -> None:
         """Enable the buttons that are ready, and Next; none during a job or without a board."""
         free = not self.board.busy and self.calibration is not None
         for button, ready in self._buttons:

@@ -25,7 +25,7 @@ Notes = dict[str, tuple[bool, str]]
 """By step name: whether it is done, and its result or assumption."""
 _NEAR_KIT = 0.2
 """Relative deviation from a known kit's scale up to which a scale is saved without confirmation."""
-_UNSAVED = "Not saved yet: the board would forget it at its next start."
+_UNSAVED = "Not saved yet: the board will lose these settings at its next start."
 
 
 class SaveStep(StepPage):
@@ -34,7 +34,7 @@ class SaveStep(StepPage):
     undone = Signal()
     name = "Save"
     heading = "Save: on the board, and in a file"
-    if_skipped = "nothing is kept: the board forgets at its next start"
+    if_skipped = "nothing is saved: the board loses the settings at its next start"
 
     def __init__(self, board: BoardThread, notes: Callable[[], Notes]) -> None:
         super().__init__(board)
@@ -87,7 +87,7 @@ class SaveStep(StepPage):
         self.confirm.setVisible(not self._scale_plausible())
         self.confirm.setChecked(self._scale_confirmed())
         skipped = [f"{name}: {words}" for name, (done, words) in self._notes().items() if not done]
-        self.assumptions.setText("Assumed. " + "; ".join(skipped) + "." if skipped else "")
+        self.assumptions.setText("Assumed: " + "; ".join(skipped) + "." if skipped else "")
 
     def reset(self) -> None:
         super().reset()
@@ -120,7 +120,7 @@ class SaveStep(StepPage):
             self.show_refusal(str(error))
             return
         notes = {
-            name: words if done else f"left out; assumed: {words}"
+            name: words if done else f"skipped; assumed: {words}"
             for name, (done, words) in self._notes().items()
         }
 
@@ -140,7 +140,10 @@ class SaveStep(StepPage):
         """Return where the handle must be when the board is switched on, for a correct zero."""
         board = self.calibration.board
         if board.sensor == Sensor.QUADRATURE:
-            return "Always switch on with the handle in the middle: an encoder's zero is where it starts."
+            return (
+                "Always switch on with the handle in the middle: an encoder takes its starting position "
+                "as zero."
+            )
         reach = 0.4e3 * board.counts_per_flip * board.quantum
         words = f"Switch on with the handle within {reach:.0f}\N{NO-BREAK SPACE}mm of the middle"
         return f"{words}: the board finds its zero from there."
@@ -152,7 +155,7 @@ class SaveStep(StepPage):
         self._show_question(True)
         self.box.show_warning(
             "Restore the settings that the board had when this window opened?",
-            "Everything that the steps found is lost. A saved file stays.",
+            "All results of the steps are lost. A saved file is not deleted.",
         )
         self.keep.setFocus()
 

@@ -29,9 +29,9 @@ class ScaleStep(StepPage):
     heading = "Zero and scale: hold the handle at marks"
     words = (
         "With a ruler, mark 0 in the middle and 20 mm to either side, at the handle. Hold the handle "
-        "still at each mark and press Take. The middle comes twice: that shows whether the cable slips."
+        "still at each mark and press Take. The middle is measured twice to see whether the cable slips."
     )
-    if_skipped = "zero where the board has it, and the scale that the radii make"
+    if_skipped = "the board's present zero, and the scale computed from the radii"
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
@@ -40,14 +40,14 @@ class ScaleStep(StepPage):
         self.take = self.button("Take", self.take_mark, primary=True)
         self.restart = self.button("Start again", self.forget_marks)
         self.apply = self.job_button(
-            "Use this scale", "Sending…", lambda work: work.use_scale(), self._scale_in_force,
+            "Use this scale", "Sending…", lambda work: work.use_scale(), self._scale_applied,
             ready=self._scale_usable,
         )  # fmt: skip
         self.add_row(QLabel("Handle at"), self.place, self.take, self.restart, self.apply)
         self.residuals = self.add_text()
         self.radii = {key: ThousandthsBox(words, "mm", 1.0, 200.0, 2) for key, words in _RADII}
         for box in self.radii.values():
-            box.valueChanged.connect(lambda _value: self.offer_buttons())
+            box.valueChanged.connect(lambda _value: self.enable_buttons())
         self.set_radii = self.button("Use these radii", self.use_radii, ready=self._radii_differ)
         cells = [vbox(QLabel(words), self.radii[key], gap=6) for key, words in _RADII]
         self.column.addWidget(label("Radii of your kit, not diameters:", "hint"))
@@ -85,12 +85,12 @@ class ScaleStep(StepPage):
 
     def _show_first(self) -> None:
         words = f"Hold the handle at {_mm(PLACES[0])}, then press Take."
-        self.box.show_text(words, "Until then the picture has the board's old zero, which may be off.")
+        self.box.show_text(words, "Until then the picture uses the board's old zero, which may be wrong.")
 
     def _mark_taken(self, mark: Mark) -> None:
         taken = len(self._marks)
         if taken < len(PLACES):
-            words = f"Taken at {_mm(mark.place)}. Go on to {_mm(PLACES[taken])}."
+            words = f"Mark at {_mm(mark.place)} taken. Move the handle to {_mm(PLACES[taken])}."
             self.box.show_text(words, look=SIGNS[PASS])
         else:
             self._fit()
@@ -115,7 +115,7 @@ class ScaleStep(StepPage):
         else:
             super().show_refusal(words, remedy)
 
-    def _scale_in_force(self, result: CheckResult) -> None:
+    def _scale_applied(self, result: CheckResult) -> None:
         self._show_radii()
         self.finish(result)
 
@@ -141,16 +141,16 @@ class ScaleStep(StepPage):
     def use_radii(self) -> None:
         """Apply the typed radii."""
         radii = {key: box.si for key, box in self.radii.items()}
-        self.run_job("Sending…", lambda work: work.change_geometry(**radii), self._radii_in_force)
+        self.run_job("Sending…", lambda work: work.change_geometry(**radii), self._radii_applied)
 
-    def _radii_in_force(self, _none: object) -> None:
+    def _radii_applied(self, _none: object) -> None:
         self._show_radii()
         self.result = None
         self.changed.emit()
         if len(self._marks) >= len(PLACES):
-            self._fit()  # existing marks show at once whether they are right
+            self._fit()  # shows at once whether the existing marks agree
         else:
-            words = "The board has these radii now. Take the marks: they check them."
+            words = "The board now uses these radii. Take the marks to check them."
             self.box.show_text(words, look=SIGNS[PASS])
 
     def _show_radii(self) -> None:

@@ -20,8 +20,8 @@ class SensorStep(StepPage):
         "The motor is off. Hold the handle at its left end, press Start, then move it slowly to the "
         "right end and back, twice."
     )
-    begin = "Waiting for you at the left end."
-    if_skipped = "the sensor works, and repeats as this kit's usually does"
+    begin = "Hold the handle at the left end, then press Start."
+    if_skipped = "the sensor works, with the usual range of this kit"
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)

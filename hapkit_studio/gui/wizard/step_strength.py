@@ -23,21 +23,23 @@ from hapkit_studio.gui.wizard.step_page import StepPage, ThousandthsBox
 
 MASSES = (0.0, 0.050, 0.100)
 PUSH = 1.0
-"""N on the kitchen scale."""
+"""N, force on the kitchen scale."""
 PUSH_SECONDS = 20.0
 SPRING = 100.0
 """N/m of the first spring by default."""
 _WEIGHTS = (
-    "Lay the kit on its left side. Hold the handle in the middle and press Carry; after a second let go "
-    "slowly. First without a mass, then with 50 g and with 100 g (coins: weigh them)."
+    "Lay the kit on its left side. Hold the handle in the middle, press Carry, and let go slowly after a "
+    "second. First without a mass, then with 50 g, then with 100 g (for example weighed coins)."
 )
 _SCALE = (
-    "Stand a kitchen scale on its edge at the right of the handle, so that the handle pushes on its plate. "
-    f"Press Push: the motor pushes with {PUSH:g} N by its profile. Type what the scale reads."
+    "Stand a kitchen scale on its edge at the right of the handle, so that the handle pushes against it. "
+    f"Press Push: the motor pushes with {PUSH:g} N according to the kit's profile. Enter the reading of "
+    "the scale."
 )
 _SPRINGS = (
-    f"Hook a spring {HOOKED}. Type its stiffness, known to {100.0 * SPRING_UNCERTAINTY:g} %, and press Pull, "
-    f"hands off. Then another, at least {SPRINGS_DIFFER:g} × as stiff."
+    f"Attach a spring {HOOKED}. Enter its stiffness, which must be known to {100.0 * SPRING_UNCERTAINTY:g} "
+    "%, "
+    f"take your hands off and press Pull. Then attach another spring, at least {SPRINGS_DIFFER:g} × as stiff."
 )
 
 
@@ -45,7 +47,7 @@ class StrengthStep(StepPage):
     """Complete once a motor constant was measured; if skipped, the profile's stays."""
 
     name = "Strength"
-    heading = "Strength: what the motor really pushes"
+    heading = "Strength: the force that the motor really gives"
     begin = "The motor is off until you press a button."
     if_skipped = "the motor constant of the kit's profile"
     pushes = needs_direction = True
@@ -97,8 +99,8 @@ class StrengthStep(StepPage):
         self.mass.valueChanged.connect(lambda _grams: self._draw())
         self._show_method(0)
 
-    def offer_buttons(self) -> None:
-        super().offer_buttons()
+    def enable_buttons(self) -> None:
+        super().enable_buttons()
         self.method.setEnabled(not self.board.busy)  # the button that ends a push stays visible
 
     def _show_method(self, index: int) -> None:
@@ -131,7 +133,7 @@ class StrengthStep(StepPage):
         """Carry the mass at the handle."""
         mass = self.mass.si
         self.run_job(
-            "Carrying. Let go slowly… it creeps up and down for 6 s.",
+            "Carrying. Let go slowly. The handle moves slowly up and down for 6 s.",
             lambda work: (mass, work.carry(mass)),
             self._carried,
         )
@@ -141,7 +143,7 @@ class StrengthStep(StepPage):
         masses = sorted(mass for mass, _ in self.calibration.carried)
         self.carried.setText("Carried: " + ", ".join(f"{1e3 * m:g} g" for m in masses) + ".")
         rest = [m for m in MASSES if m not in masses]
-        words = f"{1e3 * mass:g} g took {number(abs(force), 2)} N by the profile."
+        words = f"{1e3 * mass:g} g needed {number(abs(force), 2)} N according to the kit's profile."
         self.box.show_text(words, _hang(rest[0]) if rest else "Now press Use these.", SIGNS[PASS])
         if rest:
             self.mass.show_si(rest[0])
@@ -157,7 +159,7 @@ class StrengthStep(StepPage):
         self.enough.setFocus()
 
     def _pushed(self, _track: Track) -> None:
-        self.box.show_text("Type what the scale read, then press Use this reading.")
+        self.box.show_text("Enter the reading of the scale, then press Use this reading.")
         self.reading.setFocus()
 
     def use_reading(self) -> None:
@@ -175,9 +177,12 @@ class StrengthStep(StepPage):
     def _pulled(self, found: tuple[float, float]) -> None:
         stiffness, felt = found
         springs = [spring for spring, _ in self.calibration.pulled]
-        words = f"{stiffness:g} N/m took {number(felt, 1)} N/m by the settings."
+        words = (
+            f"The spring of {stiffness:g} N/m was measured as {number(felt, 1)} N/m with the present "
+            "settings."
+        )
         enough = max(springs) >= SPRINGS_DIFFER * min(springs)
-        rest = "Now press Use these." if enough else "Next: hook another spring on, press Pull."
+        rest = "Now press Use these." if enough else "Next: attach another spring, then press Pull."
         self.box.show_text(words, rest, SIGNS[PASS])
 
     def _measured(self, found: Strength) -> None:
@@ -186,5 +191,5 @@ class StrengthStep(StepPage):
 
 def _hang(mass: float) -> str:
     """Return the instruction for the next mass in kg."""
-    what = f"hang {1e3 * mass:g} g on it" if mass > 0.0 else "take the mass off"
-    return f"Next: {what}, hold the handle in the middle, press Carry."
+    what = f"hang {1e3 * mass:g} g on the handle" if mass > 0.0 else "remove the mass"
+    return f"Next: {what}, hold it in the middle, and press Carry."

@@ -101,7 +101,7 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
         assert seen == sorted(seen)
         qtbot.waitUntil(lambda: window.studio.engine is not None)
         hello, said = window.studio.engine.device.hello, sheet.verdict.words.text()
-        assert f"The board says: build {hello.build}, protocol version {PROTOCOL_VERSION}" in said
+        assert f"The board answers: build {hello.build}, protocol version {PROTOCOL_VERSION}" in said
         assert hello.build.encode() in flash.read_image(shipped())
         assert (hello.origin, hello.max_force) == (Origin.STORED, 1.5)
         assert sheet.write.isEnabled()

@@ -295,7 +295,7 @@ def test_springs_are_pulled_at_one_after_the_other(played):
         play.let_go()
         play.kit.spring = stiffness
         play.press(step.pull)
-        assert f"{stiffness:g} N/m took {stiffness / 0.9:.0f}" in step.box.words.text()
+        assert f"spring of {stiffness:g} N/m was measured as {stiffness / 0.9:.0f}" in step.box.words.text()
         assert next_step in step.box.remedy.text()
     play.press(step.use_pulled)
     assert play.kit.settings_now.motor_constant == pytest.approx(0.9 * 0.0183, rel=0.01)
@@ -308,9 +308,13 @@ def test_springs_are_pulled_at_one_after_the_other(played):
         (
             (9.0e-3, 3.1e-3),
             PACKET,
-            "USB frames are filled to 62 bytes: 3.1 ms delay instead of 9.0 ms.",
+            "USB frames are padded to 62 bytes: the delay is 3.1 ms instead of 9.0 ms.",
         ),
-        ((1.0e-3, 1.2e-3), 0, "USB frames stay short: 1.0 ms delay, filled 1.2 ms."),
+        (
+            (1.0e-3, 1.2e-3),
+            0,
+            "USB frames are not padded: the delay is 1.0 ms, with padding it would be 1.2 ms.",
+        ),
     ],
 )
 def test_frames_are_sent_as_was_measured_to_be_faster(played, delays, size, words):
