@@ -89,7 +89,7 @@ def test_words_are_whole_controls_named_and_a_skipped_step_says_what_is_assumed(
         if index < 6:
             assert step.if_skipped in step.hint.text()
             dialog.skip.click()
-            assert "Left out" in dialog.list.item(index).toolTip()
+            assert "Skipped" in dialog.list.item(index).toolTip()
     assert all(step.if_skipped in dialog.step.assumptions.text() for step in dialog.steps[:-1])
     rows = dialog.list
     place = rows.visualItemRect(rows.item(3)).center()
