@@ -108,7 +108,7 @@ class SaveStep(StepPage):
         """Confirm the present scale; another one must be confirmed again."""
         self._confirmed = self.calibration.board.quantum if on else math.nan
         self.keep_everything()
-        self.offer_buttons()
+        self.enable_buttons()
 
     # saving
 
