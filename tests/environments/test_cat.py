@@ -56,6 +56,19 @@ def test_left_alone_the_mood_decays_in_ten_seconds():
     assert np.log(c / c[0]) == pytest.approx(-np.arange(c.size) * 1e-4, abs=1e-3)
 
 
+@pytest.mark.parametrize(("speed", "content"), [(0.05, True), (0.1, True), (0.15, False), (0.2, False)])
+def test_it_purrs_when_stroked_slowly_to_and_fro_and_swats_in_haste(speed, content):
+    period = 0.12 / speed  # of strokes of 60 mm at an even speed
+
+    def position(t):
+        share = t / period % 1.0
+        return 0.12 * min(share, 1.0 - share) - 0.03
+
+    run = moved(position, 12.0)
+    assert (column(run, "contentment").max() > cat.PURRS_ABOVE) == content
+    assert (column(run, "swats")[-1] > 0) == (not content)
+
+
 LOOPS = [(500.0, 0.0), (1000.0, 1e-3), (4000.0, 0.0)]
 EVERY_LOOP = wide(
     ((r, d, e) for r, d in LOOPS for e in ("difference", "iir")),

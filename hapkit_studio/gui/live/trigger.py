@@ -46,6 +46,11 @@ def crossings(values: np.ndarray, level: float, rising: bool) -> np.ndarray:
     return np.flatnonzero(crossed) + 1
 
 
+def _has_contact(environment: Environment) -> bool:
+    """Return whether the handle can touch a surface or an object that moves by itself."""
+    return environment.shades or environment.moves is not None
+
+
 class Trigger(QObject):
     """Searches new samples for its event and makes the view stop there.
 
@@ -59,6 +64,7 @@ class Trigger(QObject):
         self._view = view
         self._from: float | None = None  # s: where to continue searching
         self._environment: Environment | None = None
+        self._event_chosen = False
         self.values = {parameter.key: parameter.default for parameter in PARAMETERS}
 
     @property
@@ -86,13 +92,16 @@ class Trigger(QObject):
         return f"{level.parameter.key} {value} {shown.unit}"
 
     def set_environment(self, environment: Environment) -> None:
-        """Set the environment, which determines whether there can be contact."""
+        """Set the environment: the event is contact if it has any, else a position, unless one was chosen."""
         if environment is not self._environment:
             self._environment = environment
+            if not self._event_chosen:
+                self.values[EVENT.key] = EVENT.check("contact" if _has_contact(environment) else "position")
             self._emit()
 
     def set_value(self, key: str, value: float) -> None:
         """Set one of the parameters for later events."""
+        self._event_chosen |= key == EVENT.key
         self.values[key] = value
         self._emit()
 
@@ -147,7 +156,7 @@ class Trigger(QObject):
     def _emit(self) -> None:
         level, scene, words, crossed = self.level, self._environment, "", None
         if self.armed:
-            bare = scene is not None and level is None and not scene.shades
+            bare = scene is not None and level is None and not _has_contact(scene)
             words = f"No contact in {scene.title}" if scene and bare else f"Waiting for {self._name}"
             crossed = level and (level.channel, self._crossed(level))
         self._view.set_waiting(words, crossed)

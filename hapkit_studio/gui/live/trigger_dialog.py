@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QPushButton, QWidget
 
-from hapkit_studio.gui.live.trigger import EDGE, LEVELS, PARAMETERS, Trigger
+from hapkit_studio.gui.live.trigger import EDGE, EVENT, LEVELS, PARAMETERS, Trigger
 from hapkit_studio.gui.panel.rows import row_of
 from hapkit_studio.gui.widgets.dialogs import FormDialog
 
@@ -31,6 +31,7 @@ class TriggerDialog(FormDialog):
 
     def _follow(self) -> None:
         level = self._trigger.level
+        self.rows[EVENT.key].show_value(self._trigger.values[EVENT.key])
         for each in LEVELS:
             self.rows[each.parameter.key].setVisible(each is level)
         self.rows[EDGE.key].setVisible(level is not None)

@@ -130,8 +130,22 @@ def test_what_came_before_it_was_armed_or_while_paused_or_in_another_scene_is_no
     assert come(view, trigger, 8.0, start=4.5) == [first_sample(TOUCHES + 3.0 * PERIOD)]
 
 
-def test_it_says_where_there_is_nothing_to_be_touched_and_no_more_once_it_does_not_wait(view):
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [("wall", "contact"), ("puck", "contact"), ("mass_spring_damper", "contact"), ("button", "contact"),
+     ("spring", "position 5.0 mm"), ("damping", "position 5.0 mm"), ("cat", "position 5.0 mm")],
+)  # fmt: skip
+def test_the_event_suits_the_scene_until_one_is_chosen(view, key, words):
     trigger = armed(view)
+    trigger.set_environment(LIBRARY[key])
+    assert view.status == f"Waiting for {words}"
+    trigger.set_value(EVENT.key, EVENT.check("velocity"))
+    trigger.set_environment(LIBRARY["free"])
+    assert view.status == "Waiting for velocity 100 mm/s"
+
+
+def test_it_says_where_there_is_nothing_to_be_touched_and_no_more_once_it_does_not_wait(view):
+    trigger = armed(view, event="contact")
     assert view.status == "Waiting for contact"
     trigger.set_environment(LIBRARY["spring"])
     assert view.status == "No contact in Spring"
