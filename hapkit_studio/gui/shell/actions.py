@@ -180,35 +180,39 @@ _SESSION = (
     ),
     Action(
         "session.step_back", "Replay: one frame back", lambda w: w.replay.step(-1), "Left", enabled=_replays,
-        rule=True,
+        submenu="Replay",
     ),
     Action(
-        "session.step_on", "Replay: one frame forward", lambda w: w.replay.step(1), "Right", enabled=_replays
+        "session.step_on", "Replay: one frame forward", lambda w: w.replay.step(1), "Right", enabled=_replays,
+        submenu="Replay",
     ),
     Action(
         "session.sample_back", "Replay: one sample back", lambda w: w.replay.step(-1, sample=True),
-        "Shift+Left", enabled=_replays,
+        "Shift+Left", enabled=_replays, submenu="Replay",
     ),
     Action(
         "session.sample_on", "Replay: one sample forward", lambda w: w.replay.step(1, sample=True),
-        "Shift+Right", enabled=_replays,
+        "Shift+Right", enabled=_replays, submenu="Replay",
     ),
-    Action("session.close_replay", "Close the replay", lambda w: w.replay.close(), enabled=_replays),
+    Action(
+        "session.close_replay", "Close the replay", lambda w: w.replay.close(), enabled=_replays,
+        submenu="Replay",
+    ),
     Action(
         "session.export", "Export what is visible…", lambda w: w.export.ask(w.export.visible), "Ctrl+Shift+E",
-        enabled=_has_samples, rule=True,
+        enabled=_has_samples, submenu="Export",
     ),
     Action(
         "session.export_selection", "Export between the cursors…", lambda w: w.export.ask(w.export.selected),
-        enabled=lambda w: w.centre.time.cursors.on and _has_samples(w),
+        enabled=lambda w: w.centre.time.cursors.on and _has_samples(w), submenu="Export",
     ),
     Action(
         "session.export_kept", "Export the last minute…", lambda w: w.export.ask(),
-        enabled=lambda w: _has_samples(w) and not _replays(w),
+        enabled=lambda w: _has_samples(w) and not _replays(w), submenu="Export",
     ),
     Action(
         "session.copy_picture", "Copy picture", lambda w: w.copy_picture(), "Ctrl+Alt+C",
-        enabled=lambda w: w.has_picture,
+        enabled=lambda w: w.has_picture, submenu="Export",
     ),
     Action("session.quit", "Quit", lambda w: w.quit(), "Ctrl+Q", rule=True),
 )  # fmt: skip
@@ -348,21 +352,23 @@ _ENVIRONMENT = (
     ),
     Action(
         "environment.save_preset", "Save preset as…", lambda w: w.presets.ask_to_save(),
-        enabled=_has_parameters,
+        enabled=_has_parameters, submenu="Presets",
     ),
     Action(
         "environment.compare_presets", "Compare presets…", lambda w: w.presets.ask_to_compare(),
-        enabled=_has_parameters,
+        enabled=_has_parameters, submenu="Presets",
     ),
     Action(
         "environment.restore_preset", "Restore preset", lambda w: w.presets.restore(),
-        enabled=lambda w: bool(w.presets.different),
+        enabled=lambda w: bool(w.presets.different), submenu="Presets",
     ),
     Action(
         "environment.use_method", "Use the recommended method",
         lambda w: cast("AccuracyPage", w.views.shown).scene.use(), enabled=_has_method,
     ),
-    Action("environment.import_preset", "Import preset…", lambda w: w.presets.bring()),
+    Action(
+        "environment.import_preset", "Import preset…", lambda w: w.presets.bring(), submenu="Presets"
+    ),
     Action("environment.new", "New environment…", lambda w: w.editor.begin_new(), "Ctrl+N", rule=True),
     Action("environment.open", "Open…", lambda w: w.file_actions.open(), "Ctrl+O"),
     Action("environment.export", "Export as sketch…", lambda w: w.show_export()),

@@ -8,7 +8,16 @@ import pytest
 from PySide6.QtCore import QCoreApplication, QPoint, QRect, Qt
 from PySide6.QtGui import QFontInfo
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QLabel, QLineEdit, QPushButton, QTabBar, QToolButton, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QTabBar,
+    QToolButton,
+    QWidget,
+)
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.stability.verdict import VerdictInput
@@ -402,6 +411,16 @@ def test_borders_that_were_dragged_stay_there_and_are_remembered(make_window, qa
     first.close()
     again = make_window(size=(1920, 1080))
     assert sizes(again) == dragged
+
+
+def test_every_menu_fits_a_screen_of_720_px_below_the_menu_bar_and_a_title_bar(window, qapp):
+    settle(qapp, window, (1280, 720))
+    for menu in window.menuBar().findChildren(QMenu):
+        menu.aboutToShow.emit()
+        menu.ensurePolished()
+        menu.sizeHint()
+        high = sum(menu.actionGeometry(action).height() for action in menu.actions() if action.isVisible())
+        assert high <= 720 - 40 - window.menuBar().height() - 10, (menu.title(), high)
 
 
 def test_every_control_has_a_name_and_a_place_to_hit(window, qapp):
