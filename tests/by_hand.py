@@ -22,13 +22,13 @@ from tests.bench.window import open_window, process_until
 
 PATIENCE = 120.0
 STEPS, STEP_SECONDS = 25, 0.02
-PLACED = 0.3  # s: two columns of pixels of a minute
+PLACED = 0.3  # s: time of two columns of pixels in a plot of a minute
 PRESSED = 0.012  # m: target of the hand, inside the wall
 FADED = 1.0  # s: longer than the fade-in of new settings
 
 
 class Person:
-    """Moves the pointer, presses buttons and types; runs the event loop in between."""
+    """Move the pointer, press buttons and type; run the event loop in between."""
 
     def __init__(self, application: QApplication, window: MainWindow):
         self.application, self.window = application, window
@@ -75,7 +75,7 @@ class Person:
 
 
 def push(person: Person) -> tuple[float, float]:
-    """Take the handle, push it into the wall and back, let go; return both times on the rows' clock."""
+    """Take the handle, push it into the wall and back, release it; return both times on the rows' clock."""
     scene = person.window.centre.scene
     columns = np.arange(scene.width())
     targets = np.array([scene.target_at(x) for x in columns])
@@ -101,7 +101,7 @@ def slope(person: Person, begin: float, end: float) -> str:
         person.key(key)
     person.wait(lambda: np.allclose(time_plots.cursors.times or 0.0, (begin, end), rtol=0.0, atol=PLACED))
     card = person.window.centre.phase.cursors
-    card.refresh()  # now, without waiting for the timer
+    card.refresh()  # at once, without waiting for the timer
     return card.slope.text()
 
 
@@ -117,7 +117,7 @@ def set_stiffness(person: Person, newtons_per_metre: str) -> None:
 
 
 def feel(person: Person) -> dict[str, object]:
-    """Record two pushes at two stiffnesses, the first one held; return both cursor readings."""
+    """Record two pushes at two stiffnesses, with the first one frozen; return both cursor readings."""
     window = person.window
     person.key("r")
     person.wait(lambda: window.studio.recording.progress is not None)

@@ -14,14 +14,14 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 _settings = tempfile.TemporaryDirectory(prefix="hapkit-studio-tests-")
 os.environ["XDG_CONFIG_HOME"] = _settings.name
 os.environ["HAPKIT_STUDIO_FOLDER"] = f"{_settings.name}/own"
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # background jobs of a shell
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # shells ignore SIGINT in background jobs
     signal.signal(signal.SIGINT, signal.default_int_handler)
 # the first example compiles; results must be reproducible
 hypothesis.settings.register_profile("studio", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("studio")
 
 
-# started last, it would run alone at the end: it installs the studio and compiles everything
+# this file installs the studio and compiles everything; started last, it would run alone at the end
 LONGEST = "test_packaging.py"
 
 

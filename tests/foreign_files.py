@@ -97,7 +97,7 @@ CSV_VALUES = (
 
 
 def literal_in_json(text: str, rng: random.Random) -> str:
-    """Return a JSON text with one value, key or member replaced; raise ValueError for another text."""
+    """Return a JSON text with one value, key or member replaced; raise ValueError for other text."""
     try:
         tree = json.loads(text)
     except RecursionError:
@@ -124,7 +124,7 @@ _MARK = "the value that is replaced"
 
 
 def mutated_json(text: str, rng: random.Random) -> str:
-    """Return a JSON text with one value replaced; as it is where it is no JSON any more."""
+    """Return a JSON text with one value replaced; unchanged if it is not valid JSON."""
     try:
         return literal_in_json(text, rng)
     except ValueError:
@@ -185,7 +185,7 @@ def mutated_csv(text: str, rng: random.Random) -> str:
         at = rng.choice(comments)
         try:
             lines[at] = "# " + literal_in_json(lines[at][1:], rng)
-        except ValueError:  # not JSON: name and value
+        except ValueError:  # not JSON but a name and a value
             name, _, _ = lines[at].partition(":")
             lines[at] = f"{name}: {rng.choice(JSON_VALUES + CSV_VALUES)}"
     else:
@@ -205,7 +205,7 @@ def mutated_ini(text: str, rng: random.Random) -> str:
     at = rng.choice([at for at, line in enumerate(lines) if "=" in line])
     name, _, value = lines[at].partition("=")
     if value.startswith('"{') and rng.random() < 0.7:
-        with suppress(ValueError):  # changed before
+        with suppress(ValueError):  # damaged by an earlier change
             lines[at] = f'{name}="{_ini_quoted(literal_in_json(json.loads(value), rng))}"'
     else:
         value = rng.choice(INI_VALUES)
@@ -229,7 +229,7 @@ def mutate_sqlite(path: Path, rng: random.Random) -> None:
         key = columns[0] if columns[0] in ("id", "row") else "rowid"
         at = rng.randrange(len(columns))
         if isinstance(values[at], str) and values[at].startswith(("[", "{")) and rng.random() < 0.8:
-            with suppress(ValueError):  # changed before
+            with suppress(ValueError):  # damaged by an earlier change
                 values[at] = literal_in_json(values[at], rng)
         elif isinstance(values[at], bytes) and rng.random() < 0.3:
             values[at] = values[at][: rng.randrange(len(values[at]) + 1)] + rng.randbytes(rng.randrange(9))
@@ -242,7 +242,8 @@ def mutate_sqlite(path: Path, rng: random.Random) -> None:
         except (sqlite3.IntegrityError, sqlite3.OperationalError, UnicodeEncodeError):
             database.execute(f"DELETE FROM {table} WHERE {key} = ?", (row,))
         if "crc" in columns and columns[at] not in ("crc", key):
-            inner = ", ".join(columns[1:-1])  # as SQLite returns them: an integer in REAL as a float
+            # in the form in which SQLite returns them: an integer in REAL as a float
+            inner = ", ".join(columns[1:-1])
             for stored in database.execute(f"SELECT {inner} FROM {table} WHERE {key} = ?", (row,)).fetchall():
                 database.execute(f"UPDATE {table} SET crc = ? WHERE {key} = ?", (checksum(stored), row))
 
@@ -283,7 +284,7 @@ SUFFIXES = {
     "review": ".review", "experiment": ".hapkit",
 }  # fmt: skip
 COUNTS = {kind: {"settings": 140, "handed in": 60}.get(kind, 310) for kind in SUFFIXES}
-"""Each settings file takes another window, and each handed-in file has its figures drawn."""
+"""Each settings file opens a window, and each handed-in file is drawn."""
 FEW = range(1, 4)
 """Seeds of the files in quick tests."""
 NAMES = ("mutant", "a file of someone else's", "\x1b[31mred\x07", "Zoë−\u202e", "-p", "100 %s")
@@ -431,11 +432,11 @@ ORIGINALS: dict[str, Callable[[Path], Path]] = {
     "review": _review,
     "experiment": _experiment,
 }
-"""Write a valid file of each kind into a folder, or into the user's own; return its path."""
+"""Write a valid file of each kind into a folder, or into the user's own folder; return its path."""
 
 
 def originals(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of a valid file of each kind, made in an empty folder."""
+    """Return the bytes of a valid file of each kind, written into an empty folder."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(calibration_file.VARIABLE, str(folder))
         return {kind: make(folder).read_bytes() for kind, make in ORIGINALS.items()}

@@ -36,7 +36,7 @@ def main(folder: Path) -> None:
 
     def visit(key):
         window.studio.choose(key)
-        wait(lambda: window.studio.environment.key == key)  # its law may have to be compiled
+        wait(lambda: window.studio.environment.key == key)  # its law may need to be compiled
         window.studio.move_hand(0.012)
         window.live.tick()  # discard earlier rows
         first = window.live.last[rows.TICK]

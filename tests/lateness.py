@@ -1,13 +1,13 @@
-"""Faults of a live loop that a busy machine can cause: the only ones that a test may clear."""
+"""Faults of a live loop that a busy machine can cause: only these may be cleared by a test."""
 
 import time
 
 from hapkit_studio.haptics import arrays
 
 LATENESS = (arrays.STALE_SENSOR, arrays.RUNAWAY)
-"""Frames 20 ms late, three times in 10 s; passes without waiting, if board and loop share a core."""
+"""Frames 20 ms late, three times in 10 s; iterations without waiting, if board and loop share a core."""
 ATTEMPTS = 8
-"""Number of attempts of a step that a busy machine may spoil."""
+"""Number of attempts of a step that a busy machine may disturb."""
 
 
 def clear_lateness(owner) -> None:

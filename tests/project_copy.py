@@ -23,7 +23,10 @@ def copy_with(folder: Path, path: str, text: str) -> Path:
 
 
 def run_program(folder: Path, *words: str) -> str:
-    """Run Python with these words in a copy of the project; return its output, or fail with the end of it."""
+    """Run Python with these arguments in a copy of the project.
+
+    Return its output, or fail with its last lines.
+    """
     around = os.environ | {"PYTHONPATH": str(folder), "NUMBA_CACHE_DIR": str(folder / "cache")}
     program = [sys.executable, *words]
     done = subprocess.run(program, cwd=folder, env=around, capture_output=True, text=True, check=False)
@@ -32,5 +35,5 @@ def run_program(folder: Path, *words: str) -> str:
 
 
 def run_tests(folder: Path, *words: str) -> str:
-    """Run pytest in a copy of the project; return its output, or fail with the end of it."""
+    """Run pytest in a copy of the project; return its output, or fail with its last lines."""
     return run_program(folder, "-m", "pytest", "-v", "-p", "no:cacheprovider", *words)

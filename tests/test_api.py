@@ -28,7 +28,7 @@ def device(**given):
     ("seconds", "rate", "count"),
     [(2.0, 1000.0, 2000), (0.0104, 1000.0, 10), (0.0106, 1000.0, 11), (1.0, 333.3, 333), (0.5, 3.0, 2)],
 )
-def test_has_seconds_times_rate_samples_at_their_times(seconds, rate, count):
+def test_a_run_has_seconds_times_rate_samples_at_their_times(seconds, rate, count):
     run = hs.simulate("wall", seconds=seconds, rate=rate)
     assert len(run.time) == count
     assert np.array_equal(run.time, np.arange(count) / rate)
@@ -55,7 +55,7 @@ def test_warnings_get_all_rendering_conditions():
 
 
 @pytest.mark.parametrize("quantum", [20.7e-6, 1e-3, 0.0])
-def test_position_is_the_count_below(quantum):
+def test_the_position_is_the_next_lower_count(quantum):
     run = hs.simulate("spring", hand="shake", device=hs.SimulatedHapkit(quantum=quantum), seconds=1.0)
     want = quantum * np.floor(run.true_position / quantum) if quantum else run.true_position
     assert np.array_equal(run.position, want)
@@ -63,7 +63,7 @@ def test_position_is_the_count_below(quantum):
 
 
 @pytest.mark.parametrize("estimator", ["difference", "iir", ("iir", {"cutoff": 12.0})])
-def test_velocity_is_the_estimate_of_the_positions(estimator):
+def test_the_velocity_is_the_estimate_of_the_positions(estimator):
     run = hs.simulate("wall", hand="tap", estimator=estimator, rate=2000.0, seconds=1.0)
     want = hs.estimate_velocity(run.position, 2000.0, estimator)
     assert run.velocity == pytest.approx(want, rel=1e-12, abs=1e-15)
@@ -71,7 +71,7 @@ def test_velocity_is_the_estimate_of_the_positions(estimator):
 
 
 @pytest.mark.parametrize("limit", [3.0, 0.7, math.inf])
-def test_applied_force_is_the_asked_one_clamped(limit):
+def test_the_applied_force_is_the_laws_within_the_limit(limit):
     run = hs.simulate(
         "spring", {"stiffness": 900.0}, hand="shake", device=hs.SimulatedHapkit(max_force=limit)
     )
@@ -81,7 +81,7 @@ def test_applied_force_is_the_asked_one_clamped(limit):
     assert (run.flags != 0).any() == math.isfinite(limit)
 
 
-# --- the same again
+# --- reproducibility
 
 
 def test_same_arguments_and_seed_give_the_same_bits():
@@ -103,7 +103,7 @@ def test_over_speed_latches_only_if_requested():
 # --- files
 
 
-def test_saved_run_reads_back(tmp_path):
+def test_a_saved_run_is_read_back(tmp_path):
     start = hs.SimulatedHapkit(mass=np.float32(0.05), max_force=math.inf)
     run = hs.simulate(
         "wall",
@@ -135,7 +135,7 @@ def test_saved_run_reads_back(tmp_path):
 
 
 @pytest.mark.parametrize("ending", ["png", pytest.param("svg", marks=pytest.mark.slow)])
-def test_plotted_run_is_a_picture(tmp_path, ending):
+def test_a_plotted_run_is_a_picture(tmp_path, ending):
     path = tmp_path / f"run.{ending}"
     run = hs.simulate("wall", hand="press", seconds=0.5)
     run.plot(path)
@@ -146,7 +146,7 @@ def test_plotted_run_is_a_picture(tmp_path, ending):
     assert path.stat().st_size > 5000
 
 
-# --- errors: one line with the value and what is allowed
+# --- errors: one line with the value and the permitted range
 
 REFUSED = [
     (("wal",), {}, "There is no environment 'wal'; there are: free, spring, wall"),
@@ -196,7 +196,7 @@ def test_numpy_and_text_numbers_are_accepted():
     assert np.array_equal(run.force, want.force)
 
 
-def test_public_names_are_all_there():
+def test_all_public_names_exist():
     for name in hs.__all__:
         assert getattr(hs, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):

@@ -1,4 +1,4 @@
-"""The studio with real mouse and keys: two walls pushed, held, compared, recorded, found again, exported."""
+"""The studio with real mouse and keys: two walls pushed, frozen, compared, recorded, reopened, exported."""
 
 import json
 import os

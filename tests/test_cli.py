@@ -72,7 +72,7 @@ def test_run_reports_as_text_and_json(capsys):
 
 
 @pytest.mark.slow
-def test_an_environments_file_that_cannot_be_read_is_named_once(capsys, tmp_path):
+def test_an_unreadable_environment_file_is_named_once(capsys, tmp_path):
     os.mkfifo(tmp_path / "pipe.py")
     (tmp_path / "large.py").write_bytes(b"#" * 1_000_001)
     for name in ("pipe.py", "large.py", "missing.py"):
@@ -81,7 +81,7 @@ def test_an_environments_file_that_cannot_be_read_is_named_once(capsys, tmp_path
         assert line.count(name) == 1
 
 
-def test_run_agrees_with_the_file_it_writes(capsys, tmp_path):
+def test_a_run_agrees_with_the_file_it_writes(capsys, tmp_path):
     csv, picture = tmp_path / "a run.csv", tmp_path / "run.png"
     found = as_json(capsys, "run", "spring", "--hand", "press", "--csv", str(csv), "--plot", str(picture))
     assert found["written"] == [str(csv), str(picture)]
@@ -111,7 +111,7 @@ def test_export_writes_a_folder_that_the_ide_opens(tmp_path, monkeypatch, capsys
 
 
 @pytest.mark.slow
-def test_export_names_the_line_of_a_clock_that_drifts(tmp_path, monkeypatch, capsys):
+def test_export_names_the_line_of_a_drifting_clock(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     text = resources.path("templates", "spring.py").read_text("utf-8")
     for old, new in (("return -", "s.t += dt\n    return -s.t * "), ("@law\n", '@law(state={"t": 0.0})\n')):
@@ -128,7 +128,7 @@ def test_export_names_the_line_of_a_clock_that_drifts(tmp_path, monkeypatch, cap
 
 @pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
 @pytest.mark.parametrize(("origin", "known"), [(Origin.STORED, True), (Origin.DEFAULT, False)])
-def test_export_takes_the_kit_of_a_connected_board_as_it_is(origin, known, tmp_path, monkeypatch, fake_board):
+def test_export_uses_the_kit_of_a_connected_board(origin, known, tmp_path, monkeypatch, fake_board):
     monkeypatch.chdir(tmp_path)
     kit = FakeKit(replace(KIT, handle_radius=0.0875, zero=377, direction=-1))
     kit.origin = origin
@@ -143,7 +143,7 @@ def test_export_takes_the_kit_of_a_connected_board_as_it_is(origin, known, tmp_p
 # --- lists
 
 
-def test_environments_as_json(capsys):
+def test_environments_are_listed_as_json(capsys):
     found = as_json(capsys, "environments")["environments"]
     assert [e["key"] for e in found] == list(environments.discover())
     wall = next(e for e in found if e["key"] == "wall")
@@ -153,7 +153,7 @@ def test_environments_as_json(capsys):
     assert (side["key"], side["range"], side["default"]) == ("side", ["right", "left"], "right")
 
 
-def test_devices(capsys):
+def test_devices_are_listed(capsys):
     found = as_json(capsys, "devices")["devices"]
     assert found[0] == {"key": "simulated", "title": "Simulated Hapkit"}
     _, out, _ = run(capsys, "devices")
@@ -169,7 +169,7 @@ def test_loop_test_measures_the_loop(capsys):
     late = [found["lateness_us"][name] for name in ("p50", "p99", "p99.9", "max")]
     assert late == sorted(late)
     assert set(found["period_us"]) == {"mean", "min", "max"}
-    # a busy machine makes it miss ticks, whose time counts, too
+    # a busy machine makes it miss ticks, whose time counts too
     ticks = found["samples"] + found["missed"]
     assert 1600.0 < found["period_us"]["mean"] < 1.2 * 2000.0 * ticks / found["samples"]
     assert found["priority"]
@@ -178,7 +178,7 @@ def test_loop_test_measures_the_loop(capsys):
     assert found["delay_us"] == 0.0  # no added delay
 
 
-def test_loop_test_says_that_no_delay_was_measured(capsys, monkeypatch):
+def test_loop_test_reports_that_no_delay_was_measured(capsys, monkeypatch):
     def run_without_answers(*given):
         played = live_run_of(*given)
         return replace(played, health=replace(played.health, delay=None))
@@ -215,7 +215,7 @@ WRONG = [
     ("loop-test --rate 20", "Servo rate goes from 100 to 10,000 Hz, not 20."),
     ("loop-test --seconds 0", "Seconds goes from 0.1 to 86,400 s, not 0."),
     ("dance", "invalid choice: 'dance'"),
-    # a board, or none
+    # with a board, or without
     ("run wall --render board", "--device"),
     ("run wall --board-rate 4000", "--device"),
     ("run wall --device simulated --render board", "has no board"),
@@ -353,7 +353,7 @@ def test_link_problems_are_in_the_result(capsys, monkeypatch):
     assert shown["link"]["clock_jumps"] == 9
 
 
-def test_a_spring_too_stiff_for_the_link_is_said_during_the_run_once(capsys):
+def test_a_spring_too_stiff_for_the_link_is_reported_once_during_the_run(capsys):
     engine = engine_on_bad_link()
     few, enough = MeasuredDelay(5e-3, 1e-4, 99), engine.delay_of("computer")
     look = live_run.print_link_warning(engine)
@@ -395,7 +395,7 @@ def test_an_interrupted_flash_states_the_remedy(capsys, monkeypatch):
     assert "ttyUSB7: ended in the middle. Half of a firmware may be on the board: flash it again" in err
 
 
-def test_a_board_that_sends_nothing_is_said_so_with_the_next_step(capsys, monkeypatch, fake_board):
+def test_a_silent_board_is_reported_with_the_next_step(capsys, monkeypatch, fake_board):
     monkeypatch.setattr(live_run, "_PATIENCE", 0.2)
     words = ("--device", fake_board(FakeKit()).path, "--seconds", "1")
     code, out, err = run(capsys, "run", "wall", *words)
@@ -411,7 +411,7 @@ def test_old_firmware_names_the_command_that_updates_it(capsys, fake_board):
         assert f"Update firmware. Run `hapkit-studio flash {board.path}`." in words
 
 
-def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
+def test_a_fault_ends_a_run_with_its_own_exit_code(capsys, monkeypatch):
     words = ("run", "wall", "--device", "simulated", "--seconds", "0.2")
     assert run(capsys, *words)[0] == 0
     fault = Fault(arrays.OVER_SPEED, "Fault: over-speed, 5.2 m/s (limit 5.0 m/s).")
@@ -431,7 +431,7 @@ def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
 
 @pytest.mark.alone
 @pytest.mark.skipif(not built(), reason="the virtual board is not built")
-def test_the_board_renders_and_answers_sooner(capsys):
+def test_the_board_renders_with_less_delay(capsys):
     for left in reversed(range(ATTEMPTS)):
         found = as_json(
             capsys, "run", "wall", "--device", "virtual-board", "--render", "board", "--hand", "press",
@@ -443,7 +443,7 @@ def test_the_board_renders_and_answers_sooner(capsys):
     assert found["board"]["delay_us"] < 0.5 * found["computer"]["delay_us"]
     assert found["board"]["rate_Hz"] == 4000.0
     assert found["board"]["stiffness_limit"] > 2.0 * found["computer"]["stiffness_limit"]
-    assert found["board_overruns"] <= 4  # of 4,000 ticks: a busy computer sends its bytes in bursts
+    assert found["board_overruns"] <= 4  # out of 4,000 ticks: a busy computer sends its bytes in bursts
     assert found["link"]["stale_forces"] == 0
 
 
@@ -485,7 +485,7 @@ def test_program_gives_the_exit_code_and_no_traceback(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-def test_help_and_version(capsys):
+def test_help_and_version_are_printed(capsys):
     code, out, _ = run(capsys, "--version")
     assert (code, out.strip()) == (0, __version__)
     code, out, _ = run(capsys, "--help")

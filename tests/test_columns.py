@@ -17,11 +17,11 @@ def test_texts_are_aligned_under_titles_and_units():
     ]
 
 
-def test_without_units_there_is_no_line_for_them_and_the_last_column_leaves_no_spaces():
+def test_without_units_there_is_no_line_for_them_and_no_trailing_spaces():
     assert text_lines((NAME,), [("spring",), ("w",)]) == ["Name", "spring", "w"]
 
 
-def test_a_row_is_one_printable_line_whatever_its_texts():
+def test_a_row_is_one_printable_line_for_any_texts():
     lines = text_lines((Column("Method\nused", itemgetter(0), right=False), NAME), [("a\nb\x1b[31m",)])
     assert lines == ["Method used    Name", "a b\\u001b[31m  a b\\u001b[31m"]
     assert all(line.isprintable() for line in lines)

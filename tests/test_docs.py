@@ -40,7 +40,7 @@ def test_the_reference_describes_every_public_name_with_an_example():
     assert not [name for name in exceptions if name not in text]
 
 
-def test_how_it_works_names_files_that_exist_and_follows_each_path_through_at_most_five():
+def test_how_it_works_names_existing_files_and_follows_each_path_through_at_most_five():
     text = resources.path("docs", "how-it-works.md").read_text(encoding="utf-8")
     root = Path(__file__).parents[1]
     firmware = {path.name for path in (root / "firmware" / "hapkit").iterdir()}

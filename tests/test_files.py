@@ -53,7 +53,7 @@ def test_a_file_of_exactly_the_limit_is_read(tmp_path):
         files.read_bytes(path, 9)
 
 
-def test_text_is_utf_8_with_or_without_byte_order_mark_and_else_the_line_is_named(tmp_path):
+def test_text_is_utf_8_with_or_without_byte_order_mark_or_refused_with_the_line(tmp_path):
     path = tmp_path / "x.toml"
     for mark in (b"", b"\xef\xbb\xbf"):
         path.write_bytes(mark + "Zoë".encode())
@@ -78,9 +78,7 @@ SLOW_OR_DEEP = {
 
 
 @pytest.mark.parametrize("text", SLOW_OR_DEEP.values(), ids=SLOW_OR_DEEP)
-def test_deep_or_long_structures_are_refused_with_their_line_before_the_parser_sees_them(
-    tmp_path, text, monkeypatch
-):
+def test_deep_or_long_structures_are_refused_with_their_line_before_parsing(tmp_path, text, monkeypatch):
     path = tmp_path / "x.toml"
     path.write_text(text)
     for parser in (tomllib, json):
@@ -101,7 +99,7 @@ def test_a_long_key_of_quoted_words_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("digits", [256, 257])
-def test_a_number_of_json_has_at_most_256_digits(digits):
+def test_a_number_in_json_has_at_most_256_digits(digits):
     text = json.dumps({"a": "b"}).replace('"b"', "9" * digits)
     if digits <= 256:
         assert files.parse_json(text, "x") == {"a": 10**256 - 1}
@@ -136,7 +134,7 @@ def test_structures_within_the_limits_are_parsed():
 
 
 @pytest.mark.slow
-def test_no_text_of_a_limited_size_takes_long_to_refuse_or_parse(tmp_path):
+def test_no_text_of_limited_size_takes_long_to_refuse_or_parse(tmp_path):
     path, pieces = (
         tmp_path / "x.toml",
         ['"', "'", '"""', "'''", "\\", "a", " ", ".", "[", "=", "#", "1,", "\n"],
@@ -162,7 +160,7 @@ def test_invalid_json_gives_a_one_line_error(text):
 @pytest.mark.parametrize(
     "value", [True, "1", None, [], {}, math.nan, math.inf, -math.inf, 10**400, -0.1, 255.5]
 )
-def test_a_number_is_finite_and_within_its_limits(value):
+def test_a_number_must_be_finite_and_within_its_limits(value):
     with pytest.raises(FileError, match=r"^x\.toml: mass is .+; it must be a number from 0 to 255 kg\.$"):
         files.checked_number(value, "x.toml: mass", 0, 255, "kg")
 
@@ -173,13 +171,13 @@ def test_integers_are_validated(value):
         files.checked_integer(value, "x.toml: pins", 0, 255)
 
 
-def test_a_whole_number_with_more_digits_than_python_prints_is_refused_in_words():
+def test_an_integer_with_more_digits_than_python_prints_is_refused_with_a_message():
     with pytest.raises(FileError, match=r"^pins is a very long number; it must be a whole number from 0 to"):
         files.checked_integer(1 << 20_000, "pins", 0, 255)
 
 
 @pytest.mark.parametrize("value", [1, None, "a\n", "\x1b[2J", "\u202e", "a" * 13, "\ud800"])
-def test_a_text_is_printable_and_no_longer_than_its_limit(value):
+def test_a_text_must_be_printable_and_within_its_length_limit(value):
     with pytest.raises(FileError, match=r"^title is [^\n\x1b]+; it must be a line of at most 12 printable"):
         files.checked_text(value, "title", 12)
 

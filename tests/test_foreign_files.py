@@ -79,7 +79,7 @@ def limited(seconds: float = 2.0, waiting: float = 30.0) -> Iterator[None]:
 
 
 def run(words: list[str]) -> tuple[int, str, str]:
-    """Run a command in this process; return its exit code and what it printed."""
+    """Run a command in this process; return its exit code and its output."""
     out, error = io.StringIO(), io.StringIO()
     with limited(), redirect_stdout(out), redirect_stderr(error):
         try:
@@ -158,13 +158,13 @@ def complaints(code: int, out: str, error: str, as_json: bool) -> Iterator[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", COMMANDS)
 def test_a_good_file_is_accepted(originals, tmp_path, kind):
-    """Also compiles, which the time limits are not meant for."""
+    """Also compiles, which the time limits do not allow for."""
     file = tmp_path / f"good{foreign_files.SUFFIXES[kind]}"
     file.write_bytes(originals[kind])
     for number, command in enumerate(COMMANDS[kind]):
         places = {"folder": tmp_path, "file": file, "out": tmp_path / f"out {number}"}
         code = main([word.format(**places) for word in command])
-        assert code == (2 if kind == "calibration" else 0), command  # there is no port
+        assert code == (2 if kind == "calibration" else 0), command  # the port does not exist
 
 
 @pytest.mark.parametrize("kind", COMMANDS)
@@ -181,7 +181,7 @@ def test_many_foreign_files_give_an_answer_or_one_line(try_file, kind):
 
 @pytest.mark.slow
 def test_a_survey_is_resumed_or_rejected(originals, tmp_path):
-    """Each file is a copy, as computing extends it."""
+    """Each file is a copy, because computing extends it."""
     for seed in range(100):
         file = foreign_files.write("survey", seed, originals["survey"], tmp_path)
         with limited():

@@ -23,7 +23,7 @@ from hapkit_studio.formatting import (
 )
 
 
-def test_numbers_have_a_true_minus_commas_between_thousands_and_no_sign_on_zero():
+def test_numbers_have_a_true_minus_thousands_separators_and_no_sign_on_zero():
     assert number(-1.234, 2) == "−1.23"
     assert number(-0.001, 2, sign=True) == "0.00"
     assert number(7.25, 2, sign=True) == "+7.25"
@@ -32,7 +32,7 @@ def test_numbers_have_a_true_minus_commas_between_thousands_and_no_sign_on_zero(
     assert number(math.inf, 2) == "inf"
 
 
-def test_significant_digits_are_kept_and_never_written_with_an_exponent():
+def test_significant_digits_are_kept_without_an_exponent():
     numbers = (0.0, 3.24, 32.4, 324.0, 9.96, -0.00123, 123_456.0, math.nan)
     assert [significant(x) for x in numbers] == ["0", "3.2", "32", "324", "10", "−0.0012", "123,456", "–"]
     assert significant(0.5, 3) == "0.500"
@@ -68,7 +68,7 @@ def test_tick_labels_have_a_true_minus_and_the_decimals_of_their_distance():
     assert tick_labels([1234.5, 1235.0]) == ["1,234.5", "1,235.0"]
 
 
-def test_units_stand_behind_the_number_and_length_and_time_change_to_those_of_the_screen():
+def test_units_follow_the_number_and_length_and_time_use_display_units():
     assert with_unit(0.5, "N") == "0.5 N"
     assert with_unit(-1234.56, "N/m") == "−1,230 N/m"
     assert with_unit(2.0, "N", sign=True) == "+2 N"
@@ -117,7 +117,7 @@ def test_a_foreign_text_is_printable_and_at_most_40_characters_in_a_message(valu
     assert shortened(value) == wanted
 
 
-def test_a_foreign_value_is_quoted_as_python_writes_it_and_shortened():
+def test_a_foreign_value_is_quoted_like_pythons_repr_and_shortened():
     assert quoted("two") == "'two'"
     assert quoted([1, "x"]) == "[1, 'x']"
     assert quoted("a" * 38) == "'" + "a" * 38 + "'"

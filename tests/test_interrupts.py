@@ -76,7 +76,7 @@ def test_an_interrupt_in_a_destructor_is_raised_again():
         deletes_and_waits()
 
 
-def test_threads_and_exit_functions_that_do_not_end_keep_no_program_alive():
+def test_endless_threads_and_exit_functions_do_not_keep_the_program_alive():
     """Simulated by a command: a user's file may have started such threads."""
     code = (
         "import atexit, sys, threading\n"
@@ -112,7 +112,7 @@ def test_child_processes_ignore_interrupts_until_they_begin():
 
 @pytest.mark.slow
 @posix
-def test_ctrl_c_in_a_survey_ends_its_programs_at_once(tmp_path):
+def test_ctrl_c_in_a_survey_ends_its_processes_at_once(tmp_path):
     """Sent to the whole process group, like a terminal."""
     words = ["-m", "hapkit_studio", "survey", str(tmp_path / "s.db"), "--rates", "9", "--delays", "9"]
     pipe = subprocess.PIPE
@@ -150,7 +150,7 @@ def test_a_closed_reader_gives_a_code_without_message(monkeypatch, capsys):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
-def test_a_full_output_is_said_in_a_line(monkeypatch, capsys):
+def test_a_full_output_is_reported_in_a_line(monkeypatch, capsys):
     for words in (["environments"], ["environments", "--json"], ["--help"]):
         with open("/dev/full", "w", encoding="utf-8") as full:
             monkeypatch.setattr(sys, "stdout", full)
@@ -158,7 +158,7 @@ def test_a_full_output_is_said_in_a_line(monkeypatch, capsys):
         assert capsys.readouterr().err == "hapkit-studio: output: No space left on device\n"
 
 
-def test_a_closed_output_is_said_in_a_line_before_anything_is_done(monkeypatch, capsys):
+def test_a_closed_output_is_reported_in_a_line_before_any_work(monkeypatch, capsys):
     monkeypatch.setattr(base, "check_outputs", lambda _: pytest.fail("it began"))
     monkeypatch.setattr(sys, "stdout", None)
     assert main(["environments"]) == 2
@@ -194,7 +194,7 @@ def fifo(tmp_path):
         (("export", "wall", "-o"), b"//"),
     ],
 )
-def test_a_special_file_is_written_itself_and_nothing_beside_it(words, begins, fifo, tmp_path, capsys):
+def test_a_special_file_is_written_directly_without_a_temporary_file(words, begins, fifo, tmp_path, capsys):
     path, received = fifo
     assert main([*words, str(path)]) == 0
     assert received.result(timeout=60).startswith(begins)

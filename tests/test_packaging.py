@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def run(*command, cwd, **environment):
-    """Run a command outside the checkout; return what it prints."""
+    """Run a command outside the checkout; return its output."""
     inherited = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
     done = subprocess.run(
         [str(part) for part in command],
@@ -50,7 +50,7 @@ def python(wheel):
     return binary
 
 
-def test_wheel_holds_the_package_and_its_assets_only(wheel):
+def test_the_wheel_contains_only_the_package_and_its_assets(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
     kept = [path for path in (ROOT / "assets").rglob("*") if path.is_file()]
     only_to_read = {"pictures", "docs"}
@@ -63,7 +63,7 @@ def test_wheel_holds_the_package_and_its_assets_only(wheel):
     assert {name.split("/")[0].split("-")[0] for name in names} == {"hapkit_studio"}
 
 
-def test_installed_window_goes_through_every_environment(python, tmp_path):
+def test_the_installed_window_shows_every_environment(python, tmp_path):
     assert run(python.parent / "hapkit-studio", "--version", cwd=tmp_path) == __version__
     tour = Path(__file__).with_name("installed_tour.py")
     seen = json.loads(run(python, "-I", tour, tmp_path, cwd=tmp_path, QT_QPA_PLATFORM="offscreen"))

@@ -18,13 +18,13 @@ SIDE = Choice("side", "Side", ("right", "left"), "left")
 
 @pytest.mark.slow
 @given(st.floats(0.0, 5000.0))
-def test_takes_every_number_within_its_limits(value):
+def test_every_number_within_the_limits_is_accepted(value):
     assert STIFFNESS.check(value) == value
     assert STIFFNESS.check(repr(value)) == value
 
 
 @given(st.floats().filter(lambda v: not 0.0 <= v <= 5000.0))
-def test_refuses_every_number_beyond_them(value):
+def test_every_number_beyond_the_limits_is_rejected(value):
     with pytest.raises(ParameterError) as error:
         STIFFNESS.check(value)
     assert str(error.value) == f"Stiffness goes from 0 to 5,000 N/m, not {compact(value)}."
@@ -36,7 +36,7 @@ def test_non_numbers_are_rejected(value):
         STIFFNESS.check(value)
 
 
-def test_error_without_unit():
+def test_an_error_without_unit():
     with pytest.raises(ParameterError, match=r"^Ratio goes from 1 to 3, not 0\.5\.$"):
         RATIO.check(0.5)
     with pytest.raises(ParameterError, match=r"^Ratio takes a number, not 'much'\.$"):
@@ -44,7 +44,7 @@ def test_error_without_unit():
     assert (RATIO.text(2.5), STIFFNESS.text(2.5)) == ("2.5", "2.5 N/m")
 
 
-def test_choice_by_name_or_index():
+def test_a_choice_is_made_by_name_or_index():
     given = ("right", "left", 0, 1.0, np.int64(1), np.float32(1))
     assert [SIDE.check(value) for value in given] == [0, 1, 0, 1, 1, 1]
     assert (SIDE.default, SIDE.low, SIDE.high) == (1.0, 0.0, 1.0)
@@ -53,7 +53,7 @@ def test_choice_by_name_or_index():
 
 
 @pytest.mark.parametrize("value", ["up", "Right", "", 2, -1, 0.5, True, None, math.nan, math.inf, [0]])
-def test_choice_refuses_the_rest(value):
+def test_a_choice_rejects_other_values(value):
     with pytest.raises(ParameterError, match=r"^Side is one of right, left, not .*\.$"):
         SIDE.check(value)
 
@@ -72,7 +72,7 @@ def test_resolve_lists_the_known_parameters():
         resolve((), {"stiffness": 1.0}, "Free")
 
 
-def test_an_option_reads_as_its_label_and_is_checked_by_its_name():
+def test_an_option_is_shown_by_its_label_and_checked_by_its_name():
     rule = Choice("rule", "Rule", ("rk4", "semi_implicit"), labels=("RK4", "Semi-implicit"))
     assert (rule.words, rule.word(1.0)) == (("RK4", "Semi-implicit"), "Semi-implicit")
     assert rule.text(1.0) == "semi_implicit"
@@ -82,7 +82,7 @@ def test_an_option_reads_as_its_label_and_is_checked_by_its_name():
 
 
 @pytest.mark.parametrize("labels", [("A",), ("A", "B", "C"), ("A", 2)])
-def test_every_option_wants_a_label_or_none_has_one(labels):
+def test_either_every_option_has_a_label_or_none(labels):
     with pytest.raises(ParameterError, match=r"^Rule takes one label for each of its 2 options\.$"):
         Choice("rule", "Rule", ("a", "b"), labels=labels)
 
@@ -99,7 +99,7 @@ def test_every_option_wants_a_label_or_none_has_one(labels):
         (3, {"high": 2.0}, "The mass must be 2 kg or less, not 3 kg."),
     ],
 )
-def test_a_number_that_no_slider_sets_is_refused_with_its_unit(value, limits, said):
+def test_a_number_without_a_slider_is_rejected_with_its_unit(value, limits, said):
     with pytest.raises(ParameterError) as error:
         check_number(value, "mass", "kg", **limits)
     assert str(error.value) == said

@@ -1,4 +1,4 @@
-"""Rendering against theory: motion, stability, the wall's energy, imposed motion, hands, energy."""
+"""Rendering compared with theory: motion, stability, the wall's energy, imposed motion, hands, energy."""
 
 import math
 from dataclasses import replace
@@ -18,7 +18,7 @@ def device(**given):
     return hs.SimulatedHapkit(**{"coulomb_force": 0.0, "quantum": 0.0, "max_force": math.inf, **given})
 
 
-# --- motion, against matrix exponentials
+# --- motion, compared with matrix exponentials
 
 
 @pytest.mark.parametrize("late", [0.0, 0.001, 0.5, 0.999, 1.0, 7.3])
@@ -58,7 +58,7 @@ def test_spring_deflects_by_force_over_stiffness():
         assert run.hand_force[-1] / stiffness == pytest.approx(run.true_position[-1], rel=1e-9)
 
 
-def test_friction_and_counts_leave_the_deflection_within_their_reach():
+def test_friction_and_counts_change_the_deflection_within_their_range():
     hand = Hand(0.05, 4.0, 200.0, lambda t: 0.01)
     run = hs.simulate("spring", {"stiffness": 80.0}, hand=hand, seconds=4.0)
     reach = (0.10 + 80.0 * QUANTUM) / 280.0
@@ -127,7 +127,7 @@ def bounce(stiffness, rate, delay, phase):
         (1000.0, 1000.0, 1, 1.9298),
     ],
 )
-def test_wall_gives_energy_by_the_formula(stiffness, rate, late, table):
+def test_the_energy_of_a_bounce_off_a_wall_agrees_with_the_formula(stiffness, rate, late, table):
     """exp(pi omega (T/2 + delay)), averaged over the sampling phase at contact."""
     phases = (np.arange(32) + 0.5) / 32
     gain = np.mean([bounce(stiffness, rate, late / rate, phase) for phase in phases])
@@ -141,7 +141,7 @@ def test_wall_gives_energy_by_the_formula(stiffness, rate, late, table):
 
 
 def test_imposed_motion_gets_exactly_the_laws_force():
-    """Force exactly -k d and -b v at the prescribed position; the motor moves nothing."""
+    """Force exactly -k d and -b v at the prescribed position, which the motor cannot change."""
 
     def motion(t):
         return 0.012 * math.sin(7.0 * t)
@@ -155,7 +155,7 @@ def test_imposed_motion_gets_exactly_the_laws_force():
     assert run.true_velocity == pytest.approx(0.084 * np.cos(7.0 * run.time), abs=1e-6)
 
 
-def test_hand_that_imposes_a_motion_carries_mass_damping_and_motor():
+def test_a_hand_that_imposes_a_motion_overcomes_mass_damping_and_motor():
     for delay, late in ((0.0, 0), (1e-3, 1), (2.4e-3, 3)):
         start = hs.SimulatedHapkit(mass=0.1, damping=0.5, coulomb_force=0.0, quantum=0.0)
         spring = {"stiffness": 100.0}
@@ -166,7 +166,7 @@ def test_hand_that_imposes_a_motion_carries_mass_damping_and_motor():
         assert run.hand_force[3:-2] == pytest.approx(0.1 + 0.5 * t + acting, abs=2e-4)
 
 
-def test_imposed_motion_is_never_asked_for_before_it_starts():
+def test_imposed_motion_is_never_evaluated_before_its_start():
     asked = []
     hs.simulate("wall", hand=Prescribed(lambda t: asked.append(t) or math.sqrt(t) * 1e-3), seconds=0.01)
     assert min(asked) == 0.0
@@ -175,7 +175,7 @@ def test_imposed_motion_is_never_asked_for_before_it_starts():
 # --- hands
 
 
-def test_hand_force_is_its_spring_and_damper():
+def test_the_hands_force_is_that_of_its_spring_and_damper():
     hand = Hand(0.05, 4.0, 200.0, lambda t: 0.02 + 0.01 * t)
     start = device(initial_position=0.002, initial_velocity=0.1)
     run = hs.simulate("free", hand=hand, device=start, seconds=0.2)
@@ -183,7 +183,7 @@ def test_hand_force_is_its_spring_and_damper():
     assert run.hand_force == pytest.approx(want, rel=1e-9)
 
 
-def test_no_hand_is_a_released_one():
+def test_no_hand_equals_a_released_hand():
     start = hs.SimulatedHapkit(initial_position=0.02)
     runs = [hs.simulate("spring", hand=h, device=start) for h in (None, "released", Hand(release=0.0))]
     for run in runs:
@@ -191,7 +191,7 @@ def test_no_hand_is_a_released_one():
         assert np.array_equal(run.true_position, runs[0].true_position)
 
 
-def test_a_named_hand_is_the_same_one_sample_by_sample():
+def test_a_named_hand_gives_the_same_run_sample_by_sample():
     """A movement evaluated for arrays or single times gives the same run, bit for bit."""
     for name, hand in SCRIPTS.items():
         one_by_one = replace(hand, vectorised=False)
@@ -204,7 +204,7 @@ def test_a_named_hand_is_the_same_one_sample_by_sample():
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.3e-3, 1e-3, 1.7e-3])
-def test_energy_is_force_in_effect_times_the_way(delay):
+def test_the_energy_is_the_force_in_effect_times_the_path(delay):
     start = device(quantum=1e-4)
     run = hs.simulate("wall", hand="tap", device=start, delay=delay, seconds=1.0)
     whole = int(delay * 1e3)
@@ -216,8 +216,8 @@ def test_energy_is_force_in_effect_times_the_way(delay):
     assert np.abs(want).max() > 1e-4
 
 
-def test_a_passive_scene_gives_no_more_than_was_stored():
-    """Damping dissipates; a spring drawn to 20 mm returns at most its k x^2 / 2."""
+def test_a_passive_scene_gives_no_more_energy_than_was_stored():
+    """Damping dissipates; a spring deflected to 20 mm returns at most its k x^2 / 2."""
     assert hs.simulate("damping", hand="stroke", seconds=3.0).energy[-1] < -1e-3
     start = hs.SimulatedHapkit(initial_position=0.02)
     run = hs.simulate("spring", device=start, rate=8000.0, seconds=1.0)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-# binary
+# folders that are not searched
 SKIPPED = {".venv", ".git", "build", "dist", "__pycache__", "bench-results", ".hypothesis", "corpus"}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 TEXT = {".py", ".md", ".toml", ".c", ".h", ".cpp", ".ino", ".sh", ".qss", ".svg", ""}

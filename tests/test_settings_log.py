@@ -48,7 +48,7 @@ def test_each_setting_is_a_line_with_its_unit_and_each_change_one_with_its_time(
     ]
 
 
-def test_json_has_the_first_settings_and_what_changed_when():
+def test_json_has_the_first_settings_and_each_change_with_its_time():
     found = json.loads(settings_log.as_json([(0.0, WALL), (1.25, stiffer(600.0))]))
     assert found["parameters"] == WALL["parameters"]
     assert found["changes"] == [{"time_s": 1.25, "parameters": {"stiffness": 600.0}}]
@@ -82,14 +82,14 @@ def test_any_parameter_name_and_value_round_trips():
         assert found[2][1][key] == odd[key], key
 
 
-def test_another_environment_leaves_nothing_of_the_parameters_before():
+def test_a_new_environment_removes_all_parameters_of_the_previous_one():
     other = {"environment": "spring", "parameters": {"stiffness": 250.0}, "units": {"stiffness": "N/m"}}
     log = [(0.0, WALL), (1.0, {**WALL, **other})]
     assert "# stiffness at 1 s: 250 N/m" in settings_log.lines(log)
     assert read(log)[1][1]["parameters"] == {"stiffness": 250.0}
 
 
-def test_a_device_without_numbers_and_back_is_read_as_it_was():
+def test_a_change_to_a_device_without_numbers_and_back_is_read_unchanged():
     log = [(0.0, WALL), (1.0, {**WALL, "device": "Hapkit 7"}), (2.0, WALL)]
     devices = [what["device"] for _, what in read(log)]
     assert devices == [{"mass": 0.044, "end_stops": float("inf")}, "Hapkit 7", devices[0]]
@@ -108,8 +108,8 @@ def test_the_settings_of_one_long_json_line_are_read_and_other_comments_ignored(
         settings_log.read(["{broken"], "a.csv")
 
 
-def test_every_setting_of_the_studio_has_a_name_of_its_own():
-    """Unknown ones would be written as "setting.…"."""
+def test_every_setting_of_the_studio_has_its_own_name():
+    """Unknown settings would be written as "setting.…"."""
     run = hs.simulate(
         "wall", hand=hs.Hand(0.1, 1.0, 100.0), estimator=("iir", {"cutoff": 20.0}), seconds=0.01
     )

@@ -1,4 +1,4 @@
-"""Tables of any dialect give the same numbers; others a one-line error."""
+"""Tables of any dialect give the same numbers; invalid ones a one-line error."""
 
 import csv
 import io
@@ -23,7 +23,7 @@ DIALECTS = [
 
 
 def text_of(rows, delimiter, decimal, quoting=csv.QUOTE_MINIMAL, end="\n", names=NAMES, pad=0):
-    """Return a table as Python's csv module writes it, which quotes cells with the delimiter."""
+    """Return a table as written by Python's csv module, which quotes cells that contain the delimiter."""
     file = io.StringIO()
     writer = csv.writer(file, delimiter=delimiter, quoting=quoting, lineterminator=end)
     writer.writerow([*names, *[""] * pad])
@@ -53,7 +53,7 @@ def test_the_dialect_changes_no_number(table, delimiter, decimal, quoting, end):
 
 
 @pytest.mark.parametrize("coding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
-def test_every_coding_of_text_gives_the_same_comments_and_names(table, coding):
+def test_every_text_encoding_gives_the_same_comments_and_names(table, coding):
     found = table(("# damping: 2 N·s/m\nZeit;Größe\n0,5;1\n1,5;2\n").encode(coding))
     assert found.comments == ("damping: 2 N·s/m",)
     assert found.names == ("Zeit", "Größe")

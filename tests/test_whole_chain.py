@@ -20,12 +20,12 @@ from tests.gui.window_support import PATIENCE_MS, build_engine
 from tests.lateness import clear_lateness
 from tests.waiting import wait_until
 
-# a paced board next to a window needs a machine without other tests
+# a board in real time next to a window needs a machine without other tests
 pytestmark = [needs_board, pytest.mark.alone]
 
 STIFFNESS = 220.0
 SURFACE = 0.005
-# into the wall and off, repeatedly: pushes disturbed by a busy machine are ignored
+# into and out of the wall, repeatedly: pushes disturbed by a busy machine are ignored
 PUSHES = [
     f"{start + at} hand {to} 400 8 0.1 {within}"
     for start in range(0, 120, 3)

@@ -16,7 +16,7 @@ def roots(cells: list[float]) -> list[float]:
 
 
 def roots_and_place(cells: list[float]) -> list[tuple[float, int]]:
-    """Return every root and the process id that computed it."""
+    """Return every root, and the id of the process that computed it."""
     return [(math.sqrt(x), os.getpid()) for x in cells]
 
 
@@ -32,7 +32,7 @@ def fails_at_thirty(cells: list[float]) -> list[float]:
 
 
 class Serial(Executor):
-    """Computes synchronously in the calling thread."""
+    """Compute synchronously in the calling thread."""
 
     def __init__(self):
         self.chunks = 0
@@ -48,7 +48,7 @@ class Serial(Executor):
 
 
 class Held(Executor):
-    """Holds tasks until released."""
+    """Hold tasks until released."""
 
     _max_workers = 3
 
@@ -75,7 +75,7 @@ class Lost(Exception):
 
 
 class Forgetful(Serial):
-    """Loses the first chunks, ``times`` times each."""
+    """Lose the first chunks, ``times`` times each."""
 
     lost = (Lost,)
     _max_workers = 1
@@ -100,7 +100,7 @@ def wait_for_a_minute() -> None:
 
 
 def main() -> None:
-    """Let two worker processes wait, for a test that kills this one."""
+    """Start two waiting worker processes, for a test that kills this process."""
     with ProcessPoolExecutor(2, get_context("spawn"), initializer=begin_worker) as programs:
         for future in [programs.submit(wait_for_a_minute) for _ in range(2)]:
             future.result()

@@ -35,14 +35,14 @@ def said(ask, *args, **named):
     return words
 
 
-def test_invalid_rows():
+def test_invalid_rows_are_rejected():
     for name, ask in ROWS.items():
         for bad in NO_ROWS:
             assert "amping" in said(ask, bad) or name == "lines"
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0, 1e300, "x", None, [], True])
-def test_invalid_numbers(bad):
+def test_invalid_numbers_are_rejected(bad):
     assert "rendered stiffness" in said(kb_plane.plane, LoopSettings(), bad, 0.0)
     assert "rendered damping" in said(kb_plane.plane, LoopSettings(), 1.0, bad)
     assert "virtual damping" in said(kb_plane.limit, LoopSettings(), bad)
@@ -50,20 +50,20 @@ def test_invalid_numbers(bad):
         assert name in said(stiffness_limit, **{"mass": 0.05, "viscous": 0.5, name: bad})
 
 
-def test_invalid_chunk_size():
+def test_an_invalid_chunk_size_is_rejected():
     for chunk in ("x", 1.5, 0, True):
         assert "whole number" in said(sweep, sweep_tasks.roots, [1.0], chunk=chunk)
 
 
-def test_a_delay_of_2000_periods_is_the_longest():
+def test_the_longest_delay_is_2000_periods():
     assert stiffness_limit(0.05, 0.5, delay=2.0) > 0.0
     for late in ({"delay": 2.001}, {"delay": 0.01, "rate": 1e6}):
         assert "2,000 at most" in said(stiffness_limit, 0.05, 0.5, **late)
         assert "2,000 at most" in said(LoopSettings, **late)
 
 
-def test_the_softest_limit_is_1_mn_per_m():
-    """Limits above it are found, those below are 0, for any intermediate steps."""
+def test_the_smallest_limit_is_1_mn_per_m():
+    """Limits above it are found with any step of the search; those below are 0."""
     for limit in (1.01e-3, 2e-3, 3.9e-3, 0.3, 5.0, 1e8):
         assert largest_stable(lambda k, limit=limit: k <= limit) == pytest.approx(limit, rel=1e-4)
     assert largest_stable(lambda k: k <= 0.99e-3) == 0.0
@@ -87,7 +87,7 @@ def test_impossible_loops_are_rejected(bad, says):
     assert said(LoopSettings, **bad).startswith(says)
 
 
-def test_equal_settings_are_one_key_and_only_windows_are_not_linear():
+def test_equal_settings_are_one_key_and_only_windows_are_nonlinear():
     first, second = (LoopSettings(estimator=("iir", {"cutoff": 20.0})) for _ in range(2))
     assert len({first: 0, second: 1}) == 1
     assert first.linear

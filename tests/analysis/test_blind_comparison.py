@@ -7,8 +7,10 @@ Besides each hand's script there are random throws, and random instants at which
 
 Its thresholds, each one just-noticeable difference (JND):
 
-| what | one JND | source | |---|---|---| | force between fingers and handle | 6 %, at least 15 mN | Jones, J.
-Motor Behavior 1989 | | position | 0.4 mm | Ho and Srinivasan 1996 |
+| what | one JND | source |
+|---|---|---|
+| force between fingers and handle | 6 %, at least 15 mN | Jones, J. Motor Behavior 1989 |
+| position | 0.4 mm | Ho and Srinivasan 1996 |
 | vibration of a held handle | 10, 0.5, 0.05, 0.1 µm at 26, 100, 150–200, 250 Hz | from memory |
 | event | its presence, or 20 ms | Levitin et al. 1999 |
 """
@@ -46,7 +48,7 @@ LEAST = np.exp(
 
 
 # Scenes near the threshold: 0.7 alone, but more together with the others; at one speed of a throw in 200; or
-# on letting go of friction at one instant in 240, 0.28 s of a pluck or 0.08 s of a stroke: 1.6 and 1.5.
+# after a release of friction at one instant in 240, 0.28 s of a pluck or 0.08 s of a stroke: 1.6 and 1.5.
 HARDLY = {
     "damping": {"delay"},
     "hard_surface": {"quantization"},
@@ -74,7 +76,7 @@ def judged(one: np.ndarray, two: np.ndarray, counts: Sequence[int]) -> dict[str,
 
 
 def furthest(one: np.ndarray, two: np.ndarray, share: float, least: float) -> float:
-    """Return the largest distance of either series from the other's values within MOMENT, in JND."""
+    """Return the largest distance of either series from the other within MOMENT, in JND."""
     return max(beyond(one, two, share, least), beyond(two, one, share, least))
 
 
@@ -134,7 +136,7 @@ def deck(scene: Environment) -> list[tuple[str, np.ndarray, np.ndarray]]:
         whole = rendered(scene, (), hand, speed)
         stays = hand.mass > 0.0 and math.isinf(hand.release)
         for label, gone in missing.items():
-            if label != "mass" or stays:  # otherwise nothing is left that can move
+            if label != "mass" or stays:  # otherwise nothing can move
                 pair = [whole, rendered(scene, gone, hand, speed)]
                 rng.shuffle(pair)
                 cards.append((label, *pair))

@@ -102,7 +102,7 @@ def test_results_survive_a_killed_worker_and_a_lost_scheduler_is_reported(dask, 
 
 
 @pytest.mark.slow
-def test_a_survey_on_a_cluster_is_that_of_one_program_also_when_a_worker_dies(dask, tmp_path):
+def test_a_survey_on_a_cluster_equals_a_local_one_even_if_a_worker_dies(dask, tmp_path):
     axes, there, here = survey.usual_axes(2, 1), tmp_path / "cluster", tmp_path / "here"
 
     def kill_in_the_middle(done, of):
@@ -129,7 +129,7 @@ def test_an_unreachable_scheduler_gives_a_one_line_error():
         assert "\n" not in str(e.value)
 
 
-def test_says_what_to_install(monkeypatch):
+def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with (
         pytest.raises(ClusterError, match=r'pip install "hapkit-studio\[cluster\]"'),

@@ -49,7 +49,7 @@ def largest_root(stiffness, damping, quantum, q):
 
 
 @pytest.mark.parametrize(("quantum", "q", "limit"), WORKED)
-def test_the_exact_limit_is_that_of_the_devices_own_filter(quantum, q, limit):
+def test_the_exact_limit_uses_the_devices_own_filter(quantum, q, limit):
     found = exact_boundary(setting(quantum, q), np.array([DAMPING]))[0]
     assert found == pytest.approx(limit, abs=0.6)
     inside, outside = (largest_root(share * found, DAMPING, quantum, q) for share in (0.99, 1.01))
@@ -58,7 +58,7 @@ def test_the_exact_limit_is_that_of_the_devices_own_filter(quantum, q, limit):
 
 
 @pytest.mark.parametrize("quantum", [5e-6, 61e-6])
-def test_the_passivity_line_is_that_of_the_devices_own_filter(quantum):
+def test_the_passivity_line_uses_the_devices_own_filter(quantum):
     """Colgate & Schenkel: b > T/2 Re((1 - e^-jw) C(e^jw)) / (1 - cos w) at every frequency, C = K + B H."""
     a, gain = gains(quantum, 1e-2)
     w = np.linspace(0.0, math.pi, 4001)[1:]

@@ -27,7 +27,7 @@ def test_a_delayed_spring_gives_the_area_of_its_ellipse(delay):
     assert cycle.seconds == pytest.approx(1.0 / tone, abs=1e-3)
 
 
-def test_as_computed_a_spring_is_its_line_and_as_felt_it_is_not():
+def test_a_spring_is_a_line_as_computed_and_a_loop_as_felt():
     time, x = sine()
     places, force = as_felt(time, x, -300.0 * x, 2e-3)
     seen = np.isfinite(places)
@@ -35,8 +35,8 @@ def test_as_computed_a_spring_is_its_line_and_as_felt_it_is_not():
     assert width == pytest.approx(300.0 * 2e-3 * 2.0 * math.pi * 4.0 * 3e-3, rel=0.02)  # k v (t_d + T)
 
 
-def test_the_energy_is_that_of_a_simulated_loop_with_delay():
-    """Simulated with an imposed motion: the integral of force over the handle's true motion."""
+def test_the_energy_agrees_with_a_simulated_loop_with_delay():
+    """Simulated with an imposed motion: the integral of force over the handle's true path."""
     delay, rate = 1.7e-3, 1000.0
     moved = lambda t: 0.008 + 0.002 * np.sin(2.0 * math.pi * 3.0 * t)  # noqa: E731
     run = hs.simulate(
@@ -65,7 +65,7 @@ def test_lost_and_pending_samples_are_nan():
 
 
 @pytest.mark.parametrize(("size", "found"), [(0.99, False), (1.01, True)])
-def test_motion_below_the_threshold_is_no_cycle(size, found):
+def test_motion_below_the_threshold_is_not_a_cycle(size, found):
     time, x = sine(amplitude=0.5e-3 * size)
     assert (last_cycle(time, x, -x, 0.0, 1e-3) is not None) is found
     assert last_cycle(time[:200], x[:200], -x[:200], 0.0, 1e-9) is None, "less than one cycle"

@@ -1,4 +1,4 @@
-"""Detection of oscillations: synthetic ones, those of a sampled spring, and non-oscillations."""
+"""Detection of oscillations: synthetic ones, those of a sampled spring, and other motions."""
 
 import math
 
@@ -47,7 +47,7 @@ def sampled_spring(stiffness, mass, viscous, period, start, count):
 
 
 @pytest.mark.parametrize(("mass", "viscous"), [(0.044, 0.5), (0.1, 0.9)])
-def test_a_spring_at_its_limit_oscillates_as_theory_says(mass, viscous):
+def test_a_spring_at_its_limit_oscillates_at_the_theoretical_frequency(mass, viscous):
     stiffness = hs.stiffness_limit(mass, viscous)
     device = hs.SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf, initial_position=2e-3)
     values = {"stiffness": stiffness, "damping": 0.0}
@@ -60,7 +60,7 @@ def test_a_spring_at_its_limit_oscillates_as_theory_says(mass, viscous):
 
 @pytest.mark.parametrize(("kept", "lasts"), [(0.808, True), (0.792, False)])
 def test_an_oscillation_is_sustained_above_80_percent(kept, lasts):
-    """20 Hz has 15 cycles between the quarters, so both have the same phase and differ by the decay only."""
+    """20 Hz has 15 cycles between the quarters, so both have the same phase and differ only by the decay."""
     since = seconds(4000.0) - 7.3
     wave = 5e-3 * kept ** (since / 0.75) * np.sin(math.tau * 20.0 * since)
     assert (sustained(since, wave) is not None) == lasts
@@ -83,7 +83,7 @@ def test_without_a_spectral_peak_there_is_no_frequency():
     assert math.isnan(found.frequency)
 
 
-def test_decaying_or_slow_motion_is_no_oscillation():
+def test_decaying_or_slow_motion_is_not_an_oscillation():
     t = seconds()
     swing = 2e-3 * np.sin(math.tau * 20.0 * t)
     since = t - t[0]

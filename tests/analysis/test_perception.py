@@ -45,7 +45,7 @@ def test_position_threshold_is_0_4_mm(size, held):
 
 @pytest.mark.parametrize(("late", "felt"), [(0.019, False), (0.030, True)])
 def test_a_run_ending_in_a_movement_adds_no_difference(late, felt):
-    """The other run gets there 19 ms later: within 20 ms, though it ends before that."""
+    """The other run arrives there 19 ms later, which is within 20 ms although it ends before."""
     found = told(*(run(place=0.1 * np.maximum(TIME - start, 0.0)) for start in (1.0, 1.0 + late)), held=False)
     assert found.place == pytest.approx(0.1 * (late - 0.020) / 0.4e-3 if felt else 0.0, abs=1e-9)
 
@@ -107,8 +107,8 @@ def test_amplitude_differences_are_symmetric():
     assert told(wide, narrow).place == pytest.approx(told(narrow, wide).place) == pytest.approx(2.5, rel=0.05)
 
 
-def test_a_force_is_told_apart_by_a_persons_own_fraction():
-    """1.00 and 1.12 N: 2 JND at 6 %, 1 JND at 12 %, with the handle in the same place."""
+def test_a_force_difference_is_judged_by_a_persons_own_threshold():
+    """1.00 and 1.12 N: 2 JND at 6 %, 1 JND at 12 %, with the handle at the same position."""
     tables = [np.zeros((400, rows.ROW_WIDTH)) for _ in range(2)]
     for table, force in zip(tables, (1.00, 1.12), strict=True):
         table[:, rows.HAND_FORCE] = force

@@ -1,4 +1,4 @@
-"""The pointing experiment: Fitts's law recovered from a virtual subject, plans in balance, one movement."""
+"""The pointing experiment: Fitts's law recovered from a virtual subject, balanced plans, single movements."""
 
 import math
 from collections import Counter
@@ -17,7 +17,7 @@ NONE = CONDITIONS[0]
 
 
 def run(subject, seed, rate, conditions=CONDITIONS[:1]):
-    """Return the trials of a whole plan, measured from the sensor's counts."""
+    """Return the trials of a complete plan, measured from the sensor's counts."""
     chance, found = np.random.default_rng(seed), []
     for target in pointing.plan(conditions, seed=seed):
         time, place = subject.samples(target, chance, rate=rate)
@@ -26,14 +26,14 @@ def run(subject, seed, rate, conditions=CONDITIONS[:1]):
 
 
 def recovered(runs, rate):
-    """Return how many of some runs hold the subject's intercept, and how many its slope."""
+    """Return in how many runs the intervals contain the subject's intercept, and its slope."""
     subject = Subject(intercept=0.15, slope=0.16, noise=0.03)
     found = [pointing.evaluate(run(subject, seed, rate))[0] for seed in range(runs)]
     return sum(one.intercept.holds(0.15) for one in found), sum(one.slope.holds(0.16) for one in found)
 
 
 def test_a_virtual_subject_is_recovered_in_most_runs():
-    """The interval is right in 95 % of runs: fewer than 10 of 12 have a chance of 2 %."""
+    """The interval is right in 95 % of runs: fewer than 10 of 12 have a probability of 2 %."""
     assert min(recovered(12, rate=250.0)) >= 10
 
 
@@ -78,8 +78,8 @@ def test_a_handle_that_does_not_move_makes_no_trial(place):
     assert pointing.trial(Target(NONE, 0.02, 0.004, 1), time, place) is None
 
 
-def test_the_line_is_exact_where_the_times_are():
-    """Times on a line: its coefficients, no interval, r² 1."""
+def test_the_line_is_exact_for_times_on_a_line():
+    """It has the line's coefficients, a zero interval and r² = 1."""
     x = [1.0, 2.0, 3.0, 4.0]
     intercept, slope, fit = pointing.regression(x, [0.1 + 0.2 * one for one in x])
     assert (intercept.value, slope.value, fit) == pytest.approx((0.1, 0.2, 1.0))
@@ -99,14 +99,14 @@ def test_two_pairs_of_distance_and_width_have_no_line():
 
 
 def trials_about(widths_apart, count=4000):
-    """Return trials of one pair of distance and width with normal end points of a standard deviation."""
+    """Return trials of one distance and width, with normally distributed end points."""
     ends = 0.010 + widths_apart * np.random.default_rng(5).standard_normal(count)
     return [
         Trial("none", "tether", 0.0, 0.020, 0.004, -0.010, 0.010, 0.5, end, 0.0, 1.0) for end in ends.tolist()
     ]
 
 
-def test_the_effective_width_of_a_normal_spread_holds_96_percent():
+def test_the_effective_width_of_a_normal_distribution_contains_96_percent():
     """SD = W/4.133: the effective width is W, and 3.9 % miss (2 Φ(−4.133/2))."""
     (line,) = pointing.evaluate(trials_about(0.004 / 4.133))
     (cell,) = line.cells
@@ -116,8 +116,8 @@ def test_the_effective_width_of_a_normal_spread_holds_96_percent():
     assert line.throughput.value == pytest.approx(math.log2(6.0) / 0.5, rel=0.02)
 
 
-def test_the_effective_width_of_few_trials_has_no_bias():
-    """Of four trials each, in the logarithm."""
+def test_the_effective_width_of_few_trials_is_unbiased():
+    """In the logarithm, for four trials each."""
     many = trials_about(0.001, 4000)
     found = [pointing._cell(0.020, 0.004, many[at : at + 4]).effective_width for at in range(0, 4000, 4)]
     assert np.mean(np.log(found)) == pytest.approx(math.log(0.004133), abs=0.04)
@@ -137,7 +137,7 @@ def test_a_slower_condition_is_compared_pair_by_pair():
 
 
 def test_a_plan_is_balanced_and_in_random_order():
-    """Every condition, distance and width equally often in each round, and to both sides equally often."""
+    """Every condition, distance and width occurs equally often in each round, and to both sides."""
     found = pointing.plan(seed=3)
     cells = len(pointing.DISTANCES) * len(pointing.WIDTHS)
     block = cells * len(CONDITIONS)
@@ -168,7 +168,7 @@ def test_every_condition_can_be_rendered(condition):
 GOOD = pointing.event(Trial("low", "tether", 0.5, 0.02, 0.004, -0.01, 0.01, 0.5, 0.0101, 3.0, 4.5))
 
 
-def test_a_trial_comes_back_from_its_event():
+def test_a_trial_is_restored_from_its_event():
     (found,) = pointing.trials([GOOD])
     assert pointing.event(found) == GOOD
     assert found.deviation == pytest.approx(0.0001)
@@ -187,7 +187,7 @@ def test_a_damaged_trial_is_refused_in_one_line_that_names_the_value(name, value
         pointing.trials([GOOD, {**GOOD, name: value}], "a.hapkit")
 
 
-def test_a_handle_rests_once_it_has_stayed_for_so_long():
+def test_a_handle_is_at_rest_after_a_time_without_motion():
     time = np.arange(400) / 1000.0
     assert not pointing.rests(time[:250], np.zeros(250))
     assert pointing.rests(time, np.zeros(400))

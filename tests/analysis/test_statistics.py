@@ -1,4 +1,4 @@
-"""Statistics of samples against closed forms."""
+"""Statistics of samples compared with closed forms."""
 
 import math
 
@@ -12,7 +12,7 @@ TIME = np.arange(2000) / 1000.0
 ALL = np.ones(len(TIME), dtype=bool)
 
 
-def test_of_a_sine_over_whole_cycles():
+def test_statistics_of_a_sine_over_whole_cycles():
     found = statistics(TIME, 0.5 + 2.0 * np.sin(2.0 * math.pi * 5.0 * TIME))
     assert (found.minimum, found.maximum) == pytest.approx((-1.5, 2.5), abs=1e-4)
     assert found.mean == pytest.approx(0.5, abs=1e-9)
@@ -43,7 +43,7 @@ QUANTUM = 20.7e-6
 @pytest.mark.parametrize("rate", [1000.0, 4000.0])
 @pytest.mark.parametrize("speed", [1e-4, 1.2e-3, 0.012, 0.1, 1.0])
 def test_a_ramp_has_no_frequency_in_counts_in_rounding_or_in_force(speed, rate):
-    """In 0.66 s: neither the sensor's steps nor the rounding errors of a ramp are a periodic motion."""
+    """In 0.66 s neither the sensor's steps nor the rounding errors of a ramp are a periodic motion."""
     time = 1234.5 + np.arange(round(0.66 * rate)) / rate
     position = 0.003 + speed * (time - time[0])
     counted = QUANTUM * np.floor(position / QUANTUM)
@@ -52,7 +52,7 @@ def test_a_ramp_has_no_frequency_in_counts_in_rounding_or_in_force(speed, rate):
 
 
 @pytest.mark.parametrize("seconds", [0.2, 0.66, 2.0])
-def test_no_frequency_of_moves_steps_and_noise(seconds, rng):
+def test_movements_steps_and_noise_have_no_frequency(seconds, rng):
     """At most 5 % of noise samples, and no single movement, have a frequency."""
     time = np.arange(round(1000.0 * seconds)) / 1000.0
     told = {name: 0 for name in ("move", "bend", "pulse", "release", "white", "red", "walk")}
@@ -79,7 +79,7 @@ def test_no_frequency_of_moves_steps_and_noise(seconds, rng):
     [(shape, n) for shape in ("sine", "square", "ringing", "slope", "counts") for n in (4.5, 9.3, 40.0)]
     + [("sawtooth", 9.3), ("sawtooth", 40.0)],
 )
-def test_few_cycles_of_any_shape_are_enough(shape, cycles):
+def test_few_cycles_of_any_shape_suffice(shape, cycles):
     turns = cycles * TIME / TIME[-1]
     sine = np.sin(math.tau * turns + 0.4)
     values = {
@@ -98,7 +98,7 @@ def test_too_few_cycles_or_two_equal_tones_have_no_frequency():
     assert math.isnan(dominant(TIME, np.sin(math.tau * 21.0 * TIME) + 0.9 * np.sin(math.tau * 34.0 * TIME)))
 
 
-def test_the_interval_of_a_slope_covers_the_truth_where_neighbours_are_alike():
+def test_the_interval_of_a_slope_contains_the_truth_with_autocorrelated_residuals():
     rng, covered = np.random.default_rng(7), 0
     x = 0.01 * np.sin(2.0 * math.pi * 1.3 * TIME)
     for _ in range(300):

@@ -1,4 +1,4 @@
-"""Surveys: each point is the exact limit of its loop; results are kept after any interruption."""
+"""Surveys: each point is the exact limit of its loop; results survive any interruption."""
 
 import itertools
 import json
@@ -28,7 +28,7 @@ AXES = Axes(("difference", "kalman"), (500.0, 2000.0), (0.0, 1e-3), ((0.0, 0.0, 
 
 
 class Stops(Executor):
-    """Computes some chunks, then stops like a killed program."""
+    """Compute some chunks, then stop like a killed program."""
 
     def __init__(self, chunks: int):
         self.left, self.serial = chunks, Serial()
@@ -43,7 +43,7 @@ class Stops(Executor):
         return lost
 
 
-def test_each_point_is_the_limit_of_that_loop_and_hand(tmp_path):
+def test_each_point_is_the_limit_of_its_loop_and_hand(tmp_path):
     path = tmp_path / "limits.survey"
     assert survey.compute(path, AXES, Serial()) == 16
     axes, limits = survey.read(path)
@@ -164,8 +164,8 @@ def test_axes_in_a_file_are_checked_value_by_value(tmp_path, given, capsys):
     assert path.read_bytes() == before
 
 
-def test_a_file_with_other_tables_is_no_survey(tmp_path):
-    """A view in place of a table could compute for ever."""
+def test_a_file_with_other_tables_is_not_a_survey(tmp_path):
+    """A view instead of a table could compute for ever."""
     path = tmp_path / "x.survey"
     survey.compute(path, AXES, Serial())
     with closing(sqlite3.connect(path)) as database, database:
@@ -176,17 +176,17 @@ def test_a_file_with_other_tables_is_no_survey(tmp_path):
         survey.read(path)
 
 
-def test_more_loops_than_memory_can_hold_are_refused(tmp_path):
+def test_more_loops_than_fit_into_memory_are_refused(tmp_path):
     with pytest.raises(SurveyError, match="at most 67,108,864 loops"):
         survey.compute(tmp_path / "x.survey", survey.usual_axes(1000, 1000), Serial())
 
 
 @pytest.mark.slow
-def test_the_command_goes_on_draws_and_reads(tmp_path, capsys):
+def test_the_command_resumes_draws_and_reads(tmp_path, capsys):
     path, picture = tmp_path / "limits.survey", tmp_path / "limits.png"
     with pytest.raises(StudioError):
         survey.compute(path, survey.usual_axes(2, 1), Stops(1))
-    survey_figure(survey.read(path), picture)  # drawn unfinished
+    survey_figure(survey.read(path), picture)  # drawn while unfinished
     assert picture.read_bytes()[:4] == b"\x89PNG"
     assert main(["survey", str(path), "--read"]) == 0
     assert "25 of 4,000 loops known" in capsys.readouterr().out
@@ -197,8 +197,8 @@ def test_the_command_goes_on_draws_and_reads(tmp_path, capsys):
     assert "takes a whole number, 1 or more" in capsys.readouterr().err
 
 
-def test_the_time_left_counts_from_what_was_there(monkeypatch, capsys):
-    """600 of 1,000 were there; 100 took 10 s, so the last 300 take 30 s."""
+def test_the_remaining_time_ignores_earlier_results(monkeypatch, capsys):
+    """600 of 1,000 existed; 100 took 10 s, so the last 300 take 30 s."""
     now = itertools.chain([0.0, 0.0, 10.0]).__next__
     monkeypatch.setattr(base.time, "monotonic", now)
     monkeypatch.setattr(base.sys.stderr, "isatty", lambda: True, raising=False)

@@ -21,7 +21,7 @@ from tests.analysis.sweep_tasks import Forgetful, Held, Lost, Serial
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch):
-    """Report progress often, so that held tasks finish when released."""
+    """Report progress often, so that tasks finish as soon as they are released."""
     monkeypatch.setattr(sweeps, "LOOK_SECONDS", 0.01)
 
 
@@ -35,7 +35,7 @@ def test_the_default_threads_give_every_result_in_order(chunk):
     assert sweep(sweep_tasks.roots, []) == []
 
 
-def test_processes_give_the_same():
+def test_processes_give_the_same_results():
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as programs:
         found = sweep(sweep_tasks.roots_and_place, CELLS, executor=programs, chunk=50)
     assert [root for root, _ in found] == WANTED
@@ -54,7 +54,7 @@ def test_chunks_may_finish_in_any_order_and_few_are_pending():
 
 
 def test_progress_is_reported_during_long_chunks():
-    """During a long chunk, progress is still reported and can cancel."""
+    """Progress can also cancel during a long chunk."""
     go, said = threading.Event(), []
 
     def waits(cells):
@@ -114,7 +114,7 @@ def test_default_threads_have_low_priority():
 
 
 class Broken(Serial):
-    """Computes some chunks, then raises from submit() like a pool with a killed worker."""
+    """Compute some chunks, then raise from submit(), like a pool with a killed worker."""
 
     def submit(self, fn, /, *args, **kwargs):
         self.left = getattr(self, "left", 3) - 1
@@ -123,14 +123,14 @@ class Broken(Serial):
         return super().submit(fn, *args, **kwargs)
 
 
-def test_a_pool_that_breaks_at_submit_is_an_error_in_words():
+def test_a_pool_that_breaks_at_submit_is_reported_as_lost_workers():
     with pytest.raises(LostWorkers, match=r"^A part of the work was given up: a worker was killed, or"):
         sweep(sweep_tasks.roots, CELLS, executor=Broken(), chunk=10)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills as POSIX does")
-def test_workers_end_with_a_parent_that_is_killed():
-    """They hold the parent's output: it reaches its end when the last of them has ended."""
+def test_workers_end_when_their_parent_is_killed():
+    """They hold the parent's output open, which ends only when the last of them has exited."""
     program = [sys.executable, "-m", "tests.analysis.sweep_tasks"]
     with subprocess.Popen(program, stdout=subprocess.PIPE) as parent:
         numbers = {int(parent.stdout.readline()) for _ in range(2)}

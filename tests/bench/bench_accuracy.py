@@ -45,7 +45,7 @@ def run(folder: Path | None = None) -> list[Row]:
 
 
 def live(found: SceneResult) -> float:
-    """Return the median processor time in s of an answer to a slider of a scene."""
+    """Return the median processor time in s of a scene's answer to a slider."""
     question, times = found.question, []
     key = next((p.key for p in question.environment.parameters if isinstance(p, Parameter)), "")
     for n in range(SLIDES):

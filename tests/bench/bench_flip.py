@@ -1,4 +1,7 @@
-"""Position error of the flip tracker against the class template's; the speed at which each loses flips."""
+"""Position error of the flip tracker compared with the class template's.
+
+The speed at which each loses flips.
+"""
 
 import shutil
 import sys

@@ -42,7 +42,7 @@ def by_steps(what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> 
 def _let_go(
     what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray, start: float
 ) -> cell_batch.CellResults:
-    """Step every cell from rest at a start in m, until it is lost or has rested for a part of the time."""
+    """Simulate every cell from rest at a start in m, until it diverges or has rested for a while."""
     count = stiffness.size
     found = cell_batch.CellResults(
         np.zeros((count, cell_batch.PARTS, 3)), *np.zeros((2, count), dtype=np.int64)
@@ -70,7 +70,7 @@ def _let_go(
 def _step(
     what: LoopSettings, x: np.ndarray, v: np.ndarray, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return place and speed a period later, Coulomb friction exact: a handle stops once in it at most."""
+    """Return position and velocity a period later, exact for friction: at most one stop per period."""
     m, b, friction = what.mass, what.viscous, what.coulomb
     x_v, v_v, x_f, v_f = _glide(what, what.period)
     way = np.sign(np.where(v == 0.0, force, v))

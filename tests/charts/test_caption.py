@@ -21,7 +21,7 @@ def of(key, **values):
     return of_scene(LIBRARY[key], LIBRARY[key].values(values))
 
 
-def test_a_run_says_scene_device_date_hand_and_loop():
+def test_a_runs_caption_has_scene_device_date_hand_and_loop():
     values = {"stiffness": 400.0, "damping": 2.0}
     run = hs.simulate("wall", values, hand="press", seconds=0.1, delay=1e-3, estimator="iir", controller=True)
     assert lines(run.log) == [
@@ -68,7 +68,7 @@ def test_each_change_has_its_time_and_both_values():
     ]
 
 
-def test_own_environments_have_titles_and_unknown_ones_keys():
+def test_own_environments_are_named_by_title_and_unknown_ones_by_key():
     own = replace(LIBRARY["spring"], key="mine", title="My spring")
     settings = {**of("spring", center=0.01), "environment": "mine"}
     assert lines([(0.0, settings)], {"mine": own})[0].startswith("My spring: stiffness 80 N/m")

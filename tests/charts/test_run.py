@@ -33,7 +33,7 @@ def limits(axes):
     return sorted(float(text.xy[1]) for text in axes.texts if text.get_text().startswith("limit"))
 
 
-def test_the_curve_is_the_laws_and_covers_the_visible_range():
+def test_the_curve_is_the_laws_over_the_visible_range():
     _, axes = drawn(hs.simulate("wall", {"stiffness": 400.0}, hand="press", seconds=1.5))
     x, force = curve(axes)
     assert force == pytest.approx(-0.4 * np.maximum(x - 5.0, 0.0), abs=2e-3)
@@ -62,7 +62,7 @@ def test_the_curve_is_over_the_laws_variable(key, over, has):
 
 @pytest.mark.parametrize(("max_force", "shown"), [(1.0, True), (3.0, False), (math.inf, False)])
 def test_the_force_limit_is_drawn_if_visible(max_force, shown):
-    """Pressed to 10 mm the wall asks for 2 N; a motor of 1 N gives half of it, one of 3 N all."""
+    """Pressed to 10 mm, the wall's force is 2 N; a motor of 1 N gives half of it, one of 3 N all."""
     device = hs.SimulatedHapkit(max_force=max_force)
     run = hs.simulate("wall", {"stiffness": 400.0}, hand="press", seconds=1.5, device=device)
     for axes in drawn(run):
@@ -78,7 +78,7 @@ def test_a_stiff_law_leaves_room_for_the_data():
     assert -5.0 < axes.get_ylim()[0] < -3.0
 
 
-def test_a_file_of_ones_own_is_drawn_with_its_law_by_the_command(tmp_path, monkeypatch):
+def test_a_users_own_file_is_drawn_with_its_law_by_the_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for variable in ("XDG_DATA_HOME", "HAPKIT_STUDIO_FOLDER"):
         monkeypatch.setenv(variable, str(tmp_path / variable))
@@ -100,7 +100,7 @@ def test_a_file_of_ones_own_is_drawn_with_its_law_by_the_command(tmp_path, monke
     )
 
 
-def test_a_session_is_dated_by_its_file(tmp_path, monkeypatch):
+def test_the_date_of_a_session_is_that_of_its_file(tmp_path, monkeypatch):
     path = tmp_path / "a.hapkit"
     hs.simulate("wall", hand="press", seconds=1.0).save(path)
     end = datetime(2026, 3, 4, 5, 7, 0).timestamp()

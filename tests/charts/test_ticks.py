@@ -1,4 +1,4 @@
-"""Numbers on the axes of charts: as in texts and in the plots of the window."""
+"""Numbers on the axes of charts are formatted as in texts and in the plots of the window."""
 
 import pytest
 from matplotlib.figure import Figure
@@ -7,7 +7,7 @@ from hapkit_studio.charts import style
 
 
 def tick_texts(scale, low, high):
-    """Return the texts of the major and of the minor ticks of an axis."""
+    """Return the texts of the major and minor ticks of an axis."""
     axes = Figure().add_subplot(xscale=scale, xlim=(low, high))
     style.style_axes(axes, style.colors(), "", "")
     axes.figure.draw_without_rendering()

@@ -9,7 +9,7 @@ from tests.devices.fake_board import FakeLine
 
 @pytest.fixture
 def lined(monkeypatch):
-    """Return a function that makes a fake serial line; boards are opened on the last one made."""
+    """Return a factory of fake serial lines; boards are opened on the newest."""
 
     def make(answer):
         line = FakeLine(answer)

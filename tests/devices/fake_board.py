@@ -32,9 +32,9 @@ UNPLUG = b"unplug"
 
 
 class FakeBoard:
-    """Calls ``answer(message)`` for every message received and sends its result.
+    """Call ``answer(message)`` for every message received, and send its result.
 
-    The answer UNPLUG hangs up, like a pulled cable.
+    The answer UNPLUG hangs up, like an unplugged cable.
     """
 
     def __init__(self, answer):
@@ -55,7 +55,7 @@ class FakeBoard:
         os.write(self._master, data)
 
     def wait_for(self, count):
-        """Return the messages received once there are ``count`` of them."""
+        """Return the messages received when there are ``count`` of them."""
         with self._arrived:
             assert self._arrived.wait_for(lambda: len(self.received) >= count, PATIENCE), self.received
             return list(self.received)

@@ -1,4 +1,4 @@
-"""The runner: bounded forces, zero force on any fault and at the end, E-stop from another thread."""
+"""The runner: bounded forces, zero force after any fault and at the end, E-stop from another thread."""
 
 import math
 import threading
@@ -64,7 +64,7 @@ def test_each_fault_ends_the_run_with_the_motor_off(runner, move, limits, words)
     assert abs(runner.board.x) < 0.02
 
 
-def test_e_stop_ends_a_run_at_the_next_sample_and_holds_until_released(runner):
+def test_e_stop_ends_a_run_at_the_next_sample_until_it_is_released(runner):
     def stopping(t, x, v):
         if t > 0.05:
             threading.Thread(target=runner.stop).start()
@@ -85,7 +85,7 @@ def test_e_stop_ends_a_run_at_the_next_sample_and_holds_until_released(runner):
 @pytest.mark.parametrize(
     "kit", [{"coulomb": 0.0, "viscous": 0.02}, {"mass": 0.02}, {"mass": 0.2, "coulomb": 0.4}]
 )
-def test_a_sweep_keeps_within_its_limits_on_any_kit(kit):
+def test_a_sweep_stays_within_its_limits_on_any_kit(kit):
     runner = BoardRunner(PaddleKit(**kit))
     runner.open()
     track = sweep(runner, 4.0, 0.8 * kit.get("coulomb", 0.1))
@@ -93,7 +93,7 @@ def test_a_sweep_keeps_within_its_limits_on_any_kit(kit):
     assert max(np.abs(runner.board.forces)) <= SWEEP_LIMITS.force
 
 
-def test_a_wrong_direction_never_lets_a_sweep_run_away():
+def test_with_a_wrong_direction_a_sweep_stays_within_its_limits():
     kit = PaddleKit(direction=-1)
     runner = BoardRunner(kit)
     runner.open()
@@ -142,7 +142,7 @@ def test_a_stopped_board_clock_ends_a_run(monkeypatch):
     assert not kit.streaming
 
 
-def test_idle_keeps_the_motor_off_and_no_more_samples_than_are_drawn(runner):
+def test_while_idle_the_motor_is_off_and_only_samples_for_drawing_are_kept(runner):
     runner.idle(lambda: runner.board.seq >= 12_000)
     assert set(runner.board.forces) == {0.0}
     assert len(runner.recent) == board_runner.RECENT_SAMPLES

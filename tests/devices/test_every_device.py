@@ -90,7 +90,7 @@ def test_the_loop_renders_records_and_is_judged(entry, engine, tmp_path):
 
 
 @every_device
-def test_a_rate_of_its_own_is_kept(entry, engine):
+def test_a_device_with_its_own_rate_keeps_it(entry, engine):
     device = entry.make()
     other = 2.0 * (device.rate or 500.0)
     if device.own_clock:

@@ -92,7 +92,7 @@ def record(address, kind, data):
     return ":" + (whole + bytes([-sum(whole) & 255])).hex().upper()
 
 
-def test_an_image_has_its_bytes_where_they_belong(tmp_path):
+def test_an_image_has_its_bytes_at_their_addresses(tmp_path):
     lines = (
         record(4, 0, b"abcd"),
         record(0, 2, b"\x00\x10"),
@@ -175,7 +175,7 @@ def test_a_port_that_cannot_be_opened_is_the_ports_own_error(text, kind):
     assert isinstance(said.error(PORT), kind)
 
 
-def test_progress_grows_with_every_mark_and_leaves_nothing_out():
+def test_progress_grows_with_every_mark_and_completes():
     seen = []
     said = Output(lambda stage, part: seen.append((stage, round(part, 2))))
     whole = (
@@ -244,7 +244,7 @@ def test_the_older_boot_loaders_speed_is_tried_second(talker, port, tmp_path):
     ):
         flash.flash(port, small, talker(DEAF))
     assert calls(tmp_path)[2:] == [115200, 57600] * flash.ROUNDS
-    large = image(tmp_path, record(flash.OLD_FLASH_BYTES, 0, b"a"), END)  # would overlap the old boot loader
+    large = image(tmp_path, record(flash.OLD_FLASH_BYTES, 0, b"a"), END)  # overlaps the old boot loader
     with pytest.raises(FlashError, match="does not answer at 115,200 baud"):
         flash.flash(port, large, talker(OLD_ONLY))
     assert calls(tmp_path)[2 + 2 * flash.ROUNDS :] == [115200] * flash.ROUNDS

@@ -1,4 +1,4 @@
-"""The serial Hapkit against a scripted board on a pseudo-terminal: opening, requests, samples, closing."""
+"""The serial Hapkit with a scripted board on a pseudo-terminal: opening, requests, samples, closing."""
 
 import itertools
 import math
@@ -121,7 +121,7 @@ def test_hello_is_repeated_during_start_despite_noise(opened):
 @pytest.mark.parametrize(
     "noise", [None, b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x04\x00abc")]
 )
-def test_other_devices_and_silence(lined, noise):
+def test_other_devices_and_silence_are_reported(lined, noise):
     what = "answers, but not as a Hapkit" if noise else "does not answer"
     line = lined(lambda m: noise)
     refused(errors.NotAHapkitError, f"{{}} {what}. Flash the firmware, or choose another port.")
@@ -132,14 +132,14 @@ def test_other_devices_and_silence(lined, noise):
     ("version", "remedy", "step"), [(3, "Update firmware.", "update"), (5, "Update the studio.", "")]
 )
 @pytest.mark.parametrize("rest", [b"", b"another layout altogether"])
-def test_another_version_of_the_protocol(lined, version, remedy, step, rest):
+def test_a_different_protocol_version_is_reported(lined, version, remedy, step, rest):
     other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
     lined(lambda m: other)
     words = f"Firmware speaks version {version}; this studio needs 4. {remedy}"
     assert refused(errors.WrongProtocolError, words).step == step
 
 
-def test_busy_missing_and_invalid_ports(fake_board, tmp_path):
+def test_busy_missing_and_invalid_ports_are_reported(fake_board, tmp_path):
     first = HapkitBoard(fake_board(says_hello).path)
     first.open()
     refused(errors.PortBusyError, "{} is used by another program. Close it, then try again.", first.port)
@@ -147,7 +147,7 @@ def test_busy_missing_and_invalid_ports(fake_board, tmp_path):
     first.close()
     words = "ttyNONE7 is not there. Plug the board in, or see `hapkit-studio devices`."
     error = refused(errors.PortGoneError, words, "/dev/ttyNONE7")
-    assert "Trying to reconnect every second" in error.brief  # the window does, a command does not
+    assert "Trying to reconnect every second" in error.brief  # the window reconnects, a command does not
     file = tmp_path / "notes.txt"
     file.touch()
     refused(errors.NotAHapkitError, "{} is not a serial port. Choose another port.", file)
@@ -194,7 +194,7 @@ def test_configure_applies_at_once_without_saving(opened):
     board, peer = opened(kit)
     assert (board.mass, board.viscous, board.coulomb_force) == (0.044, 0.5, 0.10)
     assert near(board.settings(), KIT)
-    assert near(board.configure(board.settings()), KIT)  # they can be sent back
+    assert near(board.configure(board.settings()), KIT)  # the settings can be sent back
     wanted = replace(KIT, quantum=1.5e-5, max_force=1.25, mass=0.031, viscous=0.25, label="mine")
     settings = board.configure(wanted)
     assert near(settings, wanted)

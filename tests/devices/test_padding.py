@@ -34,8 +34,8 @@ def test_delay_of_a_loop_that_answers_every_sample(delay):
 
 
 @pytest.mark.parametrize("every", [2, 5, 16])
-def test_a_held_force_counts_with_its_age(every):
-    """Held for n periods instead of one, its mean age is (n - 1)/2 periods higher."""
+def test_a_force_in_effect_for_longer_counts_with_its_age(every):
+    """In effect for n periods instead of one, its mean age is (n - 1)/2 periods higher."""
     samples = loop_with(0.4, every)[2 * every : 2 * every + 10 * every + 1]
     assert effective_delay(samples, PERIOD) == pytest.approx((0.4 + (every - 1) / 2) * PERIOD, abs=1e-6)
 
@@ -50,7 +50,7 @@ def test_sample_numbers_may_wrap_and_be_missing():
 
 @pytest.mark.parametrize("padded", [0, PACKET])
 @pytest.mark.parametrize("latency", [0.001, 0.016])
-def test_a_usb_chip_that_collects_samples(latency, padded):
+def test_the_delay_of_a_usb_chip_that_collects_samples(latency, padded):
     kit, decoder, taken = FtdiKit(latency), Decoder(), []
     data = kit(Stream(1, padded))
     while len(taken) < 400:
@@ -61,7 +61,7 @@ def test_a_usb_chip_that_collects_samples(latency, padded):
     assert effective_delay(taken[60:], PERIOD) == pytest.approx(truth, rel=0.02)
 
 
-def test_an_unsolicited_zero_force_is_no_delay():
+def test_an_unsolicited_zero_force_does_not_count_as_delay():
     samples = loop_with(1.5, samples=50)
     samples[30] = replace(samples[30], answered=0, delay_us=29_500)
     assert effective_delay(samples, PERIOD) < 3.0 * PERIOD
@@ -94,7 +94,7 @@ def test_padded_frames_reach_the_packets_minimum_delay(opened, latency):
     assert {m.padded for m in peer.received if isinstance(m, Stream) and m.on} == {0, PACKET}
 
 
-def test_no_samples_is_an_error_with_the_stream_off(opened):
+def test_missing_samples_are_an_error_and_the_stream_is_off(opened):
     board, peer = opened(FakeKit())
     with pytest.raises(errors.NoDataError, match="No force"):
         measure_padding(board, 0.2)
@@ -135,8 +135,8 @@ def test_padding_saves_the_latency_timers_delay():
     # until the board builds its next frame
     assert PERIOD < arrival < PERIOD + BUSY
     assert 0.98 * arrival < behind.padded < arrival + BUSY
-    # A plain packet usually ends inside a frame: the newest complete one is a period older. And replies come
-    # only every 62 / FRAME periods.
+    # A plain packet usually ends inside a frame, so the newest complete frame is a period older, and replies
+    # come only every 62 / FRAME periods.
     age = PERIOD * (FRAME - 1) / FRAME + FRAME * BYTE / 2
     held = (PACKET / FRAME - 1) * PERIOD / 2
     assert behind.plain == pytest.approx(age + rest + held, rel=0.04)

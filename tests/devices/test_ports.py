@@ -50,7 +50,7 @@ def test_kits_are_first_and_other_devices_last(monkeypatch):
         info("/dev/ttyACM0", UNO),
         info("/dev/ttyUSB0", FT232, "AB0LB3DQ", "1-2", "FT232R USB UART"),
         info("/dev/ttyACM2", (0x1234, 0x5678), product="Strange device"),
-        info("/dev/ttyACM3", (0x2341, 0x0042)),  # another product of the vendor
+        info("/dev/ttyACM3", (0x2341, 0x0042)),  # a different product of the vendor
         info("/dev/cu.debug-console"),  # macOS
         nothing,
     )
@@ -80,8 +80,8 @@ BARE = Identity(*CH340, "", "1-1")
     ("wanted", "there", "path"),
     [
         (A, {"u1": B, "u2": A}, "u2"),
-        (A, {"u1": A._replace(place="3-4")}, "u1"),  # another socket, the same board
-        (A, {"u0": B}, None),  # another kit must not replace it
+        (A, {"u1": A._replace(place="3-4")}, "u1"),  # the same board at another socket
+        (A, {"u0": B}, None),  # a different kit must not replace it
         (A, {}, None),
         (BARE, {"u0": BARE._replace(place="1-9"), "u1": BARE}, "u1"),
         (BARE, {"u3": BARE._replace(place="1-9")}, "u3"),
@@ -176,7 +176,7 @@ def test_a_ports_user_is_named_with_or_without_lock(fake_board):
         name = f"{os.path.basename(sys.executable)} (process {child.pid})"
         assert serial_ports.holder(peer.path) == name
         with pytest.raises(errors.PortBusyError) as caught:
-            HapkitBoard(peer.path).open()  # it reads the bytes meant for us
+            HapkitBoard(peer.path).open()  # the other program reads bytes sent to us
         assert str(caught.value) == f"{port_name(peer.path)} is used by {name}. Close it, then try again."
         refused = unopened(peer.path, serial.SerialException(errno.EBUSY, "busy"))
         assert str(refused) == str(caught.value)
@@ -212,7 +212,7 @@ def forbidden(monkeypatch, group, joined=False):
     return unopened("/dev/ttyUSB0", serial.SerialException(errno.EACCES, "Permission denied"))
 
 
-def test_a_forbidden_port_comes_with_the_command(monkeypatch):
+def test_a_forbidden_port_is_reported_with_the_command(monkeypatch):
     error = forbidden(monkeypatch, "dialout")
     assert isinstance(error, errors.PortPermissionError)
     assert error.command == "sudo usermod -a -G dialout $USER"

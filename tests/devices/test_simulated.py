@@ -91,7 +91,7 @@ def test_hand_force_is_spring_and_damper_to_the_moving_target():
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_end_stops_are_inelastic(side):
-    """1 kg, 2 N: 20 mm after sqrt(2 20 mm / 2 m/s²) = 0.1414 s; held there, and left with F t² / 2 m."""
+    """1 kg, 2 N: 20 mm after sqrt(2 20 mm / 2 m/s²) = 0.1414 s; at rest there, and left with F t² / 2 m."""
     dev, queue = start(1.0, 0.0, delay=0.3e-3, stops=0.02)
     found = run(dev, queue, lambda k, x: side * (2.0 if k < 300 else -2.0), np.zeros(401))
     x, v = (side * found).T
@@ -102,7 +102,7 @@ def test_end_stops_are_inelastic(side):
     assert x[301:] == pytest.approx(0.02 - t[1:] ** 2, abs=1e-12)
 
 
-def test_unreached_end_stops_change_nothing():
+def test_end_stops_that_are_not_reached_have_no_effect():
     swing = start(coulomb=0.1, hand=MEDIUM, delay=0.3e-3, v=0.2)
     free = run(*swing, lambda k, x: -500.0 * x, np.zeros(300))
     far = np.nextafter(np.abs(free[:, 0]).max(), 1.0)
@@ -110,7 +110,7 @@ def test_unreached_end_stops_change_nothing():
     assert np.array_equal(run(*stopped, lambda k, x: -500.0 * x, np.zeros(300)), free)
 
 
-def test_the_window_has_end_stops_and_simulate_none():
+def test_the_window_has_end_stops_and_simulate_has_none():
     assert simulated.DEVICE.entries()[0].make() == SimulatedHapkit(end_stops=0.055)
     assert SimulatedHapkit().end_stops == math.inf
 
@@ -119,7 +119,7 @@ def test_motor_is_off_until_the_first_command_arrives():
     dev, queue = start(1.0, 0.0, delay=2.25e-3)
     assert applied(dev, queue, [4.0, 8.0, 0.0, 0.0]) == pytest.approx([0.0, 0.0, 3.0, 7.0], abs=1e-9)
     assert dev[EFFECT] == pytest.approx(7.0, rel=1e-9)
-    assert applied(dev, queue, [2.0, None, None])[-1] == pytest.approx(1.5)  # the last command is held
+    assert applied(dev, queue, [2.0, None, None])[-1] == pytest.approx(1.5)  # the last command stays in force
 
 
 @pytest.mark.parametrize(("late", "periods"), [(6, 6), (1000, 1022), (5000, 5000)])
@@ -130,7 +130,7 @@ def test_the_longest_delay_that_fits_is_still_exact(late, periods):
     assert force[late:] == pytest.approx(np.arange(100.0), abs=1e-6)
 
 
-def test_letting_go_keeps_motion_and_pending_commands():
+def test_releasing_the_handle_keeps_motion_and_pending_commands():
     dev, queue = start(1.0, 0.0, hand=MEDIUM, delay=3e-3, v=0.1)
     for force in (1.0, 2.0, 3.0):
         simulated.command(dev, queue, force)
@@ -148,7 +148,7 @@ def test_a_released_hand_has_no_effect():
     assert dev[HAND_FORCE] == 0.0
 
 
-def test_a_shorter_delay_drops_outdated_forces_and_a_longer_one_holds():
+def test_a_shorter_delay_drops_outdated_forces_and_a_longer_one_repeats_the_last():
     dev, queue = start(1.0, 0.0, delay=4e-3)
     applied(dev, queue, [1.0, 2.0, 3.0, 4.0, 5.0])
     simulated.configure(dev, queue, 1.0, 0.0, 0.0, *NO_HAND, 1e-3, 0.0)
@@ -181,14 +181,14 @@ def test_with_friction_the_delay_still_splits_the_period():
     assert dev[V] == pytest.approx(2.0 * 0.75e-3, rel=1e-12)
 
 
-def test_motion_that_died_out_is_rest():
+def test_motion_that_has_died_out_becomes_exactly_zero():
     dev, queue = start(viscous=5.0, hand=MEDIUM, v=0.1)
     for _ in range(20_000):
         simulated.advance(dev, queue, 0.0, 0.0)
     assert (dev[X], dev[V], dev[HAND_FORCE]) == (0.0, 0.0, 0.0)
 
 
-def test_friction_of_the_handle_holds_a_soft_hand():
+def test_friction_of_the_handle_stops_a_soft_hand():
     dev, queue = start(coulomb=0.1, hand=MEDIUM)
     for _ in range(50):
         simulated.advance(dev, queue, 0.4e-3, 0.4e-3)
@@ -199,7 +199,7 @@ def test_friction_of_the_handle_holds_a_soft_hand():
 @pytest.mark.parametrize(
     ("x", "counts"), [(0.0, 0), (20.6e-6, 0), (20.8e-6, 1), (-1e-9, -1), (-20.8e-6, -2), (1e-2, 483)]
 )
-def test_sensor_reads_the_count_below(x, counts):
+def test_the_sensor_reads_the_next_lower_count(x, counts):
     assert simulated.quantise(x, 20.7e-6) == pytest.approx(counts * 20.7e-6, abs=1e-15)
     assert simulated.quantise(x, 0.0) == x
 

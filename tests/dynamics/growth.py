@@ -2,8 +2,8 @@
 
 import numpy as np
 
-# 2 kg, 1 N·s/m, 300 N/m: growth in 1/s free at 1 kHz, then with 1000 N/m more in contact at 1 kHz and 230 Hz.
-# The truth is -0.25.
+# 2 kg, 1 N·s/m, 300 N/m: growth in 1/s free at 1 kHz, then with a contact of 1000 N/m at 1 kHz and 230 Hz.
+# The exact growth is -0.25.
 COURSE_RATES = {
     "explicit_euler": (-0.175, 0.075, 1.158),
     "lecture": (-0.175, 0.075, 1.153),

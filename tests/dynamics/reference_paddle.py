@@ -79,7 +79,7 @@ def slide(x, v, force, force_rate, coulomb, mass, damping, stiffness, h):
 
 
 def _leaves(net, rate, coulomb, t):
-    """Return when the force net + rate s exceeds friction."""
+    """Return the time at which the force net + rate s exceeds friction."""
     if rate == 0.0:
         return math.inf
     return t + max((math.copysign(coulomb, rate) - net) / rate, 0.0)

@@ -31,7 +31,7 @@ def test_starts_at_rest_at_the_first_position(spec):
 
 
 @pytest.mark.parametrize(("cutoff", "alpha"), [(35.5, 0.2), (20.0, 0.118), (100.0, 0.4665), (200.0, 0.7154)])
-def test_iir_takes_up_alpha_of_a_step_per_sample(cutoff, alpha):
+def test_iir_adds_alpha_of_a_step_per_sample(cutoff, alpha):
     """alpha = 1 - exp(-2 pi f_c T); 35.5 Hz at 1 kHz is 0.2."""
     position = np.arange(40) * 1e-4
     velocity = estimate_velocity(position, 1000.0, ("iir", {"cutoff": cutoff}))
@@ -41,7 +41,7 @@ def test_iir_takes_up_alpha_of_a_step_per_sample(cutoff, alpha):
 
 
 @pytest.mark.parametrize("spec", SPECS)
-def test_resumes_at_a_velocity_without_a_jump_and_late_samples_change_nothing(spec):
+def test_a_resumed_velocity_has_no_jump_and_late_samples_do_not_affect_it(spec):
     """Two of the periods are three times as long."""
     code, coefs = estimators.design(spec, 1000.0, 20.7e-6)
     memory, x = np.full(estimators.MEMORY, 7.0), 0.02
@@ -53,7 +53,7 @@ def test_resumes_at_a_velocity_without_a_jump_and_late_samples_change_nothing(sp
 
 
 @pytest.mark.parametrize("rate", [100.0, 1000.0, 10_000.0])
-def test_butterworth_is_scipys(rate):
+def test_butterworth_agrees_with_scipy(rate):
     position = np.cumsum(np.sin(np.arange(400.0)))
     b, a = butter(2, min(40.0, 0.45 * rate), fs=rate)
     want = lfilter(b, a, np.diff(position, prepend=position[0]) * rate)
@@ -74,7 +74,7 @@ def test_kalman_gains_solve_the_riccati_equation(rate, quantum):
 
 
 @pytest.mark.parametrize("key", ["kalman", "foaw"])
-def test_an_ideal_sensor_gets_the_usual_noise(key):
+def test_an_ideal_sensor_is_assigned_the_usual_noise(key):
     ideal, usual = (estimators.design(key, 1000.0, quantum)[1] for quantum in (0.0, 20.7e-6))
     assert np.array_equal(ideal, usual)
 
@@ -97,8 +97,8 @@ def test_foaw_uses_the_whole_window_if_the_line_fits():
 
 
 @pytest.mark.parametrize("spec", LINEAR)
-def test_transfer_function_is_that_of_the_compiled_step(spec):
-    """Drive with a sine and compare the steady-state response with H(e^jw)."""
+def test_the_transfer_function_agrees_with_the_compiled_step(spec):
+    """The steady-state response to a sine is compared with H(e^jw)."""
     w, k = 0.3, np.arange(2000)
     velocity = estimate_velocity(1e-3 * np.sin(w * k), 1000.0, spec)
     estimator, _ = estimators.parse(spec)

@@ -1,4 +1,4 @@
-"""The friction laws alone: sticking, sliding, and that they never add energy."""
+"""The friction laws alone: sticking, sliding, and no energy gain."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from hapkit_studio.dynamics.friction import banded, bristle, projected, sticking
         (0.0, 0.0, 0.0),
     ],
 )
-def test_projection_shrinks_the_velocity_or_stops_it(velocity, limit, left):
+def test_projection_reduces_the_velocity_or_stops_it(velocity, limit, left):
     assert projected(velocity, limit) == pytest.approx(left, abs=1e-16)
     if abs(velocity) <= limit:
         assert projected(velocity, limit) == 0.0
@@ -35,8 +35,11 @@ def test_a_tether_is_dragged_beyond_its_limit():
     assert anchor == pytest.approx(-0.5e-3)
 
 
-def test_a_tether_holds_without_drift_and_never_gives_energy(rng):
-    """Random walk: work on the handle is at most the spring's energy; a sticking anchor is constant."""
+def test_a_tether_sticks_without_drift_and_never_gives_energy(rng):
+    """In a random walk, work on the handle is at most the spring's energy.
+
+    A sticking anchor does not move.
+    """
     x, anchor, stiffness, limit = 0.02, 0.02, 700.0, 0.5
     work = 0.0
     for step in rng.normal(0.0, 2e-4, 5000):
@@ -51,13 +54,13 @@ def test_a_tether_holds_without_drift_and_never_gives_energy(rng):
     assert work < 0.0
 
 
-def test_stribeck_falls_from_static_to_kinetic():
+def test_stribeck_friction_decreases_from_static_to_kinetic():
     assert stribeck(0.0, 1.5, 1.0, 0.02) == 1.5
     assert stribeck(0.02, 1.5, 1.0, 0.02) == pytest.approx(1.0 + 0.5 * np.exp(-1.0))
     assert stribeck(3.0, 1.5, 1.0, 0.001) == 1.0
 
 
-def test_a_bristle_bends_to_its_end_and_never_beyond():
+def test_a_bristle_approaches_its_end_and_never_exceeds_it():
     """Exact for any step: two halves equal the whole, and the slope at rest is 1."""
     end = 0.4 / 800.0
     whole = bristle(0.0, 0.3e-3, 0.4, 800.0)
@@ -104,7 +107,7 @@ def test_it_sticks_again_with_the_static_force_after_reversing():
 
 @pytest.mark.parametrize("damping", [0.0, 0.5])
 def test_quantised_sliding_does_not_alternate_with_sticking(damping):
-    """A count every other period, with the tether as taut in between: it keeps sliding."""
+    """A count every other period, with a constant tension in between: it continues to slide."""
     path = 20.7e-6 * np.repeat(np.arange(200), 2)
     force, _, slides = follow(path, 500.0, damping, 0.6, 0.4)
     off = np.flatnonzero(slides)[0]
@@ -123,7 +126,7 @@ def test_sticking_never_adds_energy(rng, damping):
     assert np.sum(0.5 * (force[1:] + force[:-1]) * moved) < 0.0
 
 
-def test_karnopps_band_holds_inside_and_slides_outside():
+def test_karnopp_sticks_inside_its_band_and_slides_outside():
     assert banded(1e-3, 0.02, 0.0, 500.0, 0.6, 0.4, 0.03) == (-0.5, 0.0, 0.0)
     force, anchor, slides = banded(2e-3, -0.0297, 0.0, 500.0, 0.6, 0.4, 0.03)
     assert (force, slides) == (-0.6, -1.0)

@@ -18,7 +18,7 @@ def path(name):
 
 @pytest.mark.parametrize("name", MOVEMENTS)
 def test_movements_start_at_the_centre_at_human_speeds(name):
-    """Without a jump, within the paddle's 40 mm, never faster than 1 m/s."""
+    """No jump, within the paddle's 40 mm, and never faster than 1 m/s."""
     x = path(name)
     assert x[0] == pytest.approx(0.0, abs=1e-9)
     assert np.abs(x).max() <= 0.040
@@ -30,7 +30,7 @@ def test_movements_start_at_the_centre_at_human_speeds(name):
     ("name", "speed", "low", "high"),
     [("stroke", 0.05, -0.03, 0.03), ("pet", 0.05, -0.03, 0.03), ("rub", 0.20, -0.03, 0.03)],
 )
-def test_there_and_back_at_one_speed(name, speed, low, high):
+def test_there_and_back_has_a_constant_speed(name, speed, low, high):
     x = path(name)
     assert (x.min(), x.max()) == pytest.approx((low, high), abs=speed * 1e-3)
     turning = np.abs(np.diff(np.sign(np.diff(x)))) > 0
@@ -39,8 +39,8 @@ def test_there_and_back_at_one_speed(name, speed, low, high):
     assert np.mean(np.abs(steps - speed * 1e-3) < 1e-12) > 0.98
 
 
-def test_press_stays_under_the_force_limit_against_any_wall():
-    """Against a rigid wall at 5 mm the held grip pulls with k (target - 5 mm)."""
+def test_press_stays_below_the_force_limit_against_any_wall():
+    """Against a rigid wall at 5 mm the grip pulls with k (target - 5 mm)."""
     press = hand_named("press")
     assert press.target(2.0) == press.target(10.0)
     assert 1.0 < press.stiffness * (press.target(2.0) - 0.005) <= 3.0 + 1e-12

@@ -1,4 +1,4 @@
-"""The integrators against closed forms and the exact motion."""
+"""The integrators compared with closed forms and the exact motion."""
 
 import math
 from dataclasses import replace
@@ -38,13 +38,13 @@ def largest_error(method, dt):
 
 
 @pytest.mark.parametrize("method", ERRORS)
-def test_errors_are_those_of_the_work_precision_chart(method):
+def test_errors_agree_with_the_work_precision_chart(method):
     for dt, want in zip(STEPS, ERRORS[method], strict=True):
         assert largest_error(method, dt) == pytest.approx(want, rel=0.10, abs=1e-13), dt
 
 
 @pytest.mark.parametrize("damping", [0.0, 1e-9, 0.3, 7.7459, 7.75, 40.0])
-def test_exact_under_a_force_from_no_damping_to_far_beyond_critical(damping):
+def test_exact_agrees_with_the_closed_form_from_no_damping_to_far_beyond_critical(damping):
     """x'' = (F - b x' - k x) / m by its eigenvalues, complex or real."""
     given = {"mass": 0.05, "damping": damping, "stiffness": 300.0, "x0": 0.01, "v0": -0.2, "force": 0.9}
     t, x, v = hs.integrate("exact", **given, dt=3e-3, seconds=0.6)
@@ -55,7 +55,7 @@ def test_exact_under_a_force_from_no_damping_to_far_beyond_critical(damping):
     assert v == pytest.approx((a * one * np.exp(one * t) + b * two * np.exp(two * t)).real, abs=1e-9)
 
 
-def test_rows_are_multiples_of_the_step_with_both_ends():
+def test_rows_are_at_multiples_of_the_step_with_both_ends():
     t, x, v = hs.integrate("rk4", mass=1, damping=0, stiffness=1, x0=0.5, v0=-1, dt=0.1, seconds=1.0)
     assert t == pytest.approx(np.linspace(0.0, 1.0, 11), abs=1e-15)
     assert len(x) == len(v) == 11
@@ -111,7 +111,7 @@ def bounces(method, dt):
 
 
 @pytest.mark.parametrize("method", BOUNCES)
-def test_energy_of_a_bounce(method):
+def test_the_energy_of_a_bounce_agrees_with_the_table(method):
     for dt, (mean, reach) in zip((1e-3, 2e-3, 4e-3), BOUNCES[method], strict=True):
         found = bounces(method, dt)
         assert found.mean() == pytest.approx(mean, rel=2e-3), dt
@@ -121,8 +121,8 @@ def test_energy_of_a_bounce(method):
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)
-def test_friction_brings_it_to_rest_and_holds(method):
-    """After m v / F_c, at v^2 m / (2 F_c): 20 ms and 1 mm; exactly at rest, also under less than F_c."""
+def test_friction_stops_it_permanently(method):
+    """After m v / F_c, at v^2 m / (2 F_c): 20 ms and 1 mm; then exactly at rest, even under less than F_c."""
     world = World(m=0.1, f=0.0)
     x, v, before, seen = 0.0, 0.1, 0.0, []
     for _ in range(40):

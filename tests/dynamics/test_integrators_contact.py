@@ -1,4 +1,4 @@
-"""Contact, walls and friction of a moving mass, each step against an independent computation."""
+"""Contact, walls and friction of a moving mass, each step compared with an independent computation."""
 
 from dataclasses import replace
 
@@ -62,7 +62,7 @@ def test_exact_is_independent_of_the_step(rng):
 @pytest.mark.parametrize("lack", [1e-4, 2e-4, 3e-4])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_exact_detects_a_brief_speed_crossing(lack, side):
-    """The damper releases during that time, although the object is slower at both ends of the step."""
+    """The damper acts briefly in between, although the object is slower at both ends of the step."""
     world = World(m=0.5, f=-side, touch=0.0, side=side, speed=side * 0.1, contact=500.0, pad=30.0)
     x, v = -side * 2.3e-3, side * (0.1 - lack)
     got, want = exact(x, v, 10e-3, 0.0, *world.numbers), advance(world, x, v, 10e-3)
@@ -102,7 +102,7 @@ def test_implicit_steps_solve_their_equation(method, weight, rng):
         assert got[0] == pytest.approx(x + h * ((1.0 - weight) * v + weight * got[1]), abs=1e-15)
 
 
-def test_verlet_takes_the_damper_at_the_new_velocity(rng):
+def test_verlet_uses_the_damper_at_the_new_velocity(rng):
     for _ in range(400):
         world, x, v = anywhere(rng)
         h = 10 ** rng.uniform(-3.3, -2.0)

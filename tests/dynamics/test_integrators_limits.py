@@ -11,7 +11,7 @@ from tests.dynamics import growth
 RATIOS = (0.01, 0.05, 0.2, 0.5, 1.0, 2.0)
 
 
-# of ω dt, at the damping ratios above
+# limits of ω dt, at the damping ratios above
 TABLE = {
     "explicit_euler": (0.02, 0.10, 0.40, 1.0, 2.0, 0.536),
     "lecture": (0.02, 0.0998, 0.384, 0.764, 0.764, 0.469),
@@ -32,7 +32,7 @@ def amplitudes(method, ratio, step, count=200_000):
 @pytest.mark.slow
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("method", TABLE)
-def test_decays_just_inside_its_limit_and_grows_just_outside(method, ratio):
+def test_motion_decays_just_below_the_limit_and_grows_just_above(method, ratio):
     limit = longest_step(method, 1.0, 2.0 * ratio, 1.0)
     before, after = amplitudes(method, ratio, 0.99 * limit)
     assert after < 0.9 * before
@@ -41,8 +41,8 @@ def test_decays_just_inside_its_limit_and_grows_just_outside(method, ratio):
 
 
 @pytest.mark.parametrize("method", TABLE)
-def test_limits_are_those_of_the_table(method):
-    """Of 0.2 kg on 500 N/m: omega = 50 1/s, b = 20 ratio."""
+def test_limits_agree_with_the_table(method):
+    """For 0.2 kg on 500 N/m: omega = 50 1/s, b = 20 ratio."""
     got = [50.0 * longest_step(method, 0.2, 20.0 * ratio, 500.0) for ratio in RATIOS]
     assert got == pytest.approx(TABLE[method], abs=1.5e-3)
 
@@ -51,7 +51,7 @@ def test_limits_are_those_of_the_table(method):
     ("method", "limit"),
     [("semi_implicit", 2.0), ("verlet", 2.0), ("rk4", 8**0.5), ("explicit_euler", 0.0), ("lecture", 0.0)],
 )
-def test_without_damping_they_stay_bounded_up_to_their_limit(method, limit):
+def test_without_damping_motion_stays_bounded_up_to_the_limit(method, limit):
     if limit:
         before, after = amplitudes(method, 0.0, 0.99 * limit)
         assert after < 1.001 * before
@@ -62,8 +62,8 @@ def test_without_damping_they_stay_bounded_up_to_their_limit(method, limit):
 @pytest.mark.parametrize("ratio", [0.0, 0.05, 2.0])
 @pytest.mark.parametrize("step", [0.1, 1000.0])
 @pytest.mark.parametrize("method", ["implicit_euler", "trapezoid", "exact"])
-def test_the_implicit_ones_and_exact_never_grow(method, step, ratio):
-    """Their energy never increases, at any step."""
+def test_implicit_and_exact_integrators_never_grow(method, step, ratio):
+    """Their energy never increases at any step."""
     given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "x0": 1.0, "v0": 0.3}
     _, x, v = hs.integrate(method, dt=step, seconds=2000 * step, **given)
     energy = x * x + v * v
@@ -71,7 +71,7 @@ def test_the_implicit_ones_and_exact_never_grow(method, step, ratio):
 
 
 @pytest.mark.parametrize(("ratio", "step"), [(0.0, 0.0775), (0.05, 0.3), (0.2, 0.5), (1.0, 0.9), (0.7, 0.82)])
-def test_lecture_follows_its_characteristic_polynomial(ratio, step):
+def test_the_lectures_rule_agrees_with_its_characteristic_polynomial(ratio, step):
     """z^3 + (h^2/4 + r h - 2) z^2 + (1 + h^2/2) z + (h^2/4 - r h) = 0, sample by sample and in its growth."""
     h2 = step * step
     polynomial = [1.0, h2 / 4.0 + ratio * step - 2.0, 1.0 + h2 / 2.0, h2 / 4.0 - ratio * step]
@@ -91,14 +91,14 @@ COURSE = {"mass": 2.0, "damping": 1.0, "x0": 0.01, "v0": 0.0, "seconds": 4.0}
 @pytest.mark.parametrize(
     ("case", "stiffness", "dt"), [(0, 300.0, 1e-3), (1, 1300.0, 1e-3), (2, 1300.0, 1 / 230)]
 )
-def test_the_course_s_mass_grows_as_its_table_says(method, case, stiffness, dt):
+def test_the_growth_of_the_course_s_mass_agrees_with_its_table(method, case, stiffness, dt):
     x = hs.integrate(method, stiffness=stiffness, dt=dt, **COURSE)[1]
     assert growth.rate(x[20:], dt) == pytest.approx(growth.COURSE_RATES[method][case], rel=0.02)
 
 
 @pytest.mark.parametrize("ratio", [0.0, 0.0291, 0.3, 1.0, 3.0])
 @pytest.mark.parametrize("method", [method for method in INTEGRATORS if method != "lecture"])
-def test_the_spectral_radius_is_that_of_the_map_of_one_rendered_step(method, ratio):
+def test_the_spectral_radius_is_that_of_one_rendered_step(method, ratio):
     """The map's columns are the results of one step from (1, 0) and (0, 1)."""
     for step in (0.05, 0.7, 1.9, 2.4, 3.5):
         given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "dt": step, "seconds": step}
@@ -107,7 +107,7 @@ def test_the_spectral_radius_is_that_of_the_map_of_one_rendered_step(method, rat
         assert spectral_radius(method, step, ratio) == pytest.approx(largest, rel=1e-7)
 
 
-def test_the_spectral_radius_takes_grids():
+def test_the_spectral_radius_accepts_grids():
     step, ratio = np.linspace(0.1, 3.0, 7), np.array([[0.1], [0.5], [2.0]])
     for method in INTEGRATORS:
         grid = spectral_radius(method, step, ratio)

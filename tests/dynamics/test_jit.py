@@ -53,7 +53,7 @@ def test_outdated_compiled_code_is_removed(tmp_path):
         return kept.exists()
 
     source.write_text("x = 1")
-    assert not remains()  # unknown sources
+    assert not remains()  # unknown sources count as outdated
     assert remains()
     os.utime(source, (1.0, 1.0))
     assert not remains()

@@ -1,4 +1,4 @@
-"""The paddle against closed forms, matrix exponentials and an event-driven ODE solver."""
+"""The paddle compared with closed forms, matrix exponentials and an event-driven ODE solver."""
 
 import math
 
@@ -25,7 +25,7 @@ def exact_map(mass, damping, stiffness, h):
     return np.array([e[0, 0], e[0, 1], e[1, 0], e[1, 1], e[0, 2], e[0, 3], e[1, 2], e[1, 3]])
 
 
-def test_map_is_the_matrix_exponential(rng):
+def test_the_map_is_the_matrix_exponential(rng):
     for _ in range(200):
         mass, h = 10 ** rng.uniform(-2, 0.5), 10 ** rng.uniform(-5, -1)
         damping, stiffness = 10 ** rng.uniform(-3, 1.5), 10 ** rng.uniform(-1, 4)
@@ -34,7 +34,7 @@ def test_map_is_the_matrix_exponential(rng):
         assert np.allclose(got, want, rtol=1e-11, atol=1e-14 * np.abs(want).max())
 
 
-def test_free_mass_is_a_parabola_to_the_last_digit():
+def test_a_free_mass_follows_a_parabola_to_the_last_digit():
     a, b, c, d, g0, h0, g1, h1 = paddle.transition(0.05, 0.0, 0.0, 0.002)
     assert (a, b, c, d) == (1.0, 0.002, 0.0, 1.0)
     assert (g0, h0, g1, h1) == pytest.approx(
@@ -54,7 +54,7 @@ def test_damped_mass_agrees_with_its_closed_form(damping):
         assert step[4] == pytest.approx((h - m * rise / damping) / damping, rel=1e-11)
 
 
-def test_slow_mode_keeps_its_digits_beside_a_stiff_one():
+def test_a_slow_mode_keeps_its_digits_next_to_a_stiff_one():
     m, c, k, h = 0.05, 5e4, 10.0, 0.01
     slow = 2.0 * k / (c * (1.0 + math.sqrt(1.0 - 4.0 * m * k / c**2)))
     a = paddle.transition(m, c, k, h)[0]
@@ -71,7 +71,7 @@ def test_slow_mode_keeps_its_digits_beside_a_stiff_one():
     h2=st.floats(1e-6, 0.02),
     motion=st.tuples(*[st.floats(-1.0, 1.0)] * 4),
 )
-def test_two_maps_in_a_row_are_one(mass, damping, stiffness, h1, h2, motion):
+def test_two_consecutive_maps_equal_one(mass, damping, stiffness, h1, h2, motion):
     x, v, force, rate = motion
     halfway = paddle.apply(paddle.transition(mass, damping, stiffness, h1), x, v, force, rate)
     twice = paddle.apply(paddle.transition(mass, damping, stiffness, h2), *halfway, force + rate * h1, rate)
@@ -80,7 +80,7 @@ def test_two_maps_in_a_row_are_one(mass, damping, stiffness, h1, h2, motion):
     assert np.allclose(twice, once, rtol=0.0, atol=1e-13 * scale)
 
 
-def test_slides_to_a_stop_and_stays():
+def test_it_slides_to_a_stop_and_stays():
     """t = m v0 / F_c = 10 ms, s = m v0^2 / (2 F_c) = 0.5 mm."""
     x, v, seen = 0.0, 0.1, []
     for _ in range(30):
@@ -94,8 +94,8 @@ def test_slides_to_a_stop_and_stays():
 
 
 @pytest.mark.parametrize(("coulomb", "start", "step"), [(0.1, 0.010, 2 / 3 * 1e-3), (0.3, 0.020, 2e-3)])
-def test_spring_with_friction_loses_amplitude_linearly(coulomb, start, step):
-    """|x_n+1| = |x_n| - 2 F_c / k each half period pi sqrt(m / k); rest once |x| <= F_c / k."""
+def test_a_spring_with_friction_loses_amplitude_linearly(coulomb, start, step):
+    """|x_n+1| = |x_n| - 2 F_c / k per half period pi sqrt(m / k); at rest once |x| <= F_c / k."""
     half = math.pi * math.sqrt(0.05 / 300.0)
     x, v = start, 0.0
     for n in range(1, 40):
@@ -120,7 +120,7 @@ def test_break_away_by_a_spring_touches_zero_speed_without_sticking():
         assert x == pytest.approx(speed * t - speed / omega * math.sin(omega * t), abs=2e-9)
 
 
-def test_holds_against_less_than_the_friction_and_gives_way_to_more():
+def test_it_resists_forces_below_friction_and_yields_above():
     assert through(0.003, 0.0, 0.0999999, 0.0, 0.1, 0.05, 0.5, 0.0, 1.0) == (0.003, 0.0)
     x, v = through(0.0, 0.0, -0.3, 0.0, 0.1, 0.05, 0.0, 0.0, 0.01)
     assert (x, v) == pytest.approx((-0.2 / 0.05 * 0.5e-4, -0.2 / 0.05 * 0.01), rel=1e-12)

@@ -29,7 +29,7 @@ def measured(dt, v):
 
 
 def period_of(t, force):
-    """Return the mean time between downward crossings of the spring force's middle, NaN if there are few."""
+    """Return the mean time between downward crossings of the spring force's middle, NaN with too few."""
     late = force[len(force) // 4 :]
     middle = 0.5 * (late.max() + late.min())
     if np.ptp(late) < 0.05:
@@ -41,7 +41,7 @@ def period_of(t, force):
 @pytest.mark.parametrize(("dt", "rel"), [(0.1e-3, 0.005), (0.25e-3, 0.005), (1e-3, 0.02)])
 @pytest.mark.parametrize("case", SETS)
 @pytest.mark.parametrize("model", ["projection", "karnopp"])
-def test_period_slip_and_peaks(model, case, dt, rel):
+def test_period_slip_and_peaks_agree_with_the_closed_form(model, case, dt, rel):
     """Over at least twenty periods; at the end of a slip the spring force is twice kinetic minus static."""
     mass, spring, static, kinetic, speed, slip, period, fastest, peak = case
     seconds = static / (spring * speed) + 22.0 * period
@@ -59,8 +59,8 @@ def test_period_slip_and_peaks(model, case, dt, rel):
 @pytest.mark.parametrize(
     ("viscous", "critical"), [(0.05, 0.445), (0.1, 0.309), (0.2, 0.211), (0.5, 0.120), (1.0, 0.0715)]
 )
-def test_viscous_friction_ends_it_above_a_speed(viscous, critical):
-    """One percent below, it sticks repeatedly; one percent above, only at the start."""
+def test_viscous_friction_ends_stick_slip_above_a_speed(viscous, critical):
+    """One percent below the speed it sticks repeatedly; one percent above only at the start."""
     for part in (0.99, 1.01):
         _, _, v, _ = hs.stick_slip(
             "projection", **FIRST, viscous=viscous, speed=part * critical, dt=1e-5, seconds=2.0
@@ -84,8 +84,8 @@ SCORES = [
 
 
 @pytest.mark.parametrize(("model", "options", "coarse", "fine"), SCORES)
-def test_period_error_of_each_model(model, options, coarse, fine):
-    """Jitter instead of stick-slip repeats at most at the spring's own period: 62 % too short."""
+def test_the_period_error_of_each_model_agrees_with_the_table(model, options, coarse, fine):
+    """Chatter instead of stick-slip repeats at most at the spring's own period: 62 % too short."""
     exact = SETS[0][6]
     for dt, wanted in ((1e-3, coarse), (0.2e-3, fine)):
         t, _, _, force = hs.stick_slip(model, **FIRST, speed=0.02, dt=dt, seconds=6.0, **options)
@@ -103,7 +103,7 @@ def test_without_slips_there_is_no_period():
 
 
 @pytest.mark.parametrize("dt", [1e-4, 0.25e-3, 1e-3])
-def test_lugres_classic_motion(dt):
+def test_lugres_classic_motion_agrees_with_the_literature(dt):
     """Canudas de Wit's parameters: break-away, period, forces and greatest speed."""
     given = {"mass": 1.0, "spring": 2.0, "static": 1.5, "kinetic": 1.0, "viscous": 0.4, "speed": 0.1}
     options = {"stiffness": 1e5, "damping": math.sqrt(1e5), "stribeck_velocity": 0.001}
@@ -143,8 +143,8 @@ def nothing(seconds, dt):
 
 
 @pytest.mark.parametrize("model", STOPPING)
-def test_slide_to_stop(model):
-    """m v / F_c = 10 ms and m v^2 / (2 F_c) = 0.5 mm; from there on the velocity is exactly 0."""
+def test_a_slide_to_a_stop_agrees_with_the_closed_form(model):
+    """m v / F_c = 10 ms and m v^2 / (2 F_c) = 0.5 mm; afterwards the velocity is exactly 0."""
     options = {"band": 1e-4} if model == "karnopp_band" else {}
     t, x, v = slide(
         model, nothing(0.05, 1e-6), mass=0.05, static=0.5, kinetic=0.5, v0=0.1, dt=1e-6, **options
@@ -158,7 +158,7 @@ def test_slide_to_stop(model):
 
 @pytest.mark.parametrize("model", ["karnopp", "projection"])
 @pytest.mark.parametrize(("kinetic", "start", "halves"), [(0.1, 0.010, 15), (0.3, 0.020, 10)])
-def test_a_spring_released_against_friction(model, kinetic, start, halves):
+def test_a_spring_released_against_friction_loses_amplitude_linearly(model, kinetic, start, halves):
     """Every half-cycle of pi sqrt(m / k) loses 2 F_c / k, until the spring cannot break it away."""
     half, turns = 40.558e-3, [start * (-1) ** n * (1.0 - n / halves) for n in range(halves + 1)]
     given = {"mass": 0.05, "spring": 300.0, "static": kinetic, "kinetic": kinetic, "x0": start, "dt": 1e-6}
@@ -192,18 +192,18 @@ def test_sticking_models_have_no_drift(model, dt):
         ("lugre", {}, 432.0),
     ],
 )
-def test_speed_only_models_drift(model, options, wanted):
+def test_models_by_speed_alone_drift(model, options, wanted):
     assert creep(model, 1e-4, **options) == pytest.approx(wanted, rel=0.02)
 
 
-def test_dahl_creeps_as_its_curve_predicts():
+def test_dahls_creep_agrees_with_its_curve():
     """Quasi-static: dx = dF / (K (1 -+ F / F_c)) up and down, summed over a cycle."""
     cycle = 0.5 / 1e4 * (math.log(1.0 - (0.15 / 0.5) ** 2) - math.log(1.0 - (0.45 / 0.5) ** 2))
     assert creep("dahl", 1e-4, frequency=2.0) == pytest.approx(2.0e6 * cycle, rel=0.02)
 
 
-def test_the_sign_of_the_velocity_chatters_and_creeps():
-    """A step changes the speed by F_c T / m = 10 mm/s: it never comes closer to rest."""
+def test_friction_by_the_sign_of_the_velocity_chatters_and_creeps():
+    """A step changes the speed by F_c T / m = 10 mm/s, so it never comes closer to rest."""
     _, x, v = slide("coulomb", nothing(2.0, 1e-3), mass=0.05, static=0.5, kinetic=0.5, v0=0.1234)
     late = v[-1000:]
     assert np.abs(late).max() <= 0.01
@@ -216,7 +216,7 @@ def test_the_sign_of_the_velocity_chatters_and_creeps():
 
 @pytest.mark.parametrize("model", MODELS)
 def test_every_model_brakes_a_free_mass_and_never_drives_it(model):
-    """Within 2 mm and the elastic strain; a strained anchor without damping may keep oscillating."""
+    """Within 2 mm plus the elastic strain; a strained anchor without damping may keep oscillating."""
     _, x, v = slide(model, nothing(1.0, 1e-4), mass=0.05, static=0.5, kinetic=0.5, v0=0.2, dt=1e-4)
     assert np.abs(v).max() == 0.2
     assert np.abs(v[-100:]).max() <= (0.02 if model == "hayward_armstrong" else 1.1e-3)

@@ -102,7 +102,7 @@ def listen(board: VirtualBoard, seconds: float, stream: Iterator[Message]) -> li
     return seen
 
 
-# a script runs in board time, which must not advance while a busy machine delays us
+# a script runs in board time, which must not advance while a busy machine delays the test
 WAITING = ("--await", "0", "--answer-timeout", "60")
 
 

@@ -94,10 +94,10 @@ class ChipMachine:
         self._chip = chip
         self._states = self._slots = 0
         self.cycles = np.zeros(0, int)
-        """What each row of the last run took, from run()'s first instruction to its return."""
+        """Cycles of each row of the last run, from run()'s first instruction to its return."""
 
     def load(self, states: int, numbers, slots: int, code: bytes) -> Loaded:
-        """Load and verify a law: numbers are the states' first values, then the constants."""
+        """Load and verify a law: numbers are the states' initial values, then the constants."""
         given = np.asarray(numbers, np.float32)
         self._states, self._slots = states, slots
         self._chip.write(self._arena, bytes(4 * slots))
@@ -115,7 +115,7 @@ class ChipMachine:
     def run(self, rows, plainly: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Call the law with rows (n, 2) of position and velocity: force (n,), state after it (n, states).
 
-        plainly: by the code in C++ that runs on computers.
+        plainly: run the C++ code, as on computers.
         """
         rows = np.asarray(rows, np.float32).reshape(-1, 2)
         which = self.RUN_PLAINLY if plainly else self.RUN
@@ -132,7 +132,7 @@ class ChipMachine:
         return np.array(forces), np.array(states)
 
     def slots(self) -> np.ndarray:
-        """Return what all slots hold."""
+        """Return the content of all slots."""
         return np.frombuffer(self._chip.read(self._arena, 4 * self._slots), np.float32)
 
     @property

@@ -1,4 +1,4 @@
-"""The faults: action on the virtual board, time, required result; and how to run one.
+"""The faults: action on the virtual board, time, required result; and how to run a case.
 
 Times are board times in s. A medium hand moves the handle in a spring to and fro. The studio's compiled loop
 runs on the virtual board and reconnects like the window.
@@ -61,7 +61,7 @@ class Case:
 
     off: the motor is off at most this many s after START, and stays off until END. back: full force at most
     this many s after END. latched: faults that the loop may latch. wrong: the sensor itself is wrong between
-    START and END, which is no error of the recording. lossy: frames are lost. extra: forces sent by another
+    START and END, so the recording has no error. lossy: frames are lost. extra: forces sent by another
     program. board: the board renders.
     """
 
@@ -88,7 +88,7 @@ def during(what: str, on: str, off: str = "0") -> tuple[str, str]:
 
 
 def _garbage(time: float) -> bytes:
-    """Return a line full of random bytes: 90 per ms, besides the replies."""
+    """Return a line of random bytes: 90 per ms, in addition to the replies."""
     if not START <= time < END:
         return b""
     return np.random.default_rng(int(1e6 * time)).integers(0, 256, 90, dtype=np.uint8).tobytes() + b"\0"
@@ -98,7 +98,7 @@ FOREIGN = 0.4
 
 
 def _forces(time: float) -> bytes:
-    """Return a line full of valid commands: eight per ms."""
+    """Return a line of valid commands: eight per ms."""
     return encode(Force(0, 0, FOREIGN)) * 8 if START <= time < END else b""
 
 
@@ -208,7 +208,7 @@ class Run:
 
     case: Case
     truth: np.ndarray
-    rows: list[np.ndarray] = field(default_factory=list)  # of each connection
+    rows: list[np.ndarray] = field(default_factory=list)  # one array per connection
     forces: list[tuple[float, float]] = field(default_factory=list)
     counters: dict[str, int] = field(default_factory=dict)
     summary: dict = field(default_factory=dict)
@@ -226,7 +226,7 @@ class Session:
         turns.quit = lambda: store_release(self.harness.r.control.quit, 0, 1)
 
     def offer(self, conn: link.Link) -> None:
-        """Ask what the board can render and request it, like the engine."""
+        """Query what the board can render and request it, like the engine."""
         settings = self.turns.ask(SettingsRequest(), Settings)
         offer = BoardPlanner(self.turns.ask(HelloRequest(), Hello).arena, settings)
         way = offer.plan(PlanRequest(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
@@ -251,7 +251,8 @@ def _render(run: Run, session: Session) -> None:
     """Connect, and again after the cable is plugged in."""
     turns, case = session.turns, run.case
     turns.until, turns.killed, turns.spam = case.seconds, case.killed, case.spam
-    reset = any("reset" in words for words in case.script)  # the loop gives up a silent board by itself
+    # the loop gives up a silent board without a command
+    reset = any("reset" in words for words in case.script)
     hold = 0.0
     while True:
         run.rows.append(session.connect(hold))

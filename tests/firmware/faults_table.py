@@ -38,7 +38,7 @@ class Measured:
     name: str
     peak: float  # N at the pins
     off: float  # s after START until the motor was off
-    on_while_off: float  # s that it was on again before END, although it must be off
+    on_while_off: float  # s for which it was on again before END, although it must be off
     back: float  # s after END until the full force was back
     rows: int
     wrong_rows: int  # wrong positions in rows without a mark
@@ -85,7 +85,7 @@ def measure(case: Case) -> Measured:
 
 
 def time_off(run: Run) -> float:
-    """Return how long after START the motor went off, if the case requires it."""
+    """Return the time from START until the motor was off, if the case requires it."""
     if run.case.off is None:
         return np.nan
     after = run.truth[run.truth.time >= START]
@@ -101,7 +101,7 @@ def on_again(run: Run, off: float) -> float:
 
 
 def time_back(run: Run) -> float:
-    """Return how long after END the full force was back, if the case requires it."""
+    """Return the time from END until the full force was back, if the case requires it."""
     if run.case.back is None:
         return np.nan
     found = run.rows[-1]

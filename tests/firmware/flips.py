@@ -20,7 +20,7 @@ THRESHOLD = 700
 LIMIT = COUNTS / 2
 """Counts per sample up to which a one-sample difference identifies a flip."""
 TEMPLATE_LIMIT = (COUNTS - THRESHOLD) / 2
-"""The same for the template, with a difference over two samples."""
+"""The same for the template, which uses a difference over two samples."""
 
 _SOURCE = """
 #include "flip.h"
@@ -60,7 +60,8 @@ def ours(raw: np.ndarray, counts: int = COUNTS) -> np.ndarray:
 def template(raw: np.ndarray) -> np.ndarray:
     """Return the positions (n,) in counts found by the class template of 2013 to 2024.
 
-    A flip is a jump over two samples; its size is measured each time and multiplied by all flips so far.
+    A flip is a jump over two samples; its size is measured each time and multiplied by the number of all
+    flips so far.
     """
     before, earlier, flips, size, just = int(raw[0]), int(raw[0]), 0, 0, False
     out = np.empty(raw.size)
@@ -90,9 +91,9 @@ def worst_error(tracker, counts: np.ndarray) -> float:
 
 
 def throw(speed: float) -> np.ndarray:
-    """Return a position (n,) in counts: slow acceleration to a speed in counts per sample, coasting, creep.
+    """Return a position (n,) in counts: slow acceleration to a speed in counts per sample, then slow.
 
-    The creep passes two more flips, so that the template measures their size again.
+    The slow end passes two more flips, so that the template measures their size again.
     """
     up = np.linspace(0.0, speed, 100)
     return np.cumsum(np.concatenate([up, np.full(100, speed), up[::-1], np.full(1000, 2.0)]))

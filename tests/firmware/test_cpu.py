@@ -38,7 +38,7 @@ HELD = [(key, given) for key in environments() for given in choices(key)]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("key", "given"), wide(HELD, lambda key, given: not given))
-def test_each_law_at_its_rate_leaves_a_fifth_of_the_processor(tmp_path, key, given):
+def test_each_law_at_its_rate_uses_at_most_four_fifths_of_the_processor(tmp_path, key, given):
     environment = environments()[key]
     wish = PlanRequest(environment, environment.values(given), "kalman", QUANTUM)
     answer = BoardPlanner(ARENA).plan(wish)
@@ -57,7 +57,7 @@ def test_each_law_at_its_rate_leaves_a_fifth_of_the_processor(tmp_path, key, giv
 
 
 @pytest.mark.parametrize("method", [("difference", {}), ("iir", {"cutoff": 35.5}), ("kalman", {"q": 1e-2})])
-def test_the_boards_velocity_is_the_computers(tmp_path, method):
+def test_the_boards_velocity_equals_the_computers(tmp_path, method):
     _, numbers = design(method, 1000.0, QUANTUM)
     kind = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}[method[0]]
     filter = kind, float(numbers[0]), float(numbers[1] * 1000.0)

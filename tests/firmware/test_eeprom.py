@@ -32,13 +32,13 @@ def settings_after(memory, **options):
         return board.settings()
 
 
-def test_a_new_board_has_the_usual_kit_and_writes_nothing(memory):
+def test_a_new_board_has_the_default_kit_and_writes_nothing(memory):
     settings = settings_after(memory)
     assert settings.origin == Origin.DEFAULT
     assert memory.read_bytes() == b"\xff" * kits.SIZE
 
 
-def test_what_is_saved_outlives_a_board_that_is_killed_and_is_laid_out_as_written_here(memory):
+def test_saved_settings_survive_a_kill_in_the_layout_of_this_test(memory):
     # numbers that are exact in single precision
     kit = kits.board(
         pins=Pins.D3_D12, zero=-321, sense=-1, max_force=1.5, motor_constant=0.03125, dead_band=7
@@ -56,7 +56,7 @@ def test_what_is_saved_outlives_a_board_that_is_killed_and_is_laid_out_as_writte
     assert memory.read_bytes()[kits.PLACES[0] :][:BLOCK] == kits.block(kit)
 
 
-def test_a_block_written_here_is_read(memory):
+def test_a_block_written_by_this_test_is_read(memory):
     kit = kits.board(sensor=Sensor.AS5048A, label="elsewhere")
     for place in (0, 1):
         memory.write_bytes(kits.eeprom(kit, place))
@@ -77,7 +77,7 @@ def test_the_enables_of_both_boards_are_held_low(memory, tmp_path, pins):
     assert bool(ports["ddrb"] & 0x10) == (pins == Pins.D3_D12)  # D12 is an output only there
 
 
-def test_damage_is_reported_and_defaults_apply(memory):
+def test_damage_is_reported_and_defaults_are_used(memory):
     kit = kits.board(max_force=4.5)
     damaged = bytearray(kits.eeprom(kit))
     damaged[kits.PLACES[0] + 20] ^= 0x10
@@ -96,7 +96,7 @@ def pass_time(board, message):
 
 
 def read(board):
-    """Return received bytes; board time stands still."""
+    """Return received bytes; board time does not advance."""
     data = b""
     while select.select([board.fileno()], [], [], 0.0)[0]:
         data += os.read(board.fileno(), 4096)
@@ -105,14 +105,14 @@ def read(board):
 
 def ask(board):
     """Return the settings in force, skipping replies to earlier messages."""
-    pass_time(board, Alive())  # after a reset it is deaf for a moment
+    pass_time(board, Alive())  # after a reset it does not receive for a moment
     read(board)
     pass_time(board, SettingsRequest())
     (found,) = Decoder().feed(read(board))
     return of_settings(found)
 
 
-def test_a_reset_while_saving_leaves_old_or_new(memory):
+def test_a_reset_while_saving_leaves_the_old_or_the_new_settings(memory):
     # saving 73 bytes takes 3.4 ms each, 0.25 s; in lockstep board time stands still between messages
     seen = []
     with opened(options=("--eeprom", str(memory))) as board:

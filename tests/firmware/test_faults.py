@@ -57,7 +57,7 @@ def measured():
     program.communicate()
 
 
-def test_names_differ_and_the_quick_ones_are_there():
+def test_names_are_unique_and_the_quick_cases_exist():
     assert len({case.name for case in CASES}) == len(CASES)
     assert set(QUICK) <= {case.name for case in TESTED}
 
@@ -75,7 +75,7 @@ def test_faults_stay_within_their_bounds(case, measured):
     least = 0.4 if case.killed < case.seconds else 0.6
     assert found.rows > least * 1000 * (case.seconds - 0.3 * (case.off is not None))
     assert found.wrong_rows == found.unmarked_gaps == 0
-    assert found.foreign == 0  # no force was applied that was never sent
+    assert found.foreign == 0  # every applied force had been sent
     assert found.late_ticks == found.overruns == 0
     assert found.fault in case.latched
     if found.hurt_to:

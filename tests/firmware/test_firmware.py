@@ -51,7 +51,7 @@ def image(path):
 
 @pytest.mark.slow
 @needs_gcc
-def test_parts_without_a_chip():
+def test_chip_independent_parts_pass_their_tests():
     done = make(f"BUILD={BUILD / 'tests'}", folder=FIRMWARE / "tests")
     assert done.returncode == 0, done.stdout + done.stderr
     count, failures = map(int, re.search(r"(\d+) tests, (\d+) failures", done.stdout).groups())
@@ -76,7 +76,7 @@ def test_flash_and_ram_are_printed_and_fit(said):
             assert board.hello.arena == arena
 
 
-def test_prebuilt_firmware_is_of_these_sources():
+def test_the_prebuilt_firmware_belongs_to_these_sources():
     parts = (*SKETCH.glob("*.cpp"), *SKETCH.glob("*.S"), *SKETCH.rglob("*.h"), *SKETCH.glob("*.ino"))
     sources = sorted(parts, key=lambda p: p.relative_to(SKETCH).as_posix())
     fingerprint = hashlib.sha256(b"".join(p.read_bytes() for p in sources)).hexdigest()[:8]
@@ -84,20 +84,20 @@ def test_prebuilt_firmware_is_of_these_sources():
 
 
 @needs_avr
-def test_prebuilt_firmware_is_what_its_compiler_makes_of_these_sources(said):
+def test_the_prebuilt_firmware_is_reproducible_with_its_compiler(said):
     recorded = resources.path("firmware", "made-with.txt").read_text()
     if make("-s", "--no-print-directory", "made-with").stdout != recorded:
         pytest.skip("another compiler than the prebuilt one's; test_vb_firmware.py looks at what it does")
     assert (BUILD / "hapkit.hex").read_bytes() == resources.path("firmware", "hapkit.hex").read_bytes()
 
 
-def test_sketch_is_setup_and_loop():
+def test_the_sketch_consists_of_setup_and_loop():
     text = (SKETCH / "hapkit.ino").read_text()
     assert re.findall(r"(\w+)\(\) \{", text) == ["setup", "loop"]
     assert len(text.splitlines()) < 10
 
 
-def test_only_the_hardware_files_know_the_chip():
+def test_only_the_hardware_files_depend_on_the_chip():
     files = [p for p in SKETCH.rglob("*") if p.is_file()]
     knows = re.compile(r"#include <(avr|util)/(?!pgmspace)|Arduino\.h")
     chip = {p.name for p in files if knows.search(p.read_text())}

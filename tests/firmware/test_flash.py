@@ -42,7 +42,7 @@ def test_verification_errors_state_the_address(start, tmp_path):
         flash(board.port, boot.small_image(tmp_path))
 
 
-def test_a_cable_pulled_in_the_middle_leaves_a_board_that_can_be_flashed_again(start, tmp_path):
+def test_after_unplugging_during_flashing_the_board_can_be_flashed_again(start, tmp_path):
     board = start(boot.optiboot(tmp_path))
 
     def pull(stage, part):

@@ -64,7 +64,7 @@ def force_at(kit, steps):
 
 
 def assert_nearest_step(kit, asked, rows):
-    """The duty is the nearest step: half a step less is too little, half a step more too much."""
+    """The duty is the nearest step: half a step less gives too little force, half a step more too much."""
     duty = np.abs(rows.duty)
     steps = np.where(duty > 0, duty - kit.dead_band, 0)
     wanted = np.minimum(np.abs(asked), min(kit.max_force, profiles.full_force(kit)))
@@ -84,7 +84,7 @@ def assert_nearest_step(kit, asked, rows):
         (Pins.D3_D12, Sensor.MAGNETORESISTIVE, -1),
     ],
 )
-def test_every_wiring_gives_the_force_that_was_asked_for(tmp_path, pins, sensor, direction):
+def test_every_wiring_gives_the_commanded_force(tmp_path, pins, sensor, direction):
     kit = kits.board(pins=pins, sensor=sensor, direction=direction)
     asked, rows = drive(tmp_path, kit)
     assert_nearest_step(kit, asked, rows)
@@ -96,7 +96,7 @@ def test_every_wiring_gives_the_force_that_was_asked_for(tmp_path, pins, sensor,
 
 @pytest.mark.parametrize("dead_band", [0, 25])
 @pytest.mark.parametrize("motor_map", MotorMap)
-def test_every_motor_gives_the_force_that_was_asked_for(tmp_path, motor_map, dead_band):
+def test_every_motor_gives_the_commanded_force(tmp_path, motor_map, dead_band):
     kit = kits.board(motor_map=motor_map, dead_band=dead_band, table=TABLE, motor_constant=0.0217)
     asked, rows = drive(tmp_path, kit, **{"motor-power": POWER[motor_map]})
     assert_nearest_step(kit, asked, rows)
@@ -108,13 +108,13 @@ def test_every_motor_gives_the_force_that_was_asked_for(tmp_path, motor_map, dea
 
 
 @pytest.mark.parametrize(("pins", "wired"), [(Pins.D5_D8, 3), (Pins.D3_D12, 5)])
-def test_a_motor_on_the_other_pins_stays_off(tmp_path, pins, wired):
+def test_a_motor_on_other_pins_stays_off(tmp_path, pins, wired):
     _, log, _ = play(tmp_path, kits.board(pins=pins), 0.1, wave, (), pins=wired)
     assert len(log) > 100
     assert not log.duty.any()
 
 
-def test_new_settings_switch_the_motor_off_and_hold_at_once_and_impossible_ones_change_nothing():
+def test_new_settings_switch_the_motor_off_and_apply_at_once_and_invalid_ones_are_ignored():
     def push():
         exchange(board.fileno(), 0.02, lambda s: 1.0)
         return board.status()
@@ -164,7 +164,7 @@ def error(kit, samples, rows):
         (Sensor.QUADRATURE, 1024, -1),
     ],
 )
-def test_counts_follow_the_handle_within_one_and_readings_are_handed_on(tmp_path, sensor, counts, sense):
+def test_counts_follow_the_handle_within_one_and_readings_are_passed_on(tmp_path, sensor, counts, sense):
     kit = kits.board(sensor=sensor, counts_per_flip=counts, sense=sense)
     samples, rows, _ = follow(tmp_path, kit)
     assert np.ptp(rows.position) == pytest.approx(0.08, rel=1e-3)
@@ -176,7 +176,7 @@ def test_counts_follow_the_handle_within_one_and_readings_are_handed_on(tmp_path
     assert np.ptp(moved.view(np.int16)) <= (1 + late if sensor == Sensor.QUADRATURE else 0)
 
 
-def test_bits_turned_on_the_bus_never_reach_the_position(tmp_path):
+def test_bit_errors_on_the_bus_never_reach_the_position(tmp_path):
     kit = kits.board(sensor=Sensor.AS5048A)
     samples, rows, summary = follow(tmp_path, kit, **{"spi-flip": 0.02, "seed": 3})
     assert summary["spi_turned"] > 20

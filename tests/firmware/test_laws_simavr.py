@@ -28,7 +28,7 @@ pytestmark = [needs_board, needs_compiler]
 
 BOUND = 2e-3  # N
 ARENA = machine.ARENA
-# at rest first, then into and out of objects, on both sides
+# first at rest, then into and out of objects, on both sides
 MOTION = ("0 position 0", "0.15 position 0.013 0.06", "0.22 position -0.02 0.1", "0.33 position 0.011 0.08")
 SECONDS = 0.4
 CASES = [
@@ -95,7 +95,7 @@ def twin():
 
 
 def hold(twin: Machine, program: Program, found: Run) -> Run:
-    """Fail on any different bit from the machine on this computer; return the run from the first tick on.
+    """Fail if any bit differs from the machine on this computer; return the run from the first tick on.
 
     A NaN force is the last one. The first tick's frame may be missing on a busy line: the handle was at rest
     then, as in the next.
@@ -121,7 +121,7 @@ def hold(twin: Machine, program: Program, found: Run) -> Run:
 
 
 def apart(law: Law, values, program: Program, rate: int, found: Run) -> float:
-    """Return the largest excess of a force over its error bound in N, as long as the bound is useful."""
+    """Return the largest excess of a force over its error bound in N, while the bound is useful."""
     exact, analysis = Plain(law, values, 1.0 / rate), Analysis(program)
     worst = 0.0
     for (x, v), asked in zip(found.rows.astype(float).tolist(), found.forces, strict=True):
@@ -194,7 +194,7 @@ ENVIRONMENT = Environment(
 '''
 
 
-def test_a_file_in_a_persons_folder_renders_on_the_board_as_it_is(twin, tmp_path):
+def test_a_file_in_a_users_folder_renders_on_the_board_unchanged(twin, tmp_path):
     file = tmp_path / "honey_pot.py"
     file.write_text(OWN, encoding="utf-8")
     environment = reading.load(file)
@@ -203,7 +203,7 @@ def test_a_file_in_a_persons_folder_renders_on_the_board_as_it_is(twin, tmp_path
 
 @pytest.mark.slow
 @pytest.mark.parametrize("text", [table_law.TEXT, clock_law.TEXT], ids=["tables", "clock"])
-def test_a_law_renders_its_tables_and_its_clock(text, twin, tmp_path):
+def test_the_tables_and_the_clock_of_a_law_are_rendered(text, twin, tmp_path):
     file = tmp_path / "own.py"
     file.write_text(text, encoding="utf-8")
     environment = reading.load(file)

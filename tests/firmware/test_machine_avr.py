@@ -83,7 +83,7 @@ def assert_same(found, wanted, rows):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("operation", CALCULATING, ids=lambda o: o.name)
-def test_the_same_bits_as_on_this_computer(chip, computer, rng, operation):
+def test_results_have_the_same_bits_as_on_this_computer(chip, computer, rng, operation):
     rows, law = operands(rng, 2000), law_of(operation)
     assert chip.load(0, [], SLOTS, law) == computer.load(0, [], SLOTS, law)
     found, wanted = chip.run(rows)[0], computer.run(rows)[0]
@@ -124,7 +124,7 @@ def changed(rng, rows: np.ndarray, count: int) -> np.ndarray:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("operation", MEASURED, ids=lambda o: o.name)
-def test_no_operands_take_longer_than_the_table_says(chip, rng, operation):
+def test_no_operands_take_longer_than_the_tables_worst_case(chip, rng, operation):
     law, rows = law_of(operation), operands(rng, 2000)
     chip.load(0, [], SLOTS, code("MAIN", "RETURN"))
     chip.run([[0.0, 0.0]])
@@ -133,7 +133,7 @@ def test_no_operands_take_longer_than_the_table_says(chip, rng, operation):
     chip.load(0, [], SLOTS, law)
     chip.run(rows)
     cycles = chip.cycles - rest
-    for _ in range(12):  # from the slowest to their neighbours
+    for _ in range(12):  # search from the slowest rows to their neighbours
         best = rows[np.argsort(cycles)[-30:]]
         rows = np.concatenate([best, changed(rng, best, 300)])
         chip.run(rows)
@@ -149,7 +149,7 @@ def test_no_operands_take_longer_than_the_table_says(chip, rng, operation):
         ("SUBROUTINE", "RETURN", "MAIN", "LOOP", 0, 5, 0, "CALL", 0, 0, "NEXT", 0, 7, 0, "RETURN"),
     ],
 )
-def test_cycles_of_what_depends_on_no_operand_are_exactly_those_of_the_table(chip, law):
+def test_operations_with_constant_time_take_exactly_the_tables_cycles(chip, law):
     loaded = chip.load(0, [], SLOTS, code(*law))
     chip.run([[1.0, 2.0]])
     assert chip.cycles[0] == ENTRY + loaded.cycles
@@ -182,7 +182,7 @@ CLOSE = {
 
 
 @pytest.mark.parametrize("operation", CALCULATING, ids=lambda o: o.name)
-def test_as_exact_as_floats_can_be(chip, rng, operation):
+def test_results_are_as_exact_as_floats_permit(chip, rng, operation):
     rows = np.float32(rng.uniform(-1.5, 1.5, (1500, 2)) * 10.0 ** rng.choice([-6, -3, -1, 0], (1500, 2)))
     chip.load(0, [], SLOTS, law_of(operation))
     found = chip.run(rows)[0].astype(float)
@@ -200,7 +200,7 @@ def test_as_exact_as_floats_can_be(chip, rng, operation):
         assert np.all(np.isnan(found[np.isnan(wanted)]))
 
 
-def test_sines_of_many_turns(chip, rng):
+def test_sines_of_many_turns_are_accurate(chip, rng):
     x = np.float32(rng.uniform(-300.0, 300.0, 2000))
     rows = np.stack([x, np.zeros_like(x)], 1)
     for name, function in (("SIN", np.sin), ("COS", np.cos)):
@@ -235,13 +235,13 @@ ENDS = [
 
 
 @pytest.mark.parametrize(("name", "a", "s", "wanted"), ENDS)
-def test_where_numbers_end(chip, name, a, s, wanted):
+def test_operations_at_the_limits_of_the_range(chip, name, a, s, wanted):
     chip.load(0, [], SLOTS, law_of(BY_NAME[name]))
     found = chip.run([[a, s]])[0]
     np.testing.assert_allclose(found, [np.float32(wanted)], rtol=5e-6)
 
 
-# --- an integer times a float in one go
+# --- an integer times a float in one operation
 SMALLEST, LARGEST = np.finfo(np.float32).tiny, np.finfo(np.float32).max
 WHOLE = 2**24
 """Floats represent every integer up to here; larger ones are truncated."""
@@ -260,7 +260,7 @@ def products(calls, value, factor):
     return found, off
 
 
-def test_an_integer_times_a_float_is_off_by_a_last_bit_at_most(calls, rng):
+def test_an_integer_times_a_float_has_an_error_of_at_most_a_last_bit(calls, rng):
     value = (rng.choice([-1, 1], 700) * np.floor(2.0 ** rng.uniform(0, 24, 700))).astype(np.int32)
     _, off = products(calls, value, np.float32(10.0 ** rng.uniform(-25, 25, 700)))
     assert off.max() <= 1.0
@@ -271,7 +271,7 @@ def test_an_integer_times_a_float_is_off_by_a_last_bit_at_most(calls, rng):
     np.testing.assert_array_equal(products(calls, whole, np.ones(200, np.float32))[0], whole)
 
 
-def test_products_at_the_edges_of_both(calls):
+def test_products_at_the_limits_of_both_operands(calls):
     value, factor = (m.ravel() for m in np.meshgrid(INTEGERS, FACTORS))
     zero = value == 0
     np.testing.assert_array_equal(products(calls, value[zero], factor[zero])[0].view(np.uint32), 0)
@@ -295,7 +295,7 @@ def test_products_from_the_smallest_float_to_beyond_the_largest(calls):
     assert 1 <= np.sum(~fits) < value.size
 
 
-# --- a filter's multiplication, and the bytes of a frame, as in C++
+# --- a filter's multiplication, and the bytes of a frame, compared with C++
 WRITER, BODY, CODED = 0x700, 0x710, 0x780
 """Unused addresses in the chip's memory."""
 LONGEST_BODY = 72
@@ -310,7 +310,7 @@ def share(value, half):
     return (total << 1).astype(np.uint32)
 
 
-def test_a_share_of_a_number_is_the_same_to_the_last_bit(calls, rng):
+def test_a_filters_multiplication_agrees_to_the_last_bit(calls, rng):
     size = rng.integers(0, 33, (2, 3000)).astype(np.uint64)
     value, half = (rng.integers(0, 1 << 32, (2, 3000), dtype=np.uint64) >> (32 - size)).astype(np.uint32)
     edges = np.uint32([0, 1, 0xFFFF, 0x10000, 0x7FFFFFFF, 0x80000000, 0xFFFF0000, 0xFFFFFFFF])
@@ -350,7 +350,7 @@ def put(calls, data: bytes) -> None:
     calls.call("frame_put", place, np.array([len(data) << 16], np.uint32))
 
 
-def test_a_frame_is_what_the_computer_makes_of_its_body(calls, rng):
+def test_a_frame_equals_the_computers_encoding_of_its_body(calls, rng):
     for size in range(1, LONGEST_BODY + 1):
         body = (rng.integers(0, 256, size) * (rng.random(size) < 0.7)).astype(np.uint8).tobytes()
         assert written(calls, body, *rng.integers(0, size + 1, 1)) == frame(body)

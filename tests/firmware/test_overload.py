@@ -102,7 +102,7 @@ class Talk:
 # --- the stack
 TOP = 0x8FF
 """Start address of the stack."""
-# including those with the deepest functions, with subroutines and with much to verify
+# including laws with the deepest functions, with subroutines and with a long verification
 DEEP = (
     ("texture", {"kind": "grating"}, 4000),
     ("detents", {}, 4000),
@@ -110,7 +110,7 @@ DEEP = (
     ("puck", {}, 1000),
     ("cat", {}, 500),
 )
-# handle too fast at first and occasionally, otherwise to and fro
+# too fast at first and occasionally, otherwise a motion to and fro
 TO_AND_FRO = [
     f"{0.02 * k:.2f} position {0.04 * (-1) ** k} {0.018 if k % 20 else 0.005}" for k in range(1, 150)
 ]
@@ -170,14 +170,14 @@ def test_a_law_with_a_long_verification_starts(tmp_path):
     assert np.diff(times).max() > RESET_AFTER
 
 
-# --- a computer that never stops sending while the board renders
+# --- a computer that sends continuously while the board renders
 SECONDS = 2.0
 BYTES = 100_000
 """Bytes per second of the line."""
 AHEAD = 2500
-"""Bytes in advance: for the longest turn, 20 ms, and more."""
+"""Bytes sent in advance: enough for the longest turn of 20 ms, and a reserve."""
 KITS = 8
-"""Turns with another kit, half of which arrive; then it is saved, which takes 0.25 s."""
+"""Turns with a different kit, half of which arrive; then it is saved, which takes 0.25 s."""
 LAWS = ("wall", "texture", "friction", "cat", "button", "spring")
 RATES = (4000, 3400, 2000, 1600, 1000, 900, 500)
 COEFFICIENTS = ((0.0, 0.0), (0.2, 0.0), (0.35, 120.0))
@@ -185,7 +185,7 @@ MOTION = [(0.02, 4.0, 0.5), (0.01, 11.0, 0.7)]
 
 
 def words_of(turn: int, room: int) -> tuple[bytes, bytes]:
-    """Return the bytes that send a whole law, and those that set one of its constants to its value."""
+    """Return the bytes that send a complete law, and those that change one of its constants."""
     key, rate, kind = LAWS[turn // 3 % len(LAWS)], RATES[turn % len(RATES)], turn % len(Estimator)
     environment = environments.named(key)
     law = program(environment, environment.values(), rate, room)
@@ -214,7 +214,7 @@ def talk(room: int, kit) -> Iterator[bytes]:
 
 
 def share(time: float) -> float:
-    """Return the load of the line: alternately more than the board can read, and as much."""
+    """Return the load of the line: alternately more than the board can read, and exactly as much."""
     return 1.0 if time % 0.1 < 0.03 else 0.2
 
 
@@ -248,7 +248,7 @@ def test_a_full_line_does_not_block_interrupts(tmp_path, sensor):
     assert summary["received"] > 0.95 * 0.44 * BYTES * SECONDS
     duty = truth(turns.log).duty
     assert FULL_FORCE * (np.abs(duty).max() - 1.0) ** 2 / 255.0**2 <= kit.max_force
-    # whole frames, no restart, laws with force, a reply to every request
+    # complete frames, no restart, laws with force, a reply to every request
     shown = line.of(Telemetry)
     assert line.decoder.bad_frames == 0
     assert np.all(np.diff([frame.time_us for frame in shown]) > 0)

@@ -1,4 +1,4 @@
-"""Sketches and firmware, built as by the Arduino IDE: forces at the pins against the Python law."""
+"""Sketches and firmware, built as by the Arduino IDE: forces at the pins compared with the Python law."""
 
 import itertools
 import shutil
@@ -99,7 +99,7 @@ def asked(environment: Environment, values, position: np.ndarray, rate: float, s
     return np.clip(force * fade, -3.0, 3.0)
 
 
-ARITHMETIC = 2e-3  # N between single and double precision
+ARITHMETIC = 2e-3  # N: difference between single and double precision
 SWEEP = ("0.1 position 0.012 0.1", "0.25 position -0.03 0.2", "0.47 position 0.02 0.2")
 SECONDS = 0.7
 # with state, in branches, with other rates and estimators; then the most expensive ones
@@ -155,7 +155,7 @@ def compare(environment, values, archive, folder, rate=None, spec="kalman"):
 @pytest.mark.slow
 @needs_ide
 @pytest.mark.parametrize(("key", "given", "how"), wide(FEW + MORE, lambda *case: case in FEW))
-def test_a_sketch_renders_the_law_as_tuned_at_rate_and_velocity_chosen(key, given, how, archive, tmp_path):
+def test_a_sketch_renders_the_law_with_its_values_rate_and_estimator(key, given, how, archive, tmp_path):
     environment = environments.named(key)
     compare(environment, environment.values(given), archive, tmp_path, *how)
 
@@ -181,7 +181,7 @@ LAST = 0.8
 
 
 def held(kit, archive, folder, *options, script=HOLD):
-    """Return the final duty of a spring with the handle held."""
+    """Return the duty of a spring with the handle held, at the end."""
     text = sketch.text(environments.named("spring"), {"stiffness": STIFFNESS, "damping": 0.0}, kit)
     elf = build(text, archive, folder)
     return rendered(elf, folder, script, LAST, *EVERY_MS, *options)[-1].duty
@@ -216,7 +216,7 @@ def test_every_kit_pushes_with_its_own_numbers(key, options, archive, tmp_path):
 
 @pytest.mark.slow
 @needs_ide
-def test_a_measured_motor_is_undone_by_its_table(archive, tmp_path):
+def test_the_table_of_a_measured_motor_is_inverted(archive, tmp_path):
     board = replace(
         profiles.default().board,
         motor_map=MotorMap.TABLE,
@@ -230,8 +230,8 @@ def test_a_measured_motor_is_undone_by_its_table(archive, tmp_path):
 
 @pytest.mark.slow
 @needs_ide
-def test_a_calibrated_kit_keeps_its_zero_and_its_senses(archive, tmp_path):
-    # the board counts and pushes in the other direction; it starts 4 mm left of its zero
+def test_a_calibrated_kit_keeps_its_zero_and_its_directions(archive, tmp_path):
+    # counts and motor are reversed; the board starts 4 mm to the left of its zero
     board = replace(profiles.default().board, zero=51 + 300 + 2 * 921, sense=-1, direction=-1)
     options = ("--sensor-sign", "-1", "--direction", "-1", "--position", "-0.004")
     duty = held(sketch.Kit(board, calibrated=True), archive, tmp_path, *options)
@@ -241,7 +241,7 @@ def test_a_calibrated_kit_keeps_its_zero_and_its_senses(archive, tmp_path):
 
 
 @needs_ide
-def test_a_force_that_is_no_number_and_a_handle_too_fast_switch_the_motor_off(archive, tmp_path):
+def test_a_non_finite_force_and_over_speed_switch_the_motor_off(archive, tmp_path):
     broken = written(tmp_path, OWN.replace("* (x + s.far)", "* (1.0 / (x - x))"))
     elf = build(sketch.text(broken, broken.values()), archive, tmp_path)
     assert not rendered(elf, tmp_path, SWEEP, 0.3).duty.any()
@@ -264,7 +264,7 @@ def test_a_sketch_contains_the_values_and_is_self_contained(key):
     assert text.startswith("//")
     assert "// Name:\n// Date:\n" in text
     assert "p[" not in text
-    assert "·" not in text  # a plain-text editor shows it
+    assert "·" not in text  # so that any text editor can show it
     assert max(map(len, text.split("\n"))) <= 110
     assert sketch.text(environment, {}) == text
 
@@ -295,7 +295,7 @@ def test_a_sketch_is_in_a_folder_of_its_name(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["my wall", "-x", "wände", "x" * 64, "wall.txt", "wall.ino.bak", "wall.cpp"])
-def test_a_name_that_the_ide_refuses_and_another_ending_are_refused(name, tmp_path):
+def test_a_name_that_the_ide_rejects_and_other_suffixes_are_refused(name, tmp_path):
     with pytest.raises(ParameterError, match=r"A sketch's name|ends in \.ino, or has no ending"):
         sketch.write_sketch(tmp_path / name, "text")
     assert not list(tmp_path.iterdir())
@@ -320,13 +320,13 @@ def choices(environment):
     ]
 
 
-LINES = {"exact": 500}  # longer than others, because of event location
+LINES = {"exact": 500}  # longer than other sketches, because of event location
 
 
 @pytest.mark.slow
 @needs_ide
 @pytest.mark.parametrize("key", wide(environments.discover(), lambda key: key in ("wall", "detents")))
-def test_every_choice_is_a_short_sketch_without_a_warning(key, archive, tmp_path):
+def test_every_choice_gives_a_short_sketch_without_a_warning(key, archive, tmp_path):
     environment = environments.named(key)
     for given in choices(environment):
         text = sketch.text(environment, environment.values(given))
@@ -390,7 +390,7 @@ def test_the_firmware_sends_hello_and_every_sample(elf):
 @pytest.mark.slow
 @needs_ide
 def test_the_firmwares_wall_has_its_stiffness(elf, tmp_path):
-    """400 N/m from 4 mm on, nothing before: the force in effect answers the previous reading."""
+    """400 N/m from 4 mm on, zero before; the force in effect answers the previous reading."""
     values = environments.named("wall").values({"stiffness": WALL_STIFFNESS, "position": WALL})
     law = program(environments.named("wall"), values, 4000, ARENA)
     run = render(tmp_path, law, 4000, 0.45, BOTH_SIDES, options=AT_ZERO, firmware=elf)

@@ -123,7 +123,7 @@ def test_requests_during_streaming_are_answered_and_losses_reported(padded):
     assert board.summary["overwritten"] == board.summary["dropped"] == board.summary["unanswered"] == 0
 
 
-def test_a_lone_delimiter_is_an_answer_in_lockstep_that_the_chip_does_not_get():
+def test_in_lockstep_a_lone_delimiter_is_an_answer_that_does_not_reach_the_chip():
     decoder, seen = Decoder(), 0
     with opened() as board:
         board.start_stream()

@@ -1,4 +1,4 @@
-"""The virtual board's paddle against an adaptive ODE solver with events, and closed forms."""
+"""The virtual board's paddle compared with an adaptive ODE solver with events, and closed forms."""
 
 import math
 
@@ -41,7 +41,9 @@ def compare(outcome, pieces, **start):
     np.testing.assert_allclose(truth.velocity, wanted[:, 1], rtol=0, atol=1e-7)
 
 
-def test_friction_holds_a_force_below_it_and_stops_a_thrown_paddle_where_theory_says(asleep, tmp_path):
+def test_friction_resists_a_smaller_force_and_stops_a_thrown_paddle_at_the_theoretical_position(
+    asleep, tmp_path
+):
     held = run(asleep, tmp_path, "--seconds", "0.1", "--log-period", "0.001", script=["0 force 0.0999"])
     assert np.all(held.truth.position == 0.0)
     outcome = run(asleep, tmp_path, "--velocity", "0.2", "--seconds", "0.3", "--log-period", "0.001")
@@ -51,7 +53,7 @@ def test_friction_holds_a_force_below_it_and_stops_a_thrown_paddle_where_theory_
     assert outcome.truth.velocity[-1] == 0.0
 
 
-def test_a_hand_that_steps_ramps_and_lets_go(asleep, tmp_path):
+def test_a_hand_with_steps_ramps_and_a_release(asleep, tmp_path):
     hand, grip = (400.0, 8.0, 0.10), "400 8 0.1"
     script = [f"0.01 hand 0.01 {grip}", f"0.1 hand -0.005 {grip} 0.05", "0.2 release"]
     outcome = run(asleep, tmp_path, "--seconds", "0.25", "--log-period", "0.005", script=script)
@@ -72,14 +74,14 @@ def test_a_hand_that_steps_ramps_and_lets_go(asleep, tmp_path):
 
 
 @pytest.mark.slow
-def test_an_oscillation_under_friction_stops_and_turns(asleep, tmp_path):
+def test_an_oscillation_under_friction_reverses_and_stops(asleep, tmp_path):
     options = ("--seconds", "0.4", "--log-period", "0.004", "--viscous", "0", "--coulomb", "0.3")
     outcome = run(asleep, tmp_path, *options, script=["0 hand 0.02 300 0 0"])
     compare(outcome, [(0.0, 6.0, 0.0, MASS, 0.0, 300.0)], coulomb=0.3)
     assert np.count_nonzero(np.diff(np.sign(outcome.truth.velocity))) >= 4
 
 
-def test_end_stops_hold_without_bouncing(asleep, tmp_path):
+def test_end_stops_do_not_bounce(asleep, tmp_path):
     options = ("--seconds", "0.5", "--log-period", "0.001", "--stop", "0.02")
     truth = run(asleep, tmp_path, *options, script=["0 force 2", "0.3 force -2"]).truth
     assert truth.position.max() == 0.02
@@ -87,7 +89,7 @@ def test_end_stops_hold_without_bouncing(asleep, tmp_path):
     assert truth.position[-1] == -0.02
 
 
-def test_registers_become_the_motors_force_whose_wiring_can_be_turned(tmp_path):
+def test_registers_determine_the_motors_force_and_its_wiring_can_be_reversed(tmp_path):
     options = ("--seconds", "0.03", "--log-period", "0.0005")
     steps = chip("steps", tmp_path)
     truth = run(steps, tmp_path, *options).truth

@@ -45,7 +45,7 @@ def start(images, tmp_path):
 
 
 # --- the device in the list
-def test_it_is_in_the_list_only_where_it_is_built(monkeypatch, tmp_path):
+def test_it_is_listed_only_if_it_is_built(monkeypatch, tmp_path):
     entry = next(e for e in devices.available() if e.key == "virtual-board")
     assert isinstance(entry.make(), VirtualBoard)
     assert entry.make().motor
@@ -57,7 +57,7 @@ def test_it_is_in_the_list_only_where_it_is_built(monkeypatch, tmp_path):
         VirtualBoard("slow")
 
 
-def test_a_hand_leads_the_handle_and_lets_go_and_the_log_can_be_read_while_it_grows(tmp_path):
+def test_a_hand_leads_and_releases_the_handle_and_the_log_can_be_read_while_it_grows(tmp_path):
     near = 0.1 / GRIPS["firm"].stiffness
     with opened("fast", log=tmp_path / "truth.f64") as board:
         assert board.max_force == 3.0
@@ -90,7 +90,7 @@ def test_a_hand_leads_the_handle_and_lets_go_and_the_log_can_be_read_while_it_gr
 
 
 @pytest.mark.parametrize("grip", ["light", "medium", "firm"])
-def test_a_hand_that_presses_far_away_arrives_then_leads(tmp_path, grip):
+def test_a_hand_that_presses_far_away_approaches_then_leads(tmp_path, grip):
     """On the default spring, 80 N/m: it oscillates by at most the hand's speed over the frequency."""
     reach, stiffness, hand = 0.04, 80.0, GRIPS[grip]
     with opened(log=tmp_path / "truth.f64") as board:
@@ -122,13 +122,13 @@ def test_a_host_that_hesitates_in_lockstep_is_counted():
         left, before = time.monotonic(), board.status()["time"]
         wait_until(lambda: board.status()["time"] > before + 5.5 * period)
         passed, hesitated = board.status()["time"] - before, time.monotonic() - left
-    # a sample period per time-out
+    # one sample period per time-out
     assert passed <= (hesitated / patience + 2) * period
     assert passed / period - 2 <= board.summary["unanswered"] <= (time.monotonic() - begin) / patience
 
 
 # --- the port
-def test_bytes_arrive_at_the_pace_of_the_line_and_nothing_is_echoed_or_translated(start):
+def test_bytes_arrive_at_the_rate_of_the_line_without_echo_or_translation(start):
     _, host = start("stamp", "--fast")
     assert host.read(1) == b"R"
     host.write(b"\r\n\x03\x04\x11\x13\x00\xff" * 4)
@@ -139,7 +139,7 @@ def test_bytes_arrive_at_the_pace_of_the_line_and_nothing_is_echoed_or_translate
     assert not select.select([host.fd], [], [], 0.0)[0]
 
 
-def test_a_late_reader_keeps_three_bytes_and_the_rest_is_counted(start):
+def test_a_late_reader_gets_three_bytes_and_the_others_are_counted(start):
     board, host = start("late", "--fast")
     assert host.read(1) == b"R"
     host.write(b"0123456789")
@@ -151,8 +151,11 @@ def test_a_late_reader_keeps_three_bytes_and_the_rest_is_counted(start):
     assert summary["received"] == 13
 
 
-def test_the_transmitter_takes_two_bytes_tells_when_they_have_gone_and_loses_a_third(start):
-    """Data sheet, UCSR0A: the flag requests an interrupt while set; its interrupt or a one clears it."""
+def test_the_transmitter_takes_two_bytes_reports_their_end_and_loses_a_third(start):
+    """Data sheet, UCSR0A: the flag requests an interrupt while set.
+
+    Its interrupt or writing a one clears it.
+    """
     board, host = start("pairs", "--fast", LOOK=1)
     found = host.read(9)
     gone, served, inside, behind, cleared = found[4:]
@@ -167,7 +170,7 @@ def test_the_transmitter_takes_two_bytes_tells_when_they_have_gone_and_loses_a_t
 
 
 # --- the cable
-def test_an_unplugged_cable_is_a_hang_up_and_a_closed_port_keeps_nobody_busy(start):
+def test_an_unplugged_cable_is_a_hang_up_and_a_closed_port_uses_no_processor_time(start):
     def ended():
         try:
             return os.read(host.fd, 4096) == b""
@@ -204,7 +207,7 @@ def board_time(board):
 
 
 @pytest.mark.slow
-def test_paced_time_is_not_ahead_of_the_clock_stands_still_frozen_and_never_makes_up_for_a_stall(start):
+def test_paced_time_is_never_ahead_stops_while_frozen_and_does_not_catch_up_after_a_stall(start):
     board, _ = start("asleep")
     wait_until(lambda: board_time(board) > 0.0)
     before, early = time.monotonic(), board_time(board)
@@ -246,7 +249,7 @@ SENT = 9998
 """Approximate number of bytes that a program sends in 0.1 s at 1 Mbaud."""
 
 
-def test_bytes_leave_at_the_pace_of_the_line_and_are_damaged_as_often_as_asked_for(images, tmp_path):
+def test_bytes_leave_at_the_rate_of_the_line_and_are_damaged_at_the_given_probability(images, tmp_path):
     def chatter(*options, script=()):
         done = run(images("chatter"), tmp_path, "--seconds", "0.1", *options, script=script)
         assert done.code == 0, done.errors
@@ -299,14 +302,14 @@ def test_a_usb_chip_waits_for_62_bytes_or_its_timer(packets, latency, sizes, apa
     assert np.mean(np.diff(times)) == pytest.approx(apart, rel=0.02)
 
 
-def test_a_stall_hands_nothing_over_and_keeps_what_the_chip_has_room_for(packets):
+def test_a_stall_passes_no_bytes_and_keeps_those_that_the_chip_can_store(packets):
     times, came = packets(script="0.01 from stall 0.1")
     first = np.flatnonzero(times > 0.0105)[0]
     assert times[first] >= 0.1099
     assert came[first] == 512
 
 
-def test_a_sensor_is_stuck_noisy_and_jumps_as_asked_for(tmp_path):
+def test_the_sensor_is_stuck_noisy_and_jumps_as_requested(tmp_path):
     def readings(*options, script=()):
         done = run(virtual_board.firmware(), tmp_path, "--seconds", "0.5", *options, script=script)
         assert done.code == 0, done.errors
@@ -336,7 +339,7 @@ def test_a_sensor_is_stuck_noisy_and_jumps_as_asked_for(tmp_path):
      (2, 0x21, 0x04)],
     ids=["fast PWM", "prescaler 64", "top OCRA", "no PWM", "toggle", "D3, fast PWM", "D3, prescaler 64"],
 )  # fmt: skip
-def test_an_unknown_pwm_mode_ends_the_program_loudly(images, tmp_path, timer, a, b):
+def test_an_unknown_pwm_mode_ends_the_program_with_a_message(images, tmp_path, timer, a, b):
     image = images("mode", TIMER=timer, CONTROL_A=a, CONTROL_B=b)
     outcome = run(image, tmp_path, "--seconds", "0.1", "--pins", "3" if timer else "5")
     assert outcome.code == UNKNOWN_MODE
@@ -345,7 +348,7 @@ def test_an_unknown_pwm_mode_ends_the_program_loudly(images, tmp_path, timer, a,
     assert (other.code, other.errors) == (0, "")  # no effect on the other pin
 
 
-def test_it_ends_in_order_by_a_signal_and_with_whoever_started_it(images, tmp_path):
+def test_it_ends_properly_after_a_signal_and_with_its_parent(images, tmp_path):
     link = tmp_path / "hapkit"
     words = [virtual_board.program(), images("asleep"), "--link", link]
     for end in ("signal", "input"):
@@ -381,7 +384,7 @@ def test_a_wrong_option_or_script_is_named(images, tmp_path, options, line, word
     assert words in outcome.errors
 
 
-def test_a_file_that_is_no_firmware_is_refused(tmp_path):
+def test_a_file_that_is_not_a_firmware_is_refused(tmp_path):
     (tmp_path / "x.elf").write_text("no firmware")
     with pytest.raises(DeviceError, match="not a firmware"):
         VirtualBoard(firmware=tmp_path / "x.elf").open()

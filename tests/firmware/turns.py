@@ -1,4 +1,4 @@
-"""The compiled loop against the real firmware, both in board time: reproducible by script and seed.
+"""The compiled loop with the real firmware, both in board time: reproducible by script and seed.
 
 The loop's system calls (poll, read, write, clock_gettime) are redirected to this module by their symbols
 before compilation, so it needs its own process. The board waits for its turn, so results do not depend on the
@@ -25,7 +25,7 @@ _EDGE = 1e-9
 
 
 class Turns:
-    """One board, and the system as the loop sees it. Times in s of the board's clock.
+    """One board, and the operating system that the loop sees. Times in s of the board's clock.
 
     until: when ``quit`` is called. killed: when the computer dies and its port is closed. spam: called with
     the time before each reply, returns bytes that another program writes to the same port.

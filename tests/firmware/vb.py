@@ -79,7 +79,7 @@ class Host:
         write_all(self.fd, data)
 
     def read(self, size: int) -> bytes:
-        """Return exactly size bytes; fail if they do not come."""
+        """Return exactly ``size`` bytes; fail on a time-out."""
         data = b""
         while len(data) < size:
             ready, _, _ = select.select([self.fd], [], [], PATIENCE)

@@ -33,7 +33,7 @@ class Unclear(Exception):
 
 
 class Fault(Exception):
-    """A division by zero, or an index out of range: the law ends."""
+    """A division by zero, or an index out of range, which ends the law."""
 
 
 def compile_unrounded(law, values, period, room=0) -> board.Program:
@@ -93,7 +93,7 @@ class Analysis:
         self.values = [0.0, 0.0, *program.given] + [0.0] * (program.slots - 2 - len(program.given))
         self.errors = [0.0 if single(v) == v else HALF_UNIT * abs(v) + LEAST for v in self.values]
         self.zero_sign = False
-        """Whether the last call asked for the sign of zero, which algebra may change."""
+        """True if the last call used the sign of zero, which algebra may change."""
 
     def set_state(self, values) -> None:
         """Set the state before the next call, in single precision."""
@@ -136,7 +136,7 @@ class Analysis:
         return force, error
 
     def _takes(self, found: int, possible: int, mask: int) -> bool:
-        """Return whether to jump on this path: as in double precision unless prescribed."""
+        """Return True to jump on this path: as in double precision unless prescribed."""
         if not possible & mask or not possible & ~mask:
             return bool(possible & mask)
         turn = len(self._turns)
@@ -198,7 +198,7 @@ class Analysis:
 
 
 def apart(value, error, other, off) -> float:
-    """Return an error bound of a value that also covers another value."""
+    """Return an error bound of a value that also covers a second value."""
     if not finite(value, other):
         if value != other and not (math.isnan(value) and math.isnan(other)):
             raise Unclear
@@ -207,7 +207,7 @@ def apart(value, error, other, off) -> float:
 
 
 def outcomes(a, e, s, se) -> tuple[int, int]:
-    """Return how A compares with a slot, and how it may in single precision, as jump-mask bits."""
+    """Return the comparison of A with a slot, and all possible ones in single precision, as mask bits."""
     if math.isnan(a) or math.isnan(s):
         return 8, 8
     found = 1 if a < s else 2 if a == s else 4

@@ -48,7 +48,7 @@ class Machine:
         self._process = subprocess.Popen([program], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self._states = 0
         self.counted = 0
-        """Cycles that the last run took by the table, all rows together."""
+        """Cycles of the last run by the table, for all rows together."""
 
     def __enter__(self):
         return self

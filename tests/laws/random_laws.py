@@ -32,7 +32,7 @@ CURVE = (0.5, -1.25, 0.0, 2.0, -0.75)
 
 
 """
-CURVE = 5  # its length
+CURVE = 5  # length of the table
 TURNS = {"STEPS": 3, "len(CURVE) - 2": 3}
 # functions for any argument, and the domains of the others
 ANY = ("sin", "cos", "tan", "atan", "tanh", "fabs", "floor", "ceil", "trunc", "radians", "degrees")

@@ -44,7 +44,7 @@ def machine(request):
 
 
 def motion(count=200):
-    """Return rows of position and velocity, (n, 2), in the board's precision: to and fro, with pauses."""
+    """Return rows of position and velocity, (n, 2), of a motion with pauses in the board's precision."""
     t = np.arange(count) * PERIOD
     x = 0.03 * np.sin(2 * np.pi * 1.9 * t) + 0.008 * np.sin(2 * np.pi * 7.3 * t + 1.0)
     x[count // 2 : count // 2 + 20] = x[count // 2]
@@ -125,7 +125,7 @@ def test_machine_and_compiled_law_agree(key, chosen, machine, rng):
 
 @pytest.mark.parametrize("key", ENVIRONMENTS)
 def test_errors_do_not_accumulate_over_a_whole_motion(key, machine):
-    """Without restarts: single-precision errors do not accumulate."""
+    """Without restarts, single-precision errors do not accumulate."""
     environment, rows = ENVIRONMENTS[key], motion(1500).astype(np.float32)
     values = environment.values()
     program = board.compile(environment.force, values, PERIOD, SHORT)

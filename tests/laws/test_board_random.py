@@ -30,7 +30,7 @@ class Seen:
 
 
 def useful(force: float) -> float:
-    """Return the largest error bound in N for a meaningful comparison."""
+    """Return the largest error bound in N with which a comparison is meaningful."""
     return 1e-3 * (1.0 + abs(force))
 
 
@@ -69,26 +69,26 @@ def run(machine: Machine, folder, seeds, truth) -> Seen:
 
 
 def hold(seen: Seen, count: int) -> None:
-    """Fail if the comparison skipped too much or covered too little."""
+    """Fail if too many laws were skipped, or too few cases were covered."""
     assert seen.laws >= 0.85 * count, seen.refused
     assert seen.compared >= 0.75 * seen.rows
     assert 0.02 * seen.rows < seen.faults < 0.3 * seen.rows
 
 
 @pytest.mark.slow
-def test_random_laws(machine, tmp_path):
+def test_random_laws_agree_with_double_precision(machine, tmp_path):
     hold(run(machine, tmp_path, range(1120, 1140), Plain), 20)
 
 
 @pytest.mark.slow
-def test_very_many_random_laws(watched, tmp_path):
+def test_very_many_random_laws_agree_with_double_precision(watched, tmp_path):
     """The machine runs with sanitizers."""
     hold(run(watched, tmp_path, range(600), Plain), 600)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 80, 20))
-def test_random_laws_as_the_loop_runs_them(machine, tmp_path, first):
+def test_random_laws_agree_with_the_compiled_ones(machine, tmp_path, first):
     seen = run(machine, tmp_path, range(first, first + 20), Compiled)
     assert seen.laws >= 14, seen.refused
     assert seen.compared >= 0.7 * seen.rows

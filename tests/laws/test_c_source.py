@@ -1,4 +1,4 @@
-"""A sketch's C against the law in Python, in double precision: all choices, and random laws.
+"""A sketch's C compared with the law in Python, in double precision: all choices, and random laws.
 
 Single-precision differences are measured on the chip; here any misplaced statement changes the result.
 """
@@ -104,7 +104,7 @@ def check(jobs, folder, monkeypatch):
 
 
 @pytest.mark.slow
-def test_every_environment_with_every_choice(tmp_path, monkeypatch):
+def test_every_environment_with_every_choice_agrees(tmp_path, monkeypatch):
     time = np.arange(1500) * PERIOD
     x = 0.02 * np.sin(5.0 * time) + 0.006 * np.sin(20.0 * time)
     rows = np.stack([x, np.gradient(x, PERIOD)], axis=1)
@@ -119,7 +119,7 @@ def test_every_environment_with_every_choice(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_random_laws(tmp_path, monkeypatch):
+def test_random_laws_agree(tmp_path, monkeypatch):
     jobs, seeds = [], range(30)
     for seed in seeds:
         try:

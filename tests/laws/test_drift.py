@@ -130,7 +130,7 @@ def test_a_sum_of_dt_drifts_as_far_as_the_message_says(machine, tmp_path):
     assert abs(states[-1, 0] - 10.0) == pytest.approx(3e-3, abs=1e-3)
     machine.set(2, 590.0)
     _, states = machine.run(np.zeros((10 * RATE, 2)))
-    assert abs(states[-1, 0] - 600.0) > 0.05  # in the last 10 s of 10 min alone
+    assert abs(states[-1, 0] - 600.0) > 0.05  # an error made in the last 10 s of 10 min alone
 
 
 def clocked(folder):
@@ -141,7 +141,7 @@ def clocked(folder):
 
 
 def touches(start, count):
-    """Return rows (count, 2) from a call number on, touched for 1,000 of 2,000 calls, and forces (count,)."""
+    """Return rows (count, 2) from a call number on, half of them in contact, and the forces (count,)."""
     call = start + 1 + np.arange(count)
     since = (call % 2000) / RATE
     inside = call % 2000 < 1000
@@ -151,7 +151,7 @@ def touches(start, count):
 
 @needs_compiler
 @pytest.mark.parametrize("start", [0, 10 * RATE, 600 * RATE, HOUR - RATE])
-def test_a_count_of_calls_is_right_for_an_hour(machine, tmp_path, start):
+def test_a_count_of_calls_is_exact_for_an_hour(machine, tmp_path, start):
     program = board.compile(clocked(tmp_path), {p.key: p.default for p in PARAMETERS}, 1.0 / RATE)
     machine.load(program.states, program.given, program.slots, program.code)
     machine.set(2, start)
@@ -164,7 +164,7 @@ def test_a_count_of_calls_is_right_for_an_hour(machine, tmp_path, start):
 
 @pytest.mark.slow
 @needs_compiler
-def test_a_count_of_calls_is_right_at_each_call_of_an_hour(machine, tmp_path):
+def test_a_count_of_calls_is_exact_at_each_call_of_an_hour(machine, tmp_path):
     program = board.compile(clocked(tmp_path), {p.key: p.default for p in PARAMETERS}, 1.0 / RATE)
     machine.load(program.states, program.given, program.slots, program.code)
     for start in range(0, HOUR, RATE):

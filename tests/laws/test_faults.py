@@ -56,7 +56,7 @@ BESIDE = (
 ) + "".join(
     f"def doubled_{n}(a):\n    return " + " + ".join([f"doubled_{n - 1}(a)"] * 4) + "\n" for n in range(1, 6)
 )
-# quick: of each message the first case
+# quick tests use the first case of each message
 FIRST = sorted({message: n for n, (_, message, _) in reversed(list(enumerate(CASES)))}.values())
 
 
@@ -100,11 +100,11 @@ def test_a_fault_at_the_first_sample_latches_without_force(laws, case, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_non_finite_intermediate_values_are_no_fault(laws):
+def test_non_finite_intermediate_values_are_not_a_fault(laws):
     assert held(laws(True)[0], damping=-1.0).faults == ()
 
 
-def test_a_fault_in_the_middle_ends_the_force_there(tmp_path):
+def test_a_fault_during_a_run_ends_the_force_there(tmp_path):
     text = law_text("return math.log(x < 0.02) + 1.0")
     run = simulate(environment(tmp_path, text), hand=Prescribed(lambda t: 0.1 * t), seconds=0.4)
     first = int(np.flatnonzero(run.position >= 0.02)[0])

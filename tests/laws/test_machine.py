@@ -4,10 +4,10 @@ from hapkit_studio.laws import machine
 from hapkit_studio.laws.machine import OPERATIONS
 
 
-def test_header_is_up_to_date():
+def test_the_header_is_up_to_date():
     assert machine.HEADER.read_text() == machine.text()
 
 
-def test_codes_names_and_cycles():
+def test_codes_names_and_cycles_are_valid():
     assert len({o.code for o in OPERATIONS}) == len({o.name for o in OPERATIONS}) == len(OPERATIONS)
     assert all(o.usual <= o.most for o in OPERATIONS)

@@ -66,7 +66,7 @@ def refused(line, folder):
     return error.value
 
 
-def test_there_are_at_least_thirty():
+def test_at_least_thirty_mistakes_are_known():
     assert len(MISTAKES) >= 30
     assert len({m.wrong for m in MISTAKES}) == len(MISTAKES)
 
@@ -111,7 +111,7 @@ def test_correct_lines_similar_to_mistakes_are_accepted(line, tmp_path):
     reading.load_source(typed(tmp_path / "fine.py", FILE.format(line=line)))
 
 
-def test_names_defined_in_a_law_are_no_mistakes(tmp_path):
+def test_names_defined_in_a_law_are_not_mistakes(tmp_path):
     text = FILE.format(line="time = x\n    pos = time + PI\n    round = pos").replace(
         "FORCES =", "PI = math.pi\nFORCES ="
     )

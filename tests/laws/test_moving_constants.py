@@ -15,7 +15,7 @@ from tests.laws.test_board_environments import PERIOD, TOO_SLOW, motion, options
 from tests.wide import wide
 
 ENVIRONMENTS = built_in()
-STEPS = 30  # of 1 ms
+STEPS = 30  # steps of a ramp, 1 ms each
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def programs(environment, chosen, rng, count, outcomes) -> list[tuple[tuple[bool
 
 
 @pytest.mark.parametrize("key", wide(ENVIRONMENTS, lambda key: key in ("wall", "friction")))
-def test_code_depends_on_parameter_conditions_only(key, rng, outcomes):
+def test_the_code_depends_only_on_conditions_of_parameters(key, rng, outcomes):
     environment = ENVIRONMENTS[key]
     for chosen in options(environment):
         codes: dict[tuple[bool, ...], tuple[bytes, int]] = {}
@@ -57,7 +57,7 @@ def test_code_depends_on_parameter_conditions_only(key, rng, outcomes):
 
 @needs_compiler
 @pytest.mark.parametrize("key", wide(ENVIRONMENTS, lambda key: key in ("wall", "friction")))
-def test_ramping_constants(key, machine, rng, outcomes):
+def test_forces_are_finite_during_ramps_and_correct_after_them(key, machine, rng, outcomes):
     environment, rows = ENVIRONMENTS[key], motion(120).astype(np.float32)
     moved = 0
     for chosen in options(environment):

@@ -17,7 +17,7 @@ from tests.laws.machine_pc import Machine
 
 
 class NoNumber(Exception):
-    """Plain Python raised where compiled code continues with inf or NaN."""
+    """Plain Python raised an exception where compiled code continues with inf or NaN."""
 
 
 class Compiled:
@@ -112,7 +112,7 @@ class _Row:
 
 
 class Apart(AssertionError):
-    """The difference between board and law exceeds rounding."""
+    """The difference between board and law is larger than rounding errors."""
 
 
 def compare(
@@ -189,7 +189,7 @@ def _until_unclear(analysis: Analysis, truth, rows, useful) -> list[_Row]:
 
 
 def _same(mine: float, wanted: float, bound: float) -> bool:
-    """Return True if two numbers differ by no more than double-precision rounding in another order."""
+    """Return True if two numbers differ by at most double-precision rounding in a different order."""
     if not math.isfinite(wanted):
         return not math.isfinite(mine)
     return abs(mine - wanted) <= 1e-6 * bound + 1e-12 * abs(wanted)

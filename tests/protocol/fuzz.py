@@ -109,7 +109,7 @@ def pool(seed: int, size: int = 4096) -> tuple[list[bytes], set[bytes]]:
 
 
 class Three:
-    """Two decoders of the computer and the firmware's, fed with the same lines."""
+    """The computer's two decoders and the firmware's, fed with the same lines."""
 
     def __init__(self, folder: Path):
         self._parse = ctypes.CDLL(str(folder / "parser.so")).parse
@@ -173,7 +173,7 @@ def _damaged_again(piece: bytes, kind: int, rng: np.random.Generator) -> bytes:
     return piece[:at] + rng.bytes(1) + piece[at + 1 :]
 
 
-# --- noise on the line: how often it is taken for a frame
+# --- noise on the line: how often it passes as a frame
 NOISE_LENGTH = 12
 """Bytes of a line of noise, those of a Force. COBS always accepts them, so only the CRC rejects."""
 

@@ -43,7 +43,7 @@ def inputs() -> dict[str, bytes]:
     for kit in profiles.KITS:
         found[f"kit-{kit.key}"] = bytes([FRAMED]) + stream_on + _bodies(kit.board, Force(1, 0, -9.0), Save())
     for kind in Estimator:
-        kit = profiles.named("hapkit-encoder").board  # it trusts every reading
+        kit = profiles.named("hapkit-encoder").board  # its sensor accepts every reading
         loop = _messages(SPRING, kind, 0.35, 120.0)
         found[f"estimator-{kind.name.lower()}"] = bytes([FRAMED]) + stream_on + _bodies(kit, *loop)
     tune = Tune(1, 2, 1, (2, 0, 0, 0, 0, 0), (-500.0, 0.0, 0.0, 0.0, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""The compiled codec against the plain one: frames, noise, losses, telemetry, laws in pieces."""
+"""The compiled codec compared with the plain one: frames, noise, losses, telemetry, laws in pieces."""
 
 import os
 import subprocess
@@ -113,7 +113,7 @@ pieces = st.one_of(
 
 
 @given(st.lists(pieces, max_size=12), st.integers(1, 100))
-def test_agrees_with_the_plain_codec_on_anything(parts, cut):
+def test_it_agrees_with_the_plain_codec_on_any_bytes(parts, cut):
     data = b"".join(parts) + b"\x00"
     plain = Decoder()
     found = plain.bodies(data)
@@ -161,7 +161,7 @@ def told(encoder, *arguments):
 
 
 @given(st.integers(0, 65535), st.integers(0, 255), st.floats(width=32))
-def test_force_is_coded_as_the_plain_codec_does(seq, behind, force):
+def test_a_force_is_encoded_as_by_the_plain_codec(seq, behind, force):
     said = told(codec.encode_force, seq, behind, force)
     if force == force:
         assert said == encode(Force(seq, behind, force))
@@ -172,18 +172,18 @@ def test_force_is_coded_as_the_plain_codec_does(seq, behind, force):
 
 
 @pytest.mark.parametrize("message", [Stop(), Release(), Alive(), Leave(), HelloRequest()])
-def test_messages_without_fields(message):
+def test_messages_without_fields_are_encoded_as_by_the_plain_codec(message):
     assert told(codec.encode_simple, message.ID) == encode(message)
 
 
 @given(messages_of(Law))
-def test_law(law):
+def test_a_law_is_encoded_as_by_the_plain_codec(law):
     assert told(law_frames.encode_law, *vars(law).values()) == encode(law)
 
 
 @pytest.mark.slow
 @given(st.binary(min_size=1, max_size=300), st.integers(0, 255), st.data())
-def test_pieces(program, generation, data):
+def test_pieces_are_encoded_as_by_the_plain_codec(program, generation, data):
     words = law_frames.packed(program, 38)  # the last piece may extend beyond the words
     at = data.draw(st.integers(0, len(program) - 1))
     taken = program[at : at + PIECE].ljust(PIECE, b"\0")
@@ -194,7 +194,7 @@ finite = st.floats(width=32, allow_nan=False, allow_infinity=False)
 
 
 @given(st.integers(0, 255), st.integers(0, 255), st.lists(finite, min_size=1, max_size=TUNED))
-def test_tune(law, generation, values):
+def test_a_change_of_constants_is_encoded_as_by_the_plain_codec(law, generation, values):
     given = np.array(values, np.float32)
     words = law_frames.packed(given.tobytes(), 8)
     out = np.full(law_frames.ROOM, 0x99, np.uint8)
@@ -207,7 +207,7 @@ def test_tune(law, generation, values):
 
 
 @given(messages_of(Board), st.integers(-(2**31), 2**31 - 1), st.sampled_from([-1, 1]))
-def test_settings_with_another_zero(board, zero, sense):
+def test_settings_with_a_new_zero_are_encoded_as_by_the_plain_codec(board, zero, sense):
     body = np.frombuffer(board.pack(), np.uint8).copy()
     assert len(body) == law_frames.BOARD_BODY
     assert codec.signed(body, law_frames.AT_ZERO, 4) == board.zero
@@ -221,13 +221,13 @@ LONGEST = (Board, Alive), (Piece, Piece, Piece, Alive), (Law, Force, Alive), (Tu
 
 
 @pytest.mark.parametrize("kinds", LONGEST)
-def test_the_longest_reply_fits(kinds):
+def test_the_longest_reply_fits_the_buffer(kinds):
     whole = (frame(bytes([kind.ID]) + b"\1" * kind.size()) for kind in kinds)
     assert len(b"".join(whole)) + codec.FRAME_SIZE <= law_frames.ROOM
 
 
 @pytest.mark.slow
-def test_same_results_without_compilation():
+def test_results_are_the_same_without_compilation():
     program = """
 import numpy as np
 from hapkit_studio.protocol import codec, framing, messages

@@ -9,7 +9,7 @@ from hapkit_studio.protocol.messages import MESSAGES, Force, Hello, Sample, Sett
 from tests.protocol.strategies import any_message
 
 
-def test_crc_of_the_check_string():
+def test_the_crc_of_the_check_string():
     assert crc16(b"123456789") == 0x29B1
 
 
@@ -25,7 +25,7 @@ def test_crc_of_the_check_string():
         (bytes(range(256)), b"\x01\xff" + bytes(range(1, 255)) + b"\x02\xff"),
     ],
 )
-def test_cobs_examples(raw, coded):
+def test_the_cobs_examples_of_its_authors(raw, coded):
     """Cheshire & Baker, Consistent Overhead Byte Stuffing, 1999."""
     assert cobs_encode(raw) == coded
     assert cobs_decode(coded) == raw
@@ -56,7 +56,7 @@ def test_messages_survive_any_chunking(messages, cut):
 
 
 @pytest.mark.parametrize("kind", MESSAGES)
-def test_other_sizes_and_ids_are_refused(kind):
+def test_other_sizes_and_ids_are_rejected(kind):
     body = bytes([kind.ID]) + bytes(kind.size())
     assert kind.unpack(body).pack()[:1] == body[:1]
     for wrong in (body + b"\0", body[:-1], bytes([kind.ID ^ 1]) + body[1:]):
@@ -67,7 +67,7 @@ def test_other_sizes_and_ids_are_refused(kind):
 
 @settings(derandomize=True, max_examples=30)
 @given(any_message)
-def test_one_damaged_byte_is_always_noticed(message):
+def test_one_damaged_byte_is_always_detected(message):
     good = encode(message)
     for at in range(len(good) - 1):
         for change in (0x01, 0x80, 0xFF):
@@ -76,7 +76,7 @@ def test_one_damaged_byte_is_always_noticed(message):
             assert Decoder().feed(bytes(bad)) == []
 
 
-def test_resynchronisation_at_the_next_frame():
+def test_the_decoder_resynchronises_at_the_next_frame():
     decoder = Decoder()
     assert decoder.feed(encode(Force(1, 0, 2.0))[3:]) == []
     assert decoder.feed(b"noise\x00\x00\x07") == []
@@ -84,7 +84,7 @@ def test_resynchronisation_at_the_next_frame():
     assert decoder.bad_frames == 3
 
 
-def test_largest_sample_and_command_fit_their_periods():
+def test_the_largest_sample_and_command_fit_their_periods():
     """At 1 Mbaud a byte takes 10 us; both directions must take much less than 1 ms."""
     sample = Sample(0xFFFF, 0xFFFFFFFF, -1, *3 * (0xFFFF,), 255, -1, 255, 255, 255, 0xFFFF, 255)
     assert len(encode(sample)) <= 32

@@ -47,5 +47,5 @@ def test_decoders_agree_on_hypothesis_inputs(folder, parts):
 
 @pytest.mark.slow
 def test_noise_passes_at_the_crcs_rate(folder):
-    """2^-16 of it: no more, and no less, as otherwise the noise would be wrong."""
+    """2^-16 of the frames: not more, and not less, as otherwise the noise would not be random."""
     assert fuzz.at_least(NOISE) <= fuzz.noise(NOISE, 1, folder) <= fuzz.at_most(NOISE)

@@ -9,12 +9,12 @@ from hapkit_studio.protocol import header
 from hapkit_studio.protocol.messages import MESSAGES, PROTOCOL_VERSION, BoardFlag
 
 
-def test_header_is_up_to_date():
+def test_the_header_is_up_to_date():
     assert header.default_path().read_text() == header.text()
 
 
 @pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
-def test_compiler_agrees_on_every_offset(tmp_path):
+def test_a_compiler_agrees_on_every_offset(tmp_path):
     checks = [f"static_assert(protocol::kVersion == {PROTOCOL_VERSION});"]
     for message in MESSAGES:
         name = f"protocol::{message.__name__}"

@@ -28,7 +28,7 @@ ENVIRONMENT = Environment(
 
 
 def text(body="return -p.stiffness * x", state="", beside="", end=END):
-    """Return a whole file: the law with this body, further code ``beside`` it, the ENVIRONMENT.
+    """Return a complete file: the law with this body, further code ``beside`` it, the ENVIRONMENT.
 
     Further code is below the law: a law on other lines would be compiled again.
     """

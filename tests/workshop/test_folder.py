@@ -9,7 +9,7 @@ from hapkit_studio.workshop import folder, reading, trying
 from tests.workshop.student import saved, write
 
 
-def test_the_folder_is_that_of_the_variable_created_on_demand(tmp_path):
+def test_the_folder_is_that_of_the_variable_and_created_on_demand(tmp_path):
     assert folder.own_files() == []
     assert not (tmp_path / "studio").exists()
     assert folder.own_folder() == tmp_path / "studio" / "environments"
@@ -30,7 +30,7 @@ def test_the_folder_is_that_of_the_variable_created_on_demand(tmp_path):
         ("wall", "wall_2.py"),
     ],
 )
-def test_a_title_makes_a_file_name(title, name):
+def test_a_title_gives_a_file_name(title, name):
     path = folder.new_path(title)
     assert path == folder.own_folder() / name
     assert not path.exists()
@@ -48,7 +48,7 @@ def test_a_new_name_is_unused():
     assert all(folder.new_path(key).stem not in environments.discover() for key in environments.discover())
 
 
-def test_saving_writes_the_text_and_nothing_else():
+def test_saving_writes_only_the_text():
     path = folder.new_path("mine")
     folder.save(path, "# −0.5 N·s/m\nx = 1\n")
     folder.save(path, "# −0.7 N·s/m\nx = 2\n")
@@ -71,7 +71,7 @@ def test_the_old_file_survives_a_failed_save(monkeypatch, fails):
     assert [f.name for f in path.parent.iterdir()] == [path.name]
 
 
-def test_only_the_environments_own_key_and_title_are_filled():
+def test_only_the_environments_own_key_and_title_are_filled_in():
     text = 'A = Name(key="k", title="t")\nE = Environment(about="µ", key="k", p=(P(key="k"),), title="t")\n'
     filled = folder.fill_template(folder.Template("x", "x", text), "Zwei Wände", "new")
     assert filled == text.replace('µ", key="k"', 'µ", key="new"').replace(

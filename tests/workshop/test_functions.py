@@ -63,7 +63,7 @@ GIVEN = {{'check': check}}
 """
 
 
-def test_arguments_and_results_are_unchanged_in_the_process(tmp_path):
+def test_arguments_and_results_are_the_same_in_the_process(tmp_path):
     own = made(tmp_path)
     assert own.check(VALUES) == ""
     assert own.check({**VALUES, "mass": 0.0}) == "no mass"
@@ -123,7 +123,7 @@ def test_the_process_ends_with_its_parent(tmp_path, stiffness):
         ("os.abort()", "`check` crashed Python"),
     ],
 )
-def test_in_a_trial_the_function_is_named_at_its_line(tmp_path, statement, said):
+def test_a_trial_names_the_function_at_its_line(tmp_path, statement, said):
     tried = saved(tmp_path, with_functions(with_check(statement).replace("123 <", "0 <=")))
     (problem,) = trial.check(tried, timeout=40.0).problems
     assert (problem.text, problem.line) == (said, line_of(tried.text, "def check"))

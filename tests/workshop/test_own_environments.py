@@ -84,7 +84,7 @@ def test_an_untrusted_file_is_not_executed(tmp_path, capsys):
         pytest.param(("export", "-o", "sketch"), marks=pytest.mark.slow),
     ],
 )
-def test_a_check_without_end_is_named_in_one_line_and_the_command_goes_on(tmp_path, capsys, command):
+def test_an_endless_check_is_named_in_one_line_and_the_command_continues(tmp_path, capsys, command):
     beside = """
         def check(p):
             if 123 < p["stiffness"] < 124:
@@ -99,7 +99,7 @@ def test_a_check_without_end_is_named_in_one_line_and_the_command_goes_on(tmp_pa
     assert out.count("`check` of mine.py took more than 1 s") == 1
 
 
-def test_once_trusted_it_runs_until_it_changes(tmp_path, capsys):
+def test_a_trusted_file_runs_until_it_changes(tmp_path, capsys):
     path = write(tmp_path, leaving_a_mark(tmp_path))
     short = ("mine.py", "--seconds", "0.01")
     assert run(capsys, *short, "--trust")[0] == 0
@@ -113,7 +113,7 @@ def test_once_trusted_it_runs_until_it_changes(tmp_path, capsys):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("answer", "code"), [pytest.param("y", 0, marks=pytest.mark.slow), ("", 2)])
-def test_at_a_terminal_its_source_is_shown_and_a_person_asked(tmp_path, answer, code):
+def test_at_a_terminal_the_source_is_shown_before_consent(tmp_path, answer, code):
     hidden = leaving_a_mark(tmp_path).replace("A law of mine", "A law \x1b[8mof\u202e mine")
     write(tmp_path, hidden)
     ours, theirs = pytest.importorskip("pty").openpty()

@@ -20,7 +20,7 @@ def force_at(made, x):
     return made.curve(made.values(), np.array([x]))[0]
 
 
-def test_a_file_becomes_an_environment_of_ones_own(tmp_path):
+def test_a_file_becomes_a_users_own_environment(tmp_path):
     path = write(tmp_path, text())
     made = workshop.load(path)
     assert isinstance(made, OwnEnvironment)
@@ -65,7 +65,7 @@ def test_a_file_may_be_deleted_while_in_use(tmp_path):
     ],
     ids=["windows", "old mac", "bom", "tabs", "no last newline", "title", "names", "odd line ends", "coding"],
 )
-def test_files_of_every_editor(tmp_path, change):
+def test_files_of_every_editor_are_read(tmp_path, change):
     path = tmp_path / "mine.py"
     path.write_bytes(change(text()))
     assert force_at(reading.load(path), 0.01) == pytest.approx(-2.0)
@@ -176,7 +176,7 @@ def test_a_mistake_is_reported_with_its_line(tmp_path, old, new, where, said):
     ],
     ids=["empty", "blank", "latin", "utf-16", "null", "huge", "brackets", "signs", "digits"],
 )
-def test_files_without_environment(tmp_path, data, said, line):
+def test_files_without_an_environment_are_reported(tmp_path, data, said, line):
     path = tmp_path / "mine.py"
     path.write_bytes(data)
     with pytest.raises(LawError) as caught:
@@ -196,8 +196,8 @@ LINE = "return -p.stiffness * (x - p.center) - p.damping * v"
 
 
 @pytest.mark.parametrize("key", TEMPLATE)
-def test_a_templates_formula_is_kept_with_its_law(key):
-    """Another title, comment, limit or docstring leaves the law unchanged."""
+def test_a_templates_formula_is_shown_as_long_as_its_law_is_unchanged(key):
+    """A different title, comment, limit or docstring leaves the law unchanged."""
     whole = TEMPLATE[key]
     before = of_text(whole).formula
     assert before in whole
@@ -222,7 +222,7 @@ def of_text(whole):
         ("mass_on_a_spring", '"object": 0.0', '"object": 0.01'),
     ],
 )
-def test_another_law_shows_no_formula_of_the_template_it_started_from(key, old, new):
+def test_a_different_law_does_not_show_its_templates_formula(key, old, new):
     whole = changed(TEMPLATE[key], old, new).replace("from hapkit", "import math\n\nfrom hapkit", 1)
     assert of_text(whole).formula == ""
     formula = re.search(r'formula="(.*)"', whole)[1]

@@ -17,7 +17,7 @@ def test_any_other_text_is_untrusted():
         assert not is_trusted(of(other))
 
 
-def test_the_same_bytes_are_trusted_wherever_they_lie():
+def test_the_same_bytes_are_trusted_in_any_folder():
     trust_source(of(TEXT))
     assert is_trusted(of(TEXT, "other.py"))
 

@@ -1,4 +1,4 @@
-"""The trial in a separate process: for every file there is a verdict, and nothing keeps running."""
+"""The trial in a separate process: every file gets a verdict, and no process remains."""
 
 import os
 import subprocess
@@ -49,7 +49,7 @@ def test_an_endless_file_is_killed_with_its_children(tmp_path):
 
 
 @on_posix
-def test_a_child_holding_the_pipe_is_not_waited_for(tmp_path):
+def test_the_trial_does_not_wait_for_a_child_that_holds_the_pipe(tmp_path):
     child = tmp_path / "child"
     beside = (
         "import os\n"
@@ -81,13 +81,13 @@ ENDS = [
 
 
 @pytest.mark.parametrize(("beside", "said"), wide(ENDS, lambda beside, said: "os._exit" in beside))
-def test_a_file_that_ends_the_program(tmp_path, beside, said):
+def test_a_file_that_ends_the_program_gets_a_verdict(tmp_path, beside, said):
     (problem,) = trial.check(saved(tmp_path, text(beside=beside))).problems
     assert said in problem.text
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux")
-def test_a_file_that_takes_all_memory(tmp_path):
+def test_a_file_that_takes_all_memory_gets_a_verdict(tmp_path):
     whole = text(beside="A = bytes(4 * 10**9)\n")
     (problem,) = trial.check(saved(tmp_path, whole)).problems
     assert problem == Problem(line_of(whole, "A = bytes"), "this takes more memory than there is")
@@ -116,7 +116,7 @@ def test_an_invalid_verdict_is_a_problem():
 FILE = Path("mine.py")
 
 
-def test_a_failure_is_remembered_until_it_passes():
+def test_a_failure_is_stored_until_the_file_passes():
     first, second, third = (typed(FILE, f"a = {n}\n") for n in range(3))
     trial.remember(first, False)
     trial.remember(second, False)

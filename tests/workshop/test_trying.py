@@ -62,7 +62,7 @@ FUNCTIONS = [
 
 
 @pytest.mark.parametrize(("given", "said"), FUNCTIONS)
-def test_the_environments_other_functions_are_tried_too(tmp_path, given, said):
+def test_the_environments_other_functions_are_called_too(tmp_path, given, said):
     whole = text(end=END.replace("    force=force,", "    force=force,\n    " + given))
     (problem,) = trying.try_out(saved(tmp_path, whole)).problems
     assert said in problem.text
@@ -106,7 +106,7 @@ def run(law, x, fault, state=None):
     return own.call_law(law.address, p, state, x, 0.0 * x, 1e-3, fault, force), force
 
 
-def test_the_first_call_that_fails_is_the_last(tmp_path):
+def test_calls_end_at_the_first_failure(tmp_path):
     law = law_of(tmp_path, FULL)
     fault = own.law_memory(law)[1]
     wrong, force = run(law, [0.0, -0.01, 0.01, 0.0], fault)
@@ -130,7 +130,7 @@ def test_a_law_does_not_write_beyond_its_memory(tmp_path, body):
     assert (len(state), len(words)) == (1, own.FAULT_WORDS)
 
 
-def test_each_point_of_a_curve_starts_anew_and_faults_give_nan(tmp_path):
+def test_each_point_of_a_curve_starts_with_the_initial_state_and_faults_give_nan(tmp_path):
     body = "s.n += 1.0\nreturn s.n * x / (0.02 - x)"
     made = reading.load(write(tmp_path, text(body, '{"n": 1.0}')))
     curve = made.curve(made.values(), np.array([0.01, 0.01, 0.02, 0.01]))

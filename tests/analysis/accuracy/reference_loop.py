@@ -1,7 +1,7 @@
-"""A loop in plain Python, the law as the person wrote it: what the errors of *This scene* are compared with.
+"""A loop in plain Python with the law's own Python function: the reference for the errors of *This scene*.
 
 Shares the laws, the hands' targets and the just-noticeable differences with the package. Handle, hand,
-sensor, velocity estimate, delay, hold and force limit are its own.
+sensor, velocity estimate, delay, hold and force limit are independent.
 """
 
 import math
@@ -13,11 +13,11 @@ from hapkit_studio.analysis import perception
 from hapkit_studio.haptics import rows
 from tests.laws.twins import Plain
 
-FINE = 16_000.0  # Hz: the handle's own steps, at most
+FINE = 16_000.0  # Hz: slowest rate of the handle's integration steps
 
 
 class Kalman:
-    """The velocity of a position known to a count, its acceleration white noise of 0.01 m²/s³."""
+    """Kalman filter for a quantised position, with white acceleration noise of 0.01 m²/s³."""
 
     def __init__(self, period, quantum):
         q, r = 0.01, quantum**2 / 12.0
@@ -35,7 +35,7 @@ class Kalman:
 
 
 class LowPass:
-    """The difference of two positions, through a low-pass of a cutoff in Hz."""
+    """Backward difference, low-pass filtered with a cutoff in Hz."""
 
     cutoff = 35.5
 
@@ -50,15 +50,16 @@ class LowPass:
 
 
 class Difference(LowPass):
-    """The difference of two positions."""
+    """Backward difference of two positions."""
 
     cutoff = math.inf
 
 
 def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0, estimate=Kalman):
-    """Return rows at perception.RATE of a law in a loop, in which only the parts named are real.
+    """Return rows at perception.RATE of a law in a loop in which only the given parts are real.
 
-    Between two events, a sample or a force that begins, the handle moves half a step, is pushed, moves on.
+    Between two events, a sample or the start of a force, the handle moves half a step, is accelerated, and
+    moves on.
     """
     rate, delay = rate if "rate" in real else FINE, delay if "delay" in real else 0.0
     quantum, limit = (device.quantum if "sensor" in real else 0.0), device.max_force
@@ -80,7 +81,7 @@ def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0, 
     x, v, motor, forces, seen = 0.0, trial.thrown, 0.0, [], []
     for n, (h, m, lost, f, k) in enumerate(steps):
         if n in asks:
-            ahead = x if real else x + 0.5 * h * v  # the ideal has the force of the middle of a step
+            ahead = x if real else x + 0.5 * h * v  # the ideal uses the position at the middle of a step
             place = quantum * math.floor(ahead / quantum) if quantum else ahead
             asked = law.call(place, filtered(place) if filtered else v)
             forces.append(min(max(asked, -limit), limit))
@@ -102,7 +103,7 @@ def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0, 
 
 
 def pull(hand, t, place, speed):
-    """Return a hand's force (n,) in N at times in s on a handle at places in m with speeds in m/s."""
+    """Return a hand's force (n,) in N at times in s on a handle at positions in m with velocities in m/s."""
     target = hand.target if hand.vectorised else np.vectorize(hand.target, otypes=[float])
     at, moved = target(t), (target(t + 1e-6) - target(t - 1e-6)) / 2e-6
     return hand.stiffness * (at - place) + hand.damping * (moved - speed)

@@ -1,4 +1,4 @@
-"""Methods: every row of integrators, contact, servo rate and friction on a handle, computed anew."""
+"""Methods: every row of integrators, contact, servo rate and friction on a handle, recomputed."""
 
 import math
 
@@ -47,7 +47,7 @@ def one_step(method, h, k, b):
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["free", "damped"])
 @pytest.mark.parametrize("method", INTEGRATORS)
-def test_a_swinging_mass_is_as_far_off_as_powers_of_the_methods_step(scene, method):
+def test_the_error_of_an_oscillating_mass_follows_from_powers_of_the_methods_step(scene, method):
     k, b = 300.0 / 2.0, 1.0 / 2.0 * (scene == "damped")
     for h in integrators.STEPS:
         state, true = np.array([0.010, 0.0, -k * 0.010]), expm(h * np.array([[0.0, 1.0], [-k, -b]]))
@@ -59,7 +59,7 @@ def test_a_swinging_mass_is_as_far_off_as_powers_of_the_methods_step(scene, meth
 
 
 @pytest.mark.slow
-def test_a_tap_on_a_wall_is_as_far_off_as_in_plain_python():
+def test_the_error_of_a_tap_on_a_wall_agrees_with_plain_python():
     wall, device = LIBRARY["wall"], SimulatedHapkit(quantum=0.0)
     scene = script("tap"), device, wall, wall.values({"stiffness": 800.0})
     true = rendered(*scene)[:, rows.TRUE_POSITION]
@@ -74,8 +74,8 @@ def test_a_tap_on_a_wall_is_as_far_off_as_in_plain_python():
 @pytest.mark.parametrize(
     "model", [pytest.param(m, marks=[pytest.mark.slow] * (m != "tether")) for m in RENDERED]
 )
-def test_a_handle_that_should_hold_drifts_as_in_plain_python(model):
-    """Only what holds on to an anchor moves by less than a count in two seconds."""
+def test_the_drift_of_a_stuck_handle_agrees_with_plain_python(model):
+    """Only models with an anchor move by less than a count in two seconds."""
     hand = Hand(stiffness=1.0, target=lambda t: 0.3 + 0.15 * np.sin(40.0 * math.pi * t), vectorised=True)
     device = SimulatedHapkit(coulomb_force=0.0, max_force=math.inf)
     values = LIBRARY["friction"].values({"model": model, "static_force": 1.0, "kinetic_force": 0.5})
@@ -90,14 +90,14 @@ def test_a_handle_that_should_hold_drifts_as_in_plain_python(model):
             assert found > 1e-3
 
 
-def test_the_period_comes_nearer_with_the_step():
+def test_the_error_of_the_period_decreases_with_the_step():
     for key in ("lecture", "exact"):
         fine, coarse = (integrators.error("stick_slip", NUMBER[key], h) for h in (0.125e-3, 4e-3))
         assert fine < min(0.01, coarse)
 
 
 @pytest.mark.parametrize("method", ["held", "semi_implicit", "verlet"])
-def test_a_penalty_changes_the_energy_of_each_flight_as_in_plain_python(method):
+def test_the_energy_of_each_flight_with_a_penalty_method_agrees_with_plain_python(method):
     def pull(x):
         return -1000.0 * math.copysign(max(abs(x) - 0.035, 0.0), x)
 
@@ -120,15 +120,15 @@ def test_a_penalty_changes_the_energy_of_each_flight_as_in_plain_python(method):
         assert contact.error(method, h, True) == pytest.approx(abs(energies[-1] - 1.0), rel=0.05, abs=1e-9)
 
 
-def test_a_contact_that_is_located_keeps_the_energy_and_exact_all_of_it():
+def test_located_contact_preserves_the_energy_and_the_exact_method_all_of_it():
     found = {key: contact.error(key, 1e-3, True) for key in contact.LABELS}
     assert found["exact"] < 1e-9 < found["located"] < 1e-6 < found["verlet"] < 1e-3 < found["held"]
     runs = {h: contact.energies("located", h) for h in (2e-3, 1e-3)}
     assert all(len(one) == contact.BOUNCES + 1 for one in runs.values())
 
 
-def test_the_located_path_is_that_of_the_closed_form():
-    """Straight on, half a turn of a sine in the wall, straight back: 2 m/s² off by less than 1 µm."""
+def test_the_path_with_located_contact_agrees_with_the_closed_form():
+    """Uniform motion, half a period of a sine in the wall, uniform motion back: within 1 µm at 2 m/s²."""
     omega = math.sqrt(500.0 / 0.5)
     work, x, _ = contact.moving("located", 0.25e-3, 0.2)
     work()

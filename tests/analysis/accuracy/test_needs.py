@@ -1,4 +1,4 @@
-"""What it needs: the force limit by statics, crossings, files, texts and cells, a law's terms by count."""
+"""Needs: the force limit by statics, crossings, files, texts and cells, a law's terms by counting."""
 
 import json
 import math
@@ -18,15 +18,15 @@ from tests.analysis.accuracy.reference_loop import LowPass, rendered
 LIBRARY = environments.discover()
 
 
-def test_a_firm_grip_on_the_wall_is_felt_to_miss_the_force_limit():
-    """400 N/m pulled to 30 mm: 250 N/m from 5 mm on hold it 2 mm sooner than 3 N do; friction: 0.1 N."""
+def test_a_firm_grip_on_the_wall_feels_the_missing_force_limit():
+    """400 N/m pulled to 30 mm: 250 N/m from 5 mm on stops it 2 mm earlier than 3 N; friction: 0.1 N."""
     limited, free = 0.030 - 3.0 / 400.0, (0.030 * 400.0 + 0.005 * 250.0) / 650.0
     friction = 0.1 / 400.0
     rendered = needs._Rendered(LIBRARY["wall"])
     found = rendered.effect("saturation", ("saturation",))
     assert (found.sense, found.hand) == ("position", "push")
     assert found.felt == pytest.approx((limited - free) / 0.4e-3, abs=friction / 0.4e-3)
-    assert found.felt == pytest.approx(5.1, abs=0.05)  # 22.55 instead of 20.51 mm
+    assert found.felt == pytest.approx(5.1, abs=0.05)  # at 22.55 instead of 20.51 mm
     assert found.strict == pytest.approx(found.felt * 4.0 / 3.0)
 
 
@@ -34,12 +34,12 @@ def test_a_firm_grip_on_the_wall_is_felt_to_miss_the_force_limit():
     ("felt", "place"),
     [([0.1, 0.5, 2.0, 3.0], 2.0 * 2.0**0.5), ([0.1, 0.2], math.nan), ([1.5, 0.1], 0.0), ([0.5, 1.0], 2.0)],
 )
-def test_one_jnd_is_crossed_on_a_straight_line_of_logarithms(felt, place):
+def test_one_jnd_is_found_by_logarithmic_interpolation(felt, place):
     found = needs.crossing(np.array([1.0, 2.0, 4.0, 8.0])[: len(felt)], felt)
     assert found == pytest.approx(place, nan_ok=True)
 
 
-def test_only_the_most_sensitive_people_feel_what_is_marked():
+def test_effects_with_a_mark_are_felt_by_the_most_sensitive_people_only():
     assert Effect("made", "mass", 0.9, strict=1.1).differs
     assert not Effect("made", "mass", 1.1, strict=1.4).differs
     assert not Effect("made", "mass", 0.1, strict=0.9).differs
@@ -48,14 +48,14 @@ def test_only_the_most_sensitive_people_feel_what_is_marked():
 
 PARTS = {"sampling": "rate", "delay": "delay", "filter": "velocity", "quantization": "sensor"}
 PARTS["saturation"] = "limit"
-# A throw, and a moment of letting go, after which rounding decides where the handle comes to rest.
+# after a throw or a release, rounding errors determine the handle's rest position
 DECIDED_BY_ROUNDING = {("texture", "quantization"), ("friction", "sampling")}
-# A cat stops purring above a stroking speed, and rounding decides when rubbing crosses it.
+# a cat stops purring above a stroking speed, and rounding errors determine when rubbing crosses it
 CROSSED_BY_ROUNDING = {("cat", "sampling")}
 
 
 def plain_felt(key, term, trial, rate=1000.0, delay=1e-3):
-    """Return what a person feels of leaving out a term, by the loop in plain Python."""
+    """Return the felt effect of removing a term, by the loop in plain Python."""
     scene, runs = LIBRARY[key], []
     for gone in ((), (term,)):
         device = SimulatedHapkit().without(gone if gone != ("mass",) or trial.holds else ())
@@ -66,8 +66,8 @@ def plain_felt(key, term, trial, rate=1000.0, delay=1e-3):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", LIBRARY)
-def test_every_cell_is_that_of_a_loop_in_plain_python_and_files_say_what_is_needed(key):
-    """Where a term changes about as much as is just felt, another machine's rounding may decide."""
+def test_every_cell_agrees_with_plain_python_and_files_list_the_needed_terms(key):
+    """If a term's effect is close to a JND, rounding errors of another machine may change the result."""
     found, scripts = needs.compute(LIBRARY[key]), [*trials.scripts(LIBRARY[key]), trials.script("push")]
     hands = {t.words: t for one in scripts for t in (*trials.variants(one), one)}
     for effect in found.effects:
@@ -92,7 +92,7 @@ def test_every_cell_is_that_of_a_loop_in_plain_python_and_files_say_what_is_need
 
 
 @pytest.mark.parametrize("key", [pytest.param(k, marks=[pytest.mark.slow] * (k != "puck")) for k in LIBRARY])
-def test_the_terms_of_a_law_cost_what_is_counted(key):
+def test_the_cost_of_a_laws_terms_is_the_counted_one(key):
     scene = LIBRARY[key]
     found = {term.key: term for term in needs.law_terms(scene)}
     assert key != "puck" or set(found) == {"contact_damping", "friction"}
@@ -110,8 +110,8 @@ def test_the_terms_of_a_law_cost_what_is_counted(key):
 
 @pytest.mark.slow
 def test_cells_and_texts_agree(capsys, monkeypatch):
-    monkeypatch.setattr(needs.trials, "variants", lambda trial: ())  # scripts alone
-    assert main(("fidelity", "free", "--json")) == 0  # the former name
+    monkeypatch.setattr(needs.trials, "variants", lambda trial: ())  # use scripts only
+    assert main(("fidelity", "free", "--json")) == 0  # the former name of the command
     (found,) = json.loads(capsys.readouterr().out)["needs"]
     assert main(("accuracy", "free", "--needs")) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -123,7 +123,7 @@ def test_cells_and_texts_agree(capsys, monkeypatch):
         assert effect["hand"] in line
 
 
-def test_numbers_in_words():
+def test_numbers_are_formatted_for_people():
     felt = {None: "–", 0.049: "0", 0.96: "1.0", 9.96: "10", 99.4: "99", math.inf: "> 99"}
     assert {one: felt_words(one) for one in felt} == felt
     said = [

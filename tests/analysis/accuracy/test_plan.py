@@ -1,4 +1,4 @@
-"""Work-precision charts: the front by brute force, orders, winners, what a cost is; command and picture."""
+"""Work-precision charts: front by brute force, orders, winners, costs; command and picture."""
 
 import json
 import math
@@ -25,25 +25,25 @@ def sheet(points, **more):
     return Sheet("servo", made, {p.method: p.method.capitalize() for p in points}, tuple(points))
 
 
-# few values, so that equal errors, equal costs and equal points are common
+# few different values, so that equal errors, equal costs and equal points are frequent
 NUMBERS = st.sampled_from([0.0, 1e-15, 1e-3, 0.01, 0.02, 1.0, math.inf])
 COSTS = st.sampled_from([1.0, 2.0, 2.5, 40.0, math.nan])
 
 
 @settings(max_examples=50)
 @given(st.lists(st.tuples(NUMBERS, COSTS), max_size=12), st.booleans())
-def test_the_front_is_every_point_that_no_other_dominates(found, on_board):
+def test_the_front_contains_every_point_that_is_not_dominated(found, on_board):
     points = [point(error=e, ns=1.0 if on_board else c, cycles=c, spread=9.0) for e, c in found]
     best = front(points, on_board)
     for p, (error, cost) in zip(points, found, strict=True):
         better = [q for q in found if q[0] <= error and q[1] <= cost and q != (error, cost)]
         assert (p in best) == (math.isfinite(error + cost) and not better)
     errors = [p.error for p in best]
-    assert errors == sorted(errors, reverse=True)  # the dearer, the more accurate
+    assert errors == sorted(errors, reverse=True)  # higher cost, smaller error
 
 
 @pytest.mark.parametrize("order", [1.0, 2.0, 4.0])
-def test_the_order_is_the_power_of_the_step(order):
+def test_the_order_is_the_exponent_of_the_step(order):
     steps = (4e-3, 2e-3, 1e-3, 0.5e-3)
     points = [point(error=0.05 * (h / 4e-3) ** order, step_s=h) for h in steps]
     assert sheet(points).order("verlet") == pytest.approx(order)
@@ -51,7 +51,7 @@ def test_the_order_is_the_power_of_the_step(order):
     assert math.isnan(sheet(uneven).order("verlet"))
 
 
-def test_winners_are_the_cheapest_within_each_tolerance_and_those_that_cost_the_same():
+def test_winners_are_the_cheapest_points_within_each_tolerance_and_those_of_equal_cost():
     euler, fine = point("euler", 0.05, 100.0), point("rk4", 1e-6, 900.0, cycles=5e6)
     verlet = point("verlet", 0.005, 500.0, spread=20.0, cycles=3e6)
     near = point("exact", 0.0, 515.0)
@@ -66,7 +66,7 @@ def test_winners_are_the_cheapest_within_each_tolerance_and_those_that_cost_the_
 
 
 @pytest.mark.parametrize("rate", [500.0, 1000.0])
-def test_the_boards_cycles_in_a_second_are_those_of_the_counted_law(rate):
+def test_the_boards_cycles_per_second_are_those_of_the_law(rate):
     from hapkit_studio import environments
 
     friction = environments.named("friction")
@@ -79,11 +79,11 @@ def test_the_boards_cycles_in_a_second_are_those_of_the_counted_law(rate):
 
 
 @pytest.mark.slow
-def test_a_method_that_the_board_has_no_room_for_has_no_cycles():
+def test_a_method_that_does_not_fit_the_board_has_no_cycles():
     assert math.isnan(plan.board_cycles("mass_spring_damper", "integrator", "exact", 1000.0))
 
 
-def test_the_shortest_turns_count_and_candidates_take_turns():
+def test_the_shortest_runs_count_and_candidates_alternate():
     now, order = [0], []
 
     def works(name, durations):
@@ -94,7 +94,7 @@ def test_the_shortest_turns_count_and_candidates_take_turns():
             now[0] += left.pop(0) if len(left) > 1 else left[0]
 
         def prepare():
-            now[0] += 1_000_000  # making ready costs, outside of the time
+            now[0] += 1_000_000  # preparation takes time, but is not timed
             return do
 
         return prepare
@@ -105,7 +105,7 @@ def test_the_shortest_turns_count_and_candidates_take_turns():
     assert len(order) / 2 >= plan.LEAST_TURNS
 
 
-def test_every_error_has_a_place_inside_the_axes():
+def test_every_error_is_drawn_inside_the_axes():
     strange = [point("verlet", 0.0, 1000.0), point("rk4", math.inf, 3000.0), point("exact", 3e-15, 8000.0)]
     frame = AccuracyAxes(sheet(strange))
     (low, high), places = frame.box["ylim"], [frame.place(p) for p in strange]
@@ -115,20 +115,21 @@ def test_every_error_has_a_place_inside_the_axes():
 
 
 @pytest.mark.slow
-def test_the_orders_of_the_integrators_are_those_of_theory():
+def test_the_orders_of_the_integrators_agree_with_theory():
     found = accuracy.of_methods(["integrators"]).sheets[0]
     orders = {"explicit_euler": 1.0, "lecture": 1.0, "semi_implicit": 1.0, "verlet": 2.0, "rk4": 4.0}
     assert {key: found.order(key) for key in orders} == pytest.approx(orders, abs=0.03)
 
 
 @pytest.mark.slow
-def test_one_object_of_methods_and_of_a_scene_and_pictures(capsys, tmp_path):
+def test_json_and_pictures_of_methods_and_of_a_scene(capsys, tmp_path):
     picture = str(tmp_path / "chart.png")
     words = ["--methods", "servo", "contact", "--json", "--plot", picture, "--board"]
     assert main(["accuracy", *words]) == 0
     found, *others = json.loads(capsys.readouterr().out)["methods"]
     assert len(found["rows"]) == 14
-    assert not any(row["cycles"] for sheet in others for row in sheet["rows"])  # the board has none
+    # the board has none of these methods
+    assert not any(row["cycles"] for sheet in others for row in sheet["rows"])
     assert {"cycles", "ns"} <= set(found["rows"][0])
     assert found["orders"]["prompt"] == pytest.approx(1.0, abs=0.05)
     assert main(["chain", "friction", "-p", "viscous=2", "--json", "--plot", picture]) == 0  # former name
@@ -140,6 +141,6 @@ def test_one_object_of_methods_and_of_a_scene_and_pictures(capsys, tmp_path):
         assert all(unit in scene["answers"][place]["answer"] for unit in (" Hz", " N/m"))
 
 
-def test_parameters_are_of_one_scene(capsys):
+def test_parameters_require_a_single_scene(capsys):
     assert main(["accuracy", "spring", "wall", "-p", "stiffness=3"]) != 0
     assert "Parameters are of one environment" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""This scene: errors against an independent loop, Shapley values by permutations, the rule, every scene."""
+"""This scene: errors by an independent loop, Shapley values by permutations, the rule, every scene."""
 
 import math
 from dataclasses import replace
@@ -27,8 +27,8 @@ PLACES = "computer", "board"
 
 
 @pytest.mark.parametrize("rate", [1000.0, 2401.0, 900.9])
-def test_rows_lie_on_whole_milliseconds_whatever_the_rate(rate):
-    """A handle thrown with 0.5 m/s, slowed by 0.5 N·s/m and 0.1 N: in closed form until it stops."""
+def test_rows_are_at_whole_milliseconds_for_every_rate(rate):
+    """A handle thrown at 0.5 m/s, decelerated by 0.5 N·s/m and 0.1 N: in closed form until it stops."""
     free = LIBRARY["free"]
     scene = headless.Scene(free, free.values(), HANDLE, LoopSettings(rate))
     found = trials.render(scene, trials.script("released"))
@@ -46,7 +46,7 @@ def computed(key):
 
 
 @pytest.mark.slow
-def test_parts_add_up_and_a_lead_of_half_a_step_makes_up_for_delay():
+def test_parts_add_up_and_a_lead_of_half_a_step_compensates_a_delay():
     puck, parts = LIBRARY["puck"], []
     for integrator in ("semi_implicit", "exact"):
         question = SceneRequest(puck, puck.values({"integrator": integrator}), "kalman")
@@ -65,17 +65,17 @@ def test_parts_add_up_and_a_lead_of_half_a_step_makes_up_for_delay():
 @pytest.mark.parametrize(
     ("integrator", "order"), [("semi_implicit", 1), ("implicit_euler", 1), ("trapezoid", 2)]
 )
-def test_a_methods_own_error_falls_by_its_order_when_the_rate_doubles(integrator, order):
+def test_a_methods_own_error_decreases_by_its_order_at_twice_the_rate(integrator, order):
     mass = LIBRARY["mass_spring_damper"]
     question = SceneRequest(mass, mass.values({"integrator": integrator}), "kalman")
     option = scene.loop_of(question, (scene.ON_BOARD, question.options, "kalman"), BoardPlanner(ARENA))
     (cycles, error), (twice, smaller) = Ideal(question).own(option)
     assert error / smaller == pytest.approx(2.0**order, rel=0.15)
     assert cycles == pytest.approx(option.cycles)
-    assert 1.7 * cycles < twice < 2.0 * cycles  # telemetry stays as it is
+    assert 1.7 * cycles < twice < 2.0 * cycles  # telemetry has the same rate
 
 
-def test_a_scene_without_methods_is_one_row_a_place_with_the_velocity_estimate_that_is_set():
+def test_a_scene_without_methods_has_one_row_per_place_with_the_present_estimator():
     damping = computed("damping")
     assert [(o.place, o.method) for o in damping.options] == [("computer", ""), ("board", "")]
     iir = replace(damping.question, estimator="iir")
@@ -89,18 +89,18 @@ def test_a_scene_without_methods_is_one_row_a_place_with_the_velocity_estimate_t
 
 
 @pytest.mark.parametrize("key", ["damping", "wall"])
-def test_a_live_answer_is_that_of_all_options(key):
+def test_a_live_answer_agrees_with_that_of_all_options(key):
     before, values = computed(key), LIBRARY[key].values({"damping": 3.0})
     asked = SceneRequest(LIBRARY[key], values)
     every, live = scene.compute(asked), scene.in_force(asked, before)
     for one, place in zip(live, PLACES, strict=True):
         same = every.in_force(place)
         assert one.error == pytest.approx(same.error, abs=KNOWN)
-        assert one.limit == pytest.approx(same.limit, rel=0.03)  # cycles are those of before
+        assert one.limit == pytest.approx(same.limit, rel=0.03)  # cycles are not recomputed
 
 
 def made_up(*options, stiffness=500.0, place="board"):
-    """Return a friction scene with a tether of so many N/m, whose models have (error, limit, cycles)."""
+    """Return a friction scene with a tether in N/m, whose models have given (error, limit, cycles)."""
     friction = LIBRARY["friction"]
     values = friction.values({"tether_stiffness": stiffness})
     blank = Option(place, (), "kalman", "", 1000.0, 0.0, 1.0, 1.0, 1.0, sense="force", hand="tap")
@@ -115,22 +115,24 @@ def made_up(*options, stiffness=500.0, place="board"):
 @pytest.mark.parametrize(
     ("options", "best"),
     [
-        ([(2.0, 751.0, 3.0), (1.0, 749.0, 1.0), (3.0, 9e9, 1.0)], "M0"),  # 1.5 × 500 N/m, then the error
+        # 1.5 × 500 N/m first, then the error
+        ([(2.0, 751.0, 3.0), (1.0, 749.0, 1.0), (3.0, 9e9, 1.0)], "M0"),
         ([(1.00, 900.0, 3.0), (1.04, 900.0, 2.0), (1.06, 900.0, 1.0)], "M1"),  # equal errors: the cheapest
-        ([(2.0, 300.0, 1.0), (1.9, 296.0, 1.0), (2.1, 298.0, 1.0)], "M0"),  # none: 1 % of the stiffest
-        ([(2.0, 300.0, 1.0), (4.1, 310.0, 1.0)], "M0"),  # stiffer, but with more than twice the error
-        ([(2.0, math.nan, 2.0), (1.0, math.nan, 1.0)], "M1"),  # no limit known
+        # none admissible: within 1 % of the stiffest
+        ([(2.0, 300.0, 1.0), (1.9, 296.0, 1.0), (2.1, 298.0, 1.0)], "M0"),
+        ([(2.0, 300.0, 1.0), (4.1, 310.0, 1.0)], "M0"),  # stiffer, but more than twice the error
+        ([(2.0, math.nan, 2.0), (1.0, math.nan, 1.0)], "M1"),  # limit unknown
     ],
 )
-def test_the_least_error_of_those_that_hold_the_scene(options, best):
+def test_the_recommended_option_has_the_least_error_of_the_stable_ones(options, best):
     found = made_up(*options)
     assert found.recommended("board").method == best
     said = found.reason("board")
     assert ("needs a hand or friction" in said) == (options[0][1] < 750.0)
 
 
-def test_the_answer_and_its_reason_in_words():
-    """The rate may outweigh the method; below 1 JND it feels like the ideal; a lead cancels a part."""
+def test_the_answer_and_its_reason_as_text():
+    """The rate may matter more than the method; below 1 JND it feels ideal; a lead cancels a part."""
     found = made_up((3.0, 900.0, 1.0), (5.0, 800.0, 1.0))
     best = replace(found.options[0], parts=(2.0, 1.0, 0.0, 0.0, 0.0, 0.0), rate=2000.0)
     truer = replace(found.options[1], parts=(0.1, 4.9, 0.0, 0.0, 0.0, 0.0))
@@ -156,7 +158,7 @@ def test_the_answer_and_its_reason_in_words():
 
 
 def test_a_limit_of_zero_is_never_stable():
-    """Explicit Euler gains energy in a spring at any stiffness: 1 + (h w)² a step."""
+    """Explicit Euler gains energy in a spring at any stiffness: a factor of 1 + (h w)² per step."""
     puck = LIBRARY["puck"]
     question = SceneRequest(puck, puck.values({"integrator": "explicit_euler"}), "kalman")
     limit = scene.limit_of(question, question.options, 1000.0, 1e-3, "kalman")
@@ -164,7 +166,7 @@ def test_a_limit_of_zero_is_never_stable():
     assert scene.limit_words(1.0) == "stable up to 1 N/m"
 
 
-def test_delays_are_one_number_or_a_range_a_place():
+def test_delays_are_shown_as_one_number_or_a_range_per_place():
     one = made_up((1.0, 900.0, 1.0)).options[0]
     options = [replace(one, place=place, delay=s) for place, s in (("computer", 1e-3), ("computer", 1e-3))]
     options += [replace(one, delay=s) for s in (0.3912e-3, 0.1249e-3)]
@@ -177,14 +179,14 @@ def scenes(*quick):
 
 @cache
 def ideals(key):
-    """Return the plain loop's rows of every hand at the scene itself."""
+    """Return the plain loop's rows of every hand with the scene's ideal."""
     q = computed(key).question
     at = q.device, q.environment, q.with_options(q.exact)
     return {trial: rendered(trial, *at) for trial in trials.scripts(q.environment)}
 
 
 def plain_error(key, option, hands=(), real=scene.PARTS):
-    """Return the error of an option in JND by the loop in plain Python, under its worst hand."""
+    """Return the error of an option in JND by the loop in plain Python, under the hand with the largest."""
     q, ideal = computed(key).question, ideals(key)
     values = q.with_options(option.options if "method" in real else q.exact)
     told = [
@@ -197,11 +199,12 @@ def plain_error(key, option, hands=(), real=scene.PARTS):
     return max(told)
 
 
-CHATTER = "Coulomb", "Karnopp"  # flip with every count of noise: their vibration differs from run to run
+# every noisy count reverses their force, so their vibration differs between runs
+CHATTER = "Coulomb", "Karnopp"
 
 
 @pytest.mark.parametrize("key", scenes("damping"))
-def test_every_row_has_the_error_of_a_loop_in_plain_python(key):
+def test_the_error_of_every_row_agrees_with_plain_python(key):
     for option in computed(key).options:
         wanted = plain_error(key, option)
         near = {"rel": 0.5} if option.method in CHATTER else {"abs": 0.1, "rel": 0.08}
@@ -213,8 +216,8 @@ def test_every_row_has_the_error_of_a_loop_in_plain_python(key):
 
 
 @pytest.mark.parametrize("key", scenes())
-def test_the_parts_of_a_recommended_row_are_those_of_a_loop_in_plain_python(key):
-    """Mean gain over all orders in which the parts become real."""
+def test_the_parts_of_a_recommended_row_agree_with_plain_python(key):
+    """Mean gain over all orders in which parts become real."""
     found = computed(key)
     for place in PLACES:
         best = found.recommended(place)
@@ -233,16 +236,17 @@ def test_the_parts_of_a_recommended_row_are_those_of_a_loop_in_plain_python(key)
         assert best.parts == pytest.approx(means, abs=0.1 + 0.03 * best.error)
 
 
-OBJECTS = {"puck": (0.038, 0.040), "mass_spring_damper": (0.014, 0.012)}  # m: handle and object, pressed
+# m: positions of handle and object in contact
+OBJECTS = {"puck": (0.038, 0.040), "mass_spring_damper": (0.014, 0.012)}
 
 
 def grows(q, option, stiffness):
-    """Return whether handle, law and loop, pressed with a stiffness, have a root outside the unit circle.
+    """Return True if handle, law and loop in contact with a stiffness have a root outside the unit circle.
 
-    Column by column: each state moved a little, then one period by the law in plain Python.
+    Each column of the matrix: one state is perturbed, followed by one period of the law in plain Python.
     """
     environment, values = q.environment, {**q.with_options(option.options), "contact_stiffness": stiffness}
-    if environment.key not in OBJECTS:  # a spring, with the damping that the scene has by its exact method
+    if environment.key not in OBJECTS:  # a spring with the damping of the scene's exact method
         damping = environment.impedance(q.with_options(q.exact))[1] if environment.impedance else 0.0
         environment, values = LIBRARY["spring"], {"center": 0.0, "stiffness": stiffness, "damping": damping}
     place, middle = OBJECTS.get(environment.key, (0.0, 0.0))
@@ -280,11 +284,11 @@ def test_every_row_grows_just_above_its_stiffness_limit_and_not_below(key):
 
 
 @pytest.mark.parametrize("key", scenes("spring", "wall"))
-def test_the_recommended_row_is_the_default_and_has_the_least_error_of_all_admissible_ones(key):
-    """The stated rule would have the puck on the computer by implicit Euler, with 3 times the error."""
+def test_the_recommended_row_is_the_default_with_the_least_error_of_all_admissible_ones(key):
+    """The rule of thumb would select implicit Euler for the puck on the computer, with 3 times the error."""
     usual = computed(key)
     wanted = 1.5 * usual.question.stiffness
-    at_once = replace(usual.question, places=(Place("computer", 1000.0, 0.0),))  # as the window begins
+    at_once = replace(usual.question, places=(Place("computer", 1000.0, 0.0),))  # initial state of the window
     for place, found in zip((*PLACES, "computer"), (usual, usual, scene.compute(at_once)), strict=True):
         options, best = found.at(place), found.recommended(place)
         admissible = [o for o in options if o.limit > wanted or not wanted]

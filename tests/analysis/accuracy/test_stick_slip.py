@@ -45,7 +45,7 @@ class Bristles:
 
 
 class Tether:
-    """A spring and damper to an anchor that slides from the static force on until the motion reverses."""
+    """A spring and damper to an anchor, which slides from the static force on until the motion reverses."""
 
     def __init__(self):
         self.anchor = self.last = self.sliding = 0.0
@@ -64,7 +64,7 @@ class Tether:
 
 
 class HaywardArmstrong:
-    """An anchor that creeps by the distance moved times a share of its strain."""
+    """An anchor that creeps by the distance moved times a fraction of its strain."""
 
     def __init__(self):
         self.anchor = self.last = 0.0
@@ -90,7 +90,7 @@ ELASTIC = {
 
 
 def next_velocity(model, v, pull, dt):
-    """Return the velocity of a model without memory after a step."""
+    """Return the velocity after a step of a model without memory."""
     step = dt / MASS
     breaking = step * toward_zero(pull, KINETIC) if abs(pull) > STATIC else 0.0
     if model == "stribeck":
@@ -143,7 +143,7 @@ def exact_step(x, v, pull, h):
 
 
 def free_step(method, x, v, before, pull, h):
-    """Return (x, v) after a step without friction, and the length in s by which velocity moves the place."""
+    """Return (x, v) after a step without friction, and the time in s during which v moves the mass."""
 
     def a(q):
         return (pull - SPRING * q) / MASS

@@ -1,4 +1,4 @@
-"""Errors and lags of the velocity estimators as the tick renders them, against filters of scipy's."""
+"""Errors and lags of the velocity estimators rendered by the tick, compared with scipy's filters."""
 
 import math
 
@@ -16,7 +16,7 @@ QUANTUM, T = 20.7e-6, 1e-3
 
 
 def longest_line(counts, noise):
-    """Return the slope of the longest line that fits all of its up to 17 samples to within the noise."""
+    """Return the slope of the longest line of up to 17 samples that fits all of them within the noise."""
     found, fits = np.zeros(len(counts)), [np.vander(T * np.arange(size), 2) for size in range(2, 18)]
     solve = [np.linalg.pinv(line) for line in fits]
     for n in range(16, len(counts)):
@@ -51,7 +51,7 @@ def filtered(spec, position):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", PLAN.scenes, ids=lambda scene: scene.key)
-def test_errors_with_the_products_own_sensor(scene):
+def test_errors_agree_with_independent_filters_on_the_products_sensor(scene):
     assert SimulatedHapkit().quantum == QUANTUM
     found = {point.label: point.error for point, _, _ in velocity.runs(scene)}
     position, true = SIGNALS[scene.key][1]()
@@ -60,7 +60,7 @@ def test_errors_with_the_products_own_sensor(scene):
         assert found[velocity.label(key, options)] == pytest.approx(math.sqrt(np.mean(off**2)), rel=1e-3)
 
 
-def test_none_is_within_the_tolerance_in_every_motion_and_none_in_more_than_the_loops_own():
+def test_no_estimator_is_within_tolerance_in_every_motion_and_the_default_is_in_most():
     passed = {}
     for scene in PLAN.scenes:
         for point, _, _ in PLAN.runs(scene):

@@ -8,7 +8,7 @@ from hapkit_studio.cli import main
 
 
 @pytest.mark.slow
-def test_output_states_each_walls_end_and_figure_is_written(capsys, tmp_path):
+def test_the_output_states_each_walls_end_and_a_figure_is_written(capsys, tmp_path):
     picture = tmp_path / "wall.png"
     words = ["bode", "wall", "-p", "stiffness=300", "--rate", "1000,4000", "--quantum", "0"]
     assert main([*words, "--json", "--plot", str(picture)]) == 0

@@ -1,4 +1,4 @@
-"""The rendered impedance against the theory of the sampled loop, implemented independently here."""
+"""The rendered impedance compared with the theory of the sampled loop, implemented independently here."""
 
 import json
 import math
@@ -96,14 +96,14 @@ def worst_of(seed):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", wide(range(4), lambda seed: seed in (0, 3)))
-def test_random_loops_render_what_theory_says(seed):
+def test_random_loops_agree_with_theory(seed):
     share, degrees = worst_of(seed)
     assert share < SHARE
     assert degrees < DEGREES
 
 
 @pytest.mark.slow
-def test_fifty_random_loops_render_what_theory_says():
+def test_fifty_random_loops_agree_with_theory():
     found = np.array([worst_of(seed) for seed in range(100, 150)])
     assert np.all(found < (SHARE, DEGREES)), found.max(axis=0)
 
@@ -180,7 +180,7 @@ def where(softness):
 
 
 @pytest.mark.parametrize("rate", [1000.0, 4000.0])
-def test_a_wall_ends_where_its_stiffness_is_down_by_3_db(rate):
+def test_the_end_of_a_wall_is_the_3_db_frequency_of_its_stiffness(rate):
     """Re Z of a spring held for a period is K sin(wT) / (wT)."""
     found = simulation.measure(
         WALL, WALL.values({"stiffness": 300.0}), [LoopSettings(quantum=0.0, rate=rate)]
@@ -189,13 +189,13 @@ def test_a_wall_ends_where_its_stiffness_is_down_by_3_db(rate):
     assert curve.ends == curve.softens == pytest.approx(rate * where(math.sqrt(0.5)), rel=1e-3)
     assert math.isnan(curve.gives_energy)
     assert curve.outweighed == pytest.approx(math.sqrt(300.0 / 0.044) / (2.0 * math.pi), rel=2e-3)
-    # contact is maintained: 1.1 amplitudes inside the surface at 5 mm
+    # in contact all the time: 1.1 amplitudes inside the surface at 5 mm
     assert found.place == pytest.approx(0.005 + 1.1 * found.amplitude)
     assert "dropped by 3 dB" in curve.sentence
 
 
 @pytest.mark.parametrize(("times", "gives"), [(0.99, False), (1.01, True)])
-def test_a_spring_beyond_2b_over_t_gives_energy_from_the_lowest_frequency_on(times, gives):
+def test_a_spring_beyond_2b_over_t_adds_energy_from_the_lowest_frequency_on(times, gives):
     """The damping of a held spring is -K T / 2 at low frequencies (Colgate and Schenkel 1997)."""
     viscous, rate = 0.5, 1000.0
     values = SPRING.values({"stiffness": times * 2.0 * viscous * rate})
@@ -216,7 +216,7 @@ def test_default_amplitude_is_reduced_if_the_motor_saturates():
     assert forced.coherence.min() < 0.99
 
 
-def test_coherence_falls_and_theory_is_missing_where_the_force_is_not_linear():
+def test_coherence_is_low_and_theory_missing_for_a_nonlinear_force():
     setting = LoopSettings(quantum=0.0)
     (inside,) = simulation.measure(WALL, WALL.values(), [setting]).curves
     (across,) = simulation.measure(WALL, WALL.values(), [setting], place=0.005).curves
@@ -224,7 +224,7 @@ def test_coherence_falls_and_theory_is_missing_where_the_force_is_not_linear():
     assert inside.coherence.min() > 0.9999
     assert across.theory is None
     assert across.coherence.max() < 0.9
-    # in the wall half of the time: half the stiffness
+    # inside the wall half of the time: half of its stiffness
     assert across.stiffness == pytest.approx(0.5 * inside.stiffness, rel=0.01)
 
 

@@ -1,4 +1,4 @@
-"""The rendered impedance of the firmware, rendered by the computer and by the board, against theory."""
+"""The rendered impedance of the firmware, with computer and board rendering, compared with theory."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ SHARE, DEGREES = 0.03, 2.0
 @needs_board
 @pytest.mark.slow
 @pytest.mark.parametrize(("scene", "damping"), [(WALL, 0.0), (SPRING, 2.0)], ids=["wall", "damped spring"])
-def test_computer_and_board_render_what_theory_says(scene, damping):
+def test_computer_and_board_agree_with_theory(scene, damping):
     values = scene.values({"stiffness": 300.0, "damping": damping})
     found = on_board.measure(simulation.measure(scene, values, [LoopSettings()]))
     assert [curve.where for curve in found.curves] == ["computer", "board"]

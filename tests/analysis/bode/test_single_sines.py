@@ -17,7 +17,7 @@ MODES = ("into", "both", "none")
 def reference(tone, place, amplitude, stiffness, damping, mode, rate, delay):
     """Return the damping in N·s/m of a sampled wall at 5 mm from the work during 1 s of a sine inside it.
 
-    Exact: each force acts for a period, beginning a delay after its sample.
+    Exact: each force acts for a period, starting a delay after its sample.
     """
     position = lambda t: place + amplitude * np.sin(2.0 * math.pi * tone * t + 0.3)  # noqa: E731
     instants = np.arange(-2, round(rate) + 1) / rate
@@ -61,7 +61,7 @@ def test_damping_has_the_sign_and_size_of_the_work_per_cycle(seed):
             assert np.sign(got) == np.sign(want)
 
 
-def test_one_way_damping_is_half_minus_the_holds_energy():
+def test_one_way_damping_is_half_of_the_damping_minus_the_holds_energy():
     """B/2 − K T/2 at low frequencies: 2 N·s/m and 250 N/m at 1 kHz dissipate 0.875 N·s/m."""
     values = WALL.values({"damping": 2.0})
     (ideal,) = simulation.measure(WALL, values, [LoopSettings(quantum=0.0)]).curves

@@ -1,4 +1,4 @@
-"""Simulates a student: moves the handle to the ends, holds it at marks, releases it, hangs weights on it."""
+"""A simulated student moves the handle to the ends, holds it at marks, releases it, hangs weights on it."""
 
 import math
 
@@ -26,7 +26,7 @@ def swing(kit, seconds=5.0, reach=0.048):
 
 
 def hang(kit, mass):
-    """Hold the handle with a mass in kg on it, and let go 1.2 s after the motor has begun to push."""
+    """Hold the handle with a mass in kg on it; release it 1.2 s after the motor has started to push."""
     kit.weight, kit.hand, begin = -9.81 * mass, 0.0, []
 
     def lets_go(k):
@@ -66,7 +66,7 @@ def walk(kit, work, place, seconds=0.2):
 
 
 def hold_at_marks(kit, work, slip_at=None):
-    """Hold the handle at marks; return the scale. slip_at: the cable slips 200 counts before that mark."""
+    """Hold the handle at marks; return the scale. slip_at: mark before which the cable slips 200 counts."""
     work.forget_marks()
     for number, place in enumerate(MARKS):
         if number == slip_at:
@@ -86,7 +86,7 @@ def let_go(kit, work):
 
 
 def weigh(kit, work, masses=(0.0, 0.05, 0.1)):
-    """Hang masses in kg at the handle, one after the other; return the strength."""
+    """Hang masses in kg on the handle in turn; return the strength."""
     for mass in masses:
         let_go(kit, work)
         hang(kit, mass)

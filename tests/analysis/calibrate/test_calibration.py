@@ -1,4 +1,4 @@
-"""Whole calibrations of kits with one fault each: found, and position and force are right afterwards."""
+"""Complete calibrations of kits with one fault each: the fault is found, position and force are correct."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ def place_error(kit, work, place=0.03):
 
 
 def force_errors(kit, forces=(0.4, 0.8, 1.5, -1.0)):
-    """Return the relative errors (n,) of the motor's real force."""
+    """Return the relative errors (n,) of the motor's true force."""
     errors = []
     for force in forces:
         kit.send_messages(Force(1, 0, force))
@@ -146,7 +146,7 @@ def test_a_weight_that_is_too_heavy_for_the_motor_is_not_measured():
     assert work.strength.ratio == pytest.approx(0.74, rel=work.strength.half / work.strength.ratio)
 
 
-def test_friction_beyond_the_strongest_pulse_still_tells_the_direction():
+def test_friction_beyond_the_strongest_pulse_still_permits_finding_the_direction():
     kit = PaddleKit(coulomb=0.30, direction=-1)
     work = student.session(kit)
     assert work.try_direction().key == "no motion"

@@ -55,7 +55,7 @@ def test_a_good_kit_passes_every_check_in_half_a_minute(check):
         ({"board": replace(default().board, quantum=41e-6)}, "settings", "scale"),
     ],
 )
-def test_each_defect_is_found_where_it_belongs(check, kit, key, found):
+def test_each_fault_is_found_by_its_own_check(check, kit, key, found):
     report, _ = check(key, **kit)
     result = report.results[key]
     assert result.key == found, result
@@ -83,7 +83,7 @@ def _known(key):
     return Estimate(key, value, 0.01 * value, value)
 
 
-def test_a_stored_friction_that_holds_the_handle_is_named_before_the_supply(check):
+def test_a_stored_friction_that_stops_the_handle_is_reported_before_the_supply(check):
     stored = replace(default().board, coulomb=0.3)
     result = check("direction", board=stored, coulomb=0.3)[0].results["direction"]
     assert result.key == "no motion"
@@ -91,7 +91,7 @@ def test_a_stored_friction_that_holds_the_handle_is_named_before_the_supply(chec
     assert result.remedy.index("cable that is too tight") < result.remedy.index("supply")
 
 
-def test_an_encoder_is_too_coarse_for_mass_and_friction_and_no_fault(check):
+def test_an_encoder_too_coarse_for_mass_and_friction_is_not_a_fault(check):
     board = replace(default().board, counts_per_flip=24)
     report, _ = check("paddle", board=replace(board, quantum=quantum_of(board)), counts=24, magnet=7.5)
     assert "too coarse" in report.results["paddle"].words
@@ -131,7 +131,7 @@ class Late(PaddleKit):
 
 
 @pytest.mark.parametrize(("times", "found"), [(2, ""), (10**6, "late")])
-def test_a_late_computer_retries_and_then_blames_itself(check, times, found):
+def test_a_late_computer_is_retried_and_then_reported(check, times, found):
     report, kit = check("direction", kit=Late(times))
     result = report.results["direction"]
     assert result.key == found

@@ -29,13 +29,13 @@ def port(kit):
 
 
 def run(capsys, *words):
-    """Run a command; return its exit code and its JSON output, or else its error message."""
+    """Run a command; return its exit code, and its JSON output or its error message."""
     code = cli.main([*words, "--json"])
     said = capsys.readouterr()
     return code, json.loads(said.out) if code != 2 else said.err
 
 
-def test_settings_are_read_in_plain_words(capsys, port):
+def test_settings_are_printed_as_text(capsys, port):
     assert cli.main(["calibrate", port]) == 0
     text = capsys.readouterr().out
     assert "magnetoresistive, on A2" in text
@@ -45,14 +45,14 @@ def test_settings_are_read_in_plain_words(capsys, port):
         assert name not in text
 
 
-def test_a_kit_is_put_on_the_board_and_kept(capsys, port, kit):
+def test_a_kit_is_applied_and_saved(capsys, port, kit):
     code, shown = run(capsys, "calibrate", port, "--kit", "hapkit3-short", "--label", "red 7")
     assert code == 0
     assert shown["handle_radius"] == pytest.approx(0.070)
     assert kit.stored.label == "red 7"
 
 
-def test_a_file_is_put_on_the_board(capsys, port, kit, tmp_path, monkeypatch):
+def test_a_file_is_applied(capsys, port, kit, tmp_path, monkeypatch):
     monkeypatch.setenv(calibration_file.VARIABLE, str(tmp_path))
     path = calibration_file.write(named("hapkit2013").board, {})
     code, shown = run(capsys, "calibrate", port, "--from", str(path), "--write")
@@ -73,7 +73,7 @@ def test_a_file_is_put_on_the_board(capsys, port, kit, tmp_path, monkeypatch):
         (["--springs", "100", "300", "--springs-known", "60"], "50 % or less"),
     ],
 )
-def test_bad_input_is_one_line_and_changes_nothing(capsys, port, kit, words, said):
+def test_invalid_input_is_one_line_and_changes_nothing(capsys, port, kit, words, said):
     code, complaint = run(capsys, "calibrate", port, *words)
     assert code == 2
     assert said in complaint
@@ -96,7 +96,7 @@ class Person(StringIO):
 
 
 @pytest.mark.slow
-def test_two_springs_that_a_person_hooks_on_measure_the_motor_constant(capsys, monkeypatch, tmp_path):
+def test_two_springs_attached_by_a_person_measure_the_motor_constant(capsys, monkeypatch, tmp_path):
     monkeypatch.setenv(calibration_file.VARIABLE, str(tmp_path))
     kit = PaddleKit(torque=0.9 * 0.0183)
     monkeypatch.setattr(calibrate, "board_named", lambda key: kit)
@@ -121,7 +121,7 @@ def test_a_simulated_device_has_no_board(capsys):
         assert "no board" in complaint
 
 
-def test_check_says_a_result_for_each(monkeypatch):
+def test_check_prints_a_result_for_each(monkeypatch):
     kit = PaddleKit(direction=-1)
     kit.origin = Origin.STORED
     monkeypatch.setattr(check_hapkit, "board_named", lambda key: kit)

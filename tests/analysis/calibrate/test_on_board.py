@@ -48,7 +48,7 @@ def position(work, board, place):
     return work.runner.record(0.01).position[-1]
 
 
-def test_magnet_and_motor_the_wrong_way_round_are_put_right_and_kept(begin):
+def test_reversed_magnet_and_motor_are_corrected_and_saved(begin):
     board, work = begin("--sensor-sign", "-1", "--direction", "-1", "--magnet", "777")
     for place in (-0.02, 0.02):
         position(work, board, place)
@@ -67,7 +67,7 @@ def test_magnet_and_motor_the_wrong_way_round_are_put_right_and_kept(begin):
     assert work.runner.settings.label == "mine"
 
 
-def test_a_sweep_tells_the_paddle_of_the_virtual_board(begin):
+def test_a_sweep_determines_the_paddle_of_the_virtual_board(begin):
     truth = {"mass": 0.08, "viscous": 0.3, "coulomb": 0.2}
     _, work = begin(*[word for key, value in truth.items() for word in (f"--{key}", str(value))])
     part = work.sweep(4.0).part
@@ -80,7 +80,7 @@ def test_two_springs_correct_a_motor_at_90_percent_on_the_board(begin, tmp_path)
     board, work = begin("--torque", str(0.9 * 0.0183), log=log)
 
     def felt():
-        """Render 150 N/m to a moving hand; return the acting stiffness by the truth log."""
+        """Render 150 N/m to a moving hand; return the effective stiffness from the truth log."""
         board.flush()
         before = len(truth(log))
         board.send("hand 0.008 400 8 0.1 1.0")

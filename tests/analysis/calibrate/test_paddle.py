@@ -32,7 +32,7 @@ def swept(kit):
 
 
 @pytest.mark.slow
-def test_intervals_hold_the_truth_in_nine_of_ten():
+def test_intervals_contain_the_truth_in_nine_of_ten_cases():
     held = []
     for seed in SEEDS:
         kit = kit_of(seed)
@@ -62,7 +62,7 @@ def test_a_dead_band_is_fitted_and_a_false_one_is_removed():
 
 
 @pytest.mark.parametrize("motor_map", list(MotorMap))
-def test_the_motors_map_is_the_firmwares(motor_map):
+def test_the_motor_map_equals_the_firmwares(motor_map):
     table = (10, 30, 60, 100, 140, 180, 220, 255)
     board = replace(default().board, motor_map=motor_map, dead_band=55, table=table)
     full = 0.0183 * 0.074 / (0.090 * 0.005)
@@ -72,7 +72,7 @@ def test_the_motors_map_is_the_firmwares(motor_map):
     )
 
 
-def test_the_force_between_two_samples_is_shared_at_the_moment_it_changed():
+def test_the_force_between_two_samples_is_weighted_by_the_time_of_its_change():
     runner = BoardRunner(PaddleKit())
     runner.open()
     track = runner.run(lambda t, x, v: 0.5 if 0.0105 < t < 0.0205 else 0.0, 0.03, motions.SWEEP_LIMITS)

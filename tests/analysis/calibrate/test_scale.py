@@ -1,4 +1,4 @@
-"""Zero and scale against a known straight line, and mistakes found by comparison with the radii."""
+"""Zero and scale from a known straight line; mistakes found by comparison with the radii."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def test_a_straight_line_is_found_exactly(sense):
     assert found.result.good
 
 
-def test_intervals_hold_the_truth(rng):
+def test_intervals_contain_the_truth(rng):
     held = 0
     places = (0.0, -0.02, 0.02, 0.0, 0.03)
     for _ in range(400):
@@ -40,8 +40,8 @@ def test_intervals_hold_the_truth(rng):
     assert held >= 0.92 * 400
 
 
-def test_marks_that_contradict_each_other_or_the_sensor_step_are_a_fault():
-    """The handle held at +20 mm when −20 mm was asked, and both sides swapped."""
+def test_marks_that_contradict_each_other_or_the_sensor_check_are_a_fault():
+    """Marks taken at +20 mm instead of −20 mm, and with both sides swapped."""
     same_side = [
         scale.Mark(place, mark.count)
         for place, mark in zip((0.0, -0.02, 0.02, 0.0), marks_of((0.0, 0.02, 0.02, 0.0)), strict=True)
@@ -56,7 +56,7 @@ def test_marks_that_contradict_each_other_or_the_sensor_step_are_a_fault():
     assert scale.fit(marks_of((0.0, -0.02, 0.02, 0.0), sense=BOARD.sense), BOARD, inverted=False).result.good
 
 
-def test_marks_too_few_or_too_close_are_refused():
+def test_marks_that_are_too_few_or_too_close_are_refused():
     with pytest.raises(ParameterError, match="Two marks"):
         scale.fit(marks_of((0.0,)), BOARD)
     apart = scale.APART
@@ -74,7 +74,7 @@ def test_marks_too_few_or_too_close_are_refused():
         ({"handle_radius": 0.093}, ""),
     ],
 )
-def test_radii_that_do_not_fit_are_named_and_follow_the_marks(changed, key):
+def test_wrong_radii_are_named_and_corrected_by_the_marks(changed, key):
     board = replace(BOARD, **changed)
     found = scale.fit(marks_of((0.0, -0.02, 0.02, 0.0)), board)
     assert found.result.key == key
@@ -91,7 +91,7 @@ def test_radii_that_do_not_fit_are_named_and_follow_the_marks(changed, key):
         assert f"{1e3 * halved:.1f} mm" in found.result.remedy
 
 
-def test_a_cable_that_slips_is_found_at_the_second_middle():
+def test_a_slipping_cable_is_found_at_the_second_middle_mark():
     kit = PaddleKit()
     work = session(kit)
     found = hold_at_marks(kit, work, slip_at=3)

@@ -10,7 +10,7 @@ from tests.devices.paddle_kit import PaddleKit
 
 
 @pytest.mark.parametrize("counts", [902, 980])
-def test_the_counts_between_repeats_are_measured_to_one(counts):
+def test_the_counts_between_repeats_are_measured_to_one_count(counts):
     kit = PaddleKit(counts=counts, lowest=20)
     work = session(kit)
     assert end_to_end(kit, work).good
@@ -30,7 +30,7 @@ def test_the_counts_between_repeats_are_measured_to_one(counts):
         ({"noise": 1.0}, 0.048, ""),
     ],
 )
-def test_each_defect_has_its_result(kit, reach, key):
+def test_each_fault_has_its_result(kit, reach, key):
     made = PaddleKit(**kit)
     work = session(made)
     result = end_to_end(made, work, reach=reach)
@@ -38,7 +38,7 @@ def test_each_defect_has_its_result(kit, reach, key):
     assert bool(result.remedy) is not result.good
 
 
-def test_noise_is_that_of_the_readings_and_not_of_the_motion(rng):
+def test_noise_is_that_of_the_readings_without_the_motion(rng):
     n = 4000
     moving = 300.0 * np.sin(2.0 * np.pi * 2.0 * np.arange(n) * 1e-3)
     noisy = np.floor(500.0 + moving + 5.0 * rng.standard_normal(n))
@@ -46,7 +46,7 @@ def test_noise_is_that_of_the_readings_and_not_of_the_motion(rng):
     assert sensor.noise_of(np.floor(500.0 + moving)) < 1.0
 
 
-def test_a_jump_that_takes_a_reading_tells_the_same_period():
+def test_a_jump_during_a_reading_gives_the_same_period():
     place = np.linspace(0.0, 6.0 * 921.0, 900)
     raw = 51.0 + place % 921.0
     jumps = np.flatnonzero(np.abs(np.diff(raw)) > 400) + 1

@@ -89,14 +89,14 @@ class StickingKit(PaddleKit):
 
 
 @pytest.mark.slow
-def test_a_handle_that_sticks_is_shaken_loose():
+def test_shaking_frees_a_stuck_handle():
     kit = StickingKit(coulomb=0.15, **WEAK)
     work = student.session(kit)
     work.direction = FOUND
     assert measured(kit, work).ratio == pytest.approx(0.90, rel=0.01)
 
 
-def test_a_computer_that_was_late_pulls_again_twice(monkeypatch):
+def test_after_a_late_computer_the_pull_is_repeated_twice(monkeypatch):
     late = LateError()
     monkeypatch.setattr(motions, "pull", Mock(side_effect=[late, late, pulled(100.0), late, late, late]))
     work = student.session(PaddleKit())
@@ -152,7 +152,7 @@ def track(time, count, duty):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("known", [0.03, 0.0])
-def test_intervals_hold_the_truth_in_95_percent_of_many_kits(known):
+def test_intervals_contain_the_truth_in_95_percent_of_many_kits(known):
     random, n = np.random.default_rng(7), 150
     strength, beside = random.uniform(0.7, 1.4, n), random.uniform(-5.0, 15.0, n)
     coulomb, grows = random.uniform(0.02, 0.08, n), random.uniform(-1.0, 3.0, n)
@@ -208,7 +208,7 @@ def test_curvature_widens_the_interval():
         assert abs(found - 100.0) <= half, (at, gap)
 
 
-def test_a_spring_that_is_slack_or_too_stiff_is_no_spring():
+def test_a_slack_or_too_stiff_spring_is_rejected():
     assert felt_stiffness(pulled(100.0), BOARD)[0] == pytest.approx(100.0, rel=0.01)
     with pytest.raises(ParameterError, match="slack"):
         felt_stiffness(with_gap(pulled(100.0), 1e-3, 10e-3), BOARD)

@@ -1,4 +1,4 @@
-"""Requirements on every failure: works inside its limit, fails outside, has charts, can be felt."""
+"""Requirements on every failure: it works inside its limit, fails outside, has charts, and can be felt."""
 
 import json
 
@@ -16,7 +16,7 @@ from hapkit_studio.errors import ParameterError
 KEYS = list(failures())
 
 
-def test_the_library_is_found_in_order():
+def test_the_library_is_discovered_in_order():
     assert len(KEYS) == 15
     assert [f.order for f in failures().values()] == sorted(f.order for f in failures().values())
     blurred = {key: f.margin for key, f in failures().items() if f.margin != 0.01}
@@ -28,7 +28,7 @@ def test_the_library_is_found_in_order():
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KEYS)
 def test_it_works_inside_fails_outside_and_agrees_with_theory(key):
-    """Within 6 % of the theory's range."""
+    """To within 6 % of the theory's range."""
     told, failure = [], failures()[key]
     shown = show(failure, progress=lambda done, of: told.append((done, of)))
     assert shown.as_theory_says
@@ -64,7 +64,7 @@ def test_it_works_inside_fails_outside_and_agrees_with_theory(key):
 
 @pytest.mark.parametrize("ends", ["knob", pytest.param("options", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("key", [key for key in KEYS if failures()[key].live])
-def test_what_is_felt_live_can_be_set_by_a_person(key, ends):
+def test_the_live_settings_are_within_a_users_limits(key, ends):
     failure = failures()[key]
     tried = [({}, failure.knob.low), ({}, failure.knob.high)]
     if ends == "options":
@@ -88,7 +88,7 @@ def test_without_a_key_it_is_a_table_of_all(capsys):
 
 
 @pytest.mark.slow
-def test_one_failure_in_words_with_its_options_another_try_and_a_picture(capsys, tmp_path):
+def test_one_failure_is_printed_with_its_options_another_trial_and_a_picture(capsys, tmp_path):
     path = tmp_path / "broken.png"
     words = ("break-it", "course", "-p", "method=explicit_euler", "--at", "0.001", "--plot", str(path))
     assert main(words) == 0
@@ -99,7 +99,7 @@ def test_one_failure_in_words_with_its_options_another_try_and_a_picture(capsys,
     assert path.read_bytes()[:4] == b"\x89PNG"
 
 
-def test_one_object_has_both_sides_of_the_limit(capsys):
+def test_the_json_has_both_sides_of_the_limit(capsys):
     assert main(("break-it", "sampled_spring", "-p", "mass=0.05", "-p", "rate=1000", "--json")) == 0
     (row,) = json.loads(capsys.readouterr().out)["failures"]
     assert row["limit"] == pytest.approx(1001.67, abs=0.01)

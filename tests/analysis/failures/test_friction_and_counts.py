@@ -29,7 +29,7 @@ def region(beta, sigma, counts):
 
 @pytest.mark.parametrize("beta", [0.25, 0.4, 0.6, 1.0, 2.0])
 def test_diolaitis_regions(beta):
-    """Friction stops half a count from σ = 1/2 on, and only there: 1 % on both sides; else the table.
+    """From σ = 1/2 on friction stops half a count: tested 1 % on both sides, and by the table.
 
     With too little damping a large displacement grows at any friction.
     """
@@ -45,7 +45,7 @@ def test_diolaitis_regions(beta):
         assert region(beta, sigma, 200.3)[0] == word, sigma
 
 
-def test_the_push_that_friction_calms_is_the_tables():
+def test_the_push_that_friction_stops_agrees_with_the_table():
     """The energy balance over a cycle gives 0.5 to 2 % less."""
     for stiffness, viscous, coulomb, simulated in (
         (2000.0, 0.5, 0.2, 2.573),
@@ -77,7 +77,7 @@ def test_one_percent_less_push_settles_and_one_percent_more_grows(stiffness, mas
 
 @pytest.mark.parametrize("late", ["none", "one_period"])
 @pytest.mark.parametrize("mass", [0.02, 0.044, 0.1])
-def test_a_counted_sign_chatters_beyond_its_force_and_projection_holds(mass, late):
+def test_friction_by_the_sign_of_counts_chatters_beyond_its_force_and_projection_sticks(mass, late):
     failure = failures()["chatter"]
     case = failure.case({"mass": mass, "late": late, "viscous": 10.0 * mass})
     assert failure.probe(failure.inside(case), case).holds

@@ -1,4 +1,4 @@
-"""The instruction of each failure is true on the whole device under a mouse that pulls and lets go."""
+"""The instruction of each failure is true on the whole device, under a mouse that pulls and releases."""
 
 import math
 
@@ -16,8 +16,8 @@ def live(key, share):
     return failure.live(share * failure.limit(case), case)
 
 
-def test_a_spring_swings_on_only_where_friction_and_the_motor_cannot_hold_it():
-    """Beyond A = 4 F_c/(π ω (K T/2 − b)) it grows, if A is below 3 N/K, the motor's limit."""
+def test_a_spring_keeps_oscillating_only_beyond_the_damping_of_friction_and_the_motors_limit():
+    """Beyond A = 4 F_c/(π ω (K T/2 − b)) it grows, provided that A is below 3 N/K, the motor's limit."""
 
     def holds(k):
         a = 4.0 * 0.1 / (math.pi * math.sqrt(k / 0.044) * (0.5e-3 * k - 0.5))
@@ -34,7 +34,7 @@ def test_a_spring_swings_on_only_where_friction_and_the_motor_cannot_hold_it():
         assert (let_go(found) > SEEN) == swings == ("it buzzes at " in found.advice)
 
 
-def test_a_push_beyond_its_amplitude_swings_on_and_one_below_rests():
+def test_a_push_beyond_its_amplitude_oscillates_and_one_below_settles():
     for share, words in ((0.96, "it comes to rest."), (1.04, "it keeps oscillating.")):
         assert live("large_push", share).advice.endswith(words)
     assert behind(1e-3, 2000.0) == pytest.approx(11e-3)
@@ -43,7 +43,7 @@ def test_a_push_beyond_its_amplitude_swings_on_and_one_below_rests():
 
 
 def test_the_window_shows_the_step_of_its_integrator():
-    """A mass on a spring turns by ω dt per step: the window must show the same step."""
+    """A mass on a spring advances by ω dt per step: the window must show the same step."""
     failure = failures()["integrators"]
     for method in range(5):
         case = failure.case() | {"method": float(method)}
@@ -56,7 +56,7 @@ def test_the_window_shows_the_step_of_its_integrator():
                 assert ("comes to rest" in found.advice) == (share < 1.0)
 
 
-def test_values_for_the_window_have_four_figures_and_stay_on_their_side():
+def test_values_for_the_window_have_four_digits_and_stay_on_their_side_of_the_limit():
     assert short(1302.4668, 1001.9) == 1302.0
     assert short(1002.0004, 1002.0) == 1002.0004
     assert short(1001.9996, 1002.0) == 1001.9996

@@ -16,11 +16,11 @@ JITTER = failures()["jitter"]
 
 
 def sides(failure, case):
-    """Return the evidence just inside a failure's limit and just outside."""
+    """Return the evidence just inside and just outside a failure's limit."""
     return [failure.probe(value, case) for value in (failure.inside(case), failure.outside(case))]
 
 
-def test_ridges_are_too_steep_from_the_amplitude_of_theory_on():
+def test_ridges_are_too_steep_from_the_theoretical_amplitude_on():
     failure = failures()["texture_steepness"]
     for wavelength, rate, amplitude in (
         (0.001, 1000.0, 0.159), (0.002, 1000.0, 0.318), (0.005, 1000.0, 0.796), (0.001, 4000.0, 0.637),
@@ -30,13 +30,13 @@ def test_ridges_are_too_steep_from_the_amplitude_of_theory_on():
         assert [one.holds for one in sides(failure, case)] == [True, False]
 
 
-def test_beyond_half_the_rate_it_hums_lower_the_faster_it_is_stroked():
+def test_beyond_half_the_rate_the_pitch_falls_with_the_speed():
     failure = failures()["texture_speed"]
     found = [failure.try_at(speed).measure for speed in (0.3, 0.495, 0.505, 0.7, 0.9)]
     assert found == pytest.approx([300.0, 495.0, 495.0, 300.0, 100.0], abs=0.5)
 
 
-def test_ten_counts_a_ridge_and_steps_of_the_force_as_theory_says():
+def test_ten_counts_per_ridge_give_the_theoretical_steps_of_the_force():
     failure = failures()["texture_counts"]
     assert [one.measure for one in sides(failure, failure.case())] == [10.0, 9.0]
     out = stroking.stroke(0.005, 0.005, 1000.0, 15e-6, 5000)
@@ -44,7 +44,7 @@ def test_ten_counts_a_ridge_and_steps_of_the_force_as_theory_says():
     assert steps == pytest.approx(2.0 * math.pi * 0.25 * 15e-6 / 0.005, rel=1e-3)
 
 
-def test_a_bump_of_w_needs_v_below_w_over_4_t():
+def test_a_bump_of_width_w_needs_a_speed_below_w_over_4_t():
     """5 mm: limit 1.25 m/s at 1 kHz, 0.29 m/s at 230 Hz."""
     failure = failures()["tunnelling"]
     for rate, speed in ((1000.0, 1.25), (230.0, 0.2875)):
@@ -66,7 +66,7 @@ def test_a_pattern_decays_inside_its_exact_limit_and_grows_outside(usual, long, 
         assert (rate < 0.0) == (part < 1.0)
 
 
-def test_below_the_limit_of_the_longest_period_no_order_of_periods_grows(rng):
+def test_below_the_limit_of_the_longest_period_every_order_of_periods_is_stable(rng):
     """2 b/T of the longest period is stable for each of 200 patterns, computed by the exact map."""
     case, lengths = JITTER.case(), (1e-3, 1.5e-3, 2e-3, 5e-3)
     limits = {t: stiffness_limit(case["mass"], case["viscous"], rate=1.0 / t) for t in lengths}
@@ -87,7 +87,7 @@ LEAVES = [
 
 
 @pytest.mark.parametrize(("stiffness", "late", "table"), LEAVES)
-def test_the_formula_leaves_a_damped_handle_by_what_the_table_says(stiffness, late, table):
+def test_the_formulas_error_for_a_damped_handle_agrees_with_the_table(stiffness, late, table):
     """Without damping the formula is within 1 % up to a lateness of 0.4."""
     case = BOUNCE.case({"mass": 0.05, "late": late})
     lateness = math.sqrt(stiffness / 0.05) * 1e-3 * (1 + 2 * late)

@@ -1,4 +1,4 @@
-"""The planes of dimensionless numbers: boundaries against tables and formulas, points on the right side."""
+"""The planes of dimensionless numbers: boundaries by tables and formulas, points on the right side."""
 
 import math
 
@@ -18,7 +18,7 @@ def points(panel, outcome):
     return np.vstack([np.empty((0, 2))] + [np.c_[p.x, p.y] for p in panel.points if p.outcome == outcome])
 
 
-def test_the_sampled_walls_boundary_is_that_of_the_table_for_a_heavier_handle():
+def test_the_sampled_walls_boundary_agrees_with_the_table_for_a_heavier_handle():
     """0.05 kg, 0.5 N·s/m, 1 ms, no delay: K_max over B in N/m."""
     table = {0.5: 1983.5, 1.0: 2945.8, 5.0: 9974.0, 20.0: 27440.0, 40.0: 34959.0}
     (panel,) = SPRING.plane(SPRING.case({"mass": 0.05})).panels
@@ -39,7 +39,7 @@ def test_rendered_springs_decay_below_the_boundary_and_grow_above(delay):
     assert own.y[0] == pytest.approx(rule.y[0], rel=0.01)  # with little damping the rule is exact
 
 
-def test_the_knob_lies_on_the_boundary_at_the_limit():
+def test_at_the_limit_the_knob_is_on_the_boundary():
     case = SPRING.case({"damping": 2.0})
     plane = SPRING.plane(case)
     x, y = plane.place(SPRING.limit(case))
@@ -47,8 +47,8 @@ def test_the_knob_lies_on_the_boundary_at_the_limit():
     assert y == pytest.approx(np.interp(x, own.x, own.y), rel=2e-3)
 
 
-def test_rest_needs_friction_above_half_a_step_and_damping_above_half_a_period():
-    """With too little damping, friction holds pushes below 4 F_c/(π ω (k T/2 − b₀)) only."""
+def test_settling_needs_friction_above_half_a_step_and_damping_above_half_a_period():
+    """With too little damping, friction only stops pushes below 4 F_c/(π ω (k T/2 − b₀))."""
     case = BUZZ.case()
     (panel,) = BUZZ.plane(case).panels
     for outcome, steady in ((STABLE, True), (BOUNDED, False)):
@@ -73,7 +73,7 @@ def test_delay_moves_the_boundary_of_damping():
     assert len(points(panel, BOUNDED)) > 5
 
 
-def test_every_integrator_has_its_region_and_the_scenes_their_points():
+def test_every_integrator_has_its_region_and_every_scene_its_point():
     plane = STEPS.plane(STEPS.case({"method": "verlet"}))
     assert [panel.title for panel in plane.panels][plane.own] == "Verlet"
     for panel in plane.panels:
@@ -91,7 +91,7 @@ def test_every_integrator_has_its_region_and_the_scenes_their_points():
 
 
 @pytest.mark.slow
-def test_the_command_draws_a_plane_and_says_who_has_none(capsys, tmp_path):
+def test_the_command_draws_a_plane_or_reports_that_there_is_none(capsys, tmp_path):
     path = tmp_path / "plane.png"
     assert main(("break-it", "integrators", "--plane", "--plot", str(path))) == 0
     assert path.read_bytes()[:4] == b"\x89PNG"

@@ -34,7 +34,7 @@ GRID = list(itertools.product((0.02, 0.2), (0.0, 1.0), (0.2, 1.0), (500.0, 2000.
 
 
 def test_one_percent_inside_decays_and_outside_grows_over_the_grid():
-    """32 loops; their growth is that of their roots."""
+    """32 loops, with the growth rate of their dominant roots."""
     for mass, damping, viscous, rate, late in GRID:
         given = {"mass": mass, "damping": damping, "viscous": viscous, "rate": rate, "delay": late / rate}
         case = SPRING.case(given)
@@ -47,7 +47,7 @@ def test_one_percent_inside_decays_and_outside_grows_over_the_grid():
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_one_percent_inside_decays_and_outside_grows_behind_every_filter(estimator):
+def test_one_percent_inside_decays_and_outside_grows_with_every_filter(estimator):
     for late, damping in ((0.0, 0.5), (0.0, 3.0), (1.0, 0.5), (1.0, 3.0)):
         case = FILTERS.case({"estimator": estimator, "damping": damping, "delay": late * 1e-3})
         assert FILTERS.probe(FILTERS.inside(case), case).holds, (late, damping)

@@ -7,7 +7,7 @@ from hapkit_studio.analysis.failures.course import rate_of, swing
 from hapkit_studio.analysis.failures.integrators import growth_per_radian
 from tests.dynamics.growth import COURSE_RATES
 
-# s, of the course's mass in contact
+# s: longest stable steps of the course's mass in contact
 LONGEST = {
     "explicit_euler": 0.769e-3, "lecture": 0.769e-3, "semi_implicit": 77.7e-3, "verlet": 78.4e-3,
     "rk4": 112e-3,
@@ -16,14 +16,14 @@ INTEGRATOR, COURSE = failures()["integrators"], failures()["course"]
 
 
 @pytest.mark.parametrize("method", ["explicit_euler", "lecture", "exact"])
-def test_the_course_s_mass_in_contact_grows_as_its_table_says(method):
+def test_the_growth_of_the_course_s_mass_in_contact_agrees_with_its_table(method):
     """Rendered with the handle held still, at 1 ms and at 230 Hz; the exact growth is −0.25 1/s."""
     for column, step in ((1, 1e-3), (2, 1.0 / 230.0)):
         rate = rate_of(swing(method, step), step)
         assert rate == pytest.approx(COURSE_RATES[method][column], rel=0.02, abs=2e-3), step
 
 
-def test_the_growth_without_error_is_the_damping_ratio():
+def test_the_exact_growth_is_the_damping_ratio():
     for ratio in (0.01, 0.3, 0.9):
         assert growth_per_radian("exact", ratio, 0.7) == pytest.approx(-ratio, rel=1e-12)
         assert growth_per_radian("verlet", ratio, 1e-3) == pytest.approx(-ratio, abs=1e-3)

@@ -12,7 +12,7 @@ HAND = (0.05, 4.0, 200.0)
 
 
 def several_sines(seed, amplitude=0.0125):
-    """Return a target of four sines of 0.7 to 6 Hz, slower ones wider."""
+    """Return a target of four sines of 0.7 to 6 Hz, with larger amplitudes at lower frequencies."""
     random = np.random.default_rng(seed)
     hertz, phase = random.uniform(0.7, 6.0, 4), random.uniform(0.0, 2.0 * math.pi, 4)
     size = amplitude / hertz**0.7 * random.uniform(0.5, 1.0, 4)

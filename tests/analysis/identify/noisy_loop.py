@@ -11,7 +11,7 @@ from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, 
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.haptics.rows import CLAMPED
 
-STEPS = 20  # per sample period
+STEPS = 20  # integration steps per sample period
 RATE = 1000.0
 QUANTUM = 20.7e-6
 HANDLE = Handle(0.044, 0.5, 0.10)

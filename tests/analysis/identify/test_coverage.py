@@ -26,9 +26,9 @@ def test_handle():
     inside = np.abs(errors) <= halves
     assert 0.90 <= inside.mean() <= 0.998
     assert (inside.mean(axis=0) >= 0.85).all()
-    # unbiased: the mean error is compatible with 60 samples
+    # unbiased: the mean error of 60 samples is compatible with 0
     assert (np.abs(errors.mean(axis=0)) < 3.5 * errors.std(axis=0) / np.sqrt(60)).all()
-    # efficient: twice the true spread, not ten times
+    # efficient: at most twice the true spread
     assert (np.median(halves, axis=0) < 4.0 * errors.std(axis=0)).all()
 
 
@@ -57,7 +57,7 @@ DEVICE = {"viscous": 0.5, "coulomb": 0.10}
 
 
 def told(hand, scene, values, estimator):
-    """Return (|error| / half, covered) of every identified value of the handle."""
+    """Return (|error| / half, determined) of every identified value of the handle."""
     part = identify(from_run(hs.simulate(scene, values, hand=hand, estimator=estimator, seconds=8.0))).handle
     truth = {**DEVICE, "mass": 0.044 + SCRIPTS[hand].mass}
     return [(abs(e.value - truth[e.key]) / e.half, e.holds(truth[e.key])) for e in part.estimates if e.told]

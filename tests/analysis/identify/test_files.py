@@ -1,4 +1,4 @@
-"""Recordings from files: the studio's own, also resaved by a spreadsheet, and those of other programs."""
+"""Recordings from files: the studio's own, also saved again by a spreadsheet, and those of other programs."""
 
 import csv
 import io
@@ -79,7 +79,7 @@ def test_resaved_studio_files_give_the_same_result(own, run, way, tmp_path, caps
     assert "Mass: 44 g of the handle and 100 g of the hand, identified 144.0 ± 0.2 g." in text
 
 
-def test_a_hands_own_script_is_kept_by_a_session_as_by_a_table(tmp_path):
+def test_a_hands_own_script_is_stored_by_a_session_and_by_a_table(tmp_path):
     hand = hs.Hand(
         0.05, 4.0, 200.0, lambda t: 0.01 * np.sin(9.0 * t) + 0.003 * np.sin(31.0 * t), vectorised=True
     )
@@ -91,7 +91,7 @@ def test_a_hands_own_script_is_kept_by_a_session_as_by_a_table(tmp_path):
     assert masses[1].value == pytest.approx(masses[0].value, abs=1e-4)
 
 
-# --- settings that changed
+# --- changed settings
 
 
 def stiffness_of(found):
@@ -141,14 +141,14 @@ def foreign(count=3000, velocity=True):
 
 
 @pytest.mark.parametrize("more", [(), ("--velocity", "dx_mms:mm/s")])
-def test_a_recording_of_another_program_tells_its_spring(tmp_path, capsys, more):
+def test_the_spring_in_a_recording_of_another_program_is_identified(tmp_path, capsys, more):
     path = tmp_path / "lab.csv"
     path.write_text(foreign())
     assert main(["identify", str(path), *NAMED, *more, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     terms = {e["key"]: e for e in found["parts"]["rendered"]["estimates"]}
     assert terms["stiffness"]["value"] == pytest.approx(210.0, abs=0.3)
-    # a command held for 1 ms is half of that late on average
+    # a command held for 1 ms has a mean delay of half of that
     assert terms["damping"]["value"] == pytest.approx(1.5 - 210.0 * 0.5e-3, abs=0.01)
     assert terms["centre"]["value"] == pytest.approx(2e-3, abs=2e-5)
     assert terms["stiffness"]["set"] is None
@@ -170,7 +170,7 @@ def test_an_unknown_table_lists_its_columns_and_the_option_to_name_them(tmp_path
 
 
 def test_plot_columns_are_in_si_units(tmp_path):
-    """Of the four samples of the shared example; with its velocity, or computed from the positions."""
+    """For the four samples of the shared example, with its velocity or computed from positions."""
     path = tmp_path / "four.csv"
     path.write_text(
         "t_ms;x_mm;dx_mms;F\n0;0,00;0,0;0,00\n1;0,10;100,0;-0,03\n2;0,20;100,0;-0,06\n3;0,30;100,0;-0,09\n"
@@ -217,7 +217,7 @@ def test_invalid_recordings_give_a_one_line_error(tmp_path, capsys, text, words)
                                   "force": TableColumn("F", "mN")})  # fmt: skip
 
 
-def test_a_unit_that_no_column_can_have_is_one_line(tmp_path, capsys):
+def test_an_unknown_unit_of_a_column_is_one_line(tmp_path, capsys):
     path = tmp_path / "lab.csv"
     path.write_text(foreign(40))
     for given in (("--time", "t_ms:mm"), ("--force", "F"), ("--velocity", "dx_mms:m")):

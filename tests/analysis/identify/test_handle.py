@@ -15,7 +15,7 @@ TRUTH = {"mass": 0.094, "viscous": 0.5, "coulomb": 0.10}
     ("quantum", "rate", "delay"),
     [(61e-6, 1000.0, 0.5e-3), (20.7e-6, 500.0, 1e-3), (20.7e-6, 4000.0, 0.4e-3)],
 )
-def test_a_shaken_handle_is_found_with_the_hands_mass(quantum, rate, delay):
+def test_a_shaken_handle_is_identified_with_the_hands_mass(quantum, rate, delay):
     part = shaken(11, values={"stiffness": 150.0}, quantum=quantum, rate=rate, delay=delay).handle
     for key, truth in TRUTH.items():
         assert part[key].asked == pytest.approx(truth)
@@ -40,7 +40,7 @@ def test_a_released_handle_is_identified_and_an_unknown_hand_needs_the_option():
     assert identify(unknown, released=True).handle["mass"].holds(0.044)
 
 
-def test_stopped_samples_are_left_out_and_clamped_ones_are_not():
+def test_stopped_samples_are_excluded_and_clamped_ones_are_not():
     run = hs.simulate("spring", {"stiffness": 1000.0}, hand="shake", seconds=4.0)
     found = identify(from_run(run))
     assert found.handle["mass"].holds(0.144)

@@ -30,19 +30,19 @@ def test_a_constant_speed_is_not_noise(counts):
 
 
 @pytest.mark.parametrize("hertz", [0.3, 1.0, 5.0, 19.7])
-def test_a_sine_is_no_noise(hertz):
+def test_a_sine_is_not_noise(hertz):
     assert noise_ratio(counted(0.01 * np.sin(2.0 * np.pi * hertz * TIME)), THERE, QUANTUM) == 0.0
 
 
 @pytest.mark.parametrize("noise", [0.3, 0.7, 1.5])
-def test_noise_has_the_variance_it_was_given(noise):
+def test_the_noise_variance_is_estimated_correctly(noise):
     found = np.mean(
         [noise_ratio(counted(0.01 * np.sin(6.0 * TIME), noise, seed), THERE, QUANTUM) for seed in range(10)]
     )
     assert found == pytest.approx(12.0 * noise**2, rel=0.1)
 
 
-def test_lost_samples_are_no_noise():
+def test_lost_samples_are_not_noise():
     there = np.random.default_rng(1).random(2000) > 0.2
     moved = 0.01 * np.sin(2.0 * np.pi * 5.0 * TIME)
     jumps = np.where(there, counted(moved), 0.0)
@@ -50,7 +50,7 @@ def test_lost_samples_are_no_noise():
 
 
 def noisy(recording, noise, seed):
-    """Return a recording with noise in whole counts that the loop did not see."""
+    """Return a recording with noise in whole counts that the loop did not receive."""
     errors = np.round(np.random.default_rng(seed).normal(0.0, noise, len(recording)))
     return replace(recording, position=recording.position + QUANTUM * errors)
 
@@ -121,8 +121,8 @@ def quiet_recordings(held):
 @pytest.mark.parametrize("noise", [0.0, 0.3, 0.7, 1.5])
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("seen", [False, True])
-def test_95_percent_of_the_intervals_hold_the_truth(held, noise, seen):
-    """seen: the loop renders the noise, too; otherwise only the recording has it."""
+def test_95_percent_of_the_intervals_contain_the_truth(held, noise, seen):
+    """seen: the loop renders the noise too; otherwise only the recording contains it."""
     quiet, of_law = quiet_recordings(held)
     if seen:
         found, _ = noisy_loop.recordings(range(200), noise, held=held, seconds=SECONDS[held])

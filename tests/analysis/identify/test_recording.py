@@ -28,13 +28,13 @@ def values(found):
     return [e.value for part in (found.rendered, found.handle) for e in part.estimates]
 
 
-def test_a_saved_run_tells_what_the_run_told(run, saved):
+def test_a_saved_run_gives_the_same_result(run, saved):
     direct, read = identify(from_run(run)), identify(from_csv(saved))
     assert read.setup == direct.setup
     assert values(read) == pytest.approx(values(direct), rel=1e-4, abs=1e-6)
 
 
-def test_telemetry_rows_tell_what_the_run_told(run):
+def test_telemetry_rows_give_the_same_result(run):
     device = hs.SimulatedHapkit()
     scene = headless.Scene(
         named("spring"), named("spring").values({"stiffness": 300.0}), device, LoopSettings(delay=1e-3)
@@ -48,7 +48,7 @@ def test_telemetry_rows_tell_what_the_run_told(run):
 
 
 @pytest.mark.parametrize(("begin", "end"), [(1.0, 1.0), (1.5, 1.0), (5.0, None), (None, -1.0)])
-def test_a_piece_that_is_not_there_is_refused(run, begin, end):
+def test_a_missing_part_is_refused(run, begin, end):
     with pytest.raises(ParameterError, match=r"is not in the recording, 0 s to 1\.999 s"):
         identify(from_run(run), begin=begin, end=end)
 
@@ -108,7 +108,7 @@ def first_as(words):
         ),
     ],
 )
-def test_a_file_that_is_no_recording_is_refused_in_one_line(saved, change, words):
+def test_a_file_that_is_not_a_recording_is_refused_in_one_line(saved, change, words):
     assert len(lines_of(saved)[0]) == 19
     with pytest.raises(ParameterError, match=words) as raised:
         from_csv(damaged(saved, change))
@@ -136,7 +136,7 @@ def test_irregular_times_are_one_line(saved):
 
 
 @pytest.mark.parametrize("path", ["nosuch.csv", 5])
-def test_what_is_no_file_is_refused_in_one_line(path):
+def test_a_path_that_is_not_a_file_is_refused_in_one_line(path):
     with pytest.raises(ParameterError, match=r"Cannot read nosuch|the path of a file, not 5"):
         from_csv(path)
 

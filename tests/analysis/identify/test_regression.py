@@ -1,4 +1,4 @@
-"""Window averages against theory; coverage of intervals of instrumental-variable regression."""
+"""Window averages compared with theory; coverage of instrumental-variable intervals."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_errors_in_columns_bias_one_measurement_but_not_two():
     assert np.mean(unbiased) == pytest.approx(2.0, abs=4.0 * np.std(unbiased) / np.sqrt(200))
 
 
-def test_intervals_hold_the_truth_although_residuals_are_alike():
+def test_intervals_contain_the_truth_with_autocorrelated_residuals():
     inside, naive = [], []
     for seed in range(300):
         random = np.random.default_rng(seed)
@@ -69,7 +69,7 @@ def test_repetitions_of_residuals_are_counted():
     assert half == pytest.approx(1.0 + 2.0 * 0.5, rel=0.1)
 
 
-def test_intervals_hold_the_truth_where_a_motion_repeats_its_errors():
+def test_intervals_contain_the_truth_if_a_motion_repeats_its_errors():
     """Repeating the same hundred errors four times adds no information."""
     inside: dict[bool, list[bool]] = {True: [], False: []}
     for seed in range(200):
@@ -84,7 +84,7 @@ def test_intervals_hold_the_truth_where_a_motion_repeats_its_errors():
     assert np.mean(inside[False]) < 0.7
 
 
-def test_windows_left_out_change_nothing_else():
+def test_excluded_windows_do_not_affect_the_others():
     random = np.random.default_rng(5)
     x = motion(random)
     y = x @ TRUTH

@@ -48,7 +48,7 @@ def test_a_wall_is_judged_by_its_contacts_only():
     assert part.left_out["not in contact"] == 3000 - contacts
 
 
-def test_damping_that_acts_on_the_way_in_is_found_there():
+def test_damping_on_the_way_in_is_found_there_only():
     values = {"stiffness": 200.0, "damping": 8.0}
     tapped = identify(from_run(hs.simulate("wall", values, hand="tap", seconds=3.0, rate=4000.0))).rendered
     assert tapped["damping_in"].value == pytest.approx(8.0 - 200.0 * 0.125e-3, abs=0.15)
@@ -60,7 +60,7 @@ def test_damping_that_acts_on_the_way_in_is_found_there():
     assert "Come out faster" in pressed["damping_out"].advice
 
 
-def test_friction_and_viscous_damping_are_told_apart():
+def test_friction_and_viscous_damping_are_distinguished():
     values = {"kinetic_force": 0.6, "static_force": 0.6, "viscous": 2.0, "tether_stiffness": 3000.0}
     part = shaken(5, "friction", values).rendered
     assert part["friction"].value == pytest.approx(0.6, abs=0.01)
@@ -94,7 +94,7 @@ def test_motionless_recordings_give_advice_instead_of_values():
 
 
 def test_slow_recordings_do_not_determine_the_damping():
-    # 0.02 mm to and fro in a stiff spring: no more than a sensor count
+    # an amplitude of 0.02 mm in a stiff spring, about a sensor count
     run = sine_run(60.0, 0.0, 0.3, 2e-5, seconds=2.0)
     part = identify(from_run(run)).rendered
     assert not part["damping"].told
@@ -112,7 +112,7 @@ def test_a_filter_does_not_move_the_centre():
     assert 0.5e-6 <= found["centre"].half < 0.5e-3
 
 
-def test_a_file_stores_the_grip_which_the_handle_needs(tmp_path):
+def test_a_file_contains_the_grip_that_identification_of_the_handle_needs(tmp_path):
     hand, path = Hand(*HAND, several_sines(3), vectorised=True), tmp_path / "own.csv"
     run = hs.simulate("spring", {"stiffness": 150.0}, hand=hand, seconds=3.0)
     run.save(path)

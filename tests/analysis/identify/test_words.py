@@ -93,7 +93,7 @@ def csv(tmp_path_factory):
     return str(path)
 
 
-def test_the_command_says_what_was_rendered(csv, capsys):
+def test_the_command_prints_the_rendered_values(csv, capsys):
     assert main(["identify", csv]) == 0
     text = capsys.readouterr().out
     assert "Stiffness: you set 300 N/m, you rendered 299." in text or "you rendered 300." in text
@@ -104,8 +104,8 @@ def test_the_command_says_what_was_rendered(csv, capsys):
     )
 
 
-def test_every_output_states_that_no_force_was_measured(csv, capsys, tmp_path, monkeypatch):
-    """On a board, whose motor constant may be wrong, including how to measure it."""
+def test_every_output_states_that_the_force_was_not_measured(csv, capsys, tmp_path, monkeypatch):
+    """On a board, whose motor constant may be wrong, also how to measure the force."""
     lines = Path(csv).read_text(encoding="utf-8").splitlines(keepends=True)
     others = [line for line in lines if not line.startswith(("# device", "# hand"))]
     path = tmp_path / "board.csv"
@@ -124,7 +124,7 @@ def test_every_output_states_that_no_force_was_measured(csv, capsys, tmp_path, m
 
 
 @pytest.mark.slow
-def test_one_object_and_a_picture(csv, capsys, tmp_path):
+def test_json_and_picture(csv, capsys, tmp_path):
     picture = tmp_path / "found.png"
     assert main(["identify", csv, "--json", "--from", "0.5", "--to", "2.5", "--plot", str(picture)]) == 0
     found = json.loads(capsys.readouterr().out)

@@ -164,7 +164,7 @@ def lasting(handle, push):
 
 
 def holds_between(handle, pushes):
-    """Return True if the reported behaviour holds for pushes in m to both sides."""
+    """Return True if the reported behaviour is correct for pushes in m to both sides."""
     said, step = said_of_spring(handle), handle.device.quantum
     sizes = [lasting(handle, side * push) for push in pushes for side in (1.0, -1.0)]
     stays = [size for size in sizes if step < 2.0 * size < math.inf]
@@ -173,7 +173,7 @@ def holds_between(handle, pushes):
 
 @pytest.mark.slow
 def test_reported_oscillations_cover_untried_pushes():
-    """In all but one of twenty scenes: oscillations that few pushes reach are found by chance."""
+    """Except in one of twenty scenes, as oscillations that few pushes reach are found by chance."""
     pushes = [np.random.default_rng(seed).uniform(np.log(6e-5), np.log(16e-3), 3) for seed in range(20)]
     held = [holds_between(sprung(seed), np.exp(some).tolist()) for seed, some in enumerate(pushes)]
     assert held.count(False) <= 1
@@ -208,14 +208,14 @@ def test_an_irregular_oscillation_is_reported_as_such():
         (0.0, ("cross", "danger"), "In your hand, the handle buzzes by itself at 24 Hz (±1 mm)."),
     ],
 )
-def test_a_knock_is_a_warning_and_an_oscillation_by_itself_a_danger(push, sign, words):
+def test_an_oscillation_after_a_knock_is_a_warning_and_a_spontaneous_one_a_danger(push, sign, words):
     swing = Lasting(1e-3, 24.0)
     does = Behaviour(push, swing, swing, (24.0, 24.0)) if push < math.inf else Behaviour()
     assert does.sign == sign
     assert does.sentence(held=True).endswith(words)
 
 
-def test_a_handle_that_is_thrown_out_is_said_to_be():
+def test_a_repelled_handle_is_reported_as_such():
     thrown = Behaviour(1e-3, leaves=True)
     assert thrown.sentence(held=True) == "In your hand, a knock of more than 1 mm throws it out."
     both = Behaviour(1e-3, Lasting(2e-3), Lasting(2e-3), leaves=True, flick=50.0).sentence(held=False)
@@ -276,7 +276,7 @@ def scene_of(seed):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", wide(range(200), lambda seed: seed < 30))
-def test_the_verdict_is_right_in_any_loop_and_hand(seed):
+def test_the_verdict_is_correct_in_any_loop_and_hand(seed):
     handle, scene, grip = scene_of(seed)
     said = behaviour(scene, grip)
     # a wall is pressed with 1 and 2 N, or 60 % of the motor's force; a spring has two sides
@@ -312,7 +312,7 @@ def said_of(key, values, loop, coulomb=0.1, grip=None):
 
 
 def test_larger_pushes_are_tried_if_a_smaller_one_settles_late():
-    """A hand on 30 N·s/m, filtered and late: tiny pushes stay below a count, those of 5 cm/s oscillate."""
+    """A hand on 30 N·s/m with filter and delay: tiny pushes stay within a count, 5 cm/s oscillate."""
     loop = LoopSettings(1000.0, 2.5e-3, ("iir", {"cutoff": 102.577}))
     said = said_of("damping", {"damping": 30.05}, loop, grip="light")
     share = -math.expm1(-2.0 * math.pi * 102.577 / 1000.0)
@@ -435,8 +435,8 @@ def test_drift_is_removed_from_an_oscillation(stiffness):
     assert 0.98 * said.often[0] <= frequency <= 1.02 * said.often[1]
 
 
-def test_returning_objects_are_waited_for():
-    """A contact driven by explicit Euler: the handle rests for tenths of a second between two contacts."""
+def test_it_waits_for_returning_objects():
+    """Explicit Euler at a contact: the handle rests for tenths of a second between two contacts."""
     values = {
         "mass": 2.0, "damping": 4.12, "stiffness": 43.1, "contact_stiffness": 1496.0,
         "contact_damping": 48.7, "rest_position": 0.0337, "integrator": "explicit_euler",
@@ -445,8 +445,8 @@ def test_returning_objects_are_waited_for():
     assert not said.calm
 
 
-def test_a_passive_returning_object_comes_to_rest():
-    """No delay, and the object loses energy: equal knocks for seconds, then rest."""
+def test_a_passive_returning_object_settles():
+    """Without delay the object loses energy: equal impacts for seconds, then rest."""
     values = {
         "mass": 2.0, "damping": 0.17, "stiffness": 64.0, "contact_stiffness": 1970.0,
         "contact_damping": 0.8, "rest_position": 0.01,

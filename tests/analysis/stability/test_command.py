@@ -26,7 +26,7 @@ def run(capsys, *words):
 
 
 def test_the_margin_is_the_first_line(capsys):
-    """The limits are those of the tables: see test_kb_plane."""
+    """The limits are those of the tables in test_kb_plane."""
     code, out, err = run(capsys, *LATE)
     assert (code, err) == (0, "")
     assert out.startswith(
@@ -39,7 +39,7 @@ def test_the_margin_is_the_first_line(capsys):
 
 
 @pytest.mark.slow
-def test_one_object_of_columns_in_si(capsys, monkeypatch):
+def test_the_json_has_columns_in_si_units(capsys, monkeypatch):
     monkeypatch.setattr("hapkit_studio.commands.stability.COLUMNS", 4)
     code, out, err = run(capsys, *LATE, "--measure", "--to", "4", "--json")
     assert (code, err) == (0, "")
@@ -175,8 +175,8 @@ def test_the_dots_label_covers_no_line_and_stays_inside(stiffness, damping, tmp_
             assert not ((box.x0 < x) & (x < box.x1) & (box.y0 < y) & (y < box.y1)).any()
 
 
-def test_a_picture_of_pure_damping_has_its_limits_in_its_own_unit(drawn):
-    """The limits without any stiffness lines."""
+def test_a_picture_of_pure_damping_has_its_limits_in_their_own_unit(drawn):
+    """The limits of damping, without lines of stiffness."""
     found = plane(LoopSettings(viscous=0.18), 0.0, 2.0)
 
     def below(**more):
@@ -194,7 +194,7 @@ def test_a_removed_option_gives_a_one_line_error(capsys, removed):
 
 
 @pytest.mark.slow
-def test_the_worst_of_all_hands(capsys, tmp_path):
+def test_the_worst_of_all_hands_is_printed(capsys, tmp_path):
     words = ("--viscous", "0.4", "--delay", "0.001", "--to", "2", "-B", "0", "--hands")
     code, out, err = run(capsys, *words, "--plot", str(tmp_path / "hands.png"))
     assert (code, err) == (0, "")

@@ -21,7 +21,7 @@ HAPKITS = [({}, 360.0, 4170.0), ({"delay": 1e-3}, 120.0, 1382.0), ({"rate": 230.
 LATE = LoopSettings(viscous=0.18, delay=1e-3, estimator=("iir", {"cutoff": 35.5}))
 
 
-def test_the_boundary_of_a_hapkit():
+def test_the_boundary_of_a_hapkit_agrees_with_the_table():
     for loop, alone, damped in HAPKITS:
         found = exact_boundary(LoopSettings(viscous=0.18, **loop), np.array([0.0, 2.0]))
         assert found == pytest.approx([alone, damped], abs=0.6)
@@ -62,7 +62,7 @@ def test_an_adaptive_window_has_a_plane_without_exact_lines():
 WORKED = LoopSettings(mass=0.05, viscous=0.5, coulomb=0.1, quantum=15e-6)
 
 
-def test_the_stiffness_up_to_which_friction_hides_the_steps():
+def test_friction_hides_the_sensor_steps_up_to_a_stiffness():
     for quantum, coulomb, stiffness in (
         (5e-6, 0.02, 8000), (5e-6, 0.1, 40000), (15e-6, 0.05, 6667), (20.7e-6, 0.25, 24155),
         (61.4e-6, 0.1, 3257), (0.78e-3, 0.1, 256),
@@ -92,8 +92,8 @@ WALL = environments.named("wall")
 
 
 @pytest.mark.parametrize(("rate", "viscous"), [(500, 0.3), (1000, 0.5), (2000, 0.5)])
-def test_the_limit_of_a_sketch_is_that_of_a_force_a_period_late(rate, viscous):
-    # energy increases if hold (T / 2) and sketch (T) delays exceed the handle's damping: 2 b / 3 T
+def test_the_limit_of_a_sketch_is_that_of_a_force_with_a_period_of_delay(rate, viscous):
+    # energy increases if the delays by hold (T / 2) and sketch (T) exceed the handle's damping: 2 b / 3 T
     limit = 2.0 * viscous * rate / 3.0
     found = on_board.sketch_verdict(WALL, WALL.values(), replace(BOARD, viscous=viscous), rate, "difference")
     assert found.limit == pytest.approx(limit, rel=0.01)
@@ -114,8 +114,8 @@ def test_a_sketch_states_limit_and_verdict():
 
 @pytest.mark.parametrize("push", [0.5e-3, 1e-3])
 @pytest.mark.parametrize("delay", [0.0, 1e-3])
-def test_a_push_settles_below_the_boundary_of_dry_friction_and_swings_on_above(push, delay):
-    """Against an independent simulation without quantisation and force limit."""
+def test_a_push_settles_below_the_boundary_of_dry_friction_and_oscillates_above(push, delay):
+    """Compared with an independent simulation without quantisation and force limit."""
     setting = LoopSettings(delay=delay)
     bound = float(friction_boundary(setting, np.zeros(1), push)[0])
     for share, settles in ((0.95, True), (1.05, False)):
@@ -125,6 +125,6 @@ def test_a_push_settles_below_the_boundary_of_dry_friction_and_swings_on_above(p
         assert (np.ptp(places[-200:]) < push) == settles
 
 
-def test_without_dry_friction_both_boundaries_are_one():
+def test_without_dry_friction_both_boundaries_coincide():
     setting, across = LoopSettings(coulomb=0.0), np.linspace(0.0, 4.0, 5)
     assert friction_boundary(setting, across) == pytest.approx(exact_boundary(setting, across))

@@ -1,4 +1,4 @@
-"""Exact limits against tables, against each other, and against simulation."""
+"""Exact limits compared with tables, with each other, and with simulation."""
 
 import math
 import time
@@ -61,14 +61,14 @@ HANDS = [
 
 
 def rounded(value, digits_of):
-    """Compare with a printed number: within its last digit."""
+    """Compare with a printed number within its last digit."""
     text = f"{digits_of:g}"
     last = 10.0 ** -(len(text.split(".")[1]) if "." in text else 0)
     return value == pytest.approx(digits_of, abs=1.01 * last, rel=1e-5)
 
 
 @pytest.mark.parametrize(("mass", "viscous", "period_ms", "late", "limits", "most"), WITH_DAMPING)
-def test_with_virtual_damping(mass, viscous, period_ms, late, limits, most):
+def test_limits_with_virtual_damping_agree_with_the_table(mass, viscous, period_ms, late, limits, most):
     loop = {"rate": 1e3 / period_ms, "delay": late * period_ms * 1e-3}
     for damping, limit in zip(VIRTUAL, limits, strict=True):
         assert rounded(stiffness_limit(mass, viscous, damping=damping, **loop), limit)
@@ -77,19 +77,19 @@ def test_with_virtual_damping(mass, viscous, period_ms, late, limits, most):
 
 
 @pytest.mark.parametrize(("estimator", "late", "limits"), WITH_FILTER)
-def test_with_a_velocity_filter(estimator, late, limits):
+def test_limits_with_a_velocity_filter_agree_with_the_table(estimator, late, limits):
     for damping, limit in zip(FILTERED, limits, strict=True):
         got = stiffness_limit(0.05, 0.5, damping=damping, delay=late * 1e-3, estimator=estimator)
         assert rounded(got, limit)
 
 
 @pytest.mark.parametrize(("hand", "prompt", "late"), HANDS)
-def test_with_a_hand(hand, prompt, late):
+def test_limits_with_a_hand_agree_with_the_table(hand, prompt, late):
     assert rounded(stiffness_limit(0.05, 0.5, hand=hand), prompt)
     assert rounded(stiffness_limit(0.05, 0.5, hand=hand, delay=1e-3), late)
 
 
-def test_closed_form_of_the_prompt_spring(rng):
+def test_the_limit_of_a_spring_without_delay_agrees_with_the_closed_form(rng):
     """Jury on (z - 1) (z - E) + K (n1 z + n0): roots leave at E + K n0 = 1, -1 at K (n1 - n0) = 2 (1 + E)."""
     for _ in range(40):
         m, b, period = 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-1, 1.5), 10 ** rng.uniform(-3.5, -2)
@@ -131,7 +131,7 @@ def closed_loop(mass, viscous, damping, rate, delay, estimator, hand):
 
 
 def some_loop(rng):
-    """Return the arguments of a loop with any filter; half of them with a slow second-order one."""
+    """Return the arguments of a loop with any filter; half of the loops have a slow second-order one."""
     mass, viscous, rate = 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(2.3, 4)
     slow = ("butterworth", {"cutoff": 10 ** rng.uniform(0, 2)})
     filters = ["difference", ("iir", {"cutoff": 10 ** rng.uniform(0, 2)}), "kalman", slow, slow, slow]
@@ -151,7 +151,7 @@ def largest_root(loop, stiffness):
 
 
 def intervals_checked_by_roots(loop):
-    """Check the intervals by the roots of 300 springs and of those 0.1 % beside each end; return them."""
+    """Return the stable intervals, checked by the roots of 300 springs and of those 0.1 % beside each end."""
     found = stable_stiffnesses(**loop)
     ends = np.array([end for interval in found for end in interval if end > 0.0])
     assert largest_root(loop, ends) == pytest.approx(np.ones(ends.size), abs=1e-9)
@@ -206,7 +206,7 @@ def test_excessive_damping_may_be_stabilised_by_a_spring():
     ],
 )
 def test_one_percent_inside_decays_and_outside_grows(part, mass, viscous, rate, late, damping, hand):
-    """The rendered linear spring, ideal sensor, no friction, no limit: peaks of 2 s, 12 s apart."""
+    """The rendered linear spring with an ideal sensor, no friction, no limit: peaks of 2 s, 12 s apart."""
     loop = LoopSettings(rate, late / rate)
     limit = stiffness_limit(mass, viscous, damping=damping, rate=rate, delay=loop.delay, hand=hand)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf, initial_position=1e-6)
@@ -231,7 +231,7 @@ def test_one_percent_inside_decays_and_outside_grows(part, mass, viscous, rate, 
         {"damping": 60.0, "estimator": "kalman"},
     ],
 )
-def test_measured_limit_is_the_exact_one(loop):
+def test_the_measured_limit_equals_the_exact_one(loop):
     exact = stiffness_limit(0.05, 0.5, **loop)
     assert measured_stiffness_limit(0.05, 0.5, **loop) == pytest.approx(exact, rel=5e-4)
 
@@ -259,7 +259,7 @@ def own_seconds(compute):
 
 
 @pytest.mark.alone
-def test_is_quick_enough_for_a_status_bar():
+def test_it_is_fast_enough_for_a_status_bar():
     """At most the time of 100,000 squares in Python; five times that with a delay of 100 ms at 10 kHz."""
     squares = own_seconds(lambda: sum(i * i for i in range(100_000)))
     assert own_seconds(lambda: stiffness_limit(0.05, 0.5, damping=2.0)) < 4.0 * squares
@@ -267,14 +267,14 @@ def test_is_quick_enough_for_a_status_bar():
     assert own_seconds(lambda: stiffness_limit(0.05, 0.5, **late)) < 15.0 * squares
 
 
-def test_adaptive_window_has_a_measured_limit_only():
+def test_the_adaptive_window_has_only_a_measured_limit():
     with pytest.raises(ParameterError, match=r"foaw is not linear.*: measured_stiffness_limit finds it") as e:
         stiffness_limit(0.05, 0.5, damping=1.0, estimator="foaw")
     assert "\n" not in str(e.value)
 
 
 @pytest.mark.parametrize("late", [pytest.param(0.0, marks=pytest.mark.slow), 1e-3])
-def test_adaptive_window_is_as_stiff_as_any_without_damping_and_softer_with_it(late):
+def test_the_adaptive_window_is_as_stiff_as_others_without_damping_and_softer_with_it(late):
     """Without damping it has no effect; with damping it lags behind the plain difference."""
     alone = measured_stiffness_limit(0.05, 0.5, delay=late, estimator="foaw")
     assert alone == pytest.approx(stiffness_limit(0.05, 0.5, delay=late), rel=0.01)

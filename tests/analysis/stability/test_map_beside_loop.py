@@ -17,14 +17,14 @@ SAMPLES, TIMES = 1000, 3
 
 
 def late_share(reader) -> float:
-    """Return the smallest fraction of late samples over several attempts, as other programs run, too."""
+    """Return the smallest fraction of late samples over several attempts, since other programs also run."""
     found = [support.rest(reader, SAMPLES)[-SAMPLES:] for _ in range(TIMES)]
     return min(float((f[:, rows.LATENESS] > 0.5 * f[:, rows.PERIOD]).mean()) for f in found)
 
 
 @pytest.mark.alone
 def test_a_map_does_not_make_the_loop_late():
-    """With normal priority, at which a thread that computes without a pause would cost most."""
+    """Computed at normal priority, at which threads without pauses would delay the loop most."""
     rendered.classes(LoopSettings(), [1.0], [100.0], real=True)  # compile
     done, begun = threading.Event(), threading.Event()
 

@@ -21,7 +21,7 @@ from hapkit_studio.analysis.stability.margin import Margin, height, nice_width, 
         (910.0, 867.0, "firm", "1.05 × above the limit; firm grip. Lower stiffness below 867 N/m."),
     ],
 )
-def test_the_sentence(stiffness, limit, hand, words):
+def test_the_sentence_states_margin_hand_and_remedy(stiffness, limit, hand, words):
     assert sentence(Margin(stiffness, 2.0, limit, hand)) == words
 
 
@@ -59,7 +59,7 @@ def test_the_height_leaves_room_above_dot_and_limit():
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.3, 2.0, 8.3, 13.9, 40.0, 470.0])
-def test_the_dot_stands_clear_of_the_right_edge(damping):
+def test_the_dot_keeps_a_distance_from_the_right_edge(damping):
     assert damping <= 0.71 * nice_width(damping)
     assert nice_width(damping, least=12.0) >= 12.0
 

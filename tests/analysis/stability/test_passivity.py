@@ -1,4 +1,4 @@
-"""The passivity line against closed forms, and against the worst motion by optimisation."""
+"""The passivity line compared with closed forms, and with the worst motion found by optimisation."""
 
 import math
 
@@ -22,7 +22,7 @@ def largest(damping, late, estimator="difference", viscous=B, rate=1000.0):
     return float(passive_stiffness(viscous, np.array([damping]), rate, late / rate, estimator)[0])
 
 
-def test_spring_with_a_delay_of_whole_periods():
+def test_a_spring_with_a_delay_of_whole_periods():
     """Colgate & Schenkel: b > K T/2 times 1, 3, 5."""
     for late, factor in ((0, 1.0), (1, 3.0), (2, 5.0)):
         for rate in (230.0, 1000.0, 4000.0):
@@ -30,13 +30,13 @@ def test_spring_with_a_delay_of_whole_periods():
 
 
 def test_backward_difference_damping_reduces_the_limit():
-    """b > K T/2 + B."""
+    """The condition is b > K T/2 + B."""
     for damping in (0.05, 0.2, 0.45):
         assert largest(damping, 0) == pytest.approx(2.0 * (B - damping) / PERIOD, rel=1e-9)
 
 
 def test_a_filter_reduces_the_cost_of_damping():
-    """b > K T/2 + B alpha/(2 - alpha); the table's third digit."""
+    """The condition is b > K T/2 + B alpha/(2 - alpha), to the table's third digit."""
     for cutoff, cost in ((200.0, 0.557), (100.0, 0.304), (60.0, 0.186), (35.5, 0.111), (20.0, 0.063)):
         found = largest(1.0, 0, ("iir", {"cutoff": cutoff}), viscous=1.0)
         alpha = -math.expm1(-2.0 * math.pi * cutoff * PERIOD)
@@ -44,7 +44,7 @@ def test_a_filter_reduces_the_cost_of_damping():
         assert found == pytest.approx(2.0 * (1.0 - cost) / PERIOD, abs=1.2)
 
 
-def test_spring_with_a_fractional_delay():
+def test_a_spring_with_a_fractional_delay():
     """The slowest motion is the worst: b² > b K (T/2 + td) + K² θ (T - θ)/4, the limit as w -> 0."""
     for late in (0.1, 0.5, 0.9, 1.5, 3.3):
         stiffness = largest(0.0, late)
@@ -54,7 +54,7 @@ def test_spring_with_a_fractional_delay():
 
 
 def knots(late, periods):
-    """Return the instants in periods at which the loop samples or acts, up to ``periods``."""
+    """Return the times in periods at which the loop samples or acts, up to ``periods``."""
     rest = late - math.floor(late)
     parts = (0.0, rest) if rest else (0.0,)
     return np.array([k + part for k in range(periods) for part in parts])
@@ -104,7 +104,7 @@ CASES = [
 @pytest.mark.parametrize(
     ("damping", "late", "estimator"), wide(CASES, lambda _damping, late, _estimator: late in (0.0, 0.6, 1.6))
 )
-def test_no_motion_gains_energy_inside_and_one_does_outside(damping, late, estimator):
+def test_no_motion_gains_energy_inside_the_line_and_one_does_outside(damping, late, estimator):
     limit = largest(damping, late, estimator)
     assert limit > 20.0
     inside, outside = (energy_form(part * limit, damping, late, estimator) for part in (0.99, 1.01))

@@ -1,4 +1,4 @@
-"""The measured map and boundary: against the exact limit, and against friction's regions of the plane."""
+"""The measured map and boundary compared with the exact limit, and with friction's regions of the plane."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -19,7 +19,7 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
 
 LINEAR = ["difference", "iir", ("butterworth", {"cutoff": 20.0}), "kalman"]
-# Diolaiti et al. 2006 as simulated in theory.md: 1000 N/m, 0.05 kg, 1 kHz, 20 µm
+# Diolaiti et al. 2006, simulated in theory.md: 1000 N/m, 0.05 kg, 1 kHz, 20 µm
 STIFFNESS, STEP = 1000.0, 20e-6
 
 
@@ -35,7 +35,7 @@ def exact(setting: LoopSettings, damping: float) -> float:
 
 
 def some_settings(rng: np.random.Generator, count: int):
-    """Yield settings and a damping for which some spring is stable."""
+    """Yield settings and a damping at which some spring is stable."""
     while count:
         rate = float(rng.choice([250.0, 1000.0, 4000.0]))
         mass, viscous = float(10 ** rng.uniform(-2, -0.5)), float(10 ** rng.uniform(-1, 0.5))
@@ -75,7 +75,7 @@ SLOW = LoopSettings(mass=0.05, viscous=1.0, estimator=("butterworth", {"cutoff":
 @pytest.mark.parametrize(
     "setting", [LoopSettings(), LoopSettings(delay=1.3e-3, estimator="iir", hand="light"), SLOW]
 )
-def test_the_map_of_a_linear_loop_is_what_rendering_finds_in_each_cell(setting):
+def test_the_map_of_a_linear_loop_equals_rendering_of_each_cell(setting):
     """Rows are stiffness, columns damping; in half of the settings only a narrow strip is stable."""
     damping, stiffness = np.linspace(0.0, 12.0, 13), np.geomspace(20.0, 40_000.0, 31)
     found = rendered.classes(setting, damping, stiffness)
@@ -88,8 +88,8 @@ def test_the_map_of_a_linear_loop_is_what_rendering_finds_in_each_cell(setting):
 
 
 @pytest.mark.parametrize("share", [0.25, 0.4, 0.6, 1.0, 2.0])
-def test_friction_and_steps_divide_the_plane_as_diolaiti_says(share, threads):
-    """share is b / (K T). Below 1/2 a large motion grows; above, friction below K Δ / 2 never stops it."""
+def test_friction_and_steps_divide_the_plane_as_in_diolaiti(share, threads):
+    """share: b / (K T). Below 1/2 a large motion grows; above, friction below K Δ / 2 never stops it."""
     for friction in (0.0, 0.1, 0.25, 0.4, 0.495, 0.505, 1.0):
         setting = LoopSettings(
             mass=0.05, viscous=share * STIFFNESS * 1e-3, coulomb=friction * STIFFNESS * STEP, quantum=STEP
@@ -99,8 +99,8 @@ def test_friction_and_steps_divide_the_plane_as_diolaiti_says(share, threads):
         assert verdict.tolist() == [[wanted]], friction
 
 
-def test_friction_holds_a_motion_of_known_size(threads):
-    """theory.md 2: a motion of A = 4 f_c / (π ω (K T / 2 - b)) neither grows nor dies, ω² = K / m."""
+def test_friction_sustains_a_motion_of_known_amplitude(threads):
+    """theory.md 2: a motion of A = 4 f_c / (π ω (K T / 2 - b)) neither grows nor decays, ω² = K / m."""
     setting = replace(LoopSettings(), quantum=5e-6)
     start = rendered.STARTS[0] * setting.quantum
 
@@ -134,7 +134,7 @@ def test_the_passivity_controller_raises_the_boundary(real, delay, threads):
     assert (beyond != GROWS).all()
 
 
-def test_many_maps_in_one_sweep_are_the_single_ones(threads):
+def test_many_maps_in_one_sweep_equal_single_ones(threads):
     settings = [
         LoopSettings(),
         LoopSettings(delay=1e-3),
@@ -147,7 +147,7 @@ def test_many_maps_in_one_sweep_are_the_single_ones(threads):
     assert not (found[0] == found[1]).all()
 
 
-def test_progress_and_cancel(threads):
+def test_progress_is_reported_and_a_map_can_be_cancelled(threads):
     said = []
     cells = [1.0, 2.0], [50.0, 60.0, 70.0]
     rendered.classes(LoopSettings(), *cells, real=True, progress=lambda *now: said.append(now))
@@ -175,7 +175,7 @@ def test_convergence_to_a_limit_cycle_is_not_growth(stiffness, damping):
 
 
 def test_with_controller_the_boundary_gives_the_bounded_amplitude():
-    """A spring with a delay, without friction: the swing is that of its motion after the same time."""
+    """A spring with a delay, without friction: the amplitude is that of its motion after the same time."""
     setting, damping = LoopSettings(delay=1e-3, controller=True), np.array([0.0])
     points = rendered.measure_points(setting, damping)
     stiffness = points.stiffness[0]

@@ -28,8 +28,8 @@ def asked(key, setting=LATE, **values):
 
 
 @pytest.mark.slow
-def test_a_stiff_wall_is_calm_let_go_and_buzzes_in_a_grip():
-    """The wall of 5,000 N/m with 1 ms is beyond its limit; released, the handle only leaves it."""
+def test_a_stiff_wall_is_calm_when_released_and_buzzes_in_a_grip():
+    """The wall of 5,000 N/m with 1 ms of delay is beyond its limit; a released handle leaves it."""
     said = verdict(asked("wall", stiffness=5000.0, damping=0.0))
     held, released = said.lines
     assert held.startswith("In your hand, a knock of more than 0.")
@@ -56,7 +56,7 @@ def test_calm_scenes_state_the_margin_in_each_hand():
 
 
 @pytest.mark.parametrize(("share", "calm"), [(0.97, True), (1.03, False)])
-def test_without_friction_and_counts_the_verdict_is_that_of_the_linear_limit(share, calm):
+def test_without_friction_and_counts_the_verdict_agrees_with_the_linear_limit(share, calm):
     setting = LoopSettings(coulomb=0.0, quantum=0.0)
     bound = of_spring(setting, 100.0, 0.0).limit
     assert of_spring(setting, share * bound, 0.0).does["released"].calm == calm
@@ -88,7 +88,7 @@ def test_unstable_damping_does_not_settle_after_a_kick():
 
 
 def test_an_unstable_wall_does_not_settle_in_the_hand():
-    """Pressed with 1 and 2 N; the range begins within 156 N/m of the first nudge that oscillates."""
+    """Pressed with 1 and 2 N; the range starts within 156 N/m of the first nudge that oscillates."""
     ((low, high),) = unstable_ranges(asked("wall"))["stiffness"]
     assert high == 5000.0
     grip = grip_named("medium")
@@ -120,7 +120,7 @@ def test_a_law_with_a_false_impedance_is_judged_without_limit(tmp_path):
 
 
 @pytest.mark.parametrize(("stiffness", "calm"), [(900.0, True), (1800.0, False)])
-def test_no_run_is_unstable_in_silence(stiffness, calm):
+def test_every_unstable_run_gets_a_warning(stiffness, calm):
     run = hs.simulate("spring", {"stiffness": stiffness}, hand="pluck")
     still = np.ptp(run.true_position[-400:]) < 2e-5
     assert still == calm
@@ -130,7 +130,7 @@ def test_no_run_is_unstable_in_silence(stiffness, calm):
 @pytest.mark.parametrize(
     ("share", "words"), [(0.99, "1.01 × below the limit"), (1.01, "nothing presses the handle")]
 )
-def test_a_handle_let_go_presses_no_object(share, words):
+def test_a_released_handle_does_not_press_an_object(share, words):
     scene, loop = environments.named("puck"), LoopSettings()
     stiffness = share * contact_limit(loop, "puck", scene.values())
     found = verdict(VerdictInput(scene, scene.values({"contact_stiffness": stiffness}), loop))

@@ -1,4 +1,4 @@
-"""The zwidth command by simulation: text, JSON, figure, one-line errors."""
+"""The command ``zwidth`` by simulation: text, JSON, figure, one-line errors."""
 
 import json
 
@@ -19,7 +19,7 @@ def run(capsys, *words):
 
 
 @pytest.mark.slow
-def test_output_states_the_stiffest_wall_and_the_conditions(capsys):
+def test_the_output_states_the_stiffest_wall_and_the_conditions(capsys):
     code, out, err = run(capsys, "--damping", "0,2", "--mass", "0.05", "--quantum", "15e-6")
     assert (code, err) == (0, "")
     assert out.startswith("At b = 2 N·s/m, let go, all walls tried up to 8,7")
@@ -27,7 +27,7 @@ def test_output_states_the_stiffest_wall_and_the_conditions(capsys):
     assert "v₀ 0.1 m/s · push 1 N · force limit none · walls about the limit every 1 %" in out
 
 
-def test_one_object(capsys):
+def test_the_json_is_one_object(capsys):
     code, out, err = run(capsys, "--damping", "1", "--delay", "1e-3", "--max-force", "3", "--json")
     assert (code, err) == (0, "")
     found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))

@@ -27,7 +27,7 @@ ONE_TRIAL = TrialLimits(softest=300.0, highest=300.0)
 
 @pytest.fixture
 def running():
-    """Return a function that makes running engines with a spring; all are closed at the end."""
+    """Return a factory of running engines with a spring; all are closed at the end."""
     engines = []
 
     def make(device=None, grip="light", delay=2e-3):
@@ -44,7 +44,7 @@ def running():
 
 
 def assert_as_before(engine, environment="spring"):
-    """Check settings, force limit and hand; then that the loop renders the old environment only."""
+    """Check that settings, limit and hand are restored, and only the old environment is rendered."""
     assert engine.environment.key == environment
     assert engine.arrays.block.settings.max_force == engine.device.max_force
     assert engine.arrays.block.settings.hand_on == 0
@@ -65,7 +65,7 @@ def hits(found, surface=0.005):
 
 
 def after(calls, act):
-    """Return a progress function that acts once, at its ``calls``-th call with a pressed wall in force."""
+    """Return a progress function that acts at its ``calls``-th call with a pressed wall in force."""
     seen = []
 
     def progress(done, of):
@@ -99,8 +99,8 @@ def test_the_live_device_agrees_with_the_simulation(running):
 
 
 @needs_board
-@pytest.mark.alone  # a frame that is 20 ms late is a fault, on a busy machine too
-def test_the_virtual_board(running):
+@pytest.mark.alone  # a frame that is 20 ms late is a fault, also on a busy machine
+def test_the_virtual_board_has_a_z_width(running):
     engine = running(VirtualBoard("lockstep"), delay=1e-3)
     reader = engine.reader()
     found = on_device.measure(engine, (0.0,), TrialLimits(softest=1000.0, raised=1.5, precision=0.1))
@@ -144,12 +144,12 @@ def quit_loop(engine):
 def test_interruptions_restore_settings_and_remove_the_wall(
     running, monkeypatch, act, error, says, environment
 ):
-    """Cancelled, stopped, a fault, settings changed by another user and kept, a disconnected device."""
+    """Cancelled, stopped, a fault, settings changed meanwhile (which are kept), a disconnected device."""
     monkeypatch.setattr("hapkit_studio.analysis.zwidth.guarded_device._SILENCE_SECONDS", 0.5)
     engine = running()
     with pytest.raises(error, match=says):
         on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(60, lambda: act(engine)))
-    if environment is None:  # nothing runs any more
+    if environment is None:  # the device is disconnected
         assert engine.environment.key == "spring"
         return
     assert_as_before(engine, environment)
@@ -161,7 +161,7 @@ def test_interruptions_restore_settings_and_remove_the_wall(
         assert np.all(found[:, rows.FLAGS].astype(int) & rows.STOPPED)
 
 
-def test_a_scene_chosen_before_the_next_wall_is_kept(running, monkeypatch):
+def test_a_scene_chosen_before_the_next_wall_is_not_overwritten(running, monkeypatch):
     """Settings may change between the check and the next wall."""
     engine, wall, count = running(), on_device.GuardedDevice.wall, itertools.count()
 
@@ -176,7 +176,7 @@ def test_a_scene_chosen_before_the_next_wall_is_kept(running, monkeypatch):
     assert_as_before(engine, "friction")
 
 
-def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch):
+def test_excessive_speed_ends_a_trial_and_no_stiffer_wall_is_tried(running, monkeypatch):
     engine, tried = running(), []
     wall = on_device.GuardedDevice.wall
     monkeypatch.setattr(
@@ -190,7 +190,7 @@ def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch
 
 
 def test_the_band_is_searched_below_the_first_failed_wall(monkeypatch):
-    """200 and 300 hold, 450 N/m is the first to fail; bisected, then in steps of 5 %."""
+    """200 and 300 N/m pass, 450 N/m is the first to fail; bisected, then in steps of 5 %."""
     tried = []
 
     def watched(_guarded, _hand, stiffness):
@@ -209,11 +209,11 @@ def test_the_band_is_searched_below_the_first_failed_wall(monkeypatch):
 
 @pytest.fixture
 def briefly(monkeypatch):
-    """Watch each wall for a shorter time than a judgement needs."""
+    """Watch each wall for less time than a judgement needs."""
     monkeypatch.setattr(on_device, "_WINDOW_SECONDS", 0.05)
 
 
-def test_the_force_limit_holds_and_is_reported(running, briefly):
+def test_the_force_limit_applies_and_is_reported(running, briefly):
     engine = running(delay=0.0)
     reader = engine.reader()
     limits = TrialLimits(max_force=0.5, push=0.3, hit=0.15, softest=1500.0, highest=1500.0)
@@ -224,7 +224,7 @@ def test_the_force_limit_holds_and_is_reported(running, briefly):
 
 
 @pytest.mark.slow
-def test_a_person_is_asked_and_checked(running, briefly):
+def test_a_person_gets_instructions_and_is_monitored(running, briefly):
     engine, said = running(grip="medium"), []
 
     def person(words):

@@ -1,4 +1,4 @@
-"""Z-width by simulation, against published tables and an independent program; its search."""
+"""Z-width by simulation compared with published tables and an independent program; its search."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -73,7 +73,7 @@ def rests(stiffness, damping, phase):
 
 
 def plain_holds(stiffness, damping):
-    """Return True if the wall holds at three sampling phases."""
+    """Return True if the wall passes at three sampling phases."""
     return all(rests(stiffness, damping, phase) for phase in (1 / 6, 3 / 6, 5 / 6))
 
 
@@ -104,13 +104,13 @@ def measured(name):
 
 
 @pytest.mark.parametrize("name", wide(REFERENCE, lambda name: name == "f_c 0.1"))
-def test_the_reference_table(name):
+def test_the_result_agrees_with_the_reference_table(name):
     (setting, expected), found = REFERENCE[name], measured(name)
-    # the reference's search ends somewhere in the band
+    # the reference's search ends anywhere in the band
     high = np.array([max(p.stiffness, p.last_held) for p in found.points]) / np.array(expected)
     share = np.clip(1.0, found.stiffness / np.array(expected), high)
-    # without friction, chance decides which motion remains after 4 s; other sampling phases change these two
-    # cells of 56 equally
+    # without friction, the motion after 4 s depends on chance; other sampling phases change the same two
+    # cells of 56
     loose = np.array([setting.coulomb == 0.0 and b in (2.0, 5.0) for b in DAMPING])
     assert np.abs(share[:-1] - 1.0)[~loose[:-1]].max() < 0.025
     assert np.abs(share - 1.0)[loose].max(initial=0.0) < 0.06
@@ -121,7 +121,7 @@ def test_the_reference_table(name):
 
 
 @pytest.mark.parametrize("damping", [0.0, 1.0])
-def test_a_plain_program_agrees(damping):
+def test_the_result_agrees_with_a_plain_program(damping):
     limit = measured("f_c 0.1").stiffness[DAMPING.index(damping)]
     assert plain_holds(0.99 * limit, damping)
     assert not plain_holds(1.01 * limit, damping)
@@ -209,12 +209,12 @@ def test_result_is_the_bands_lower_end():
     assert point.stiffness in tried
     assert not point.clamped, "the wall named did not need the motor's limit"
     assert 1020.0 / 1.01 < point.last_held < 1020.0
-    assert min(tried) == pytest.approx(point.first_failed / 1.01**10)  # ten walls in a row decide
+    assert min(tried) == pytest.approx(point.first_failed / 1.01**10)  # ten walls in a row are required
     assert max(tried) == pytest.approx(point.last_held * 1.01**10)
 
 
 @pytest.mark.slow
-def test_all_walls_hold_up_to_the_result_and_some_fail_above():
+def test_all_walls_pass_up_to_the_result_and_some_fail_above():
     (point,) = simulation.compute(LoopSettings(), (20.0,)).points
     below = point.stiffness / 1.01 ** np.arange(band_trials(0.01))
     assert [simulation.trial(LoopSettings(), k, 20.0).why for k in below] == [""] * len(below)

@@ -1,4 +1,4 @@
-// Sleeps for ever: board time stops exactly where it is told to.
+// Sleeps for ever, so that board time stops exactly at the requested time.
 #include "chip.h"
 
 int main(void) { rest(); }

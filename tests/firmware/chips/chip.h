@@ -1,4 +1,4 @@
-// What the small test programs share: port at 1 Mbaud, PWM as the Hapkit has it.
+// Shared by the small test programs: port at 1 Mbaud, PWM as on the Hapkit.
 #pragma once
 
 #include <avr/interrupt.h>

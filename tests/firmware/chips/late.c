@@ -1,4 +1,5 @@
-// Says R when ready, leaves what it receives lying for 3 ms, then sends back what is still there and whether any was lost.
+// Sends R when ready, does not read received bytes for 3 ms, then returns the remaining ones and whether any
+// was lost.
 #include "chip.h"
 #include <util/delay.h>
 

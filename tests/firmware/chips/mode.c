@@ -1,4 +1,4 @@
-// Switches the motor's output on in the mode of timer TIMER, 0 or 2, that CONTROL_A and CONTROL_B say.
+// Enables the motor's output in the mode of timer TIMER, 0 or 2, given by CONTROL_A and CONTROL_B.
 #include "chip.h"
 
 int main(void) {

@@ -1,6 +1,6 @@
-// Sends two bytes one right behind the other, with LOOK=1 once the port says that it has room; then its status when they
-// have gone, how often the interrupt of the end came when it was let, the status in it and behind it, and the status
-// after two more have gone and their flag was written away.
+// Sends two bytes back to back, with LOOK=1 only when the port reports free space. Then sends the status
+// after their transmission, the number of transmit-complete interrupts once enabled, the status inside and
+// after the interrupt, and the status after two more bytes whose flag was cleared by writing.
 #include <util/delay.h>
 
 #include "chip.h"

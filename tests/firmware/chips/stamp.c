@@ -1,4 +1,4 @@
-// Says R when ready, takes 32 bytes at once and answers with the clock at which each was there, low byte first.
+// Sends R when ready, receives 32 bytes and returns the clock at which each arrived, low byte first.
 #include "chip.h"
 
 int main(void) {

@@ -1,4 +1,4 @@
-// Drives the motor with one duty after the other, 2 ms each: right, left, then by the bare pin.
+// Drives the motor with a sequence of duties, 2 ms each: right, left, then with the pin directly.
 #include "chip.h"
 #include <util/delay.h>
 
@@ -12,7 +12,7 @@ int main(void) {
       _delay_ms(2);
     }
   }
-  TCCR0A = _BV(WGM00);  // output unplugged from the timer: the pin's own level counts
+  TCCR0A = _BV(WGM00);  // output disconnected from the timer: the pin's own level applies
   _delay_ms(2);
   PORTD = _BV(PD5);
   _delay_ms(2);
