@@ -36,6 +36,7 @@ from hapkit_studio.gui.shell.live_display import LiveDisplay
 from hapkit_studio.gui.shell.menus import build_menus
 from hapkit_studio.gui.shell.notices import Notices
 from hapkit_studio.gui.shell.projector_view import Projector
+from hapkit_studio.gui.shell.rail_names import RailNames
 from hapkit_studio.gui.shell.recording_display import RecordingDisplay
 from hapkit_studio.gui.shell.status_bar import StatusBar
 from hapkit_studio.gui.shell.window_dialogs import KeysDialog, MarkerDialog, about_dialog, priority_dialog
@@ -153,6 +154,8 @@ class MainWindow(QMainWindow):
             studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side,
             self.body.show_beside,
         )  # fmt: skip
+        self.rail_names = RailNames(self.gallery, self.views, studio, self.settings, self)
+        self.centre.scene.grabbed.connect(self.rail_names.dismiss)
         self.record_display = RecordingDisplay(
             studio.recording, self.live, self.header, self.status, self.banners,
             lambda: self.views.show("sessions"),
