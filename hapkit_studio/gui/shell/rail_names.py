@@ -37,7 +37,7 @@ class RailNames(QWidget):
 
     def refresh(self) -> None:
         """Show the names if they are needed, beside the rail."""
-        gallery, window = self._gallery, self.parentWidget()
+        gallery, window = self._gallery, self.window()
         shown = self._wanted and self._views.key == LIVE and gallery.rail and gallery.isVisible()
         if shown:
             metrics = QFontMetricsF(theme.font("strong"))
