@@ -211,6 +211,8 @@ class TraceCanvas(Canvas):
             start, stop = (self.pixel(time, 0.0).x() for time in self.shown.evaluated)
             left = max(start, box.left()) + _BESIDE
             if left + _wide(_EVALUATED) + _BESIDE < min(stop, box.right()):
+                taken.append(_label_box(left, box.top() + _ROW, _EVALUATED))
+                painter.fillRect(taken[0] & box, theme.color("accentsoft", _GROUND))
                 self.note(painter, left, box.top() + _ROW, _EVALUATED, "accent")
         for start, stop in self.shown.gaps:
             left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE

@@ -5,6 +5,7 @@ import itertools
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.pages.lessons.player import scene_settings
@@ -122,6 +123,12 @@ def test_each_step_of_each_lesson_is_shown_with_its_scene_in_force(page, kept_wi
         page.player.go(at)
         assert not differing(studio, scene_settings(step.scene))
         assert set(page.tasks) == {task.key for task in (*step.checks, *step.questions)}
+
+
+def test_formulas_are_pictures_and_html_in_a_lesson_is_text(small):
+    texts = [part.text() for part in small.body.findChildren(QLabel)]
+    assert sum(text.count("<img src=") for text in texts) == 2
+    assert not [text for text in texts if "<code" in text or "<b>no" in text]
 
 
 def test_what_a_step_locks_and_hides_is_locked_and_hidden_until_it_is_left(small, kept_window):
