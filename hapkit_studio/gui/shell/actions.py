@@ -10,7 +10,7 @@ from hapkit_studio.gui import pages
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
 from hapkit_studio.gui.live.time_view import SPANS
 from hapkit_studio.gui.shell import action_set
-from hapkit_studio.gui.shell.window import MainWindow
+from hapkit_studio.gui.shell.window import TOUR, MainWindow
 from hapkit_studio.gui.state.lock import DEVICE
 from hapkit_studio.gui.state.permissions import QUIZ
 from hapkit_studio.gui.state.stored import StoredSettings
@@ -433,9 +433,14 @@ _TEACH = (
 
 
 _HELP = (
-    Action("help.find", "Find a command…", lambda w: w.show_commands(), "Ctrl+K"),
-    Action("help.keys", "Keys and words", lambda w: w.show_keys(), "F1", extra=("?",)),
+    Action("help.first_steps", "First steps", lambda w: w.show_lesson(TOUR)),
+    Action("help.lessons", "Lessons", lambda w: w.views.show("lessons"), "Ctrl+L"),
     Action("help.law", "Law language", lambda w: w.show_law_language()),
+    Action("help.glossary", "Glossary", lambda w: w.show_help("glossary")),
+    Action("help.troubleshooting", "Troubleshooting", lambda w: w.show_help("troubleshooting")),
+    Action("help.write_lesson", "Writing lessons", lambda w: w.show_help("lessons")),
+    Action("help.find", "Find a command…", lambda w: w.show_commands(), "Ctrl+K", rule=True),
+    Action("help.keys", "Keys and words", lambda w: w.show_keys(), "F1", extra=("?",)),
     Action("help.priority", "Real-time priority", lambda w: w.show_priority(), enabled=_has_engine),
     Action("help.about", "About", lambda w: w.show_about(), rule=True),
 )

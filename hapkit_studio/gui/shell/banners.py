@@ -15,7 +15,7 @@ Button = tuple[str, Callable[[], object]]
 
 @dataclass(frozen=True)
 class Notice:
-    """One banner; lower ranks are shown first. tone: danger or warn."""
+    """One banner; lower ranks are shown first. tone: danger, warn or accent."""
 
     key: str
     rank: int

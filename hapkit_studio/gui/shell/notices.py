@@ -1,6 +1,7 @@
 """Which banners are shown: stopped, fault, device disconnected, delay unknown."""
 
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,20 +26,28 @@ STALE_SHOWN_MS = 2000
 _STOPPED = "Stopped. Force is zero.", "Release when the handle is free.", "Release E-stop", "danger"
 _WAITS = (
     "The motor is off until you press Render.",
-    "Environment and values come from the last start or a demo. Check them first.",
+    "Environment and values come from the last start, a demo or a lesson. Check them first.",
     "Render",
     "warn",
 )
+# sections of assets/docs/troubleshooting.md
+_NO_PORT, _NO_FORCE, _BUZZING, _SLOW = "No port", "No force", "Buzzing", "Slow link or computer"
+_SECTIONS = {
+    arrays.OVER_SPEED: _BUZZING, arrays.RUNAWAY: _SLOW, arrays.SLOW_LAW: _SLOW, arrays.SLOW_LINK: _SLOW,
+    arrays.DEVICE_GONE: _NO_PORT,
+}  # fmt: skip
 _STEPS = {"flash": "Flash firmware", "update": "Update firmware"}
 
 
 class Notices(QObject):
     """Watches studio and frames, and shows or removes banners.
 
-    ``flash``: the user wants to flash the device in use.
+    ``flash``: the user wants to flash the device in use. ``help_wanted(section)``: open the page on
+    troubleshooting.
     """
 
     flash = Signal()
+    help_wanted = Signal(str)
 
     def __init__(self, studio: Studio, live: Live, banners: BannerStack):
         super().__init__()
@@ -47,6 +56,8 @@ class Notices(QObject):
         self._stale_reason = ""
         self._silent.start()
         self._unmeasured = QElapsedTimer()
+        sections = (_NO_PORT, _NO_FORCE, _BUZZING, _SLOW)
+        self._help = {section: partial(self.help_wanted.emit, section) for section in sections}
         self._simulated: Button = ("Use simulated Hapkit", studio.device.open_simulated)
         studio.engine_changed.connect(self._listen)
         for signal in (studio.stop_changed, studio.engine_changed):
@@ -84,7 +95,7 @@ class Notices(QObject):
             f"Fault: {self._stale_reason}.",
             "The force is zero. It comes back by itself when the sensor answers again.",
         )
-        self._show(silent, "stale", _FAULT, words, tone="danger")
+        self._show(silent, "stale", _FAULT, words, tone="danger", section=_NO_FORCE)
 
     def show_fault(self) -> None:
         """Show the latched fault, unless the banner of a disconnected device explains it."""
@@ -95,7 +106,8 @@ class Notices(QObject):
         slow = fault.code == arrays.SLOW_LINK
         ways = (*(self._board_button() if slow else ()), ("Clear fault", self._studio.clear_fault))
         self._banners.set("stale", None)  # remove the banner that says that the force comes back by itself
-        self._show(True, "fault", _FAULT, (fault.text, fault.detail), ways, "danger")
+        section = _SECTIONS.get(fault.code, _NO_FORCE)
+        self._show(True, "fault", _FAULT, (fault.text, fault.detail), ways, "danger", section=section)
 
     def show_silence(self, health: "Health") -> None:
         """Show that a board answered but has sent no row since it was opened."""
@@ -106,7 +118,8 @@ class Notices(QObject):
             "Force is zero. Press the board's reset button, then try again.",
         )
         ways = (("Try again", self._studio.device.reconnect), self._simulated)
-        self._show(silent and link.state == "running", "silence", _DEVICE, words, ways, icon="unplugged")
+        shown = silent and link.state == "running"
+        self._show(shown, "silence", _DEVICE, words, ways, icon="unplugged", section=_NO_FORCE)
 
     def show_unmeasured(self, health: "Health") -> None:
         """Show that the delay, and therefore the limit, is unknown although forces are being sent."""
@@ -122,7 +135,7 @@ class Notices(QObject):
             "The delay of the link cannot be measured.",
             "The stability limit is unknown: a contact that feels stable may start to oscillate.",
         )
-        self._show(late, "delay", _LIMIT, words, self._board_button())
+        self._show(late, "delay", _LIMIT, words, self._board_button(), section=_SLOW)
 
     def _show(
         self,
@@ -133,7 +146,11 @@ class Notices(QObject):
         ways: tuple[Button, ...] = (),
         tone: str = "warn",
         icon: str = "triangle",
+        section: str = "",
     ) -> None:
+        """Show or remove a banner; section: of the page on troubleshooting, which its button Help opens."""
+        if section:
+            ways = (*ways, ("Help", self._help[section]))
         self._banners.set(key, Notice(key, rank, tone, icon, *words, ways) if shown else None)
 
     def _board_button(self) -> tuple[Button, ...]:
@@ -170,4 +187,5 @@ class Notices(QObject):
             ways.append(("Try again", self._studio.device.reconnect))
         words = (f"{title.rstrip('.')}.", rest or "Force is zero.")
         away = link.state in ("gone", "failed")
-        self._show(away, "device", _DEVICE, words, (*ways, self._simulated), icon="unplugged")
+        ways.append(self._simulated)
+        self._show(away, "device", _DEVICE, words, tuple(ways), icon="unplugged", section=_NO_PORT)

@@ -2,7 +2,7 @@
 
 import gc
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
@@ -28,7 +28,7 @@ from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.panel.two_settings import TwoSettings
 from hapkit_studio.gui.shell.action_set import Action, ActionSet
-from hapkit_studio.gui.shell.banners import BannerStack
+from hapkit_studio.gui.shell.banners import BannerStack, Notice
 from hapkit_studio.gui.shell.command_palette import CommandPalette, FindButton
 from hapkit_studio.gui.shell.gallery import Gallery
 from hapkit_studio.gui.shell.header import Header
@@ -62,7 +62,10 @@ from hapkit_studio.gui.wizard.flash_dialog import FlashDialog
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Recording
+    from hapkit_studio.gui.pages.lessons.page import LessonsPage
 
+TOUR = "first_steps"
+"""The lesson that shows the window in five minutes."""
 _SMALLEST = (560, 350)
 COLLECT_MS = 250
 _MOUSE = (
@@ -222,10 +225,33 @@ class MainWindow(QMainWindow):
         KeysDialog(self.actions_by_key.entries, self).show()
 
     def show_law_language(self, word: str = "") -> None:
-        """Open the reference page of the law language at a word."""
-        from hapkit_studio.gui.editor.language import LanguageDialog  # imported late: its layout takes time
+        """Open the reference page of the law language, at a word."""
+        self.show_help("law", word=word)
 
-        LanguageDialog(word, self).show()
+    def show_help(self, page: str, word: str = "", section: str = "") -> None:
+        """Open a page of the menu Help, at a word or a section."""
+        from hapkit_studio.gui.shell.help import page_dialog  # imported late: its layout takes time
+
+        page_dialog(page, self, word, section).show()
+
+    def show_lesson(self, key: str) -> None:
+        """Open a lesson in the view of lessons."""
+        self.views.show("lessons")
+        page = cast("LessonsPage", self.views.page("lessons"))
+        if self.views.key == "lessons":  # another view may be fixed
+            page.open(key)
+
+    def offer_tour(self) -> None:
+        """Offer the tour in a banner, which either of its buttons removes."""
+
+        def close(begin: bool) -> None:
+            self.banners.set("tour", None)
+            if begin:
+                self.show_lesson(TOUR)
+
+        buttons = ("Start the tour", lambda: close(True)), ("Not now", lambda: close(False))
+        words = "A tour shows the window in five minutes.", "You find it later in the menu Help: First steps."
+        self.banners.set("tour", Notice("tour", 10, "accent", "info", *words, buttons))
 
     def show_commands(self) -> None:
         """Open the command palette."""
@@ -357,6 +383,7 @@ class MainWindow(QMainWindow):
         self.live.paused_changed.connect(self.header.show_paused)
         self.header.panel_pressed.connect(self.toggle_panel)
         self.notices.flash.connect(self.show_flash)
+        self.notices.help_wanted.connect(lambda section: self.show_help("troubleshooting", section=section))
         self.gallery.new_pressed.connect(self.editor.begin_new)
         self.gallery.edit_pressed.connect(self.editor.edit)
         self.editor.page.help_pressed.connect(self.show_law_language)

@@ -7,9 +7,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.gui.editor import code_page
-from hapkit_studio.gui.editor.language import LanguageDialog
 from hapkit_studio.gui.shell.export_dialog import ExportDialog
 from hapkit_studio.gui.shell.window_dialogs import KeysDialog
+from hapkit_studio.gui.widgets.page_dialog import PageDialog
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop import trial
 from hapkit_studio.workshop.source import is_trusted, read, typed
@@ -154,7 +154,7 @@ def test_f1_shows_the_language_at_the_word_under_the_cursor(opened):
     QTest.keyClicks(page.code, "math.hypot ")
     QTest.keyClick(page.code, Qt.Key.Key_Left)
     QTest.keyClick(page.code, Qt.Key.Key_F1)
-    (sheet,) = window.findChildren(LanguageDialog)
+    (sheet,) = window.findChildren(PageDialog)
     assert sheet.field.text() == sheet.page.textCursor().selectedText() == "hypot"
     first = sheet.page.textCursor().position()
     QTest.keyClick(sheet.field, Qt.Key.Key_Return)
@@ -163,7 +163,7 @@ def test_f1_shows_the_language_at_the_word_under_the_cursor(opened):
     assert sheet.page.textCursor().position() == first  # the page contains it twice
     assert sheet.isVisible()
     page.language.click()
-    assert [s.field.text() for s in window.findChildren(LanguageDialog) if s.isVisible()] == [""]
+    assert [s.field.text() for s in window.findChildren(PageDialog) if s.isVisible()] == [""]
     assert not window.findChildren(KeysDialog)
     window.centre.scene.setFocus()
     QTest.keyClick(window.centre.scene, Qt.Key.Key_F1)

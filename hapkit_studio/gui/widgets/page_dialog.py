@@ -1,27 +1,30 @@
-"""The reference page of the law language, beside the editor."""
+"""A documentation page in a dialog beside the work."""
 
-from PySide6.QtGui import QTextBlockFormat, QTextCursor, QTextFormat, QTextTable
+from PySide6.QtGui import QShowEvent, QTextBlockFormat, QTextCursor, QTextFormat, QTextTable
 from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
 
 from hapkit_studio.gui.widgets.dialogs import TextDialog
 from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.theme import theme
-from hapkit_studio.laws import reference
 
-_WIDE, _HIGH = 860, 480
+_WIDE, _HIGH = 860, 480  # px
 _MARGIN, _PADDING, _ABOVE_HEADING, _APART = 12, 4, 18, 8
 
 
-class LanguageDialog(TextDialog):
-    """The reference page with a search field; starts at the first occurrence of ``word``."""
+class PageDialog(TextDialog):
+    """A documentation page with a search field; starts at a section, or at the first place of a word."""
 
-    def __init__(self, word: str = "", parent: QWidget | None = None):
-        super().__init__("Law language", parent)
+    def __init__(
+        self, title: str, text: str, parent: QWidget | None = None, word: str = "", section: str = ""
+    ):
+        """text: Markdown without the page's title."""
+        super().__init__(title, parent)
         self.field = QLineEdit(placeholderText="Find in this page; Enter: next place")
         self.field.setAccessibleName("Find in this page")
         self.page = QTextBrowser()
-        self.page.setAccessibleName("Law language")
-        self.page.setMarkdown(reference.page().split("\n", 2)[2])  # the dialog has its own title
+        self.page.setAccessibleName(title)
+        self.page.setOpenExternalLinks(True)
+        self.page.setMarkdown(text)
         self.page.document().setDocumentMargin(_MARGIN)
         self.page.setMinimumSize(theme.px(_WIDE), theme.px(_HIGH))
         self.field.textChanged.connect(self.find_first)
@@ -31,8 +34,21 @@ class LanguageDialog(TextDialog):
         self.column.addWidget(self.field)
         self.column.addWidget(self.page)
         self.column.addLayout(hbox(None, self.leave))
+        self._section = section
         self._format()
         self.field.setText(word)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Scroll to the section; the page has its width, and so its layout, only now."""
+        super().showEvent(event)
+        document = self.page.document()
+        block = document.begin()
+        while self._section and block.isValid():
+            if block.blockFormat().headingLevel() and block.text() == self._section:
+                top = document.documentLayout().blockBoundingRect(block).top()
+                self.page.verticalScrollBar().setValue(round(top) - _PADDING)
+                return
+            block = block.next()
 
     def find_first(self, word: str) -> None:
         """Select the first occurrence of a word, if any."""
