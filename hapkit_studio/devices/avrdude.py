@@ -11,6 +11,7 @@ from pathlib import Path
 
 from hapkit_studio.devices import port_errors
 from hapkit_studio.errors import AvrdudeMissingError, DeviceError, FlashError, PortGoneError
+from hapkit_studio.program import AVRDUDE
 
 NAME = "avrdude"
 _FOLDERS = {
@@ -69,6 +70,7 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
         # newest first, by version numbers: 6.10 is newer than 6.3
         versions.sort(key=lambda path: [int(n) for n in re.findall(r"\d+", path)], reverse=True)
         folders += versions
+    folders.append(os.fspath(AVRDUDE))
     for folder in folders:
         found = shutil.which(NAME, path=folder)
         if found is not None:

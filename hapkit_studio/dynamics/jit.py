@@ -5,17 +5,24 @@ took ten times as long as a tick. No C wrapper is made, as none is used.
 """
 
 import atexit
+import functools
 import os
 import shutil
 import tempfile
+import time
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
+import platformdirs
 from numba import config, njit
+from numba.core import caching
 from numba.np import linalg
 
+from hapkit_studio import program
 from hapkit_studio.resources import PACKAGE, sources_stamp
 
+UNUSED_SECONDS = 60 * 86_400.0  # after which machine code of other sources is removed
 # folders of the package with compiled functions; a law's file is named by its hash
 _COMPILED = ("analysis", "devices", "dynamics", "haptics", "laws", "protocol")
 
@@ -42,6 +49,73 @@ def forget_outdated(package: Path = PACKAGE) -> None:
             old.unlink(missing_ok=True)
     except OSError:
         return  # already checked, or read-only, and numba's cache is elsewhere
+
+
+class ShippedCacheLocator(caching._CacheLocator):
+    """Finds the machine code in a bundle, which need not be writable; None for functions without any."""
+
+    def __init__(self, py_func, py_file):
+        self._line = py_func.__code__.co_firstlineno
+        self._folder = program.machine_code_folder(py_file)
+
+    def get_cache_path(self):
+        return str(self._folder)
+
+    def get_source_stamp(self):
+        return _shipped_stamp()
+
+    def get_disambiguator(self):
+        return str(self._line)
+
+    @classmethod
+    def from_function(cls, py_func, py_file):
+        locator = cls(py_func, py_file)
+        if locator._folder is None:
+            return None
+        name = py_func.__qualname__.replace("<", "").replace(">", "")  # as numba names its files
+        index = f"{Path(py_file).stem}.{name}-{locator._line}.*.nbi"
+        return locator if program.FILLING or any(locator._folder.glob(index)) else None
+
+
+@functools.cache
+def _shipped_stamp() -> str:
+    return program.STAMP.read_text(encoding="ascii")
+
+
+def use_user_cache() -> None:
+    """Write machine code to the user's cache, in a folder for these sources; remove folders unused for long.
+
+    Beside the sources it would remain after the package was uninstalled.
+    """
+    folders = Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / "machine-code"
+    folder = folders / sources_stamp(*_COMPILED)
+    config.CACHE_DIR = str(folder)
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        os.utime(folder)
+        for other in folders.iterdir():
+            if time.time() - other.stat().st_mtime > UNUSED_SECONDS:
+                shutil.rmtree(other, ignore_errors=True)
+
+
+def use_bundle() -> None:
+    """Compile for the bundle's baseline processor, and read the bundle's machine code."""
+    baseline = program.baseline()
+    if baseline is not None:
+        config.CPU_NAME, config.CPU_FEATURES = baseline, ""
+    if program.uses_shipped_code():
+        config.CACHE_LOCATOR_CLASSES = f"{__name__}.{ShippedCacheLocator.__name__},UserProvidedCacheLocator"
+
+
+def allow_unsaved() -> None:
+    """Let compiled code be used that cannot be saved: on a full disk, or in a read-only bundle."""
+    save = caching.Cache.save_overload
+
+    def save_if_possible(cache, signature, data):
+        with suppress(OSError):
+            save(cache, signature, data)
+
+    caching.Cache.save_overload = save_if_possible
 
 
 def find_cache() -> None:
@@ -73,8 +147,14 @@ def skip_blas() -> None:
 
 
 skip_blas()
+allow_unsaved()
+if program.BUNDLED:
+    use_bundle()
 if not config.CACHE_DIR:
-    forget_outdated()
+    if program.INSTALLED:
+        use_user_cache()
+    else:
+        forget_outdated()
 find_cache()
 _options = partial(njit, cache=True, nogil=True, error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
 

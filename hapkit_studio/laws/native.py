@@ -19,6 +19,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from hapkit_studio import program
 from hapkit_studio.errors import LawError
 
 KEPT_SECONDS = 60 * 86_400.0
@@ -32,6 +33,7 @@ _real, _array = ctypes.c_double, ctypes.c_void_p
 # calls a law from Python: numba would need 0.1 s to compile a wrapper; arrays are passed by address, ten
 # times as fast as with checks
 Function = ctypes.CFUNCTYPE(_real, _array, _array, _real, _real, _real, _array)
+_SHIPPED = program.SHIPPED / "laws"
 _functions: dict[int, object] = {}
 _loading = threading.Lock()
 
@@ -59,7 +61,9 @@ def is_compiled(source: str) -> bool:
     abi = f"py{sys.version_info.major}{sys.version_info.minor}{getattr(sys, 'abiflags', '')}"
     name = f"{_name(source)}.law-*.{abi}.nbi"
     kept_elsewhere = bool(numba.config.CACHE_DIR)
-    places = folder.parent.glob(f"{folder.name}_*") if kept_elsewhere else [folder / "__pycache__"]
+    places = list(folder.parent.glob(f"{folder.name}_*")) if kept_elsewhere else [folder / "__pycache__"]
+    if _shipped_file(_name(source)):
+        places.append(_SHIPPED)
     return any(_loads(index) for place in places for index in place.glob(name))
 
 
@@ -78,14 +82,7 @@ def _module(source: str) -> ModuleType:
     if INTERPRETED:
         source = source.replace("@cfunc(_SIGNATURE, ", "@njit(")
     name = _name(source)
-    path = _folder() / f"{name}.py"
-    if path.exists():
-        os.utime(path, (time.time(), path.stat().st_mtime))  # some versions of numba compare the access time
-    else:
-        _forget_unused(path.parent)
-        part = path.with_suffix(f".{os.getpid()}.part")
-        part.write_text(source, encoding="utf-8")
-        part.replace(path)
+    path = _shipped_file(name) or _written_file(name, source)
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
@@ -99,6 +96,24 @@ def _module(source: str) -> ModuleType:
     return module
 
 
+def _shipped_file(name: str) -> Path | None:
+    """Return a law's file in a bundle, None if it is not there or its machine code is not used."""
+    path = _SHIPPED / f"{name}.py"
+    return path if program.uses_shipped_code() and path.exists() else None
+
+
+def _written_file(name: str, source: str) -> Path:
+    path = _folder() / f"{name}.py"
+    if path.exists():
+        os.utime(path, (time.time(), path.stat().st_mtime))  # some versions of numba compare the access time
+    else:
+        _forget_unused(path.parent)
+        part = path.with_suffix(f".{os.getpid()}.part")
+        part.write_text(source, encoding="utf-8")
+        part.replace(path)
+    return path
+
+
 def _forget_unused(folder: Path) -> None:
     """Remove generated files that have not been loaded for long, and their machine code."""
     now = time.time()
@@ -109,6 +124,8 @@ def _forget_unused(folder: Path) -> None:
 
 
 def _configured_folder() -> Path:
+    if program.FILLING:
+        return _SHIPPED
     base = numba.config.CACHE_DIR or platformdirs.user_cache_dir("hapkit-studio", appauthor=False)
     return Path(base) / "laws"
 

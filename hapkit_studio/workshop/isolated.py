@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import BinaryIO
 
+from hapkit_studio.program import module_command
+
 _MORE_MEMORY = 2 * 2**30
 
 
@@ -17,10 +19,10 @@ def begin(module: str, *words: str) -> subprocess.Popen:
     apart: dict = {"start_new_session": True}
     if sys.platform == "win32":
         apart = {"creationflags": subprocess.BELOW_NORMAL_PRIORITY_CLASS | subprocess.CREATE_NO_WINDOW}
-    # -P: do not import from the current folder, where a file may have the name of a standard module
-    command = [sys.executable, "-P", "-m", module, *words]
     pipe = subprocess.PIPE
-    return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, **apart)
+    return subprocess.Popen(
+        module_command(module, *words), stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, **apart
+    )
 
 
 def end(process: subprocess.Popen) -> None:

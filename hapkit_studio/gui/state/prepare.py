@@ -17,6 +17,7 @@ import platformdirs
 from hapkit_studio import interrupts
 from hapkit_studio.dynamics import nominal
 from hapkit_studio.formatting import printable
+from hapkit_studio.program import FILLING, module_command, uses_shipped_code
 from hapkit_studio.resources import sources_stamp
 
 # laws that the loop always starts with: the engine's own, and zero force for the first tick
@@ -37,18 +38,17 @@ def stamp(part: str) -> Path:
     """Return the file that exists once a part is compiled for these sources, this Python and cache."""
     facts = [sources_stamp(*_SOURCES), sys.version, os.environ.get("NUMBA_CACHE_DIR", ""), sys.prefix]
     name = hashlib.sha256("\n".join(facts).encode()).hexdigest()[:16]
-    return Path(platformdirs.user_cache_dir("hapkit-studio")) / f"prepared-{part}-{name}"
+    return Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / f"prepared-{part}-{name}"
 
 
 def prepared(part: str) -> bool:
     """Return whether a part was compiled before; laws have no stamp, as each law knows its own state."""
-    return stamp(part).exists()
+    return stamp(part).exists() or (uses_shipped_code() and not FILLING)
 
 
 def possible() -> bool:
-    """Return whether compiling is enabled and a Python interpreter is available."""
-    interpreted = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
-    return not interpreted and not getattr(sys, "frozen", False)
+    """Return whether compiling is enabled."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
 def begin(part: str, key: str = FIRST, gently: bool = True) -> "subprocess.Popen | None":
@@ -78,7 +78,7 @@ def begin_laws(keys: Iterable[str], gently: bool = True) -> "list[subprocess.Pop
 def _program(part: str, *keys: str, gently: bool = False) -> subprocess.Popen:
     gently = gently and part in _NICE
     flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if gently else 0  # Windows
-    words = [sys.executable, "-m", _MODULE, *([_GENTLY] if gently else []), part, *keys]
+    words = module_command(_MODULE, *([_GENTLY] if gently else []), part, *keys)
     with interrupts.held_back():
         return subprocess.Popen(words, creationflags=flags)
 

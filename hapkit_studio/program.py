@@ -1,0 +1,59 @@
+"""How the studio starts its own modules, from Python or from a bundle, and the machine code of a bundle.
+
+A bundle (``make bundle``) is a folder with Python, the packages and the studio. It contains machine code that
+was compiled when the bundle was built, for a baseline processor instead of the one of the build machine.
+"""
+
+import functools
+import os
+import platform
+import sys
+from pathlib import Path
+
+from hapkit_studio.resources import PACKAGE
+
+BUNDLED = bool(getattr(sys, "frozen", False))
+INSTALLED = (PACKAGE / "assets").is_dir()
+"""True for a wheel or a bundle, whose machine code is in the user's cache; False for a checkout."""
+SHIPPED = PACKAGE.parent / "machine-code"
+"""Folder of a bundle's machine code; its subfolders are those of the sources."""
+AVRDUDE = PACKAGE.parent / "avrdude" / "bin"
+"""Folder of the avrdude in a bundle."""
+STAMP = SHIPPED / "stamp"
+"""File with a hash of the sources that were compiled."""
+FILLING = BUNDLED and bool(os.environ.get("HAPKIT_STUDIO_FILL_BUNDLE"))
+"""True while a bundle is built: machine code is written into its folder, otherwise into the user's cache."""
+_V3 = ("x86-64-v3", "avx avx2 bmi bmi2 cx16 f16c fma lzcnt movbe popcnt sahf sse4.2 ssse3 xsave")
+_GENERIC = ("generic", "")
+BASELINES = {"x86_64": _V3, "amd64": _V3}
+"""By platform.machine() in lower case: LLVM's name of the baseline processor, and its features."""
+
+
+def module_command(module: str, *words: str) -> list[str]:
+    """Return the command line that runs a module of the studio in a new process."""
+    # -P: not from the current folder, where a file may have the name of a standard module
+    return [sys.executable, "-P", "-m", module, *words]
+
+
+@functools.cache
+def baseline() -> str | None:
+    """Return the processor for which a bundle compiles, None if this computer's lacks one of its features."""
+    from llvmlite import binding
+
+    name, required = BASELINES.get(platform.machine().lower(), _GENERIC)
+    present = binding.get_host_cpu_features()
+    return name if all(present.get(feature) for feature in required.split()) else None
+
+
+@functools.cache
+def uses_shipped_code() -> bool:
+    """Return True for a bundle whose machine code runs on this processor; NUMBA_CACHE_DIR replaces it."""
+    return BUNDLED and not os.environ.get("NUMBA_CACHE_DIR") and STAMP.is_file() and baseline() is not None
+
+
+def machine_code_folder(source: str | Path) -> Path | None:
+    """Return the folder of the machine code of a bundle's source file, None for any other file."""
+    folder = Path(source).parent
+    if folder.is_relative_to(SHIPPED):
+        return folder
+    return SHIPPED / folder.relative_to(PACKAGE.parent) if folder.is_relative_to(PACKAGE.parent) else None
