@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip install --quiet
 JOBS ?= 2
+BUNDLE_PYTHON := build/bundle-venv/bin/python
 # numba's cache does not detect edits in other files, so checks start with an empty one
 CHECK_CACHE := build/numba-cache
 # byte code is written, so that later processes do not compile sources and tests again, which takes 10 s each
@@ -15,7 +16,8 @@ LAST := command -v avr-g++ >/dev/null || echo "No avr-g++: tests that need the f
 # compile the parts needed by most tests once, before two processes would both compile all of them
 WARM := warm-verdict warm-boards warm-analysis
 
-.PHONY: help run test test-all lint warm-loop $(WARM) bench pictures firmware board fuzz soak realtime clean
+.PHONY: help run test test-all lint warm-loop $(WARM) bench pictures firmware board fuzz soak realtime bundle wheelhouse \
+	clean
 .DEFAULT_GOAL := help
 
 help:
@@ -27,6 +29,8 @@ help:
 	@echo "make fuzz      test firmware and decoders with ten million inputs, some minutes"
 	@echo "make soak      record for 40 minutes at 4 kHz while environments and views change: memory, missing rows"
 	@echo "make firmware  build the board's firmware and the virtual board"
+	@echo "make bundle    build a folder with Python, Qt and the studio, for computers without them: build/bundle"
+	@echo "make wheelhouse  gather the wheels for an installation without a network: build/wheelhouse"
 	@echo "make realtime  print the priority that the loop obtains, and how to get a higher one"
 	@echo "make clean     remove everything built"
 
@@ -86,6 +90,23 @@ soak: $(VENV)/.test
 
 realtime: $(VENV)/.run
 	@$(BIN)/python -c "from hapkit_studio.haptics.priority import report; print(report())"
+
+# an environment of its own: what is installed there is what the bundle contains
+bundle: $(BUNDLE_PYTHON)
+	@$(BUNDLE_PYTHON) -m pip install --quiet --disable-pip-version-check ".[bundle]"
+	@$(BUNDLE_PYTHON) -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
+	@$(BUNDLE_PYTHON) .ci/bundle/build.py
+
+$(BUNDLE_PYTHON):
+	@.ci/system-packages.sh venv $(PYTHON)
+	$(PYTHON) -m venv build/bundle-venv
+
+wheelhouse:
+	@mkdir -p build/wheelhouse
+	@rm -f build/wheelhouse/hapkit_studio-*
+	@$(PYTHON) -m pip wheel --quiet --disable-pip-version-check --prefer-binary --wheel-dir build/wheelhouse .
+	@echo "build/wheelhouse: $$(du -sm build/wheelhouse | cut -f1) MB. Install on a computer without a network by"
+	@echo "    pipx install --pip-args='--no-index --find-links build/wheelhouse' hapkit-studio"
 
 clean:
 	@$(MAKE) --no-print-directory -C firmware clean

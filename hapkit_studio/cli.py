@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hapkit_studio.commands.base import Result
 
 FAILED = 2
+SESSION_SUFFIX = ".hapkit"  # of sessions.file, which is slow to import
 _TEXTS_HELP = "every text of the window, one a line with its place, to proofread them"
 EXIT_SECONDS = 1.0
 
@@ -55,7 +56,10 @@ def _run(given: Sequence[str]) -> int:
 
 
 def _is_for_window(given: Sequence[str]) -> bool:
-    return not given or (given[0].startswith("-") and given[0] not in ("-h", "--help", "--version"))
+    """Return True without a command: for nothing, a recorded session, or the window's options."""
+    if not given or given[0].endswith(SESSION_SUFFIX):
+        return True
+    return given[0].startswith("-") and given[0] not in ("-h", "--help", "--version")
 
 
 def _prepare_streams() -> None:
@@ -172,6 +176,8 @@ def _texts(_options: "argparse.Namespace") -> "Result":
 def _window(given: Sequence[str]) -> int:
     from hapkit_studio.arguments import window_parser
 
+    if given and given[0].endswith(SESSION_SUFFIX):  # as the desktop opens a file
+        given = ["--replay", *given]
     options = window_parser().parse_args(given)  # report invalid options before anything starts
     qt = sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM")
     if not (qt or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):

@@ -23,6 +23,8 @@ STAMP = SHIPPED / "stamp"
 """File with a hash of the sources that were compiled."""
 FILLING = BUNDLED and bool(os.environ.get("HAPKIT_STUDIO_FILL_BUNDLE"))
 """True while a bundle is built: machine code is written into its folder, otherwise into the user's cache."""
+OWN_CACHE = "HAPKIT_STUDIO_CACHE_DIR"
+"""Environment variable with a copy of NUMBA_CACHE_DIR if the studio has set that."""
 _V3 = ("x86-64-v3", "avx avx2 bmi bmi2 cx16 f16c fma lzcnt movbe popcnt sahf sse4.2 ssse3 xsave")
 _GENERIC = ("generic", "")
 BASELINES = {"x86_64": _V3, "amd64": _V3}
@@ -45,10 +47,16 @@ def baseline() -> str | None:
     return name if all(present.get(feature) for feature in required.split()) else None
 
 
+def configured_cache() -> str:
+    """Return the folder for machine code that the user has set by NUMBA_CACHE_DIR, "" for none."""
+    folder = os.environ.get("NUMBA_CACHE_DIR", "")
+    return "" if folder == os.environ.get(OWN_CACHE) else folder
+
+
 @functools.cache
 def uses_shipped_code() -> bool:
-    """Return True for a bundle whose machine code runs on this processor; NUMBA_CACHE_DIR replaces it."""
-    return BUNDLED and not os.environ.get("NUMBA_CACHE_DIR") and STAMP.is_file() and baseline() is not None
+    """Return True for a bundle whose machine code runs here and is not replaced by the user's."""
+    return BUNDLED and not configured_cache() and STAMP.is_file() and baseline() is not None
 
 
 def machine_code_folder(source: str | Path) -> Path | None:

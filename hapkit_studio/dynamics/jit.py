@@ -82,6 +82,22 @@ def _shipped_stamp() -> str:
     return program.STAMP.read_text(encoding="ascii")
 
 
+def configure(**options: str) -> None:
+    """Set options of numba here and in child processes.
+
+    Also in the environment, as numba reads all options again at the next compilation if that has changed.
+    """
+    for name, value in options.items():
+        setattr(config, name, value)
+        os.environ[f"NUMBA_{name}"] = value
+
+
+def set_cache(folder: str) -> None:
+    """Set the folder for machine code, marked as the studio's choice."""
+    configure(CACHE_DIR=folder)
+    os.environ[program.OWN_CACHE] = folder
+
+
 def use_user_cache() -> None:
     """Write machine code to the user's cache, in a folder for these sources; remove folders unused for long.
 
@@ -89,7 +105,7 @@ def use_user_cache() -> None:
     """
     folders = Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / "machine-code"
     folder = folders / sources_stamp(*_COMPILED)
-    config.CACHE_DIR = str(folder)
+    set_cache(str(folder))
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
@@ -102,9 +118,10 @@ def use_bundle() -> None:
     """Compile for the bundle's baseline processor, and read the bundle's machine code."""
     baseline = program.baseline()
     if baseline is not None:
-        config.CPU_NAME, config.CPU_FEATURES = baseline, ""
+        configure(CPU_NAME=baseline, CPU_FEATURES="")
     if program.uses_shipped_code():
-        config.CACHE_LOCATOR_CLASSES = f"{__name__}.{ShippedCacheLocator.__name__},UserProvidedCacheLocator"
+        own = f"{__name__}.{ShippedCacheLocator.__name__}"
+        configure(CACHE_LOCATOR_CLASSES=f"{own},UserProvidedCacheLocator")
 
 
 def allow_unsaved() -> None:
@@ -127,7 +144,7 @@ def find_cache() -> None:
     try:
         njit(cache=True)(_probe)
     except RuntimeError:
-        config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = tempfile.mkdtemp(prefix="hapkit-studio-")
+        set_cache(tempfile.mkdtemp(prefix="hapkit-studio-"))
         atexit.register(shutil.rmtree, config.CACHE_DIR, ignore_errors=True)
 
 

@@ -33,7 +33,7 @@ def usual_folder() -> Path:
 
 def chosen_folder() -> Path | None:
     """Return the folder chosen by the user, None for none; raise FileError if the choice cannot be read."""
-    stored = _choice()
+    stored = choice_file()
     if not stored.exists():
         return None
     text = checked_text(read_text(stored, 4 * _LONGEST_PATH).strip(), stored.name, _LONGEST_PATH)
@@ -50,7 +50,7 @@ def choose_folder(path: Path) -> None:
         chosen.mkdir(parents=True, exist_ok=True)
         if not os.access(chosen, os.W_OK | os.X_OK):
             raise SessionError(f"You may not write into {chosen}: choose another folder.")
-        stored = _choice()
+        stored = choice_file()
         if chosen == usual_folder():
             stored.unlink(missing_ok=True)
             return
@@ -61,7 +61,7 @@ def choose_folder(path: Path) -> None:
         raise SessionError(f"{chosen} cannot be chosen: {error.strerror}.") from None
 
 
-def _choice() -> Path:
+def choice_file() -> Path:
     """Return the path of the file that stores the chosen folder."""
     base = os.environ.get(VARIABLE)
     root = Path(base) if base else Path(platformdirs.user_config_dir("hapkit-studio", appauthor=False))

@@ -23,21 +23,21 @@ _LONGEST = 40
 
 def own_folder() -> Path:
     """Return the folder of own environments, created if missing; raise OSError."""
-    folder = _folder_path()
+    folder = own_folder_path()
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
 def existing() -> Path:
     """Return the folder of own environments, or its nearest existing parent."""
-    place = _folder_path()
+    place = own_folder_path()
     return next((f for f in (place, *place.parents) if f.is_dir()), place)
 
 
 def own_files() -> list[Path]:
     """Return the Python files in the folder, sorted by name; empty without a folder."""
     try:
-        return sorted(f for f in _folder_path().glob("*.py") if f.is_file())
+        return sorted(f for f in own_folder_path().glob("*.py") if f.is_file())
     except OSError:
         return []
 
@@ -83,7 +83,7 @@ def plain_name(title: str) -> str:
     return name
 
 
-def _folder_path() -> Path:
+def own_folder_path() -> Path:
     base = os.environ.get(VARIABLE)
     root = Path(base) if base else Path(platformdirs.user_documents_dir()) / "Hapkit Studio"
     return root / "environments"

@@ -19,6 +19,7 @@ import platformdirs
 from hapkit_studio import files
 from hapkit_studio.errors import FileError
 from hapkit_studio.laws.native import KEPT_SECONDS
+from hapkit_studio.program import configured_cache
 from hapkit_studio.version import __version__
 from hapkit_studio.workshop import isolated, source, trying
 from hapkit_studio.workshop.source import Source
@@ -59,7 +60,7 @@ def _outcome(source: Source) -> str:
 
 
 def _record(source: Source) -> Path:
-    cache, file = os.environ.get("NUMBA_CACHE_DIR", ""), str(source.path.absolute())
+    cache, file = configured_cache(), str(source.path.absolute())
     facts = (file, source.digest, sys.version, sys.prefix, __version__, cache)
     name = hashlib.sha256("\n".join(facts).encode("utf-8", "surrogatepass")).hexdigest()[:20]
     return Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / "tried" / f"{name}.txt"

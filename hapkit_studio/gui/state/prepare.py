@@ -17,7 +17,7 @@ import platformdirs
 from hapkit_studio import interrupts
 from hapkit_studio.dynamics import nominal
 from hapkit_studio.formatting import printable
-from hapkit_studio.program import FILLING, module_command, uses_shipped_code
+from hapkit_studio.program import FILLING, configured_cache, module_command, uses_shipped_code
 from hapkit_studio.resources import sources_stamp
 
 # laws that the loop always starts with: the engine's own, and zero force for the first tick
@@ -36,7 +36,7 @@ _MODULE = "hapkit_studio.gui.state.prepare"
 
 def stamp(part: str) -> Path:
     """Return the file that exists once a part is compiled for these sources, this Python and cache."""
-    facts = [sources_stamp(*_SOURCES), sys.version, os.environ.get("NUMBA_CACHE_DIR", ""), sys.prefix]
+    facts = [sources_stamp(*_SOURCES), sys.version, configured_cache(), sys.prefix]
     name = hashlib.sha256("\n".join(facts).encode()).hexdigest()[:16]
     return Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / f"prepared-{part}-{name}"
 

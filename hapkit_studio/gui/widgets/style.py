@@ -1,7 +1,10 @@
 """The application's style sheet and its selector properties; both follow the theme."""
 
+import importlib.util
 import re
+from pathlib import Path
 
+from PySide6.QtGui import QFontDatabase, QFontInfo
 from PySide6.QtWidgets import QApplication, QWidget
 
 from hapkit_studio import resources
@@ -15,8 +18,18 @@ def apply(app: QApplication) -> None:
     """Apply theme and style sheet to the application, and keep both up to date."""
     if app.property("styled") is None:
         app.setProperty("styled", True)
+        if not QFontInfo(app.font()).family():
+            add_fonts()
         theme.changed.connect(lambda: app.setStyleSheet(stylesheet()))
     theme.apply(app)
+
+
+def add_fonts() -> None:
+    """Use matplotlib's fonts, on a computer without any."""
+    spec = importlib.util.find_spec("matplotlib")
+    if spec is not None and spec.origin is not None:
+        for file in sorted(Path(spec.origin).parent.glob("mpl-data/fonts/ttf/DejaVuSans*.ttf")):
+            QFontDatabase.addApplicationFont(str(file))
 
 
 def stylesheet() -> str:

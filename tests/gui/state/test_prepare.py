@@ -125,11 +125,12 @@ def test_cheap_laws_come_first_on_every_processor(started, monkeypatch, processo
     assert programs == 1 or [sum(key in share for key in dear) for share in shares] == [1, 1]
 
 
-def test_a_frozen_program_starts_no_python(started, monkeypatch):
-    monkeypatch.setattr(sys, "frozen", True, raising=False)
-    assert prepare.begin_laws(["cat"]) == []
-    assert prepare.begin("boards") is None
-    assert started == []
+@pytest.mark.parametrize("shipped", [True, False])
+def test_a_bundle_compiles_only_parts_whose_machine_code_it_cannot_use(started, monkeypatch, shipped):
+    monkeypatch.setattr(prepare, "uses_shipped_code", lambda: shipped)
+    prepare.begin("boards")
+    prepare.begin("analysis")
+    assert len(started) == (0 if shipped else 2)
 
 
 def test_a_law_that_cannot_be_compiled_keeps_no_other_back(monkeypatch, capsys):
