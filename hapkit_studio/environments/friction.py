@@ -152,16 +152,16 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
     model = values["model"]
     seen = count_response(conditions.estimator, 1.0 / conditions.period, conditions.quantum)
     fastest = float(seen[0] if model == LUGRE else seen.max())
-    step = f"One count is seen as {1e3 * fastest:.3g} mm/s"
+    step = f"One sensor count per period looks like {1e3 * fastest:.3g} mm/s"
     if model == KARNOPP:
         if values["stick_velocity"] < fastest:
-            yield f"{step}: a lower stick velocity never holds."
+            yield f"{step}: with a lower stick velocity the handle never sticks."
         return
     static, kinetic = levels(values)
     lack = (1.0 - kinetic / static) * -math.expm1(-((fastest / values["stribeck_velocity"]) ** 2))
     if lack > SMALL_LACK:
-        advice = "Smooth the velocity" if lack > NOTICED else "A hand does not notice that"
-        yield f"{step}: slow slides have up to {100.0 * lack:.0f} % too little friction. {advice}."
+        advice = "Smooth the velocity" if lack > NOTICED else "A hand does not notice this"
+        yield f"{step}: slow sliding has up to {100.0 * lack:.0f} % too little friction. {advice}."
 
 
 def creep_speed(pull: float, values: Values) -> float:
@@ -189,26 +189,28 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     if model == COULOMB:
         most = 1.5 * conditions.mass * conditions.quantum / (period * (period + conditions.delay))
         if 0.0 < most < kinetic:
-            yield f"Above {most:.2g} N plain Coulomb friction chatters over several counts: try projection."
+            yield f"Above {most:.2g} N Coulomb friction chatters by several sensor counts: try Projection."
         elif kinetic > LEAST:
-            yield "Plain Coulomb friction flips with the speed's sign and creeps when pulled: try projection."
+            yield "Coulomb friction follows the sign of the speed and creeps when pulled: try Projection."
         return
     if model == SMOOTHED:
         slope, most = kinetic / values["stick_velocity"], _damping_limit(conditions)
         if slope > most:
-            yield f"Friction begins as {slope:.3g} N·s/m, above {most:.3g} N·s/m: raise the stick velocity."
+            steep = f"Near rest, friction acts as damping of {slope:.3g} N·s/m"
+            yield f"{steep}; more than {most:.3g} N·s/m is unstable. Raise the stick velocity."
         if kinetic > LEAST:
             pull = 0.5 * kinetic
             creep = 1e3 * creep_speed(pull, values)
-            yield f"Smoothed friction cannot hold: a pull of {pull:.2g} N creeps at {creep:.2g} mm/s."
+            slow = f"under a pull of {pull:.2g} N it creeps at {creep:.2g} mm/s"
+            yield f"Smoothed friction cannot hold the handle: {slow}."
         return
     if model in (KARNOPP, STRIBECK, LUGRE):
         yield from slow_slide(values, conditions)
     if model == LUGRE and kinetic > LEAST and conditions.quantum > 0.0:
-        yield "Under a steady pull LuGre creeps by some 0.5 mm/s: its bristles give way at every count seen."
+        yield "Under a steady pull, LuGre creeps at about 0.5 mm/s: its bristles yield at every count."
     if model == LUGRE and values["tether_stiffness"] * conditions.speed * period > 2.0 * kinetic:
         most = 2.0 * kinetic / (values["tether_stiffness"] * period)
-        yield f"Above {most:.2g} m/s LuGre's bristles are at their end within a period: plain sliding."
+        yield f"Above {most:.2g} m/s LuGre's bristles are fully bent within one period, so it only slides."
 
 
 ENVIRONMENT = Environment(

@@ -83,9 +83,9 @@ def unused(values: Values) -> dict[str, str]:
     name = MATERIALS[int(values["material"])].capitalize()
     amplitude, decay, hertz = sound(values["material"], 0.0, 0.0, 0.0)
     return {
-        "amplitude": f"{name} sets it: {amplitude:g} N·s/m",
-        "decay": f"{name} sets it: {decay:g} 1/s",
-        "frequency": f"{name} sets it: {hertz:g} Hz",
+        "amplitude": f"The material {name} sets this to {amplitude:g} N·s/m",
+        "decay": f"The material {name} sets this to {decay:g} 1/s",
+        "frequency": f"The material {name} sets this to {hertz:g} Hz",
     }
 
 
@@ -94,7 +94,7 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     _, _, hertz = sound(*(values[key] for key in ("material", "amplitude", "decay", "frequency")))
     highest = 0.1 / conditions.period
     if hertz > highest * (1.0 + 1e-9):
-        yield f"{hertz:.3g} Hz gets fewer than 10 samples a cycle: above {highest:.3g} Hz it feels blurred."
+        yield f"{hertz:.3g} Hz has fewer than 10 samples per cycle: above {highest:.3g} Hz it feels blurred."
 
 
 def terms(p: Values) -> ForceTerms:

@@ -45,5 +45,7 @@ def growth(values: Values, swing: tuple[float, float, float], conditions: Condit
     index = int(values["integrator"])
     longest = longest_step(INTEGRATORS[index], *swing)
     if conditions.period > longest:
-        long = f"steps above {1e3 * longest:.3g} ms; they take {1e3 * conditions.period:.3g} ms"
-        yield f"{LABELS[index]} adds energy in contact at {long if longest else 'every step'}."
+        long = (
+            f"steps longer than {1e3 * longest:.3g} ms; the present step is {1e3 * conditions.period:.3g} ms"
+        )
+        yield f"{LABELS[index]} adds energy in contact with {long if longest else 'every step'}."

@@ -318,7 +318,7 @@ class Engine:
         if driver.planner is None:
             return driver.no_planner
         if content.settings.max_force < self.device.max_force:
-            return "The force limit is lowered, which only the computer keeps to."
+            return "The force limit is lowered. Only the computer can apply it."
         request = self._request(content)
         return driver.planner.plan(request) if wait else self._planning.plan(driver.planner, request)
 

@@ -131,12 +131,12 @@ SIMPLIFY = "Simplify the law or lower the rate."
 
 
 _STALE = {
-    arrays.NO_SAMPLE: ("no sensor frame for 20 ms", "Cable or hub loose?"),
-    arrays.AWAY: ("this computer was busy elsewhere for 20 ms", "Close other programs."),
-    arrays.HELD_UP: ("the law held the loop up for 20 ms", SIMPLIFY),
+    arrays.NO_SAMPLE: ("no sensor frame for 20 ms", "Check the cable and the hub."),
+    arrays.AWAY: ("this computer was busy with other programs for 20 ms", "Close other programs."),
+    arrays.HELD_UP: ("the law blocked the loop for 20 ms", SIMPLIFY),
     arrays.CUT: (
         "the board switched its motor off: forces came too late or not at all",
-        "Cable or hub loose?",
+        "Check the cable and the hub.",
     ),
     arrays.CLOCK_JUMP: ("the board's clock jumped", "Update the firmware or use another board."),
 }
@@ -169,18 +169,18 @@ def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | No
     gone = silent("The board", value) if value > 0.0 else "The device is gone."
     found = {
         arrays.NOT_A_NUMBER: (f"the law returned {name} at {place}{at}.", ""),
-        arrays.LAW_INDEX: (f"line {line} of the law reaches beyond its state or table.", ""),
-        arrays.LAW_FUEL: (f"line {line} of the law does not come to an end.", ""),
+        arrays.LAW_INDEX: (f"line {line} of the law uses an index beyond its state or table.", ""),
+        arrays.LAW_FUEL: (f"line {line} of the law does not end.", ""),
         arrays.LAW_DIVISION: (f"line {line} of the law divides by zero at {place}.", ""),
         arrays.OVER_SPEED: (f"over-speed, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).", ""),
         arrays.STALE_SENSOR: (f"{stale}, three times in 10 s.", f"{remedy} Hold the handle, then clear."),
         arrays.RUNAWAY: (f"this machine cannot keep {value:,.0f} Hz.", "Lower the rate, then clear."),
         arrays.SLOW_LAW: (
-            f"{law} takes {on_screen(value, 's', 3)}, a period is {on_screen(second, 's', 3)}.",
+            f"{law} takes {on_screen(value, 's', 3)}, but a period is {on_screen(second, 's', 3)}.",
             f"{SIMPLIFY} Then clear.",
         ),
         arrays.SLOW_LINK: (
-            f"{trip} from a sample to its force; the board obeys none after {_ms(second)} ms.",
+            f"a force came {trip} after its sample; the board rejects forces older than {_ms(second)} ms.",
             "Let the board render, or use a faster USB port, then clear.",
         ),
         arrays.DEVICE_GONE: (gone, "Nothing is lost. Trying to reconnect every second."),
@@ -198,7 +198,7 @@ def _ms(seconds: float) -> str:
 
 def silent(name: str, seconds: float) -> str:
     """Return the message that a board has sent nothing for some seconds, with likely causes."""
-    return f"{name} has sent nothing for {seconds:.0f} s: it started anew, or hangs."
+    return f"{name} has sent nothing for {seconds:.0f} s: it restarted or hangs."
 
 
 def _beyond(value: float, limit: float) -> str:
@@ -207,6 +207,6 @@ def _beyond(value: float, limit: float) -> str:
     The board samples up to four times per telemetry frame, so a short peak may be missing in the rows.
     """
     if value <= limit:
-        return f"seen by the board between two frames, {value:.1f} m/s over a frame"
+        return f"measured by the board between two frames; the frames show {value:.1f} m/s"
     written = (f"{value:.{decimals}f}" for decimals in (1, 2, 3))
     return next((text for text in written if float(text) > limit), f"{value:.4f}") + " m/s"

@@ -276,7 +276,7 @@ def creep(model, pull, **given):
 
 def test_the_warned_creep_of_smoothed_friction_is_rendered():
     (said,) = warned("friction", model="smoothed")
-    assert "a pull of 0.2 N creeps at 15 mm/s" in said
+    assert "under a pull of 0.2 N it creeps at 15 mm/s" in said
     got = creep("smoothed", 0.2, viscous=1.0)
     # the hand's damper of 1 N·s/m and the shortening of its spring reduce the pull
     assert 0.010 < got < 0.0155

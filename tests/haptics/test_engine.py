@@ -114,7 +114,7 @@ def test_missed_ticks_are_counted_and_a_law_that_takes_too_long_gives_no_force(s
     engine.set_loop(rate=10_000.0)
     wait_until(lambda: engine.fault is not None)
     assert engine.fault.code == arrays.SLOW_LAW
-    assert engine.fault.text.endswith(" ms, a period is 0.1 ms.")
+    assert engine.fault.text.endswith(" ms, but a period is 0.1 ms.")
     assert engine.health().missed > 0
     out = rest(reader, 10)
     assert not out[:, rows.APPLIED_FORCE].any()

@@ -73,7 +73,10 @@ def test_a_link_slower_than_the_watchdog_stops_the_force_with_a_message(stepped)
     board, engine = stepped(environment=CONSTANT)
     assert 4 <= told_late(board, engine, 33, 20_000) < 20_000
     assert engine.fault.code == arrays.SLOW_LINK
-    assert engine.fault.text == "Fault: 34 ms from a sample to its force; the board obeys none after 25 ms."
+    assert (
+        engine.fault.text
+        == "Fault: a force came 34 ms after its sample; the board rejects forces older than 25 ms."
+    )
     assert "Let the board render" in engine.fault.detail
     assert board.say(sample(20_000))[-1, rows.APPLIED_FORCE] == 0.0
 

@@ -92,7 +92,7 @@ def runs(scene: plan.Scene) -> list[plan.Run]:
     return found
 
 
-RESTING = "In two seconds less than a count of the Hapkit's sensor, 20.7 µm: it counts as rest"
+RESTING = "A drift of less than one count of the Hapkit's sensor, 20.7 µm, in two seconds counts as rest"
 _LEVELS, _DRAWN = ("Friction", "1 N, then 0.5 N"), ("Mass", "0.05 kg, drawn by 300 N/m at 2 cm/s")
 PLAN = plan.Plan(
     "friction",

@@ -192,8 +192,10 @@ class Failure:
         """Return the limit; raise ParameterError if a case has none."""
         limit = self.limit(case)
         if not 0.0 < limit < math.inf:
-            what = "fails" if limit else "holds"
-            raise ParameterError(f"Nothing {what} under these conditions: change one.")
+            what = "holds" if limit else "fails"
+            raise ParameterError(
+                f"Under these conditions, every value of the knob {what}. Change a condition."
+            )
         return limit
 
     def try_at(self, value: object, options: Mapping[str, object] | None = None) -> Evidence:

@@ -91,7 +91,7 @@ FAILURE = base.Failure(
     "rule uses the mean of the last two accelerations. That is half a step too early, so the whole scheme "
     "lags by one step, which acts like a damping of −k dt = −1.3 N·s/m at 1 ms: more than the damper of "
     "1 N·s/m removes. Semi-implicit Euler costs the same and is stable up to 78 ms.",
-    knob=base.Parameter("step", "Step", "s", 1e-3, 1e-4, 0.2, "Of the loop and of the integrator", "dt"),
+    knob=base.Parameter("step", "Step", "s", 1e-3, 1e-4, 0.2, "Step of the loop and of the integrator", "dt"),
     limit=limit,
     probe=probe,
     plot=base.Plot(

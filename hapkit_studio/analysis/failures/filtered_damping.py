@@ -63,8 +63,12 @@ FAILURE = base.Failure(
         level_label="the spring",
     ),
     options=(
-        base.Parameter("stiffness", "Stiffness", "N/m", 900.0, 10.0, 20_000.0, "Of the rendered spring", "k"),
-        base.Parameter("cutoff", "Corner", "Hz", 20.0, 5.0, 200.0, "Of the Butterworth filter", "f"),
+        base.Parameter(
+            "stiffness", "Stiffness", "N/m", 900.0, 10.0, 20_000.0, "Stiffness of the rendered spring", "k"
+        ),
+        base.Parameter(
+            "cutoff", "Corner", "Hz", 20.0, 5.0, 200.0, "Corner frequency of the Butterworth filter", "f"
+        ),
         *spring.HANDLE,
     ),
     live=live,

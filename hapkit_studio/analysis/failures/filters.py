@@ -94,7 +94,9 @@ FAILURE = base.Failure(
             "iir",
             labels=tuple(label for label, _ in ESTIMATORS.values()),
         ),
-        base.Parameter("damping", "Virtual damping", "N·s/m", 2.0, 0.0, 20.0, "Of the rendered spring", "b"),
+        base.Parameter(
+            "damping", "Virtual damping", "N·s/m", 2.0, 0.0, 20.0, "Damping of the rendered spring", "b"
+        ),
         *spring.HANDLE,
     ),
     live=live,

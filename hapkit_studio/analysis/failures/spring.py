@@ -21,18 +21,22 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.parameters import Parameter
 
 IDEAL = "; this handle has no dry friction"
-MASS = Parameter("mass", "Handle's mass", "kg", nominal.MASS, 0.005, 1.0, "Of the handle alone", "m")
+MASS = Parameter("mass", "Handle's mass", "kg", nominal.MASS, 0.005, 1.0, "Without the hand", "m")
 VISCOUS = Parameter(
-    "viscous", "Handle's damping", "N·s/m", nominal.VISCOUS, 0.01, 10.0, "Of the handle itself", "b₀"
+    "viscous", "Handle's damping", "N·s/m", nominal.VISCOUS, 0.01, 10.0, "Without the hand", "b₀"
 )
-DAMPING = Parameter("damping", "Virtual damping", "N·s/m", 0.0, 0.0, 50.0, "Of the rendered spring", "b")
-RATE = Parameter("rate", "Rate", "Hz", 1000.0, 100.0, 10_000.0, "Of the loop", "1/T")
-DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 0.02, "From a sample to its force")
+DAMPING = Parameter(
+    "damping", "Virtual damping", "N·s/m", 0.0, 0.0, 50.0, "Damping of the rendered spring", "b"
+)
+RATE = Parameter("rate", "Rate", "Hz", 1000.0, 100.0, 10_000.0, "Servo rate of the loop", "1/T")
+DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 0.02, "Time from a sample to its force")
 COULOMB = Parameter(
     "coulomb", "Dry friction", "N", nominal.COULOMB_FORCE, 1e-3, 2.0, "Coulomb friction of the handle", "F_c"
 )
 QUANTUM = Parameter("quantum", "Sensor step", "m", nominal.QUANTUM, 1e-6, 1e-3, "One count", "Δ")
-STIFFNESS = Parameter("stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "k")
+STIFFNESS = Parameter(
+    "stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Stiffness of the rendered spring", "k"
+)
 HANDLE = MASS, VISCOUS, RATE, DELAY
 
 START = 1e-3

@@ -17,8 +17,10 @@ from hapkit_studio.parameters import Parameter
 AMPLITUDE = 0.25
 WANTED = 10  # samples or counts per ridge
 _FASTEST = 1.5  # m/s, fastest mouse swipe
-WAVELENGTH = Parameter("wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "From ridge to ridge", "λ")
-SPEED = Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v")
+WAVELENGTH = Parameter(
+    "wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "Distance from one ridge to the next", "λ"
+)
+SPEED = Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Speed of the stroke", "v")
 
 
 def grating(wavelength: float, amplitude: float = AMPLITUDE) -> dict[str, float]:

@@ -96,7 +96,7 @@ FAILURE = base.Failure(
     "With two it may give almost nothing, and from v = w/T on the handle can pass without a single sample "
     "on the bump. What is missed uphill differs from what is missed downhill, so the crossing also gains "
     "or loses energy.",
-    knob=base.Parameter("speed", "Speed", "m/s", 1.0, 1e-3, 500.0, "Of the throw", "v"),
+    knob=base.Parameter("speed", "Speed", "m/s", 1.0, 1e-3, 500.0, "Speed of the throw", "v"),
     limit=limit,
     probe=probe,
     plot=base.Plot(
@@ -114,7 +114,9 @@ FAILURE = base.Failure(
         level=None,
     ),
     options=(
-        base.Parameter("width", "Width of the bump", "m", 0.005, 5e-4, 0.04, "From foot to foot", "w"),
+        base.Parameter(
+            "width", "Width of the bump", "m", 0.005, 5e-4, 0.04, "Width of the bump at its base", "w"
+        ),
         spring.MASS,
         spring.RATE,
     ),

@@ -20,9 +20,9 @@ class Term:
     advice: str
 
 
-_FARTHER = "Move farther: the piece keeps within {travel}."
-_FASTER = "{} faster: the piece holds no speed above {{speed}}."
-_BOTH_WAYS = "Move both ways, at more than one speed."
+_FARTHER = "Move farther: in these samples the handle moved only {travel}."
+_FASTER = "{} faster: the highest speed in these samples is {{speed}}."
+_BOTH_WAYS = "Move in both directions and at more than one speed."
 TERMS = {
     term.key: term
     for term in (
@@ -32,7 +32,9 @@ TERMS = {
         Term("damping_out", "Damping, going out", "N·s/m", 0.25, _FASTER.format("Come out")),
         Term("friction", "Friction", "N", 0.05, _BOTH_WAYS),
         Term("centre", "Centre", "m", 0.5e-3, _FARTHER),
-        Term("mass", "Mass", "kg", 5e-3, "Shake faster: the piece holds no acceleration above {jolt}."),
+        Term(
+            "mass", "Mass", "kg", 5e-3, "Shake faster: the largest acceleration in these samples is {jolt}."
+        ),
         Term("viscous", "Viscous friction", "N·s/m", 0.1, _FASTER.format("Move")),
         Term("coulomb", "Coulomb friction", "N", 0.03, _BOTH_WAYS),
     )
@@ -184,5 +186,5 @@ def estimate(
         "speed": f"{1e3 * moved.speed:.2g} mm/s",
         "jolt": f"{moved.jolt:.2g} m/s²",
     }
-    advice = "" if told else f"Cannot tell. {term.advice.format(**words)}"
+    advice = "" if told else f"Unknown. {term.advice.format(**words)}"
     return Estimate(name, value, half, asked, expected, told, advice)

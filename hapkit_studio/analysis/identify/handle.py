@@ -25,13 +25,13 @@ _RICH, _POOR = 5e-4, 0.1
 # First-stage F required where no neighbouring window length is available for comparison.
 _STRONG_ALONE = 20.0
 UNKNOWN_HOLD = (
-    "Cannot tell: the file does not say how the hand held. Save the run anew, or let go in the piece."
+    "Unknown: the file does not contain the grip of the hand. Save the run again, or let go of the handle."
 )
 UNKNOWN_HAND = (
-    "Cannot tell: the hand's force is not known. Let go, and take a piece in which the handle moves freely."
+    "Unknown: the hand's force is not measured. Let go, and use samples in which the handle moves freely."
 )
 NOTHING_MOVES = (
-    "Cannot tell: the motion keeps still, or keeps one speed. Move farther and faster, both ways; shake."
+    "Unknown: the handle hardly moved, or moved at one speed only. Move it farther and faster, or shake it."
 )
 
 

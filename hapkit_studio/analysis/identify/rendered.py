@@ -215,13 +215,15 @@ def _centre(
 
 def _why_not(grid: Grid, asked: ForceTerms, names: tuple[str, ...]) -> str:
     if asked.contact and not (grid.contact & grid.there).any():
-        return "Cannot tell: the piece never touches. Push into the surface."
+        return "Unknown: the handle never touched the surface. Push into it."
     if not grid.law.any():
-        return "Cannot tell: the law's force was never applied. Release the stop, lower the force, try again."
+        return (
+            "Unknown: the law's force was never applied. Release the E-stop, lower the force and try again."
+        )
     if float(np.ptp(grid.position)) == 0.0:
-        return "Cannot tell: nothing moves. Move the handle."
+        return "Unknown: the handle did not move. Move it."
     if asked.contact:
-        return "Cannot tell: the contacts are too short. Push and hold, and move while pushing."
+        return "Unknown: the contacts are too short. Push and hold, and move while pushing."
     if "friction" in names:
-        return "Cannot tell: nothing slides far enough. Move farther and faster, both ways."
-    return "Cannot tell: the piece is too short. Take a longer one, and move all the time."
+        return "Unknown: nothing slides far enough. Move farther and faster in both directions."
+    return "Unknown: there are too few samples. Use a longer time, and move all the time."

@@ -124,8 +124,11 @@ def why(estimate: Estimate) -> str:
         return ""
     must = alike(estimate.expected, estimate)
     if surprising(estimate):
-        return f"Late as it is, the loop would make it {must}: something else acts too."
-    return f"That is what the loop makes of it, {must}: its force is late."
+        return (
+            f"Because its force is late, the loop is expected to render {must}: something else has an "
+            "effect, too."
+        )
+    return f"The loop is expected to render {must}, because its force is late."
 
 
 def lateness(part: Part, setup: Setup) -> str:
@@ -135,22 +138,27 @@ def lateness(part: Part, setup: Setup) -> str:
         return ""
     late = 0.5 / setup.rate + setup.delay  # half a period and the delay
     ms, took = f"{1e3 * late:.3g} ms", f"{spring.asked * late:.2g} N·s/m"
-    words = f"that takes {plain(spring.asked, spring)} N/m × {ms} = {took}."
-    return f"A command is held for a period and comes late, {ms} on average: {words}"
+    words = f"this removes damping of {plain(spring.asked, spring)} N/m × {ms} = {took}."
+    return f"A force acts for one period and is {ms} late on average: {words}"
 
 
 def noisy(noise: float, setup: Setup) -> str:
     """State that position noise in m widened the intervals."""
     size = f"{noise / setup.quantum:.2g} counts ({1e6 * noise:.2g} µm)"
-    return f"The positions have noise of {size} besides the sensor's steps: the intervals are wider for it."
+    return (
+        f"The positions have noise of {size} in addition to the sensor's steps, which widens the intervals."
+    )
 
 
 def force_known(setup: Setup) -> str:
     """State that the force is commanded, not measured, and how to measure it."""
     if setup.foreign:
-        return "The force is the file's, and ± is that of the fit: if its scale is wrong, so is every number."
+        return (
+            "The force is taken from the file, and ± is the uncertainty of the fit: if the force is "
+            "scaled wrongly, all numbers are wrong."
+        )
     if setup.handle is not None:
-        return "No force was measured: it is the command, and the simulated motor gives just that."
+        return "The force is not measured, but commanded: the simulated motor gives exactly this force."
     return (
         "No force was measured: it is the command, through the motor constant of the settings, and ± is that "
         "of the fit. A motor at 90 % of that constant renders 90 % of what stands here. A known weight or "

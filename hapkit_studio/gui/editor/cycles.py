@@ -110,4 +110,4 @@ class Cycles(QObject):
         if found.question.text == self._page.text:
             self._page.show_cycles(found.by_line, found.words)
         else:
-            self._page.say_cycles(f"As run last: {found.words[0].lower()}{found.words[1:]}")
+            self._page.say_cycles(f"For the running law: {found.words[0].lower()}{found.words[1:]}")

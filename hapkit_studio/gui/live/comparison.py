@@ -29,7 +29,7 @@ _STOPPED = "Nothing to compare while the force is off. Release the E-stop or cle
 _CHANGED = "Settings changed during the comparison. Nothing was compared."
 HELD_SECONDS = 5.0
 UNWATCHED = (
-    "No energy alarm: the passivity observer is part of the computer's loop, and the board renders now."
+    "No energy alarm while the board renders: the passivity observer works in the computer's loop only."
 )
 
 
@@ -119,7 +119,7 @@ class RenderingComparison(QObject):
         elif self._moving_since:
             self._move(now)
         elif now - self._asked_at > PATIENCE:
-            self.cancel(f"The {self._left[0]} did not begin to render. Nothing was compared.")
+            self.cancel(f"The {self._left[0]} did not start rendering. Nothing was compared.")
         elif engine.rendering == self._left[0] and now - self._asked_at > SETTLE_SECONDS:
             self._moving_since = now
 
@@ -190,5 +190,7 @@ def difference_words(history: History, one: Part, other: Part) -> str:
     there = np.interp(first.x - one.start, second.x - other.start, second.y["applied_force"])
     apart = np.abs(first.y["applied_force"] - there)
     usual, most = (number(value, 2) for value in (float(np.sqrt(np.mean(apart**2))), float(apart.max())))
-    lines = f"held: on the {one.where}, in colour: on the {other.where}"
-    return f"Same movement of the hand, {lines}. The forces differ by {usual} N rms, {most} N at most."
+    lines = f"held trace: on the {one.where}, coloured trace: on the {other.where}"
+    return (
+        f"Same movement of the hand, {lines}. The forces differ by {usual} N (RMS) and by at most {most} N."
+    )

@@ -216,7 +216,7 @@ def _save(path: str, run: "Run", figure: Figure, decimal: str) -> None:
         figure(path)
     else:
         known = ", ".join((*PICTURES, *export.WRITERS))
-        raise ParameterError(f"An export ends in {known}, not {ending or 'nothing'!r}.")
+        raise ParameterError(f"The file name must end in {known}, not in {ending or 'nothing'!r}.")
 
 
 def _picture(figure: Figure) -> QImage:

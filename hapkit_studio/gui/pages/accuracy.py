@@ -358,7 +358,7 @@ class NeedsPart(Part):
     def show_effect(self, found: Needs, effect: Effect) -> None:
         """Explain the effect of leaving out one term in one scene."""
         self.side.heading.setText(f"{discover()[found.scene].title} without {TERMS[effect.term].word}")
-        self.law.setText("\n".join(one.words for one in found.law) or "No term that takes cycles.")
+        self.law.setText("\n".join(one.words for one in found.law) or "No term of this law costs cycles.")
         self.side.words.setText(need_words(found, effect))
         pairs = [(c.title, f"{c.text(effect)} {c.unit}".strip()) for c in charts.EFFECT_COLUMNS]
         self.details.show_pairs(pairs)
@@ -373,7 +373,7 @@ def need_words(found: Needs, effect: Effect) -> str:
     if effect.felt is None:
         return "No hand of this scene holds the handle, so its mass cannot be left out."
     if effect.term in found.needs:
-        return "The scene needs it." if effect.needed else "Needed with others that are left out."
+        return "The scene needs it." if effect.needed else "Needed if other terms are left out, too."
     return (
         "Only the most sensitive people would miss it." if effect.differs else "The scene does not need it."
     )

@@ -98,7 +98,7 @@ def columns(part: "Part") -> tuple[Column, ...]:
     heads = ("Has", "Identified") if part.key == "handle" else ("Set", "Rendered")
 
     def found(estimate: "Estimate") -> str:
-        return words.measured(estimate) if estimate.told else "cannot tell"
+        return words.measured(estimate) if estimate.told else "unknown"
 
     return (
         Column("Term", lambda e: f"{e.term.label}\n{words.unit_of(e)}", right=False),

@@ -63,7 +63,7 @@ class RunBar(QWidget):
         self._row = hbox(self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=10)
         vbox(self._row, self._below, self.progress, rule(), into=self)
         job.running_changed.connect(self._refresh)
-        job.preparing.connect(lambda: self.say("Preparing, once only: up to a minute"))
+        job.preparing.connect(lambda: self.say("Preparing. This happens only once and takes up to a minute"))
         job.progressed.connect(self._follow)
         job.failed.connect(lambda text: self.say(text, danger=True))
         job.finished.connect(self._finish)

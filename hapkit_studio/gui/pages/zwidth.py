@@ -103,7 +103,7 @@ class ZWidthPage(MeasuringPage):
         setting = self._facts.setting(self._studio.grip)
         if setting is None or engine is None:
             raise ParameterError("Connect a device first.")
-        self._begin("Hitting walls…")
+        self._begin("Simulating hits on walls…")
         protocol, arrived = Protocol(max_force=float(engine.device.max_force)), self.arrived.emit
         self.job.start(
             lambda progress: simulation.compute(

@@ -32,7 +32,8 @@ _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}
 
 
 def _words(keys: Iterable[str]) -> str:
-    return ", ".join(TERMS[key].word for key in keys)
+    *first, last = (TERMS[key].word for key in keys)
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 class ModelLine(QWidget):
@@ -68,7 +69,8 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
         )
     if not spare:
         return (
-            f"{title} is simulated with {_words(OPTIONAL)}. Without either, people would feel a difference."
+            f"{title} is simulated with {_words(OPTIONAL)}. Without one of them, people would feel a "
+            "difference."
         )
     return (
         f"{title} is simulated without {_words(spare)}: with its default values, nobody would feel a "

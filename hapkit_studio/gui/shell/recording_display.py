@@ -72,7 +72,7 @@ class RecordingDisplay(QObject):
         if newest is not None:
             return f"{newest[0].stem}, {megabytes(newest[1])}", "check", "ok", True
         if lost:
-            return f"{lost:,} rows not read", "triangle", "warn"
+            return f"{lost:,} samples not read", "triangle", "warn"
         kept = self._recording.kept
         return (f"{paused}Last {_lasting(kept)} kept" if kept else "",)
 

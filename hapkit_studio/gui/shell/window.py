@@ -174,7 +174,7 @@ class MainWindow(QMainWindow):
         self.export.failed.connect(lambda why: self.record_display.show_failure("Nothing was written.", why))
         self.opener = RecordingOpener(self)
         self.opener.opened.connect(self._hold_recording)
-        self.opener.failed.connect(lambda why: self.record_display.show_failure("Nothing was held.", why))
+        self.opener.failed.connect(lambda why: self.record_display.show_failure("No trace was held.", why))
         self.actions_by_key = ActionSet(self, actions, self.single_keys)
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))

@@ -94,7 +94,7 @@ class KeysDialog(TextDialog):
 def priority_dialog(found: "Priority", parent: QWidget) -> TextDialog:
     """Return the dialog on the loop's real-time priority and how to improve it."""
     more = found.how or "This system allows no more."
-    return text_dialog("Real-time priority", [f"The loop has obtained: {found.text}.", more], parent)
+    return text_dialog("Real-time priority", [f"The loop runs with: {found.text}.", more], parent)
 
 
 def about_dialog(parent: QWidget) -> TextDialog:

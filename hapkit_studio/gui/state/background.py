@@ -98,7 +98,7 @@ class Job(QObject):
             self._done.emit(token, None, str(error))
         except Exception as error:  # a defect: report it and keep the window running
             traceback.print_exc()
-            self._done.emit(token, None, f"This went wrong: {error}")
+            self._done.emit(token, None, f"An error occurred: {error}")
 
     def _prepare(self, token: object) -> None:
         """Wait until a program has compiled the needed part: a compile in a thread freezes the window."""

@@ -60,7 +60,9 @@ class DemoPlayer(QObject):
         if self.demo is None or studio.engine is None or studio.hand_is_ours:
             return ""
         return (
-            f"{_NO_HAND}; zero force until you press Render." if studio.waits_for_render else f"{_NO_HAND}."
+            f"{_NO_HAND}; the force is zero until you press Render."
+            if studio.waits_for_render
+            else f"{_NO_HAND}."
         )
 
     @property

@@ -90,7 +90,7 @@ def test_motionless_recordings_give_advice_instead_of_values():
     assert not any(e.told for e in still.estimates)
     assert "Move" in (still.advice or still.estimates[0].advice)
     away = identify(from_run(hs.simulate("wall", seconds=1.0))).rendered
-    assert away.advice == "Cannot tell: the piece never touches. Push into the surface."
+    assert away.advice == "Unknown: the handle never touched the surface. Push into it."
 
 
 def test_slow_recordings_do_not_determine_the_damping():
@@ -98,7 +98,7 @@ def test_slow_recordings_do_not_determine_the_damping():
     run = sine_run(60.0, 0.0, 0.3, 2e-5, seconds=2.0)
     part = identify(from_run(run)).rendered
     assert not part["damping"].told
-    assert part["damping"].advice.startswith("Cannot tell. Move faster: the piece holds no speed above")
+    assert part["damping"].advice.startswith("Unknown. Move faster: the highest speed in these samples is")
     assert math.isfinite(part["stiffness"].half)
 
 

@@ -73,7 +73,7 @@ def test_the_loop_is_named_as_the_reason():
     text = "\n".join(found.sentences(found.rendered))
     assert "you set 0 N·s/m, you rendered −0.6" in text
     assert found.rendered["damping"].value == pytest.approx(-400.0 * 1.5e-3, rel=0.01)
-    assert "That is what the loop makes of it, −0.6" in text
+    assert "The loop is expected to render −0.6" in text
     assert "1.5 ms on average: that takes 400 N/m × 1.5 ms = 0.6 N·s/m." in text
 
 
@@ -100,7 +100,7 @@ def test_the_command_prints_the_rendered_values(csv, capsys):
     assert "What the handle is, the hand's mass with it" in text
     assert "not in contact" in text
     assert text.rstrip().endswith(
-        "No force was measured: it is the command, and the simulated motor gives just that."
+        "The force is not measured, but commanded: the simulated motor gives exactly this force."
     )
 
 
@@ -118,7 +118,7 @@ def test_every_output_states_that_the_force_was_not_measured(csv, capsys, tmp_pa
     charts.identify_figure(identify(from_csv(path)), tmp_path / "found.png")
     for said in (text, json.loads(found)["force"], captions[0]):
         assert "No force was measured" in said
-        assert "± is that of the fit" in said
+        assert "± is the uncertainty of the fit" in said
         assert "A motor at 90 % of that constant renders 90 % of what stands here" in said
         assert "A known weight or two known springs at the handle, or a kitchen scale, measure it" in said
 

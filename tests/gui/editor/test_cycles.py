@@ -41,7 +41,7 @@ def test_cycles_are_shown_until_their_line_changes(counting, qtbot):
     page.code.insertPlainText("#\n")
     assert page.code.counts == {LAW_LINE + 1: figure}
     counting.studio.set_value("stiffness", 0.0)  # other specialised code for the same text
-    qtbot.waitUntil(lambda: page.cycles.text().startswith("As run last: "))
+    qtbot.waitUntil(lambda: page.cycles.text().startswith("For the running law: "))
     assert page.code.counts == {LAW_LINE + 1: figure}
     page.code.moveCursor(page.code.textCursor().MoveOperation.End)
     page.code.setPlainText(page.text.replace("-p.stiffness * x", "-2.0 * p.stiffness * x"))
@@ -60,7 +60,7 @@ def test_a_law_with_an_error_keeps_the_old_cycles(counting, qtbot):
     verdict = wait_for_verdict(counting, qtbot, lambda: saved(counting, broken))
     assert not verdict.ok
     assert LAW_LINE in page.code.marks
-    qtbot.waitUntil(lambda: page.cycles.text().startswith("As run last: a call"))
+    qtbot.waitUntil(lambda: page.cycles.text().startswith("For the running law: a call"))
     assert page.cycles.text().endswith(words[1:])
     wait_for_verdict(counting, qtbot, lambda: saved(counting, spring()))
     qtbot.waitUntil(lambda: page.cycles.text() == words)

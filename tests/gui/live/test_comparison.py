@@ -17,7 +17,7 @@ def test_the_difference_is_that_of_the_same_moments():
     history.append(table)
     words = difference_words(history, Part("computer", 1.0, 4.0), Part("board", 7.0, 10.0))
     assert "0.30 N rms, 0.30 N at most" in words
-    assert "held: on the computer, in colour: on the board" in words
+    assert "held trace: on the computer, coloured trace: on the board" in words
 
 
 @pytest.mark.slow

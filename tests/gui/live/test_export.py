@@ -205,7 +205,9 @@ def test_what_cannot_be_written_is_one_line_and_leaves_the_file_as_it_was(fed, w
         write(tmp_path / "none" / "a.csv", (1.0, 2.0))
         == "a.csv cannot be written: No such file or directory."
     )
-    assert write(kept.with_suffix(".xyz"), (1.0, 2.0)).startswith("An export ends in .png, .svg, .pdf, .csv")
+    assert write(kept.with_suffix(".xyz"), (1.0, 2.0)).startswith(
+        "The file name must end in .png, .svg, .pdf, .csv"
+    )
     assert write(kept, (90.0, 91.0)) == "There are no samples in this range."
 
     def full(path, *_):

@@ -100,7 +100,7 @@ def test_the_history_holds_the_very_rows_of_the_ring_a_hidden_window_only_drains
         assert np.array_equal(kept.y[name], ring[:, column])
     window.live.lost = 12
     window.record_display.show_state()
-    assert window.status.kept.words.text() == "12 rows not read"
+    assert window.status.kept.words.text() == "12 samples not read"
     frames = []
     window.live.frame.connect(lambda *_: frames.append(1))
     window.live.set_hidden(True)

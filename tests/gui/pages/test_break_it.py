@@ -182,7 +182,7 @@ def test_what_cannot_be_tried_is_said_in_one_line(page, qtbot):
     for bound, what in ((math.inf, "fails"), (0.0, "holds")):
         object.__setattr__(failure, "limit", lambda case, bound=bound: bound)
         page.run()
-        words = f"Nothing {what} under these conditions: change one."
+        words = f"Under these conditions, every value of the knob {what}. Change a condition."
         qtbot.waitUntil(lambda words=words: page.verdict.words.text() == words)
         assert not page.verdict.feel.isEnabled()
 

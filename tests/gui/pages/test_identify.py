@@ -91,7 +91,7 @@ def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
     still = identify(from_run(hs.simulate("wall", seconds=1.0)))
     for what, words, shown in (
         (found, found.sentences(found.rendered)[0], True),
-        (still, "Cannot tell: the piece never touches. Push into the surface.", False),
+        (still, "Unknown: the handle never touched the surface. Push into it.", False),
         (nothing, "No.", False),
     ):
         page.show_result(what)

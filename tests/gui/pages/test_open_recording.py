@@ -107,7 +107,7 @@ def test_what_cannot_be_read_is_said_in_a_banner(window, qtbot, tmp_path, text, 
     window.opener.open(str(path))
     qtbot.waitUntil(lambda: window.banners.get("recording") is not None)
     notice = window.banners.get("recording")
-    assert "Nothing was held." in notice.title
+    assert "No trace was held." in notice.title
     assert words in notice.text
     assert not window.centre.held.traces
 

@@ -104,7 +104,7 @@ def test_the_simulation_begins_by_itself_once_and_a_device_waits_for_a_person(pa
 @pytest.mark.slow
 def test_points_appear_as_they_come(page):
     page.show_result(made_up())
-    page._begin("Hitting walls…")
+    page._begin("Simulating hits on walls…")
     assert page.chart.pale
     page.job._wanted = object()  # as while it measures
     points = [(0.0, Point(500.0, BUZZES, False)), (1.0, Point(900.0, BUZZES, True, 909.0, 920.0))]

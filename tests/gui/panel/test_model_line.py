@@ -26,11 +26,16 @@ def line(qtbot):
 @pytest.mark.parametrize(
     ("needs", "model", "words", "tip"),
     [
-        (("mass", "viscous"), "scene", "Modelled: mass, damping, sensor steps", "without friction:"),
+        (("mass", "viscous"), "scene", "Modelled: mass, damping and sensor steps", "without friction:"),
         (("mass", "viscous"), "everything", WHOLE, "nobody would feel"),
-        (("mass", "viscous", "coulomb"), "scene", WHOLE, "Free is simulated with damping, friction."),
-        (("delay", "sampling"), "scene", "Modelled: mass, sensor steps", "nobody would feel"),
-        (("mass", "coulomb"), "frictionless", "Modelled: mass, damping, sensor steps", "nobody would feel"),
+        (("mass", "viscous", "coulomb"), "scene", WHOLE, "Free is simulated with damping and friction."),
+        (("delay", "sampling"), "scene", "Modelled: mass and sensor steps", "nobody would feel"),
+        (
+            ("mass", "coulomb"),
+            "frictionless",
+            "Modelled: mass, damping and sensor steps",
+            "nobody would feel",
+        ),
         ((), "scene", WHOLE, "not known what Free needs"),
     ],
 )
@@ -58,7 +63,7 @@ def test_a_person_switches_and_showing_does_not(kept_window):
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "words"), [(None, "Modelled: mass, damping, sensor steps"), (100.0, WHOLE)]
+    ("stiffness", "words"), [(None, "Modelled: mass, damping and sensor steps"), (100.0, WHOLE)]
 )
 def test_at_other_parameters_everything_is_modelled(line, stiffness, words):
     """What a scene needs was judged with those that it starts with; a softer one may show friction."""

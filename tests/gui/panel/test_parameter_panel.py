@@ -284,7 +284,7 @@ def test_a_number_without_effect_is_locked_says_why_and_keeps_its_value(window):
     assert not any(rows(window)[key].isEnabled() for key in ("frequency", "amplitude", "decay"))
     assert all(rows(window)[key].isEnabled() for key in ("stiffness", "limit", "material"))
     for widget in (row, row.label, row.box, row.slider):
-        assert "Aluminium sets it: 300\u00a0Hz." in widget.toolTip()
+        assert "The material Aluminium sets this to 300\u00a0Hz." in widget.toolTip()
     assert (row.box.text(), window.studio.values["frequency"]) == ("77", 77.0)
     pick(rows(window)["material"], "Custom")
     assert row.isEnabled()

@@ -173,7 +173,7 @@ def test_the_motor_is_off_while_the_cable_is_out_and_a_board_that_begins_anew_is
     until_link(window, qtbot, "gone")
     assert kit.program.status()["duty"] == 0
     notice, name = window.banners.get("device"), kit.program.port.removeprefix("/dev/")
-    assert notice.title == f"Hapkit on {name} has sent nothing for 1 s: it started anew, or hangs."
+    assert notice.title == f"Hapkit on {name} has sent nothing for 1 s: it restarted or hangs."
     assert notice.text == "The force is zero. Trying to reconnect every second."
     assert window.banners.get("fault") is None
     until_link(window, qtbot, "running")

@@ -41,7 +41,7 @@ def test_a_link_too_slow_for_the_computer_offers_the_board_and_other_faults_do_n
     latch(engine.arrays, arrays.SLOW_LINK, 0.032, 0.025)
     board_window.live.refresh()
     notice = board_window.banners.get("fault")
-    assert "32 ms from a sample to its force" in notice.title
+    assert "a force came 32 ms after its sample" in notice.title
     assert [words for words, _ in notice.buttons] == [WAY_OUT, "Clear fault"]
     ways_on(board_window, "fault")[WAY_OUT]()
     assert studio.loop.where == engine.where == "board"
@@ -53,7 +53,7 @@ def test_a_law_that_is_too_slow_is_named_with_its_duration_and_the_period(board_
     latch(r, arrays.SLOW_LAW, 0.0168, 1e-3)
     board_window.live.refresh()
     notice = board_window.banners.get("fault")
-    assert notice.title == "Fault: the law of Wall takes 16.8 ms, a period is 1 ms."
+    assert notice.title == "Fault: the law of Wall takes 16.8 ms, but a period is 1 ms."
     assert notice.text == "Force is zero. Simplify the law or lower the rate. Then clear."
     assert [words for words, _ in notice.buttons] == ["Clear fault"]
 

@@ -153,7 +153,7 @@ class FailureRunner(QObject):
                         self.arrived.emit(part)
                 except Exception as error:
                     say(0, _FINE)  # raises if the job was cancelled, whatever the error was
-                    words = str(error) if isinstance(error, StudioError) else f"This went wrong: {error}"
+                    words = str(error) if isinstance(error, StudioError) else f"An error occurred: {error}"
                     self.wrong.emit(failure.key, words)
                     if not many:
                         raise

@@ -234,7 +234,7 @@ class StabilityPage(MeasuringPage):
         newest, column = self.results.last, self.verdict_column
         column.show_verdict(verdict(plane, None if self.outdated else newest))
         self._show_map(self.lines)
-        pairs = dict(conditions(plane.setting, real)) | ({"Hand": "all of them"} if self.lines.hands else {})
+        pairs = dict(conditions(plane.setting, real)) | ({"Hand": "all hands"} if self.lines.hands else {})
         column.conditions.show_pairs([(_NAMES.get(name, name), value) for name, value in pairs.items()])
         if newest is not None and not self.job.running:
             self.bar.say("Out of date" if self.outdated else newest.words((plane.width, plane.top)))
