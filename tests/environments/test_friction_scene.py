@@ -205,7 +205,7 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
     ("inside", "outside", "words"),
     [
         ({"model": "coulomb", "kinetic_force": 1.352}, {"kinetic_force": 1.380}, "above 1.4 N"),
-        ({"model": "smoothed", "stick_velocity": 0.00456}, {"stick_velocity": 0.00446}, "above 88.7 N·s/m"),
+        ({"model": "smoothed", "stick_velocity": 0.00456}, {"stick_velocity": 0.00446}, "more than 88.7 N·s/m"),
         ({"model": "karnopp", "stick_velocity": 0.0209}, {"stick_velocity": 0.0205}, "20.7 mm/s"),
     ],
 )
@@ -298,7 +298,7 @@ def test_smoothed_friction_without_viscous_friction_creeps_as_tanh_predicts(kine
 
 def test_lugre_creeps_with_quantisation_and_warns():
     said = warned("friction", model="lugre")
-    assert any("LuGre creeps by some 0.5 mm/s" in line for line in said)
+    assert any("LuGre creeps at about 0.5 mm/s" in line for line in said)
     assert not any("creeps" in line for line in warned("friction", Conditions(quantum=0.0), model="lugre"))
     assert 0.2e-3 < creep("lugre", 0.2) < 1e-3
     assert abs(creep("lugre", 0.2, quantum=0.0)) < 0.02e-3
