@@ -258,7 +258,7 @@ def test_delay_lowers_the_chatter_limit_of_plain_friction(late, limit):
     """F_c T² / (m Δ) of 1.5, or 0.7 with a period of delay (theory §3.2): warned and observed."""
     level = 0.044 * 20.7e-6 / 1e-6
     conditions = Conditions(delay=late * 1e-3)
-    for share, said in ((0.99, "flips"), (1.01, "several counts")):
+    for share, said in ((0.99, "creeps"), (1.01, "several sensor counts")):
         lines = FRICTION.warnings(
             FRICTION.values({"model": "coulomb", "kinetic_force": share * limit * level}), conditions
         )
