@@ -205,7 +205,11 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
     ("inside", "outside", "words"),
     [
         ({"model": "coulomb", "kinetic_force": 1.352}, {"kinetic_force": 1.380}, "above 1.4 N"),
-        ({"model": "smoothed", "stick_velocity": 0.00456}, {"stick_velocity": 0.00446}, "more than 88.7 N·s/m"),
+        (
+            {"model": "smoothed", "stick_velocity": 0.00456},
+            {"stick_velocity": 0.00446},
+            "more than 88.7 N·s/m",
+        ),
         ({"model": "karnopp", "stick_velocity": 0.0209}, {"stick_velocity": 0.0205}, "20.7 mm/s"),
     ],
 )

@@ -58,7 +58,7 @@ WORDS = [
     (arrays.LAW_FUEL, 0.0, 0.0, 3, "line 3 of the law does not end.", HOLD),
     (arrays.LAW_DIVISION, 0.0, 0.001, 3, "line 3 of the law divides by zero at x = 1.00 mm.", HOLD),
     (STALE, arrays.NO_SAMPLE, 0.0, 0, "no sensor frame for 20 ms, three times in 10 s.", "Check"),
-    (STALE, arrays.AWAY, 0.0, 0, 
+    (STALE, arrays.AWAY, 0.0, 0,
      "this computer was busy with other programs for 20 ms, three times in 10 s.", "Close"),
     (STALE, arrays.HELD_UP, 0.0, 0, "the law blocked the loop for 20 ms, three times in 10 s.", "Simplify"),
     (STALE, arrays.CLOCK_JUMP, 0.0, 0, "the board's clock jumped, three times in 10 s.", "Update"),

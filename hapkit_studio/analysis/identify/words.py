@@ -160,9 +160,9 @@ def force_known(setup: Setup) -> str:
     if setup.handle is not None:
         return "The force is not measured, but commanded: the simulated motor gives exactly this force."
     return (
-        "No force was measured: it is the command, through the motor constant of the settings, and ± is that "
-        "of the fit. A motor at 90 % of that constant renders 90 % of what stands here. A known weight or "
-        "two known springs at the handle, or a kitchen scale, measure it: Set up my Hapkit, step Strength."
+        "The force is not measured: it is computed from the command and the motor constant, and ± is the "
+        "uncertainty of the fit alone. If the motor has only 90 % of this constant, it renders 90 % of these "
+        "values. Measure it with known weights, springs or a kitchen scale: Set up my Hapkit, step Strength."
     )
 
 

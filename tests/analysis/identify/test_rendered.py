@@ -127,4 +127,4 @@ def test_a_file_contains_the_grip_that_identification_of_the_handle_needs(tmp_pa
     path.write_text("".join(kept), encoding="utf-8")
     part = identify(from_csv(path)).handle
     assert not part.estimates
-    assert "does not say how the hand held" in part.advice
+    assert "does not contain the grip of the hand" in part.advice

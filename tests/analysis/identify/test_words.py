@@ -74,14 +74,14 @@ def test_the_loop_is_named_as_the_reason():
     assert "you set 0 N·s/m, you rendered −0.6" in text
     assert found.rendered["damping"].value == pytest.approx(-400.0 * 1.5e-3, rel=0.01)
     assert "The loop is expected to render −0.6" in text
-    assert "1.5 ms on average: that takes 400 N/m × 1.5 ms = 0.6 N·s/m." in text
+    assert "1.5 ms late on average: this removes damping of 400 N/m × 1.5 ms = 0.6 N·s/m." in text
 
 
 def test_the_passivity_controller_is_named():
     run = hs.simulate("spring", {"stiffness": 900.0}, hand="pluck", seconds=3.0, delay=2e-3, controller=True)
     found = identify(from_run(run))
     text = "\n".join(found.sentences(found.rendered))
-    assert "something else acts too" in text
+    assert "something else has an effect, too" in text
     assert "The passivity controller damped in" in text
     assert found.surprises(found.rendered)
 
@@ -117,7 +117,7 @@ def test_every_output_states_that_the_force_was_not_measured(csv, capsys, tmp_pa
     text, found = capsys.readouterr().out.rstrip().rsplit("\n", 1)
     charts.identify_figure(identify(from_csv(path)), tmp_path / "found.png")
     for said in (text, json.loads(found)["force"], captions[0]):
-        assert "No force was measured" in said
+        assert "The force is not measured" in said
         assert "± is the uncertainty of the fit" in said
         assert "A motor at 90 % of that constant renders 90 % of what stands here" in said
         assert "A known weight or two known springs at the handle, or a kitchen scale, measure it" in said

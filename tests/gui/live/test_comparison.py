@@ -16,7 +16,7 @@ def test_the_difference_is_that_of_the_same_moments():
     table[:, rows.APPLIED_FORCE] = np.where(t < 5.0, -np.sin(t - 1.0), -np.sin(t - 7.0) - 0.3)
     history.append(table)
     words = difference_words(history, Part("computer", 1.0, 4.0), Part("board", 7.0, 10.0))
-    assert "0.30 N rms, 0.30 N at most" in words
+    assert "0.30 N (RMS) and by at most 0.30 N" in words
     assert "held trace: on the computer, coloured trace: on the board" in words
 
 

@@ -160,7 +160,7 @@ def test_a_file_is_identified_whatever_is_set_in_the_window(window, qtbot, lab, 
     window.studio.set_value("stiffness", 123.0)
     assert page.answer.words.text().startswith("Stiffness: 210.")
     # of the handle it tells something once no hand holds it
-    assert "hand's force is not known" in page.found.handle.advice
+    assert "hand's force is not measured" in page.found.handle.advice
     assert page.released.isVisible()
     first = page.found
     page.released.click()
