@@ -11,7 +11,6 @@ from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.commands import base
 from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import hertz, with_unit
@@ -71,7 +70,7 @@ def _device(options: argparse.Namespace) -> Device:
         if options.board_rate is not None:
             raise ParameterError("--board-rate is for --device virtual-board.")
         return device
-    if not isinstance(device, VirtualBoard):
+    if not (device.has_board and device.simulated_hand):
         raise ParameterError(NO_HAND.format(title=device.title))
     own = next(iter(base.of_options(options, ("rate", *_HANDLE))), None)
     if own:

@@ -173,12 +173,6 @@ def configure(
         dev[HAND_FORCE] = 0.0
 
 
-@compiled
-def keep_order(dev: np.ndarray) -> None:
-    """Make the next ``configure`` keep the delay of pending commands in samples instead of seconds."""
-    dev[_PERIOD] = 0.0
-
-
 @internal
 def _store(dev, at, m):
     for i in range(8):

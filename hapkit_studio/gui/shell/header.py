@@ -1,8 +1,5 @@
 """The header: device list, views, Pause, Record and, at the far right, the E-stop; the same in every view."""
 
-from collections.abc import Callable
-from functools import partial
-
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
@@ -102,14 +99,9 @@ def fill_menu(menu: QMenu, studio: Studio) -> None:
     if is_path(own) and studio.opened is not None:  # a reconnected board may have a different port
         own = studio.opened.port
     for entry in studio.device.entries():
-        _add_choice(menu, entry.title, entry.key == own, partial(studio.device.open, entry))
-
-
-def _add_choice(menu: QMenu, words: str, chosen: bool, choose: Callable[[], None]) -> QAction:
-    action = QAction(words, menu, checkable=True, checked=chosen)
-    action.triggered.connect(lambda _on=False: choose())
-    menu.addAction(action)
-    return action
+        action = QAction(entry.title, menu, checkable=True, checked=entry.key == own)
+        action.triggered.connect(lambda _on=False, entry=entry: studio.device.open(entry))
+        menu.addAction(action)
 
 
 class Header(QWidget):

@@ -64,7 +64,8 @@ class WindowState:
             studio.set_values_of(
                 scene, usable(studio.environments[scene], _table(values[scene], reject), reject)
             )
-        _restore_loop(studio, settings)
+        loop = settings.table(_LOOP)
+        studio.set_loop(**from_table(loop, studio.loop, _rejection(settings, _LOOP)))
         given = settings.table(_TRIGGER)
         for name, value in checked(trigger.PARAMETERS, given, _rejection(settings, _TRIGGER)).items():
             self._trigger.set_value(name, value)
@@ -72,11 +73,6 @@ class WindowState:
         if key in studio.environments:
             studio.choose(key)
         studio.stop_state.restored = bool(key)
-
-
-def _restore_loop(studio: Studio, settings: StoredSettings) -> None:
-    given = settings.table(_LOOP)
-    studio.set_loop(**from_table(given, studio.loop, _rejection(settings, _LOOP)))
 
 
 def _by_name(parameters: Iterable[AnyParameter], values: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from hapkit_studio.gui.shell.window_dialogs import KeysDialog
 from hapkit_studio.gui.widgets.page_dialog import PageDialog
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop import trial
+from hapkit_studio.workshop.folder import templates
 from hapkit_studio.workshop.source import is_trusted, read, typed
 from hapkit_studio.workshop.trying import TrialResult, failed
 from tests.gui.own_support import LAW_LINE, law_tab, put, spring, wait_for_verdict
@@ -310,6 +311,6 @@ def test_ctrl_e_goes_to_the_law_and_back_and_every_control_has_a_name(opened):
     window.editor.begin_new()
     rows_ = window.editor.editor.chooser.group.buttons()
     names = [row.accessibleName().split(":")[0] for row in rows_]
-    assert names == ["Spring", "Wall", "Two walls", "Mass on a spring"]
+    assert names == [one.title.capitalize() for one in templates()]
     labels = window.editor.editor.chooser.findChildren(QLabel)
     assert any(label.buddy() is window.editor.editor.chooser.title for label in labels)

@@ -46,9 +46,10 @@ def asked(kept_window, qtbot):
 
 
 def test_only_a_law_of_one_spring_or_damper_is_asked_about():
-    found = {key: asked_for(one, one.values()) for key, one in LIBRARY.items()}
-    named = {key: parameter.key for key, parameter in found.items() if parameter is not None}
-    assert named == {"spring": "stiffness", "wall": "stiffness", "damping": "damping"}
+    for key, name in {"spring": "stiffness", "wall": "stiffness", "damping": "damping"}.items():
+        assert asked_for(LIBRARY[key], LIBRARY[key].values()).key == name
+    for key in ("free", "friction", "texture", "puck"):
+        assert asked_for(LIBRARY[key], LIBRARY[key].values()) is None
 
 
 def test_values_are_drawn_on_steps_from_half_to_four_times_the_default():
