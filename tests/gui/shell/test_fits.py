@@ -1,0 +1,153 @@
+"""Every view and dialog fits small and scaled screens: nothing is cut off, elided or outside the window."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from PySide6.QtCore import QPoint, QRect
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QAbstractScrollArea,
+    QApplication,
+    QComboBox,
+    QDialog,
+    QFileDialog,
+    QStyle,
+    QStyleOptionComboBox,
+    QTabBar,
+    QWidget,
+)
+
+from hapkit_studio.gui import pages
+from hapkit_studio.gui.pages.measuring import MeasuringPage
+from hapkit_studio.gui.shell.actions import new_window
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.widgets import style
+from tests.gui.shell.test_layout import cut_off, overlapping, resize
+from tests.gui.window_support import SIMULATED, build_engine
+
+SCREENS = {
+    "1280 × 720": (1280, 720),
+    "1280 × 800 with a frame of 40 px": (1280, 760),
+    "1920 × 1080 at a scale of 2, with a frame of 40 px": (960, 500),
+}
+
+
+def elided(top: QWidget) -> list[str]:
+    """Return lists and tabs that show less than their words."""
+    found = []
+    for box in top.findChildren(QComboBox):
+        option = QStyleOptionComboBox()
+        box.initStyleOption(option)
+        field = box.style().subControlRect(
+            QStyle.ComplexControl.CC_ComboBox, option, QStyle.SubControl.SC_ComboBoxEditField, box
+        )
+        if box.isVisibleTo(top) and box.fontMetrics().horizontalAdvance(box.currentText()) > field.width():
+            found.append(f"list {box.currentText()!r} in {field.width()} px")
+    for bar in top.findChildren(QTabBar):
+        for index in range(bar.count()):
+            wide = bar.fontMetrics().horizontalAdvance(bar.tabText(index))
+            if bar.isVisibleTo(top) and bar.isTabVisible(index) and wide > bar.tabRect(index).width():
+                found.append(f"tab {bar.tabText(index)!r}")
+    return found
+
+
+def outside(top: QWidget) -> list[str]:
+    """Return visible widgets that extend beyond the window; what scrolls may."""
+    found = []
+    for widget in top.findChildren(QWidget):
+        above = widget.parentWidget()
+        while above is not None and above is not top and not isinstance(above, QAbstractScrollArea):
+            above = above.parentWidget()
+        if above is top and widget.isVisibleTo(top) and not widget.isWindow():
+            place = QRect(widget.mapTo(top, QPoint()), widget.size())
+            if not top.rect().contains(place):
+                found.append(f"{type(widget).__name__} {widget.accessibleName()!r} at {place}")
+    return found
+
+
+def misfits(top: QWidget) -> list[str]:
+    """Return everything in a window or dialog that does not fit."""
+    return cut_off(top) + elided(top) + outside(top)
+
+
+def misfits_of_views(window) -> list[str]:
+    """Show every view and return what does not fit, each with its view."""
+    found = []
+    for key in ("live", *pages.discover()):
+        window.views.show(key)
+        resize(QApplication.instance(), window, window.size().toTuple())
+        found += [f"{key}: {words}" for words in misfits(window) + overlapping(window)]
+    window.views.show("live")
+    return found
+
+
+def misfits_of_dialogs(window) -> list[str]:
+    """Open every dialog of the menus and return what does not fit it, or the window's size."""
+    found = []
+    for action in window.findChildren(QAction):
+        if not (action.text().endswith("…") and action.isEnabled()):
+            continue
+        action.trigger()
+        QApplication.processEvents()
+        for dialog in window.findChildren(QDialog):
+            if dialog.isVisible() and not isinstance(dialog, QFileDialog):
+                found += [f"{action.text()}: {words}" for words in misfits(dialog)]
+                if dialog.width() > window.width() or dialog.height() > window.height():
+                    found.append(f"{action.text()}: {dialog.size()} in {window.size()}")
+            dialog.close()
+    return found
+
+
+@pytest.fixture
+def still(monkeypatch):
+    """Measure nothing when a view is first seen."""
+    monkeypatch.setattr(MeasuringPage, "measure_first", lambda _page: None)
+
+
+@pytest.mark.parametrize("size", SCREENS.values(), ids=SCREENS)
+def test_live_fits_the_screen(kept_window, qapp, size):
+    resize(qapp, kept_window, size)
+    assert misfits(kept_window) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", SCREENS.values(), ids=SCREENS)
+def test_every_view_and_dialog_fits_the_screen(still, make_window, qapp, size):
+    window = make_window(size=size)
+    resize(qapp, window, size)
+    assert misfits_of_views(window) == []
+    assert misfits_of_dialogs(window) == []
+
+
+def main() -> int:
+    """Print what does not fit a screen of 1920 × 1080 at the scale of this process."""
+    app = QApplication([])
+    style.apply(app)
+    MeasuringPage.measure_first = lambda _page: None
+    window = new_window(Studio(lambda: [SIMULATED], build_engine))
+    ratio = window.devicePixelRatioF()
+    size = int(1920 / ratio), int(1080 / ratio) - 40
+    window.resize(*size)
+    window.show()
+    resize(app, window, size)
+    found = misfits_of_views(window) + misfits_of_dialogs(window)
+    print(ratio, *found, sep="\n")
+    window.close()
+    return bool(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scale", ["1.5", "2"])
+def test_every_view_and_dialog_fits_1920_by_1080_at_a_scale(scale):
+    done = subprocess.run(
+        [sys.executable, "-c", "import sys; from tests.gui.shell.test_fits import main; sys.exit(main())"],
+        env=os.environ | {"QT_SCALE_FACTOR": scale, "QT_QPA_PLATFORM": "offscreen"},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.startswith(str(float(scale)))
