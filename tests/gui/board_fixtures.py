@@ -27,14 +27,14 @@ def board_window(make_window, qtbot, monkeypatch, scripted):
 
 
 def answered(window, qtbot):
-    """Wait until it is known, and shown, what the board says to the law in force."""
+    """Wait until the board's answer to the present law is known and shown."""
     qtbot.waitUntil(lambda: not window.studio.engine.decision().pending, timeout=PATIENCE_MS)
     window.studio.board_answer.poll()
 
 
 @pytest.fixture
 def held_board_window(board_window):
-    """Return a window on a board whose hand is the mouse, so that both ways can be compared."""
+    """Return a window on a board with a simulated hand, so that both renderers can be compared."""
     board_window.studio.engine.device.simulated_hand = True
     board_window.loop.where.show_state()
     return board_window

@@ -17,19 +17,19 @@ from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.board_fixtures import board_window, held_board_window, scripted  # noqa: F401
 from tests.gui.live.plot_fixtures import history, phase, plots  # noqa: F401
-from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine, delete_the_given_up, put_back
+from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine, delete_deferred, put_back
 
 
 @pytest.fixture(autouse=True, scope="session")
 def dressed(qapp):
-    """Dress the application."""
+    """Apply the style to the application."""
     style.apply(qapp)
 
 
 @pytest.fixture(autouse=True)
-def look(dressed):
-    """Begin in the light theme, of the usual size, without what the last test has given up."""
-    delete_the_given_up()
+def plain_start(dressed):
+    """Start in the light theme at the usual size, after deleting widgets of earlier tests."""
+    delete_deferred()
     with theme.together():
         theme.set_mode("light")
         theme.set_scale(1.0)
@@ -37,7 +37,7 @@ def look(dressed):
 
 @pytest.fixture
 def qtbot(qtbot, monkeypatch):
-    """Return a robot that waits for what it needs, however busy the machine is."""
+    """Return a qtbot with longer time-outs for a busy machine."""
     for wait in ("waitUntil", "waitSignal"):
         monkeypatch.setattr(qtbot, wait, partial(getattr(qtbot, wait), timeout=PATIENCE_MS))
     return qtbot
@@ -45,7 +45,7 @@ def qtbot(qtbot, monkeypatch):
 
 @pytest.fixture(autouse=True)
 def home(tmp_path, monkeypatch):
-    """Return the folder that stands for the person's own; whoever runs the tests has another one."""
+    """Return a temporary folder that replaces the user's own."""
     monkeypatch.setenv("HAPKIT_STUDIO_FOLDER", str(tmp_path))
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     return tmp_path
@@ -53,7 +53,7 @@ def home(tmp_path, monkeypatch):
 
 @contextmanager
 def open_windows():
-    """Give a maker of shown windows; each is closed, its loop ended, afterwards."""
+    """Yield a factory of shown windows; each is closed, with its loop, afterwards."""
     with deleted_in_the_end() as windows:
 
         def make(entries=(SIMULATED,), build=build_engine, size=(1440, 900)) -> MainWindow:
@@ -70,20 +70,20 @@ def open_windows():
 
 @contextmanager
 def deleted_in_the_end():
-    """Give a list for windows, which are closed and deleted afterwards."""
+    """Yield a list for windows, which are closed and deleted afterwards."""
     windows: list[MainWindow] = []
     yield windows
     for window in windows:
         window.close()
         QCoreApplication.instance().removeEventFilter(window.stop_filter)
         window.deleteLater()
-    delete_the_given_up()
-    gc.enable()  # the window has put it off
+    delete_deferred()
+    gc.enable()  # the window has disabled it
 
 
 @pytest.fixture
 def start_window(qapp):
-    """Return a maker of windows as the program begins with options, not shown yet."""
+    """Return a factory of windows that are created with command-line options and not shown."""
 
     def start(*options: str) -> MainWindow:
         windows.append(app.build(window_parser().parse_args(options)))
@@ -95,20 +95,20 @@ def start_window(qapp):
 
 @pytest.fixture
 def make_window(qapp):
-    """Return a maker of shown windows."""
+    """Return a factory of shown windows."""
     with open_windows() as make:
         yield make
 
 
 @pytest.fixture
 def idle_window(make_window) -> MainWindow:
-    """Return a window that has no device yet."""
+    """Return a window without a device."""
     return make_window()
 
 
 @pytest.fixture(scope="module")
 def shared_window(dressed):
-    """Return a window without a device for a whole file; each test leaves it as it found it."""
+    """Return a window without a device, common to a file; each test restores its state."""
     theme.set_mode("light")
     with open_windows() as make:
         yield make()
@@ -116,14 +116,14 @@ def shared_window(dressed):
 
 @pytest.fixture
 def kept_idle_window(shared_window) -> MainWindow:
-    """Return a file's one window without a device as it began."""
+    """Return the file's common window without a device, in its initial state."""
     put_back(shared_window)
     return shared_window
 
 
 @pytest.fixture
 def window(make_window, qtbot) -> MainWindow:
-    """Return a window whose simulated Hapkit runs; frames are taken when a test calls live.tick()."""
+    """Return a window with a running simulated Hapkit; a test takes frames by calling live.tick()."""
     shown = make_window()
     shown.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: shown.studio.engine is not None, timeout=PATIENCE_MS)
@@ -132,7 +132,7 @@ def window(make_window, qtbot) -> MainWindow:
 
 @pytest.fixture(scope="module")
 def running_window(dressed):
-    """Return a window whose simulated Hapkit runs, for a whole file."""
+    """Return a window with a running simulated Hapkit, common to a file."""
     theme.set_mode("light")
     with open_windows() as make:
         shown = make()
@@ -146,6 +146,6 @@ def running_window(dressed):
 
 @pytest.fixture
 def kept_window(running_window) -> MainWindow:
-    """Return a file's one running window as it began: scene, values, loop, hand, view, size and panel."""
+    """Return the file's common running window, in its initial state."""
     put_back(running_window)
     return running_window

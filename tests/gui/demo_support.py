@@ -1,4 +1,4 @@
-"""A demo played at once: the studio's own player and settings, the simulated device's own loop, no clock."""
+"""Fast playback of a demo: the studio's player and settings on the simulated loop, without a clock."""
 
 from dataclasses import dataclass
 
@@ -14,18 +14,18 @@ from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.tick import adopt
 from tests.gui.window_support import SIMULATED
 
-FRAME = 16  # samples: so often a window moves the hand
+FRAME = 16  # samples between two positions of the hand
 
 
 @njit
 def samples(r, body, out, count):
-    """Render so many samples as the live loop does, but at once."""
+    """Render ``count`` samples as the live loop does, but at once."""
     for _ in range(count):
         simulated_loop.render_sample(r, body, out, clock.now(), 0.0)
 
 
 class FastEngine(Engine):
-    """An engine without a thread: its loop is run by hand."""
+    """An engine without a thread: a test runs its loop."""
 
     def start(self):
         device = {k: getattr(self.device, k) for k in ("mass", "viscous", "quantum", "max_force")}
@@ -40,7 +40,7 @@ class FastEngine(Engine):
 
 @dataclass
 class Played:
-    """What came of a demo: rows (n, width) and the time of each in s of its round, by step."""
+    """Result of a demo: rows (n, width) and their times in s within the demo, by step."""
 
     demo: demos.Demo
     rows: np.ndarray
@@ -48,14 +48,14 @@ class Played:
     captions: list[str]
 
     def of(self, at, start=0.0, stop=np.inf):
-        """Return the rows of the step at a time, from start to stop in s since it began."""
+        """Return the rows of the step that begins at ``at`` s, from start to stop in s after that."""
         ends = [*(step.at for step in self.demo.steps), self.demo.seconds]
         last = min(next(end for end in ends if end > at) - at, stop)
         return self.rows[(self.time >= at + start) & (self.time < at + last)]
 
 
 class Clock:
-    """A clock that is set."""
+    """A clock that a test sets."""
 
     now = 0.0
 
@@ -72,7 +72,7 @@ def fast_studio(qtbot):
 
 
 def play(studio, path, rounds=1):
-    """Play a demo for some rounds; return the last."""
+    """Play a demo several times; return the last run."""
     hands, demo = Clock(), demos.read(path, studio.environments)
     player = DemoPlayer(studio, QObject(studio), hands)
     player.play(demo)

@@ -1,4 +1,4 @@
-"""Own environments to test with: files, a folder of their own, waiting for what a trial finds."""
+"""Support for tests of own environments: files, a temporary folder, waiting for a trial."""
 
 from pathlib import Path
 
@@ -29,12 +29,12 @@ LAW_LINE = 10
 
 
 def spring(key: str = "test_spring", title: str = "Test spring", force: str = "-p.stiffness * x") -> str:
-    """Return a file's text whose law returns an expression on LAW_LINE."""
+    """Return the text of a file whose law returns an expression on LAW_LINE."""
     return SPRING.format(key=key, title=title).replace("-p.stiffness * x", force)
 
 
 def put(home: Path, name: str, text: str, trusted: bool = True) -> Path:
-    """Write a file, as the studio would or as others would: nobody has agreed to what they wrote."""
+    """Write a file; trusted: as if the studio had written it."""
     path = home / "environments" / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
@@ -44,14 +44,14 @@ def put(home: Path, name: str, text: str, trusted: bool = True) -> Path:
 
 
 def wait_for_verdict(window, qtbot, run):
-    """Do something that has a file tried out; return its verdict."""
+    """Run a function that starts a trial; return the verdict."""
     with qtbot.waitSignal(window.own.judged, timeout=PATIENCE_MS) as heard:
         run()
     return heard.args[1]
 
 
 def law_tab(window) -> str | None:
-    """Return the text of the law's tab in the header, None if there is none."""
+    """Return the text of the law's tab in the header; None without one."""
     tabs = window.header.tabs
     texts = [tabs.tabText(index) for index in range(tabs.count()) if tabs.tabData(index) == "law"]
     return texts[0] if texts else None

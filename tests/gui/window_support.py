@@ -1,4 +1,4 @@
-"""What the window's tests share: the simulated device, an engine that leaves the machine alone."""
+"""Support for tests of the window: the simulated device, and an engine at normal priority."""
 
 from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtTest import QTest
@@ -17,7 +17,7 @@ SIMULATED = DeviceEntry("simulated", "Simulated Hapkit", SimulatedHapkit)
 
 
 def usual_loop():
-    """Return what a person's loop starts with, by name."""
+    """Return the loop's default settings by name."""
     return {name: getattr(USUAL_LOOP, name) for name in FIELDS}
 
 
@@ -26,29 +26,29 @@ def build_engine(entry: DeviceEntry) -> Engine:
     return Engine(entry.make(), realtime=False)
 
 
-def delete_the_given_up() -> None:
-    """Delete what was given up, as no event loop runs that would: it would be styled anew each time."""
+def delete_deferred() -> None:
+    """Process deferred deletions, which otherwise need an event loop; until then the widgets are restyled."""
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 def sheets(window) -> list[TextDialog]:
-    """Return the dialogs in sight."""
+    """Return the visible dialogs."""
     return [sheet for sheet in window.findChildren(TextDialog) if sheet.isVisible()]
 
 
 def sheet_of(window, kind=TextDialog):
-    """Return the one dialog of a kind that is in sight."""
+    """Return the only visible dialog of a class."""
     (sheet,) = [sheet for sheet in sheets(window) if isinstance(sheet, kind)]
     return sheet
 
 
-def said_in(part) -> list[str]:
-    """Return the words of all labels in a widget."""
+def label_texts(part) -> list[str]:
+    """Return the texts of all labels in a widget."""
     return [label.text() for label in part.findChildren(QLabel)]
 
 
 def put_back(window) -> None:
-    """Bring a window back to how it began, so that the next test can have it."""
+    """Restore a window's initial state for the next test."""
     studio = window.studio
     clear_lateness(studio)
     window.views.show("live")

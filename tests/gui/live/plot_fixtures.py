@@ -1,4 +1,4 @@
-"""Plots on a history of a handle that swings in and out of a wall; loaded by the folder's conftest."""
+"""Plots with the history of a handle that oscillates in and out of a wall; used by the folder's conftest."""
 
 import pytest
 
@@ -18,7 +18,7 @@ def history():
 
 
 def shown(qtbot, widget, size, history):
-    """Return plots of a size on a history, the wall in force."""
+    """Return plots of a size with a history and the wall."""
     qtbot.addWidget(widget)
     widget.resize(*size)
     widget.show()

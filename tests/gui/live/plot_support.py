@@ -1,4 +1,4 @@
-"""What the tests of the plots share: telemetry of a wall, pixels of a colour, a turn of the wheel."""
+"""Support for tests of plots: telemetry of a wall, pixels of a colour, a turn of the wheel."""
 
 import numpy as np
 from PySide6.QtCore import QCoreApplication, QPoint, QPointF, Qt
@@ -13,7 +13,7 @@ LIBRARY = discover()
 
 
 def telemetry(count, start=0, rate=RATE):
-    """Return rows of a handle that swings in and out of a wall at 5 mm, the force clamped at 3 N."""
+    """Return rows of a handle that oscillates in and out of a wall at 5 mm, with the force clamped at 3 N."""
     tick = start + np.arange(count)
     table = np.zeros((count, rows.ROW_WIDTH))
     table[:, rows.TICK], table[:, rows.HOST_TIME] = tick, tick / rate
@@ -29,7 +29,7 @@ def canvas_of(plots, key):
 
 
 def turn_wheel(canvas, across=0.5, eighths=240, key=Qt.KeyboardModifier.NoModifier):
-    """Turn the wheel by so many eighths of a degree at such a part of a plot's width; return where, in px."""
+    """Turn the wheel by eighths of a degree at a fraction of a plot's width; return the position in px."""
     box = canvas.measure()
     place = QPointF(round(box.left() + across * box.width()), round(box.center().y()))
     there = QPointF(canvas.mapToGlobal(place.toPoint()))
@@ -40,7 +40,7 @@ def turn_wheel(canvas, across=0.5, eighths=240, key=Qt.KeyboardModifier.NoModifi
 
 
 def colored(image: QImage, token: str) -> np.ndarray:
-    """Return (n, 2) columns and rows of the pixels that have exactly a token's colour."""
+    """Return columns and rows (n, 2) of the pixels that have exactly a token's colour."""
     image = image.convertToFormat(QImage.Format.Format_RGB32)
     raw = np.frombuffer(image.constBits(), np.uint32).reshape(image.height(), -1)[:, : image.width()]
     wanted = np.uint32(QColor(theme.tokens[token]).rgb())

@@ -1,4 +1,4 @@
-"""Both ways on top of each other: what a comparison says, and what ends it."""
+"""Comparison of computer and board: its result, and what ends it."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from hapkit_studio.haptics import link, rows
 from tests.gui.live.plot_support import RATE, telemetry
 
 
-def test_the_difference_is_that_of_the_same_moments():
+def test_forces_at_equal_times_after_the_start_are_compared():
     table, history = telemetry(11_000), LiveHistory(60.0, RATE)
     t = table[:, rows.HOST_TIME]
     table[:, rows.APPLIED_FORCE] = np.where(t < 5.0, -np.sin(t - 1.0), -np.sin(t - 7.0) - 0.3)
@@ -21,10 +21,12 @@ def test_the_difference_is_that_of_the_same_moments():
 
 
 @pytest.mark.slow
-def test_what_ends_a_comparison_is_said_and_who_rendered_renders_on(held_board_window, qtbot, monkeypatch):
+def test_an_ended_comparison_gives_the_reason_and_restores_the_renderer(
+    held_board_window, qtbot, monkeypatch
+):
     window = held_board_window
     switch, note, running = window.loop.where, window.loop.where.note, window.comparison
-    assert window.centre.toolbar.release.isHidden()  # that lets a simulated handle go
+    assert window.centre.toolbar.release.isHidden()  # it would release a simulated handle
     switch.compare.emit()
     assert "1 of 2" in note.text()
     window.studio.set_value("stiffness", 100.0)
@@ -42,11 +44,11 @@ def test_what_ends_a_comparison_is_said_and_who_rendered_renders_on(held_board_w
     switch.compare.emit()
     assert "Release the E-stop" in note.text()
     assert not running.running
-    watched_only_on_the_computer(window)
+    energy_is_unwatched_on_the_board(window)
 
 
-def watched_only_on_the_computer(window):
-    """Beside the energy stands that nobody watches it while the board renders; beside force nothing."""
+def energy_is_unwatched_on_the_board(window):
+    """Check that a note about the missing energy alarm is shown beside the energy only."""
     phase, conn = window.centre.phase, window.studio.engine.driver.conn
     phase.choose(len(phase.plots))
     assert phase.note.isHidden()

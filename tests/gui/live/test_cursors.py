@@ -1,4 +1,4 @@
-"""Cursors: on samples, dragged with the mouse, what they read against the signal's own closed form."""
+"""Cursors: on samples, dragged with the mouse; their values are checked against the signal's formula."""
 
 import math
 
@@ -28,14 +28,14 @@ def shown(card):
     return {row[0]: dict(zip(head[1:], row[1:], strict=True)) for row in rows}
 
 
-def test_the_first_cursors_stand_in_the_time_window_on_samples(plots):
+def test_new_cursors_are_on_samples_in_the_time_window(plots):
     plots.cursors.show(True)
     a, b = plots.cursors.times
     assert plots.view.zero - plots.view.span < a < b < plots.view.zero
-    assert a * 1000.0 == pytest.approx(round(a * 1000.0), abs=1e-6)  # a sample a millisecond
+    assert a * 1000.0 == pytest.approx(round(a * 1000.0), abs=1e-6)  # one sample per millisecond
 
 
-def test_a_cursor_is_dragged_by_its_line_and_lands_on_a_sample(plots, qtbot):
+def test_a_dragged_cursor_snaps_to_a_sample(plots, qtbot):
     plots.cursors.show(True)
     plots.refresh()
     canvas = plots.canvases[1]
@@ -48,13 +48,13 @@ def test_a_cursor_is_dragged_by_its_line_and_lands_on_a_sample(plots, qtbot):
     wanted = plots.shown.zero + canvas.to_x(x + 60)
     assert 0.0 < wanted - plots.cursors.times[0] <= 0.001 + 1e-9
     before = plots.cursors.times
-    qtbot.mousePress(view, LEFT, pos=QPoint(x + 200, 30))  # far from both
+    qtbot.mousePress(view, LEFT, pos=QPoint(x + 200, 30))  # far from both cursors
     qtbot.mouseMove(view, QPoint(x + 100, 30))
     qtbot.mouseRelease(view, LEFT, pos=QPoint(x + 100, 30))
     assert plots.cursors.times == before
 
 
-def test_what_is_read_is_the_signal_at_both_and_their_difference(plots, card):
+def test_the_table_shows_the_values_at_both_cursors_and_their_difference(plots, card):
     plots.cursors.show(True)
     plots.cursors.move(0, 10.5005)
     plots.cursors.move(1, 11.0005)
@@ -67,15 +67,15 @@ def test_what_is_read_is_the_signal_at_both_and_their_difference(plots, card):
     assert card.period.text() == "1/Δt  2 Hz"
 
 
-def test_the_slope_inside_the_wall_is_its_stiffness_and_the_range_its_extremes(plots, card):
-    # sin(3 t) > 1/3 in (12.68, 13.49): inside the wall of 400 N/m, which begins at 5 mm; not clamped at first
+def test_the_slope_in_the_wall_is_its_stiffness_and_the_range_shows_extremes(plots, card):
+    # sin(3 t) > 1/3 in (12.68, 13.49): inside the wall of 400 N/m at 5 mm; not clamped at first
     plots.cursors.show(True)
     plots.cursors.move(0, 12.7005)
     plots.cursors.move(1, 12.8005)
     card.refresh()
     slope, _, half, _ = card.slope.text().replace("−", "-").split()
     assert float(slope) == pytest.approx(-400.0, abs=0.1)
-    assert float(half) == 0.1  # the least that is shown
+    assert float(half) == 0.1  # the smallest interval shown
     lines = []
     card.fitted.connect(lines.append)
     plots.cursors.move(1, 12.8105)
@@ -87,8 +87,8 @@ def test_the_slope_inside_the_wall_is_its_stiffness_and_the_range_its_extremes(p
     assert shown(card)["x, mm"]["least"] == f"{span.min():.2f}"
 
 
-def test_where_room_is_short_the_table_gives_way_to_the_plot_and_stands_in_its_place_on_demand(qtbot, plots):
-    """In a window of 1280 × 720 below a banner there are 296 px; the values are said above the time plots."""
+def test_in_a_low_card_either_the_plot_or_the_table_is_shown(qtbot, plots):
+    """A window of 1280 × 720 with a banner leaves 296 px; the values are also shown above the time plots."""
     phase = ForcePosition(plots.cursors)
     qtbot.addWidget(phase)
     phase.show()
@@ -118,7 +118,7 @@ def test_where_room_is_short_the_table_gives_way_to_the_plot_and_stands_in_its_p
     assert plots.headers[0].remark.text() == ""
 
 
-def test_cursors_stay_on_their_samples_while_time_goes_on_and_through_a_pause(plots, history):
+def test_cursors_stay_on_their_samples_with_new_data_and_while_paused(plots, history):
     plots.cursors.show(True)
     before = plots.cursors.times
     plots.view.set_paused(True)
@@ -130,7 +130,7 @@ def test_cursors_stay_on_their_samples_while_time_goes_on_and_through_a_pause(pl
     assert plots.shown.cursors[0] + plots.shown.zero == pytest.approx(before[0])
 
 
-def test_cursors_go_with_the_samples_they_stood_on(plots, card, history):
+def test_cursors_disappear_with_their_samples(plots, card, history):
     plots.cursors.show(True)
     history.append(telemetry(60_000, start=14_000))
     card.refresh()
@@ -139,7 +139,7 @@ def test_cursors_go_with_the_samples_they_stood_on(plots, card, history):
 
 
 def read(plots, card, first, last):
-    """Put the cursors to two times in s; return the slope in words."""
+    """Move the cursors to two times in s; return the slope as text."""
     plots.cursors.show(True)
     plots.cursors.move(0, first)
     plots.cursors.move(1, last)
@@ -147,25 +147,25 @@ def read(plots, card, first, last):
     return card.slope.text()
 
 
-def test_a_wall_pressed_and_left_has_its_stiffness_where_its_force_is_given(plots, card, history):
-    """Swings of 15 mm in and out of a wall at 5 mm; its 400 N/m are cut at 3 N, 7.5 mm deep."""
+def test_only_samples_with_an_unclamped_force_count_for_the_slope(plots, card, history):
+    """Oscillations of 15 mm in and out of a wall at 5 mm; its 400 N/m are clamped at 3 N, 7.5 mm deep."""
     assert read(plots, card, 8.0, 13.0) == "−400.0 ± 0.1 N/m"
     slope, *_ = np.polyfit(*(history.between(8.0, 13.0).y[name] for name in ("position", "applied_force")), 1)
-    assert slope > -120.0  # what a line through all samples would say
+    assert slope > -120.0  # slope of a line through all samples
 
 
 @pytest.mark.parametrize(
     ("changed", "words"),
     [(7.9, "−400.0"), (8.04, "none: settings changed"), (12.9, "none: settings changed"), (13.1, "−400.0")],
 )
-def test_there_is_no_slope_over_a_change_of_settings_nor_while_it_fades(plots, card, history, changed, words):
+def test_there_is_no_slope_across_a_change_of_settings_or_its_fading(plots, card, history, changed, words):
     history.changes.append(changed)
     assert read(plots, card, 8.05, 13.0).startswith(words)
 
 
 @pytest.mark.parametrize(("bend", "straight"), [(0.54, True), (0.556, False)])
-def test_what_leaves_more_than_a_twentieth_of_the_force_is_no_line(plots, card, history, bend, straight):
-    """F = −(z + c z²) N, z from 0 to 1 over 10 mm: the best line leaves c/√180 of √(1/3 + c/2 + c²/5)."""
+def test_a_residual_above_a_twentieth_of_the_force_is_no_line(plots, card, history, bend, straight):
+    """F = −(z + c z²) N for z from 0 to 1 over 10 mm: the best line leaves c/√180 of √(1/3 + c/2 + c²/5)."""
     z = np.linspace(0.0, 1.0, 2001)
     assert (bend / math.sqrt(180.0) < 0.05 * math.sqrt(1 / 3 + bend / 2 + bend**2 / 5)) == straight
     rest = telemetry(2001, start=14_000)
@@ -175,9 +175,9 @@ def test_what_leaves_more_than_a_twentieth_of_the_force_is_no_line(plots, card, 
     assert (read(plots, card, 14.0005, 16.0005) == "none: not a straight line") != straight
 
 
-def test_where_no_force_acts_or_none_is_given_there_is_no_slope(plots, card, history):
+def test_without_an_applied_force_there_is_no_slope(plots, card, history):
     free = telemetry(1000, start=14_000)
-    free[:, rows.APPLIED_FORCE] = 0.0  # stopped: asked for, not given
+    free[:, rows.APPLIED_FORCE] = 0.0  # stopped: asked for, but not applied
     history.append(free)
     assert read(plots, card, 14.0005, 14.9) == "none: no force there"
     still = telemetry(1000, start=15_000)

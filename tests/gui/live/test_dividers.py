@@ -1,4 +1,4 @@
-"""Dividers: what a person changed stands in the history, once for each gesture."""
+"""Dividers: changes by a person are labelled in the history, once per gesture."""
 
 import math
 import time
@@ -11,7 +11,7 @@ from tests.gui.live.plot_support import RATE, telemetry
 
 @pytest.fixture
 def noted(kept_window):
-    """Return the window's studio, undo and history, of which only the test feeds the samples."""
+    """Return the window's studio, undo and history; only the test feeds samples."""
     window = kept_window
     window.live.tick()
     window.live.history.clear()
@@ -19,7 +19,7 @@ def noted(kept_window):
 
 
 def later(live):
-    """Let new samples come."""
+    """Feed new samples."""
     live.tick()
     before, deadline = live.history.now, time.monotonic() + 30.0
     while live.history.now == before or math.isnan(live.history.now):
@@ -31,7 +31,7 @@ def said(live):
     return [words for _, words in live.history.dividers]
 
 
-def test_a_drag_leaves_one_divider_where_it_ended_and_the_next_press_another(noted):
+def test_a_drag_adds_one_divider_at_its_end_and_a_new_press_another(noted):
     studio, undo, live = noted
     later(live)
     for stiffness in (300.0, 500.0, 800.0):
@@ -46,7 +46,7 @@ def test_a_drag_leaves_one_divider_where_it_ended_and_the_next_press_another(not
     assert said(live) == ["Stiffness 250 → 800 N/m", "Servo rate 1,000 → 2,000 Hz"]
 
 
-def test_a_drag_that_ends_where_it_began_leaves_none_and_undo_leaves_one(noted):
+def test_a_drag_back_to_its_start_adds_no_divider_but_undo_does(noted):
     studio, undo, live = noted
     later(live)
     undo.gesture += 1
@@ -62,8 +62,8 @@ def test_a_drag_that_ends_where_it_began_leaves_none_and_undo_leaves_one(noted):
     assert said(live) == ["Stiffness 250 → 900 N/m", "Stiffness 900 → 250 N/m"]
 
 
-def test_another_environment_is_noted_by_its_name_alone(noted, qtbot):
-    """What is set of an environment that is not in force is noted nowhere."""
+def test_another_environment_adds_one_divider_with_its_name(noted, qtbot):
+    """Settings of an environment that is not active add no divider."""
     studio, _, live = noted
     later(live)
     studio.set_values_of("spring", {"stiffness": 77.0})
@@ -73,7 +73,7 @@ def test_another_environment_is_noted_by_its_name_alone(noted, qtbot):
     assert said(live) == ["Spring"]
 
 
-def test_a_divider_may_replace_an_earlier_one_or_take_it_away():
+def test_a_divider_can_replace_or_remove_an_earlier_one():
     history = LiveHistory(seconds=60.0, rate=RATE)
     history.append(telemetry(1000))
     history.divide("first", 0.2)
@@ -84,8 +84,8 @@ def test_a_divider_may_replace_an_earlier_one_or_take_it_away():
     assert history.dividers == [(0.4, "other")]
 
 
-def test_another_device_is_noted_by_its_name_and_begins_anew(noted):
-    """What the device before gave stays to be seen, but is not counted as this one's."""
+def test_another_device_adds_a_divider_and_starts_new_data(noted):
+    """Samples of the previous device stay visible, but do not count for the new one."""
     _, _, live = noted
     later(live)
     live._device = "another"

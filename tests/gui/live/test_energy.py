@@ -1,4 +1,4 @@
-"""Energy to the hand: its plot, breaks where the sum begins anew, the alarm in words, the switch."""
+"""Energy given to the hand: its plot, gaps at restarts of the sum, the alarm, the switch."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ ENERGY = len(phase_plots())
 
 
 def with_energies(count, first=0, lost=1):
-    """Return rows whose energy swings to -4 mJ below a limit of 1 mJ, restarted for some ticks at 12 s."""
+    """Return rows whose energy oscillates down to −4 mJ below a limit of 1 mJ, and restarts at 12 s."""
     table = telemetry(count, first)
     tick = table[:, rows.TICK]
     table[:, rows.ENERGY_GIVEN] = -2e-3 * (1.0 - np.cos(tick / RATE))
@@ -34,9 +34,9 @@ def with_energies(count, first=0, lost=1):
 
 @pytest.fixture
 def shown(phase):
-    """Return the card with the energy of 14 s in it."""
+    """Return the card with 14 s of energy."""
     history = LiveHistory(seconds=60.0, rate=RATE)
-    history.append(with_energies(14_000, lost=150))  # 3 px and more
+    history.append(with_energies(14_000, lost=150))  # at least 3 px
     phase.view.set_history(history)
     phase.choose(ENERGY)
     phase.refresh()
@@ -45,8 +45,8 @@ def shown(phase):
 
 
 @pytest.mark.parametrize("width", [0.0005, 0.03, 0.5])
-def test_the_history_keeps_energies_and_where_they_end_environment(width):
-    """However coarse the columns are, one of them is missing where the sum begins anew, and only there."""
+def test_the_history_shows_a_gap_where_the_energy_restarts(width):
+    """At every width exactly one column is missing, where the sum restarts."""
     history, want = LiveHistory(seconds=60.0, rate=RATE), with_energies(14_000)
     history.append(want)
     assert history.latest()["energy_given"] == want[-1, rows.ENERGY_GIVEN]
@@ -61,7 +61,7 @@ def test_the_history_keeps_energies_and_where_they_end_environment(width):
     np.testing.assert_allclose(window.y["energy_given"][~gone], exact, atol=steepest)
 
 
-def test_the_curve_stands_at_its_value_and_breaks(shown):
+def test_the_curve_is_drawn_at_its_values_with_a_gap(shown):
     canvas = shown.beside[0].canvases[0]
     image = canvas.viewport().grab().toImage()
     found = colored(image, "energy")
@@ -80,7 +80,7 @@ def test_the_curve_stands_at_its_value_and_breaks(shown):
     assert len(colored(image, "danger")) > 20
 
 
-def test_energy_stays_over_a_change_of_environment_and_force_comes_back(shown):
+def test_energy_stays_selected_for_another_environment_and_force_can_be_selected_again(shown):
     pane = shown.beside[0]
     assert pane.isVisible()
     assert not shown.title.isVisible()
@@ -93,18 +93,18 @@ def test_energy_stays_over_a_change_of_environment_and_force_comes_back(shown):
     assert shown.title.isVisible()
 
 
-# --- the alarm
+# the alarm
 
 
 class Excess:
-    """An engine that only knows an excess of energy, of which 0.2 mJ mean something."""
+    """An engine with an excess energy; 0.2 mJ are significant."""
 
     def __init__(self, joules):
         self.excess = joules, 0.2e-3
 
 
 class Alarm:
-    """A watch of its own with what it watches, on a clock that is set."""
+    """An energy watch with its studio, on a clock that the test sets."""
 
     def __init__(self, qtbot, monkeypatch):
         self.now, self.calm = 100.0, False
@@ -115,7 +115,7 @@ class Alarm:
         self.status.energy.link.clicked.connect(lambda: self.studio.set_loop(controller=True))
 
     def strike(self, *joules):
-        """Let frames come with these excesses; the engine is no other by that."""
+        """Feed frames with these excesses."""
         for excess in joules:
             self.studio.device.engine = Excess(excess)
             self.watch.on_row(None, False)
@@ -123,7 +123,7 @@ class Alarm:
 
     @property
     def said(self):
-        """Return what is said and its token; None where nothing is."""
+        """Return the message and its token; None without a message."""
         field = self.status.energy
         return None if field.isHidden() else (field.words.text(), field.sign.token)
 
@@ -139,12 +139,12 @@ GAVE = "The scene gave you 0.80 mJ more than you put in"
 
 
 @pytest.mark.parametrize(("excess", "says"), [(0.198e-3, False), (0.202e-3, True)])
-def test_what_nobody_feels_is_not_said(alarm, excess, says):
+def test_an_insignificant_excess_shows_no_message(alarm, excess, says):
     alarm.strike(excess)
     assert (alarm.said is not None) == says
 
 
-def test_the_alarm_says_how_much_and_what_helps(alarm):
+def test_the_alarm_states_the_energy_and_a_remedy(alarm):
     alarm.strike(0.8e-3)
     assert alarm.said == (GAVE, "warn")
     assert alarm.status.energy.toolTip() == "Lower the stiffness, or switch on the passivity controller."
@@ -159,7 +159,7 @@ def test_a_stable_scene_raises_no_alarm(alarm):
     assert alarm.said is None
 
 
-def test_it_stands_still_and_goes_a_while_after_the_last_although_the_excess_stays(alarm):
+def test_the_message_stays_for_a_while_after_the_last_excess(alarm):
     alarm.strike(0.8e-3, 1.1e-3)
     assert alarm.said == (GAVE, "warn")
     alarm.strike(8e-3)
@@ -173,18 +173,18 @@ def test_it_stands_still_and_goes_a_while_after_the_last_although_the_excess_sta
     assert alarm.said == (GAVE, "warn"), "what the next bounce gives, not both"
 
 
-def test_what_was_given_before_a_change_is_not_said_again(alarm):
+def test_an_excess_before_a_change_is_not_reported_again(alarm):
     alarm.strike(8e-3)
     alarm.studio.set_loop(delay=1e-3)
     alarm.strike(8e-3)
     assert alarm.said is None
 
 
-def test_no_alarm_while_the_controller_copes(alarm):
+def test_no_alarm_while_the_controller_dissipates_the_excess(alarm):
     alarm.studio.set_loop(controller=True)
     alarm.strike(0.0, 0.59e-3)
     assert alarm.said is None
-    alarm.studio.choose("cat")  # a scene that drives
+    alarm.studio.choose("cat")  # a scene that moves the handle by itself
     alarm.strike(0.0, 5e-3)
     assert alarm.said is None
     alarm.studio.choose("wall")
@@ -197,7 +197,7 @@ def test_no_alarm_while_the_controller_copes(alarm):
 
 
 @pytest.mark.slow
-def test_a_scene_that_drives_says_so_instead(kept_window):
+def test_a_scene_that_moves_the_handle_says_so_instead(kept_window):
     words = kept_window.stability.drives
     kept_window.studio.choose("cat")
     assert words.text() == "The purr and the paw move the handle by themselves."
@@ -206,11 +206,11 @@ def test_a_scene_that_drives_says_so_instead(kept_window):
     assert not words.isVisibleTo(kept_window)
 
 
-# --- the switch, live
+# the switch, live
 
 
 @pytest.mark.slow
-def test_a_buzzing_spring_alarms_and_the_controller_calms_it_also_on_the_next_device(kept_window, qtbot):
+def test_a_buzzing_spring_raises_the_alarm_and_the_controller_calms_it(kept_window, qtbot):
     window, studio = kept_window, kept_window.studio
     studio.choose("spring")
     studio.set_value("stiffness", 1900.0)
@@ -221,7 +221,7 @@ def test_a_buzzing_spring_alarms_and_the_controller_calms_it_also_on_the_next_de
         return np.ptp(window.live.history.between(window.live.history.now - 0.3, np.inf).y["position"])
 
     place = window.centre.scene.mapTo(window, QPoint())
-    studio.move_hand(0.05)  # beyond what the motor can hold: let go nearer, friction may keep it at rest
+    studio.move_hand(0.05)  # beyond the motor's force; closer, friction could hold the handle
     qtbot.waitUntil(
         lambda: swing() > 0 and window.live.history.latest()["position"] > 5e-3, timeout=PATIENCE_MS
     )
@@ -238,8 +238,8 @@ def test_a_buzzing_spring_alarms_and_the_controller_calms_it_also_on_the_next_de
     assert studio.engine.loop.controller
 
 
-def test_a_dense_line_is_drawn_whole():
-    """A dash-dot line that swings often over few pixels would be a scribble."""
+def test_a_dense_line_is_drawn_solid():
+    """A dash-dot line that oscillates often within a few pixels would look like a scribble."""
     x = np.linspace(0.0, 200.0, 401)
     calm, wild = np.zeros(401), 40.0 * np.sin(2.0 * np.pi * x / 10.0)
     dash = (9.0, 4.0, 2.0, 4.0)

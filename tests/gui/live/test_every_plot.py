@@ -1,4 +1,4 @@
-"""Every plot over time: its signal is held, recorded, drawn and read by the cursors, live and in a replay."""
+"""Every time plot: its signal is stored, recorded, drawn and read by cursors, live and in a replay."""
 
 import math
 from contextlib import closing
@@ -23,7 +23,7 @@ QUANTUM = 20.7e-6
 
 @pytest.mark.parametrize("plot", [*time_plots(), *time_plots(beside=True)], ids=lambda plot: plot.key)
 @pytest.mark.parametrize("replayed", [False, True], ids=["live", "replayed"])
-def test_its_last_signal_is_drawn_and_read(plot, replayed, qtbot, tmp_path):
+def test_the_last_signal_of_every_plot_is_drawn_and_read(plot, replayed, qtbot, tmp_path):
     trace, table = plot.traces[-1], telemetry(3000)
     column, time = COLUMN[trace.channel], table[:, rows.HOST_TIME]
     table[:, column] = 0.8 * plot.reach / plot.scale * np.sin(5.0 * time)

@@ -1,4 +1,4 @@
-"""Export from the live view: the very samples, the range, what was set then, whole files or none."""
+"""Export from the Live view: exact samples, range, settings, complete files or none."""
 
 import csv
 import json
@@ -30,7 +30,7 @@ COLUMNS = {
 
 @pytest.fixture
 def fed(kept_window):
-    """Return the window with 5 s of samples that the test knows, and a copy of them."""
+    """Return the window with 5 s of known samples, and a copy of these."""
     window = kept_window
     window.live.tick()
     window.live.history.clear()
@@ -44,7 +44,7 @@ def fed(kept_window):
 
 @pytest.fixture
 def write(fed, qtbot, monkeypatch):
-    """Return what exports a range to a file and gives what was said, as the dialog would."""
+    """Return a function that exports a range to a file as the dialog does, and returns the message."""
     window, _ = fed
 
     def written(path, stretch, kind="Table (*.csv)"):
@@ -65,7 +65,7 @@ def write(fed, qtbot, monkeypatch):
 
 
 def read(path, between=","):
-    """Return settings, as they are written, and columns of a CSV, read without the studio."""
+    """Return settings and columns of a CSV file, parsed independently."""
     lines = path.read_text("utf-8").splitlines()
     header = dict(line.removeprefix("# ").split(": ", 1) for line in lines if line.startswith("# "))
     head, *rows = list(csv.reader(lines[len(header) :], delimiter=between))
@@ -78,7 +78,7 @@ def of(table, start, stop):
 
 
 @pytest.mark.parametrize(("kind", "between"), [("Table (*.csv)", ","), (COMMA, ";")])
-def test_a_table_has_the_very_samples_of_its_range(fed, write, tmp_path, kind, between):
+def test_a_table_contains_exactly_the_samples_of_its_range(fed, write, tmp_path, kind, between):
     window, table = fed
     assert write(tmp_path / "a.csv", (2.0, 3.5), kind) == "Saved a.csv"
     settings, columns = read(tmp_path / "a.csv", between)
@@ -92,7 +92,7 @@ def test_a_table_has_the_very_samples_of_its_range(fed, write, tmp_path, kind, b
     assert settings["rate"] == "1000 Hz"
 
 
-def test_a_parquet_file_has_the_same_samples_and_settings(fed, write, tmp_path):
+def test_a_parquet_file_contains_the_same_samples_and_settings(fed, write, tmp_path):
     assert write(tmp_path / "a.parquet", (2.0, 3.5), "Parquet (*.parquet)") == "Saved a.parquet"
     found, expected = parquet.read_table(tmp_path / "a.parquet"), of(fed[1], 2.0, 3.5)
     for name, place in COLUMNS.items():
@@ -102,7 +102,7 @@ def test_a_parquet_file_has_the_same_samples_and_settings(fed, write, tmp_path):
     assert settings["parameters"]["stiffness"] == fed[0].studio.values["stiffness"]
 
 
-def test_the_ranges_are_what_is_seen_what_lies_between_the_cursors_and_all(fed, write, tmp_path):
+def test_the_ranges_are_visible_between_cursors_and_all(fed, write, tmp_path):
     window, table = fed
     time = window.centre.time
     window.centre.view.set_paused(True)
@@ -122,8 +122,8 @@ def test_the_ranges_are_what_is_seen_what_lies_between_the_cursors_and_all(fed, 
     assert count == {"visible": pytest.approx(2000, abs=3), "selection": 2501, "all": len(table)}
 
 
-def test_the_settings_at_the_start_of_the_range_and_every_change_in_it_are_written(fed, write, tmp_path):
-    """What is changed after the range is not in it."""
+def test_the_settings_at_the_start_and_all_changes_in_the_range_are_written(fed, write, tmp_path):
+    """Changes after the range are not written."""
     window, _ = fed
     window.export._settings.clear()
     scene = {"environment": "wall", "units": {"stiffness": "N/m"}}
@@ -156,7 +156,7 @@ def test_the_settings_at_the_start_of_the_range_and_every_change_in_it_are_writt
         ]
 
 
-def test_a_change_while_the_loop_runs_is_exported_with_its_time_and_drawn_below_the_picture(
+def test_a_change_while_the_loop_runs_is_exported_with_its_time_and_drawn(
     fed, write, qtbot, tmp_path, monkeypatch
 ):
     studio, live = fed[0].studio, fed[0].live
@@ -189,7 +189,7 @@ def test_a_change_while_the_loop_runs_is_exported_with_its_time_and_drawn_below_
 @pytest.mark.parametrize(
     ("name", "begins"), [("a.png", b"\x89PNG"), ("a.pdf", b"%PDF"), ("a.svg", b"<?xml"), ("a.mat", b"MATLAB")]
 )
-def test_the_ending_says_what_is_written_and_nothing_else_is_left(fed, write, tmp_path, name, begins):
+def test_the_file_extension_selects_the_format_and_no_other_file_remains(fed, write, tmp_path, name, begins):
     folder = tmp_path / "there"
     folder.mkdir()
     assert write(folder / name, (1.0, 2.0)) == f"Saved {name}"
@@ -197,7 +197,7 @@ def test_the_ending_says_what_is_written_and_nothing_else_is_left(fed, write, tm
     assert (folder / name).read_bytes().startswith(begins)
 
 
-def test_what_cannot_be_written_is_one_line_and_leaves_the_file_as_it_was(fed, write, tmp_path, monkeypatch):
+def test_a_failed_export_shows_one_line_and_keeps_the_old_file(fed, write, tmp_path, monkeypatch):
     kept = tmp_path / "there" / "kept.csv"
     kept.parent.mkdir()
     kept.write_text("mine")
@@ -220,7 +220,7 @@ def test_what_cannot_be_written_is_one_line_and_leaves_the_file_as_it_was(fed, w
 
 
 @pytest.mark.slow
-def test_a_copied_picture_is_that_of_the_file(fed, write, tmp_path, qtbot):
+def test_a_copied_picture_equals_the_exported_one(fed, write, tmp_path, qtbot):
     window, _ = fed
     write(tmp_path / "a.png", window.export.visible)
     with qtbot.waitSignal(window.export.said):
@@ -229,7 +229,7 @@ def test_a_copied_picture_is_that_of_the_file(fed, write, tmp_path, qtbot):
     assert copied == QImage(str(tmp_path / "a.png")).convertToFormat(QImage.Format.Format_RGB32)
 
 
-def test_a_picture_has_the_law_in_force_over_what_the_screen_shows(fed, write, tmp_path, monkeypatch):
+def test_a_picture_shows_the_present_law_over_the_plotted_quantity(fed, write, tmp_path, monkeypatch):
     phase, given = fed[0].centre.phase, []
     monkeypatch.setattr(charts, "run_figure", lambda *args: given.append(args[4:]))
     for index, over in ((0, "position"), (1, "velocity"), (2, "")):

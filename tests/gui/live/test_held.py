@@ -1,4 +1,4 @@
-"""Held traces: named by what was set, several at once, switched and removed, in all plots."""
+"""Held traces: named by settings, several at once, hidden and removed, in all plots."""
 
 import numpy as np
 import pytest
@@ -17,27 +17,28 @@ def held(plots, phase):
 
 
 @pytest.mark.parametrize("zero", [None, 11.0])
-def test_a_held_trace_stays_where_it_was_while_time_goes_on(plots, held, history, zero):
-    """Or comes there, where it was held around an event: else most of it would lie beyond the right edge."""
+def test_a_held_trace_keeps_its_position_while_time_passes(plots, held, history, zero):
+    """A trace held around an event is shifted: otherwise most of it would be beyond the right edge."""
     trace = held.hold(history, (4.0, history.now), "Wall", zero=zero)
-    assert trace.time[-1] == pytest.approx(14.0 - (zero or 14.0), abs=0.005)  # of 10 s a two thousandth
+    # two thousandths of the 10 s shown
+    assert trace.time[-1] == pytest.approx(14.0 - (zero or 14.0), abs=0.005)
     assert trace.values["position"][-1] == pytest.approx(history.latest()["position"], abs=0.005 * 0.045)
     history.append(telemetry(4000, start=14_000))
     plots.refresh()
     canvas = canvas_of(plots, "position")
     picture = canvas.grab().toImage()
     canvas.measure()
-    expected = canvas.pixel(-2.0, 1e3 * 0.015 * np.sin(3.0 * 12.0))  # 2 s before it was held at 14 s
+    expected = canvas.pixel(-2.0, 1e3 * 0.015 * np.sin(3.0 * 12.0))  # 2 s before the moment of holding, 14 s
     ratio = picture.devicePixelRatio()
     pixels = colored(picture, "hold") / ratio
     assert np.min(np.hypot(*(pixels - [expected.x(), expected.y()]).T)) < 5.0
 
 
-def test_one_may_be_shown_later_than_it_was_and_is_in_the_plot_of_force_as_well(held, history, phase):
+def test_a_shifted_trace_is_also_in_the_force_plot(held, history, phase):
     past = held.hold(history, (11.0, 12.0), "on the computer", 1.5)
     assert past.time[[0, -1]] == pytest.approx([12.5, 13.5], abs=2e-3)
     assert past.values["position"] == pytest.approx(0.015 * np.sin(3.0 * (past.time - 1.5)), abs=1e-4)
-    history.end_environment()  # the live curve lies over it
+    history.end_environment()  # otherwise the live curve covers it
     for seen in (True, False):
         phase.refresh()
         assert bool(len(colored(phase.canvas.viewport().grab().toImage(), "hold"))) == seen
@@ -45,7 +46,7 @@ def test_one_may_be_shown_later_than_it_was_and_is_in_the_plot_of_force_as_well(
     held.drop(past)
 
 
-def test_each_looks_different_and_the_oldest_gives_way(held, history):
+def test_traces_have_distinct_styles_and_the_oldest_is_replaced(held, history):
     for number in range(len(LINE_STYLES) + 1):
         held.hold(history, (9.0, 14.0), f"Number {number}")
     assert sorted(t.name for t in held.traces.values()) == [
@@ -54,7 +55,7 @@ def test_each_looks_different_and_the_oldest_gives_way(held, history):
     assert len({t.style for t in held.traces.values()}) == len(LINE_STYLES)
 
 
-def test_one_is_switched_off_and_removed_in_the_list(held, history, plots, qtbot):
+def test_a_trace_is_hidden_and_removed_in_the_list(held, history, plots, qtbot):
     listed = HeldList(held)
     qtbot.addWidget(listed)
     held.hold(history, (9.0, 14.0), "One")
@@ -69,14 +70,14 @@ def test_one_is_switched_off_and_removed_in_the_list(held, history, plots, qtbot
     assert listed.isHidden()
 
 
-def test_it_is_named_by_what_was_set():
+def test_a_trace_is_named_by_its_settings():
     wall = LIBRARY["wall"]
     assert settings_name(wall, wall.values()) == "Wall, k 250 N/m"
     assert settings_name(wall, wall.values({"damping": 2.0})) == "Wall, k 250 N/m, b 2 N·s/m"
     assert settings_name(LIBRARY["free"], {}) == "Free"
 
 
-def test_those_of_the_same_settings_are_numbered(held, history):
+def test_traces_of_the_same_settings_are_numbered(held, history):
     for _ in range(3):
         held.hold(history, (0.0, 1.0), "Wall")
     held.remove(1)
@@ -91,7 +92,7 @@ def test_without_data_nothing_is_held(held, history):
 
 
 def test_a_trace_is_held_as_felt_with_the_delay_of_its_loop(held, history, phase):
-    """Each force at the positions between which it acted: a delay after its sample, for a period."""
+    """Each force at the positions between which it acted: one delay after its sample, for one period."""
     held.delay = 5e-3
     past = held.hold(history, (11.0, 13.0), "late")
     places, force = past.felt

@@ -1,4 +1,4 @@
-"""The history against the plainest possible computation on the same samples."""
+"""The history compared with the simplest possible computation on the same samples."""
 
 import itertools
 import math
@@ -26,14 +26,14 @@ def telemetry(count, seed=0, start=0, rate=RATE):
 
 
 def feed(history, table):
-    """Append in chunks of changing size, as frames bring them."""
+    """Append in chunks of varying size, as frames do."""
     cuts = np.cumsum(np.random.default_rng(1).integers(1, 900, len(table) // 300))
     for part in np.split(table, cuts[cuts < len(table)]):
         history.append(part)
 
 
 def brute(table, t0, t1, columns):
-    """Return (columns that hold samples, {channel: (least, greatest) of each}), sample by sample."""
+    """Return the columns that contain samples, and per channel the minima and maxima, sample by sample."""
     edges, time = np.linspace(t0, t1, columns + 1), table[:, rows.HOST_TIME]
     inside = [(time >= a) & (time < b) for a, b in itertools.pairwise(edges)]
     filled = [n for n in range(columns) if inside[n].any()]
@@ -63,7 +63,7 @@ def test_each_column_has_the_extremes_of_its_samples(span, columns):
     np.testing.assert_array_equal(column, np.repeat(filled, 2))
 
 
-def test_few_samples_are_given_as_they_are_with_a_neighbour_each_side():
+def test_few_samples_are_returned_unchanged_with_one_neighbour_on_each_side():
     history = LiveHistory(seconds=8.0, rate=RATE)
     table = telemetry(5000)
     history.append(table)
@@ -75,14 +75,14 @@ def test_few_samples_are_given_as_they_are_with_a_neighbour_each_side():
 
 @pytest.mark.parametrize(("t0", "t1", "dense"), [(0.0, 2.0, True), (0.99, 1.03, False)])
 @pytest.mark.parametrize("how", ["jump", "flag"])
-def test_lost_frames_are_a_gap_that_is_never_bridged(how, t0, t1, dense):
+def test_lost_frames_are_a_gap(how, t0, t1, dense):
     table = telemetry(8000)
     if how == "jump":
         table[4000:, rows.TICK] += 40
         table[4000:, rows.HOST_TIME] += 0.01
     else:
         table[4000, rows.FLAGS] = rows.GAP | rows.CLAMPED
-    table[0, rows.FLAGS] = rows.GAP  # there is nothing before that it could part from
+    table[0, rows.FLAGS] = rows.GAP  # nothing before it to separate from
     history = LiveHistory(seconds=8.0, rate=RATE)
     feed(history, table)
     shown = history.window(np.linspace(t0, t1, 101))
@@ -94,7 +94,7 @@ def test_lost_frames_are_a_gap_that_is_never_bridged(how, t0, t1, dense):
     assert shown.x[gap + 1] >= table[4000, rows.HOST_TIME] - width
 
 
-def test_only_the_last_seconds_are_kept_however_long_it_runs():
+def test_only_the_last_seconds_are_stored():
     history = LiveHistory(seconds=2.0, rate=RATE)
     for part in range(40):
         history.append(telemetry(1500, seed=part, start=1500 * part))
@@ -107,18 +107,18 @@ def test_only_the_last_seconds_are_kept_however_long_it_runs():
     assert history.latest()["applied_force"] == last[-1, rows.APPLIED_FORCE]
 
 
-def test_to_take_samples_needs_no_room_for_a_copy_of_those_kept():
+def test_appending_samples_needs_no_memory_for_a_copy():
     history = LiveHistory(seconds=6.0, rate=RATE)
     history.append(telemetry(30_000))
     tracemalloc.start()
-    for start in range(30_000, 110_000, 500):  # the kept half moves to the front twice
+    for start in range(30_000, 110_000, 500):  # the stored half moves to the front twice
         history.append(telemetry(500, start=start))
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert most < len(history) * 8  # bytes of one of its channels
+    assert most < len(history) * 8  # bytes of one channel
 
 
-def test_a_copy_stays_while_the_original_goes_on():
+def test_a_copy_does_not_change_with_the_original():
     history = LiveHistory(seconds=3.0, rate=RATE)
     table = telemetry(20_000)
     feed(history, table)
@@ -129,7 +129,7 @@ def test_a_copy_stays_while_the_original_goes_on():
     np.testing.assert_array_equal(extremes(shown, "velocity"), expected["velocity"])
 
 
-def test_a_clock_that_goes_back_starts_afresh_and_the_pointer_is_at_the_last_sample_up_to_it():
+def test_a_clock_that_goes_back_restarts_the_history():
     history = LiveHistory(seconds=3.0, rate=RATE)
     history.append(telemetry(1000, start=5000))
     history.append(telemetry(10))
@@ -147,12 +147,12 @@ def test_an_empty_history_draws_nothing():
     assert np.isnan(history.latest()["position"])
 
 
-def test_changes_are_kept_with_their_times_as_long_as_their_samples():
+def test_changes_are_stored_as_long_as_their_samples():
     history = LiveHistory(seconds=2.0, rate=RATE)
     history.divide("Nothing came before")
     history.append(telemetry(4000))
     history.divide("Spring")
-    history.divide("Wall")  # the spring was there for no sample
+    history.divide("Wall")  # the spring was active for no sample
     history.end_environment()
     at = 3999 / RATE
     assert history.dividers == [(at, "Wall")]
@@ -170,8 +170,8 @@ def test_changes_are_kept_with_their_times_as_long_as_their_samples():
     assert (history.dividers, history.begin) == ([], -np.inf)
 
 
-def test_a_signal_that_comes_later_is_drawn_from_its_first_value_on():
-    """As the observer's energies: NaN without a value, at once and in every column."""
+def test_a_signal_that_starts_late_is_drawn_from_its_first_value():
+    """For example the observer's energies: NaN before, in samples and in every column."""
     table = telemetry(4000)
     table[:, COLUMN["energy_given"]] = math.nan
     table[3000:, COLUMN["energy_given"]] = 1.0
@@ -180,7 +180,8 @@ def test_a_signal_that_comes_later_is_drawn_from_its_first_value_on():
     assert np.isnan(history.window(np.linspace(0.0, 0.5, 11)).y["energy_given"]).all()
     history.append(table[2000:])
     values = history.window(np.linspace(0.0, 1.0, 11)).y["energy_given"]
-    np.testing.assert_array_equal(values, [math.nan] * 16 + [1.0] * 4)  # one of ten columns has both
+    # the column with the first value contains both
+    np.testing.assert_array_equal(values, [math.nan] * 16 + [1.0] * 4)
     history.clear()
     history.append(table[:2000])
     assert np.isnan(history.window(np.linspace(0.0, 0.5, 11)).y["energy_given"]).all()

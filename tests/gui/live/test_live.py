@@ -1,4 +1,4 @@
-"""From ring to picture: what is shown is what the loop wrote; late reading and clamping are said."""
+"""From the ring to the window: the display equals the loop's rows; late reads and clamping are shown."""
 
 import math
 import re
@@ -76,7 +76,7 @@ def test_links_and_clamp_light_of_the_status_bar_do_not_move(bar, qapp):
     assert found == found[:1] * 3
 
 
-def test_the_history_holds_the_very_rows_of_the_ring_a_hidden_window_only_drains_it(window, qtbot):
+def test_the_history_equals_the_ring_and_a_hidden_window_only_drains_it(window, qtbot):
     reader = window.studio.engine.reader()
     window.live._follow()
     window.studio.engine.move_hand(0.015)
@@ -115,7 +115,7 @@ def test_the_history_holds_the_very_rows_of_the_ring_a_hidden_window_only_drains
     window.live.set_hidden(False)
 
 
-def test_release_here_takes_the_handle_out_of_a_hand_that_still_drags(window, qtbot):
+def test_release_here_releases_a_handle_that_is_being_dragged(window, qtbot):
     scene, button = window.centre.scene, window.centre.toolbar.release
     assert button.isVisible()
     qtbot.mousePress(scene, Qt.MouseButton.LeftButton, pos=QPoint(scene.width() // 3, 100))
@@ -137,7 +137,7 @@ def test_release_here_takes_the_handle_out_of_a_hand_that_still_drags(window, qt
     qtbot.mouseRelease(scene, Qt.MouseButton.LeftButton)
 
 
-def test_an_oscillation_is_named_beside_the_position_for_as_long_as_it_lasts(window):
+def test_an_oscillation_is_shown_beside_the_position_while_it_lasts(window):
     words, table = window.centre.time.headers[0].remark, telemetry(3000)
     table[1000:2000, rows.POSITION] = 1.2e-3 * np.sin(np.arange(1000) * 2e-3 * np.pi * 31.0)
     table[2000:, rows.POSITION] = 0.0
@@ -151,7 +151,7 @@ def test_an_oscillation_is_named_beside_the_position_for_as_long_as_it_lasts(win
         assert words.text() == words.toolTip() == said
 
 
-def test_an_oscillation_is_said_as_fully_as_there_is_room_for_and_never_cut(plots):
+def test_the_oscillation_text_is_shortened_and_never_cut(plots):
     plots.show_oscillation(Oscillation(1.2e-3, 31.0))
     remark, seen = plots.headers[0].remark, []
     for wide in range(260, 0, -1):
@@ -164,7 +164,7 @@ def test_an_oscillation_is_said_as_fully_as_there_is_room_for_and_never_cut(plot
     assert remark.text() == "oscillates ±1.2 mm"
 
 
-def test_paused_scene_plots_and_numbers_stand_at_one_sample_and_the_bar_says_what_acts(window, qtbot):
+def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status_bar(window, qtbot):
     live, studio, scene, bar = window.live, window.studio, window.centre.scene, window.status
 
     def pushed(force):
@@ -200,7 +200,7 @@ def test_paused_scene_plots_and_numbers_stand_at_one_sample_and_the_bar_says_wha
         said = bar.clamp.words.text()
         return re.fullmatch(r"Now −[2-3]\.\d N, within 3\.0 N|Clamped at 3\.0 N", said) is not None
 
-    qtbot.waitUntil(clamp_says_it)  # the handle swings in: what acts now is another force a moment later
+    qtbot.waitUntil(clamp_says_it)  # the handle moves in: the present force changes continuously
     assert said() == standing
     assert scene.grab().toImage() == picture
     studio.stop()
@@ -215,8 +215,8 @@ def test_paused_scene_plots_and_numbers_stand_at_one_sample_and_the_bar_says_wha
     assert not live.paused
 
 
-def test_the_divider_parts_what_two_environments_asked_for(window, qtbot):
-    """Rows up to it are the wall's, those from the new beginning on are the spring's, by their laws."""
+def test_the_divider_separates_the_forces_of_two_environments(window, qtbot):
+    """Rows before it follow the wall's law, rows after the new beginning the spring's law."""
     live, studio = window.live, window.studio
     qtbot.waitUntil(lambda: studio.engine.settled)
     live.tick()
@@ -231,20 +231,21 @@ def test_the_divider_parts_what_two_environments_asked_for(window, qtbot):
     studio.choose("spring")
     ((time, words),) = live.history.dividers
     assert words == "Spring"
-    qtbot.waitUntil(lambda: len(kept().x) and live.history.now > live.history.begin + 0.1)  # it is in force
+    # the new environment is active
+    qtbot.waitUntil(lambda: len(kept().x) and live.history.now > live.history.begin + 0.1)
     before, after = live.history.between(-np.inf, time + 1e-6), kept(live.history.begin)
     assert live.history.begin > time
     depth = np.maximum(before.y["position"] - 0.005, 0.0)
     assert before.y["force"] == pytest.approx(-250.0 * depth, abs=1e-9)
     stiffness, centre = (studio.values[key] for key in ("stiffness", "center"))
     assert after.y["force"] == pytest.approx(-stiffness * (after.y["position"] - centre), abs=1e-9)
-    window.display.hold_traces()  # named by the spring, it holds nothing of the wall
+    window.display.hold_traces()  # named by the spring, it contains no sample of the wall
     ((place, held),) = window.centre.held.traces.items()
     window.centre.held.remove(place)
     assert live.history.now + held.time[0] == pytest.approx(live.history.begin, abs=2e-3)
 
 
-def test_one_word_says_whether_the_loop_is_in_time_and_enter_on_it_shows_the_figures(bar, qtbot):
+def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):
     bar.show_health(health(), nominal=1000.0, compute=3.14e-6)
     link, figures = bar.loop.link, (bar.rate, bar.late, bar.missed, bar.priority)
     assert (link.text(), bar.loop.sign.name) == ("Loop in time", "check")
@@ -267,12 +268,12 @@ def test_one_word_says_whether_the_loop_is_in_time_and_enter_on_it_shows_the_fig
     assert bar.figures.isHidden()
 
 
-def test_the_loop_is_late_where_ticks_were_missed_lately_or_its_rate_is_off(bar):
+def test_the_loop_is_late_after_recent_missed_ticks_or_at_a_wrong_rate(bar):
     for changes, word in (
         ({"missed": 900}, "Loop in time"),  # long ago
-        ({"missed_lately": 10}, "Loop in time"),  # of 10,000 in 10 s: a thousandth
+        ({"missed_lately": 10}, "Loop in time"),  # of 10,000 in 10 s: one thousandth
         ({"missed_lately": 11}, "Loop late"),
-        ({"rate": 0.981 * 1000.0}, "Loop in time"),  # 2 % is what a rate may be off
+        ({"rate": 0.981 * 1000.0}, "Loop in time"),  # the rate may deviate by 2 %
         ({"rate": 0.979 * 1000.0}, "Loop late"),
         ({"rate": 0.0}, "Loop in time"),  # not measured yet
     ):
@@ -280,7 +281,7 @@ def test_the_loop_is_late_where_ticks_were_missed_lately_or_its_rate_is_off(bar)
         assert bar.loop.link.text() == word, changes
 
 
-def test_refused_priority_says_how_late_and_offers_the_way_out(bar, qtbot):
+def test_a_refused_priority_shows_the_lateness_and_a_remedy(bar, qtbot):
     refused = Priority("Normal priority", False, "Do this.")
     assert [late(us) for us in (90.0, 9949.0, 29_500.0)] == ["0.09 ms", "9.95 ms", "29.5 ms"]
     bar.show_health(health(priority=refused, missed=3, missed_lately=1, link=LINK))
@@ -294,7 +295,7 @@ def test_refused_priority_says_how_late_and_offers_the_way_out(bar, qtbot):
         bar.priority.link.click()
 
 
-def test_the_clamp_light_holds_half_a_second(bar, monkeypatch):
+def test_the_clamp_light_stays_on_for_half_a_second(bar, monkeypatch):
     clock = [100.0]
     monkeypatch.setattr(status_bar.time, "monotonic", lambda: clock[0])
     bar.show_clamp(False, 3.0)
@@ -310,7 +311,7 @@ def test_the_clamp_light_holds_half_a_second(bar, monkeypatch):
     assert bar.clamp.words.text() == "Now −1.3 N, within 3.0 N"
 
 
-def test_fields_give_way_whole_and_the_clamp_light_never(bar, qapp):
+def test_fields_are_hidden_completely_and_the_clamp_light_never(bar, qapp):
     refused = health(priority=Priority("Normal priority", False, ""))
     for width in range(1400, 420, -70):
         bar.resize(width, 30)
@@ -327,7 +328,7 @@ def test_fields_give_way_whole_and_the_clamp_light_never(bar, qapp):
         assert max(part.mapTo(bar, QPoint()).x() for part in rules) < shown[-1].mapTo(bar, QPoint()).x()
 
 
-def test_the_arrows_bar_is_of_its_own_row_and_the_light_of_the_whole_frame(window):
+def test_the_arrow_shows_clamping_of_its_row_and_the_light_of_the_whole_frame(window):
     row = telemetry(1)[0]
     for flags, barred in ((0, False), (rows.CLAMPED, True)):
         row[rows.FLAGS] = flags

@@ -1,4 +1,4 @@
-"""A new plot is one file: a signal that no plot shows is drawn, live and in a replay, and read by cursors."""
+"""A new plot needs one file: a new signal is drawn live and in a replay, and read by cursors."""
 
 import pytest
 
@@ -22,10 +22,10 @@ PLOT = TimePlot(
 
 
 @pytest.mark.slow
-def test_a_file_of_its_own_is_all_that_a_new_plot_takes(tmp_path):
+def test_a_new_plot_needs_one_file(tmp_path):
     copy = copy_with(tmp_path, "hapkit_studio/gui/live/plots/lateness.py", NEW)
     files = [
         f"tests/gui/live/test_{name}.py" for name in ("every_plot", "held", "live", "time_plots", "time_view")
     ]
     said = run_tests(copy, "-m", "not slow and not alone", *files, "tests/gui/teach/test_projector.py")
-    assert "test_its_last_signal_is_drawn_and_read[replayed-lateness] PASSED" in said
+    assert "test_the_last_signal_of_every_plot_is_drawn_and_read[replayed-lateness] PASSED" in said

@@ -1,4 +1,4 @@
-"""What moves besides the handle: kept with the samples, drawn and named in the plot of position."""
+"""The second body: stored with the samples, drawn and named in the position plot."""
 
 from dataclasses import replace
 
@@ -12,10 +12,10 @@ from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, RATE, canvas_of, colored, telemetry
 
 
-def test_the_history_keeps_its_place_nan_where_nothing_moves():
+def test_the_history_stores_its_position_and_nan_without_one():
     history, place = LiveHistory(seconds=60.0, rate=RATE), np.random.default_rng(3).normal(size=9000)
     history.append(telemetry(1000))
-    history.append(telemetry(9000, start=1000), object_position=place)  # more than is taken at a time
+    history.append(telemetry(9000, start=1000), object_position=place)  # more than one internal block
     kept = history.between(-np.inf, np.inf).y["object"]
     assert np.isnan(kept[:1000]).all()
     np.testing.assert_array_equal(kept[1000:], place)
@@ -25,7 +25,7 @@ def test_the_history_keeps_its_place_nan_where_nothing_moves():
 
 
 @pytest.mark.slow
-def test_what_is_kept_is_the_laws_state_and_nothing_of_the_environment_before(kept_window, qtbot):
+def test_the_stored_position_follows_the_law_state_of_the_present_environment(kept_window, qtbot):
     window = kept_window
     live, studio = window.live, window.studio
     qtbot.waitUntil(lambda: studio.engine.settled)
@@ -50,7 +50,7 @@ def test_what_is_kept_is_the_laws_state_and_nothing_of_the_environment_before(ke
     assert np.ptp(kept[known]) > 1e-4  # it was pushed
 
 
-def test_it_is_drawn_where_the_samples_say_and_named_with_its_place(plots):
+def test_it_is_drawn_at_its_samples_and_named_with_its_position(plots):
     header = plots.headers[0]
     canvas = canvas_of(plots, "position")
     assert not any(part.isVisible() for part in header.object)
@@ -72,7 +72,7 @@ def test_it_is_drawn_where_the_samples_say_and_named_with_its_place(plots):
     assert not any(part.isVisible() for part in header.object)
 
 
-def test_the_axis_shows_it_too(plots):
+def test_the_axis_includes_it(plots):
     history = LiveHistory(seconds=60.0, rate=RATE)
     history.append(telemetry(14_000), object_position=np.full(14_000, 0.037))
     plots.view.set_history(history)
@@ -89,6 +89,6 @@ def test_a_cap_rests_until_the_handle_pushes_it():
 
 
 @pytest.mark.parametrize("moves", [MovingObject("puck", state="objekt"), MovingObject("cap", rests="there")])
-def test_an_object_names_a_state_or_a_parameter_that_there_is(moves):
+def test_an_object_must_name_an_existing_state_or_parameter(moves):
     with pytest.raises(LawError, match=f"{moves.name}: its `(state|rests)` is one of .*(object|mass)"):
         replace(LIBRARY["puck"], moves=moves)

@@ -1,4 +1,4 @@
-"""Force over position or velocity: theory, where the plot opens, the measured force, its age, the past."""
+"""Force over position or velocity: theory, initial range, measured force, fading with age."""
 
 from dataclasses import replace
 
@@ -40,8 +40,8 @@ def use(phase, key, **given):
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_plot_opens_so_far_that_what_the_motor_can_give_is_inside(side):
-    """The last bend, or the fifth turn: of a sine 9/4 of its length, 2.25 · 16 · 1.1 = 39.6; for 17: 42.1."""
+def test_the_initial_range_includes_everything_that_the_motor_can_render(side):
+    """The last bend, or the fifth turning point: 9/4 periods of a sine, 2.25 · 16 · 1.1 = 39.6, or 42.1."""
     x = side * GRID
     stiff = -np.maximum(x - 5.0, 0.0) - 5.0 * np.maximum(x - 30.0, 0.0)
     bends = (18.0, 20.0), (20.0, 25.0), (27.0, 30.0), (29.0, 35.0), (44.0, 45.0), (50.0, 20.0)
@@ -56,8 +56,8 @@ def test_a_plot_opens_so_far_that_what_the_motor_can_give_is_inside(side):
             assert Band(GRID, np.array(branches)).reach(20.0, 45.0, 3.0) == reach
 
 
-def test_the_words_at_a_limit_stand_where_the_curve_is_not(phase):
-    """A spring of 300 N/m pulls with 3 N from 10 mm on; a wall pushes at the right; free does neither."""
+def test_the_label_of_a_limit_avoids_the_curve(phase):
+    """A spring of 300 N/m pulls with 3 N from 10 mm on; a wall pushes on the right; free does neither."""
     for key, given, sides in (
         ("spring", {"stiffness": 300.0}, (-1.0, 1.0)),
         ("wall", {"stiffness": 400.0}, (0.0, 1.0)),
@@ -72,7 +72,7 @@ def test_the_words_at_a_limit_stand_where_the_curve_is_not(phase):
     assert upper[:, 0].min() > box.center().x()
 
 
-def test_a_choice_is_followed_to_the_plot_that_has_a_theory_unless_one_was_chosen_by_hand(phase, qtbot):
+def test_a_choice_switches_to_the_plot_with_a_theory_unless_one_was_chosen_by_hand(phase, qtbot):
     use(phase, "texture", kind="bands")
     for kind, wanted in (("grating", "force_position"), ("bands", "force_velocity")):
         use(phase, "texture", kind=kind)
@@ -87,7 +87,7 @@ def test_a_choice_is_followed_to_the_plot_that_has_a_theory_unless_one_was_chose
     assert phase.canvas.plot_of.key == "force_position"
 
 
-def test_theory_is_the_laws_own_force_over_what_it_depends_on(phase):
+def test_the_theory_is_the_law_force_over_its_variable(phase):
     grid = 1e-3 * phase.canvas.band.x
     assert (grid[0], grid[-1]) == pytest.approx((-0.06, 0.06))
     force = -400.0 * np.maximum(grid - 0.005, 0.0)
@@ -101,7 +101,7 @@ def test_theory_is_the_laws_own_force_over_what_it_depends_on(phase):
 
 
 def test_the_band_reaches_every_peak_of_detents_and_fills_a_fine_grating(phase, qapp):
-    """All edges of 3 mm at 400 N/m pull with 1.20 N; waves of 0.6 mm are closer than the band is wide."""
+    """All edges of 3 mm at 400 N/m pull with 1.20 N; waves of 0.6 mm are narrower than the band."""
     for given in ({}, {"pitch": 0.0173}):
         use(phase, "detents", **given)
         phase._compute()
@@ -120,7 +120,7 @@ def test_the_band_reaches_every_peak_of_detents_and_fills_a_fine_grating(phase, 
     assert np.abs(force).max() < 0.3 + 6.0 / abs(up)
 
 
-def test_what_is_narrower_than_a_step_of_the_whole_curve_is_seen_closer_up(phase, qapp):
+def test_a_feature_narrower_than_the_curve_step_appears_when_zoomed(phase, qapp):
     """A notch of 20 µm at 7.05 mm, in a plot of 1 mm."""
     notch = lambda values, x: np.where(np.abs(x - 7.05e-3) < 10e-6, 0.4, 0.0)  # noqa: E731
     phase.set_environment(replace(LIBRARY["wall"], over_position=notch), LIBRARY["wall"].values(), 3.0)
@@ -131,7 +131,7 @@ def test_what_is_narrower_than_a_step_of_the_whole_curve_is_seen_closer_up(phase
     assert x[force > 0.2].mean() == pytest.approx(7.05, abs=2.0 / across)
 
 
-def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase, qtbot):
+def test_a_changed_theory_is_visible_unless_the_axes_were_fitted_by_hand(phase, qtbot):
     view = phase.canvas.view
     left = LIBRARY["wall"].values({"side": 1.0})
     assert view.viewRange()[1][1] < 3.0
@@ -153,8 +153,8 @@ def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase,
         ("texture", {}, None),  # ridges are everywhere
     ],
 )
-def test_fitted_axes_hold_what_is_next_to_the_data(phase, plots, history, key, given, place):
-    """A handle that rested at −8 mm: from there on to the wall or centre, and no farther than a margin."""
+def test_fitted_axes_include_the_nearest_landmark(phase, plots, history, key, given, place):
+    """A handle at rest at −8 mm: the axis reaches the wall or centre, plus at most a margin."""
     there = telemetry(12_000, 14_000)
     there[:, rows.POSITION], there[:, rows.APPLIED_FORCE] = -0.008, 0.0
     history.append(there)
@@ -172,8 +172,8 @@ def test_fitted_axes_hold_what_is_next_to_the_data(phase, plots, history, key, g
         assert high - low < max(2.0 * half + 0.7, 5.1)  # two steps of the curve; an eighth of the reach
 
 
-def test_fitted_forces_hold_the_curve_from_the_data_to_the_wall_as_far_as_the_motor_goes(phase, history):
-    """Deep in a stiff wall on a motor that is off: 5 mm · 5000 N/m is 25 N, 1.35 times 3 N are shown."""
+def test_fitted_forces_include_the_curve_up_to_the_motor_limit(phase, history):
+    """Deep in a stiff wall with the motor off: 5 mm · 5000 N/m is 25 N, of which 1.35 times 3 N are shown."""
     there = telemetry(12_000, 14_000)
     there[:, rows.POSITION], there[:, rows.APPLIED_FORCE] = 0.010, 0.0
     history.append(there)
@@ -186,8 +186,8 @@ def test_fitted_forces_hold_the_curve_from_the_data_to_the_wall_as_far_as_the_mo
         assert high == pytest.approx(-least * 0.075, abs=0.05)
 
 
-def test_every_branch_of_a_loop_is_drawn_and_cut_where_it_has_no_value(phase, qtbot):
-    """A loop of two branches that ends at 10 mm: the band is there on both, and nowhere beyond."""
+def test_every_branch_of_a_loop_is_drawn_and_ends_where_undefined(phase, qtbot):
+    """A loop of two branches that ends at 10 mm: the band is drawn on both branches, not beyond."""
     loop = lambda values, x: np.where(x < 0.010, np.array([[1.0], [-1.0]]), np.nan)  # noqa: E731
     phase.set_environment(replace(LIBRARY["wall"], over_position=loop), LIBRARY["wall"].values(), 3.0)
     assert phase.plots[phase.switch.index].key == "force_position"
@@ -200,7 +200,7 @@ def test_every_branch_of_a_loop_is_drawn_and_cut_where_it_has_no_value(phase, qt
     assert x.max() < 10.0 + 6.0 / across
 
 
-def test_the_measured_force_lies_where_the_samples_say(phase, history):
+def test_the_measured_force_is_drawn_at_its_samples(phase, history):
     x, force, across, up = drawn(phase, "applied")
     expected = np.maximum(-0.4 * np.maximum(x - 5.0, 0.0), -3.0)
     now = history.latest()
@@ -210,8 +210,8 @@ def test_the_measured_force_lies_where_the_samples_say(phase, history):
     assert off.max() <= 3.5 + 0.4 * abs(up) / across
 
 
-def test_another_environment_begins_with_an_empty_plot_though_paused(phase, history):
-    """What the handle did in the wall says nothing about damping."""
+def test_another_environment_starts_with_an_empty_plot_even_while_paused(phase, history):
+    """The motion in the wall does not belong to damping."""
     assert len(pixels(phase, "applied")) > 500
     for paused in (True, False):
         phase.view.set_paused(paused)
@@ -223,7 +223,7 @@ def test_another_environment_begins_with_an_empty_plot_though_paused(phase, hist
     assert len(pixels(phase, "applied")) > 2 * len(dot)
 
 
-def test_older_parts_are_paler_and_the_oldest_are_gone(phase, history):
+def test_older_parts_are_paler_and_the_oldest_disappear(phase, history):
     still = telemetry(12_000, 14_000)
     still[:, rows.POSITION], still[:, rows.APPLIED_FORCE] = -0.01, 0.0
     history.append(still[:3000])
@@ -237,7 +237,7 @@ def test_older_parts_are_paler_and_the_oldest_are_gone(phase, history):
     assert darkest == sorted(set(darkest))
 
 
-def test_paused_keeps_the_picture(phase, history):
+def test_pausing_keeps_the_picture(phase, history):
     phase.view.set_paused(True)
     more = telemetry(500, 14_000)
     more[:, rows.APPLIED_FORCE] = 2.9
@@ -249,7 +249,7 @@ def test_paused_keeps_the_picture(phase, history):
     assert phase.canvas.view.viewRange()[1][1] > 2.9
 
 
-def test_dashes_cover_their_share_of_a_line_and_leave_gaps_alone():
+def test_dashes_cover_their_fraction_of_a_line_and_no_gaps():
     x = np.concatenate([np.linspace(0, 85, 30), [np.nan], np.linspace(100, 134, 12)])
     ends = strokes.dashed(x, np.where(np.isnan(x), np.nan, 10.0))
     lengths = ends[:, 2] - ends[:, 0]
@@ -257,20 +257,20 @@ def test_dashes_cover_their_share_of_a_line_and_leave_gaps_alone():
     assert not ((ends[:, 0] < 86) & (ends[:, 2] > 99)).any()
 
 
-def test_plots_are_found_by_their_files():
+def test_plots_are_discovered_by_file():
     assert {"position", "velocity", "force"} <= {plot.key for plot in time_plots()}
     assert {"force_position", "force_velocity"} <= {plot.key for plot in phase_plots()}
     for plot in time_plots():
         assert all(trace.channel in channels() for trace in plot.traces)
 
 
-def test_a_plot_of_an_unknown_signal_says_which_there_are():
+def test_a_plot_of_an_unknown_signal_lists_the_known_ones():
     with pytest.raises(ValueError, match=r"^There is no signal asked; the signals are tick, time, "):
         Trace("asked", "asked", "asked")
 
 
-def test_a_widening_axis_hides_nothing_of_the_past(phase, history, qapp):
-    """A push ever harder, every frame wider: the wall's way in of seconds ago is there in every frame."""
+def test_a_widening_axis_keeps_the_older_curve(phase, history, qapp):
+    """With a push that grows in every frame, the older part of the curve stays visible."""
     push = telemetry(4000, 14_000)
     push[:, rows.POSITION] = 0.0
     push[:, rows.APPLIED_FORCE] = np.linspace(0.0, 12.0, 4000)
@@ -294,7 +294,7 @@ STIFFNESS, AWAY, DELAY = 300.0, 5e-3, 60e-3  # N/m, m, s
 
 
 def swing(phase):
-    """Leave two cycles of a spring's handle in the history, 1 Hz at 1 kHz."""
+    """Put two cycles of a spring's handle into the history, 1 Hz at 1 kHz."""
     use(phase, "spring", stiffness=STIFFNESS)
     history = phase.view.live
     history.clear()
@@ -305,13 +305,13 @@ def swing(phase):
 
 
 def off_the_line(phase):
-    """Return how far the drawn curve is from the spring's line in N, and a pixel in N."""
+    """Return the distance of the drawn curve from the spring's line in N, and the size of a pixel in N."""
     x, force, _, up = drawn(phase, "applied")
     return np.abs(force + 1e-3 * STIFFNESS * x).max(), 1.0 / abs(up)
 
 
-def test_as_felt_a_delayed_spring_is_a_loop_and_its_energy_per_cycle_is_said(phase):
-    """It is k a sin(2π f (t_d + T/2)) off the line and gives π k a² sin(2π f (t_d + T/2)) a cycle."""
+def test_as_felt_a_delayed_spring_is_a_loop_with_the_energy_per_cycle(phase):
+    """Its half-width is k a sin(2π f (t_d + T/2)), and its area π k a² sin(2π f (t_d + T/2))."""
     swing(phase)
     phase.set_delay(DELAY)
     away, pixel = off_the_line(phase)

@@ -1,4 +1,4 @@
-"""A recorded session as a history, against the samples that were written."""
+"""A recorded session as a history, compared with the written samples."""
 
 import math
 import sqlite3
@@ -23,7 +23,7 @@ SECONDS = 4.0
 
 @pytest.fixture
 def written():
-    """Return rows at 1 kHz whose position wanders at random, and whose law keeps nothing."""
+    """Return rows at 1 kHz with a random position and a law without state."""
     made = motion(SECONDS)
     made[:, rows.POSITION] = QUANTUM * np.cumsum(np.random.default_rng(3).integers(-9, 10, len(made)))
     made[:, rows.FORCE] = np.sin(made[:, rows.HOST_TIME])
@@ -37,7 +37,7 @@ def recorded(tmp_path, written):
 
 
 def extremes(written, edges, reach=0.0):
-    """Return least and greatest position between each two edges, each moved outwards by so many s."""
+    """Return minimum and maximum position between consecutive edges, each widened by ``reach`` s."""
     time, position = written[:, rows.HOST_TIME], written[:, rows.POSITION]
     pairs = zip(edges[:-1] - reach, edges[1:] + reach, strict=True)
     parts = [position[(time >= a) & (time < b)] for a, b in pairs]
@@ -49,15 +49,15 @@ def drawn(window):
     return pairs.min(axis=1), pairs.max(axis=1)
 
 
-def test_each_column_holds_the_least_and_the_greatest_sample_of_it(recorded, written):
+def test_each_column_contains_its_extreme_samples(recorded, written):
     edges = 100.0005 + np.linspace(0.4, 3.6, 101)  # no sample lies on an edge
     window = recorded.window(edges)
     assert window.dense
     assert np.allclose(drawn(window), extremes(written, edges), atol=1e-9)
 
 
-def test_of_a_long_stretch_the_extremes_are_those_of_the_blocks(recorded, written, monkeypatch):
-    """A block, 64 ms, belongs to the column in which its middle is: at most one more or less than samples."""
+def test_a_long_stretch_is_drawn_from_block_extremes(recorded, written, monkeypatch):
+    """A block (64 ms) counts for the column of its middle, so a column may differ by one block."""
     monkeypatch.setattr(module, "PICTURED", 0)
     edges = 100.0 + np.linspace(0.0, SECONDS, 11)
     window = recorded.window(edges)
@@ -81,7 +81,7 @@ def test_blocks_follow_the_trend(tmp_path, monkeypatch, slope):
     assert np.all(slope * np.diff(window.y["position"]) > 0.0)
 
 
-def test_the_sample_at_a_time_is_the_last_that_had_come(recorded, written):
+def test_the_sample_at_a_time_is_the_last_one_before_it(recorded, written):
     times = written[:, rows.HOST_TIME]
     for number in (0, 1, 299, 300, 301, 2500, 3998):
         for after in (1e-6, 5e-4, 9.99e-4):
@@ -99,7 +99,7 @@ def test_the_sample_at_a_time_is_the_last_that_had_come(recorded, written):
     assert math.isnan(recorded.after(recorded.stop))
 
 
-def test_samples_between_two_times_come_wherever_was_looked_before(recorded, written):
+def test_samples_between_two_times_do_not_depend_on_earlier_reads(recorded, written):
     for start, stop in ((1.0, 1.5), (1.4, 2.2), (0.2, 0.3), (3.0, 9.0), (0.0, 4.0)):
         found = recorded.between(100.0005 + start, 100.0005 + stop).known()
         first, last = (min(round(1000 * at) + 1, len(written)) for at in (start, stop))
@@ -108,14 +108,14 @@ def test_samples_between_two_times_come_wherever_was_looked_before(recorded, wri
     assert len(recorded.between(101.0005, math.inf).x) == 1000
 
 
-def test_of_too_many_samples_none_are_given(recorded, monkeypatch):
+def test_too_many_samples_are_not_returned(recorded, monkeypatch):
     monkeypatch.setattr(module, "READ_AT_ONCE", 1000)
     assert len(recorded.between(100.0, 100.2).x)
     assert not len(recorded.between(100.0, 104.0).x)
 
 
 @pytest.mark.parametrize("pictured", [module.PICTURED, 0], ids=["samples", "blocks"])
-def test_a_gap_stays_open(tmp_path, monkeypatch, pictured):
+def test_a_gap_is_not_bridged(tmp_path, monkeypatch, pictured):
     monkeypatch.setattr(module, "PICTURED", pictured)
     write(tmp_path / "a.hapkit", motion(2.0), motion(2.0, 110.0))
     window = Recorded(Session(tmp_path / "a.hapkit")).window(np.linspace(100.0, 112.0, 25))
@@ -124,7 +124,7 @@ def test_a_gap_stays_open(tmp_path, monkeypatch, pictured):
     assert window.x[gap + 1] >= 110.0
 
 
-def test_what_is_damaged_is_left_out(tmp_path):
+def test_damaged_chunks_are_left_out(tmp_path):
     path = tmp_path / "a.hapkit"
     write(path, motion(2.0))
     history = Recorded(Session(path))
@@ -137,7 +137,7 @@ def test_what_is_damaged_is_left_out(tmp_path):
     assert math.isnan(history.latest()["position"])
 
 
-def test_environments_settings_and_markers_are_those_of_the_session(recorded):
+def test_environments_settings_and_markers_come_from_the_session(recorded):
     found = []
     for after in (0.0, 0.499, 0.501, 0.699, 0.701):
         recorded.move_to(100.0 + after)
@@ -146,7 +146,7 @@ def test_environments_settings_and_markers_are_those_of_the_session(recorded):
     assert [(round(when - 100.0, 3), words) for when, words in recorded.markers] == [(0.25, "a quarter")]
 
 
-def test_forces_that_were_clamped_since_are_told(tmp_path):
+def test_clamped_forces_since_a_time_are_reported(tmp_path):
     made = table(300)
     made[:, rows.FLAGS] = 0.0
     made[100, rows.FLAGS] = rows.CLAMPED
@@ -158,8 +158,8 @@ def test_forces_that_were_clamped_since_are_told(tmp_path):
         assert history.clamped_since(times[before]) == clamped
 
 
-def test_the_object_is_where_the_state_has_it_or_the_handle_pushes_it(tmp_path):
-    """A mass of which the state is stored, a button's cap that rests at 8 mm, a law that is lost."""
+def test_the_object_position_follows_state_or_handle(tmp_path):
+    """A mass with a stored state, a button's cap that rests at 8 mm, and a missing law."""
     made, mass = motion(1.5), discover()["mass_spring_damper"]
     column = rows.STATE + mass.state_names.index("object")
     made[:, column] = 0.01 * np.cos(made[:, rows.HOST_TIME])
@@ -184,8 +184,8 @@ def test_the_object_is_where_the_state_has_it_or_the_handle_pushes_it(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_object_is_drawn_in_a_minute_at_the_highest_rate(tmp_path):
-    """It swings by 10 mm once a second: each of 240 columns, a quarter of a second, has its own extremes."""
+def test_the_object_is_drawn_over_a_minute_at_the_highest_rate(tmp_path):
+    """It oscillates by 10 mm at 1 Hz: each of 240 columns (a quarter of a second) has its own extremes."""
     seconds, rate, mass = 60.0, RATE.high, discover()["mass_spring_damper"]
     made = np.zeros((round(seconds * rate), rows.ROW_WIDTH))
     made[:, rows.TICK] = np.arange(len(made))

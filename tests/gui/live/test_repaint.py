@@ -1,4 +1,4 @@
-"""Painting for long: no reference is lost on the way, which would end the program within half a minute."""
+"""Repeated painting leaks no references, which would crash the program within half a minute."""
 
 import math
 import sys
@@ -12,7 +12,7 @@ FRAMES = 100
 
 
 @pytest.mark.slow
-def test_painting_for_long_loses_no_reference(window, qapp, qtbot):
+def test_repeated_painting_leaks_no_reference(window, qapp, qtbot):
     def frame(number):
         window.studio.move_hand(0.02 * math.sin(0.1 * number))
         window.live.tick()
@@ -27,6 +27,6 @@ def test_painting_for_long_loses_no_reference(window, qapp, qtbot):
         frame(number)
         if number % 40 == 0:
             theme.set_mode("dark" if theme.name == "light" else "light")
-    # PySide6 6.12.0 lost one at every call that returns nothing: far more than one a frame
+    # PySide6 6.12.0 leaked one reference per call that returns nothing: far more than one per frame
     assert sys.getrefcount(None) > before - FRAMES
     assert window.isVisible()

@@ -1,4 +1,4 @@
-"""Replay in the window: by a clock that the test moves, from files with known signals."""
+"""Replay in the window, with a clock set by the test and files of known signals."""
 
 import math
 import random
@@ -44,7 +44,7 @@ GONE = {"environment": "my_lost_law", "parameters": {}}
 
 
 def write(path, *settings):
-    """Write a ramp at 1 kHz in which settings follow each other a second apart."""
+    """Write a ramp at 1 kHz whose settings change every second."""
     writer, count = SessionWriter(path), round(1000 * SECONDS)
     for number, what in enumerate(settings):
         writer.note(Event(START - 0.5 + number, SETTINGS, what))
@@ -67,7 +67,7 @@ def opened(window, qtbot, path):
 
 @pytest.fixture
 def replay(kept_idle_window, qtbot, home):
-    """Return the replay of a session in the file's window, which stands at the beginning."""
+    """Return the replay of a session in the file's window, at its beginning."""
     window = kept_idle_window
     window.replay._clock = Clock()
     shown = opened(window, qtbot, write(home / "a.hapkit", WALL, SPRING))
@@ -83,7 +83,7 @@ def pass_time(replay, seconds):
 
 
 @pytest.mark.slow
-def test_it_plays_at_its_speed_stands_at_the_end_and_begins_anew(replay, kept_idle_window):
+def test_it_plays_at_its_speed_pauses_at_the_end_and_restarts(replay, kept_idle_window):
     live = kept_idle_window.live
     for speed, passed, stands in ((1.0, 0.25, 0.25), (2.0, 0.4, 1.05), (0.1, 1.0, 1.15), (8.0, 0.2, 2.75)):
         replay.set_speed(speed)
@@ -100,21 +100,21 @@ def test_it_plays_at_its_speed_stands_at_the_end_and_begins_anew(replay, kept_id
     replay.set_speed(1.0)
 
 
-def test_while_it_is_dragged_the_plots_are_drawn_from_blocks_and_then_from_samples(replay, kept_idle_window):
-    """No samples are read meanwhile; it does not play on under the hand."""
+def test_while_dragging_plots_show_blocks_and_then_samples(replay, kept_idle_window):
+    """No samples are read while dragging, and the replay does not advance."""
     time, phase = kept_idle_window.centre.time, kept_idle_window.centre.phase.canvas
     replay.history._read_chunks = 0, 0
     replay.seek(2.5)
     pass_time(replay, 0.3)
     assert replay.time == pytest.approx(2.5)
     apart = np.nanmedian(np.diff(time.shown.window.x))
-    assert apart == pytest.approx(0.032)  # two values a block of 64 samples
+    assert apart == pytest.approx(0.032)  # two values per block of 64 samples
     recent = phase._recent().x
     assert np.median(np.diff(recent)) == pytest.approx(0.032)
     assert 0.9 < np.ptp(recent) <= 1.0
     assert replay.history._read_chunks == (0, 0)
     replay.settle()
-    assert len(phase._recent().x) == 2001  # since the spring is in force, from 0.5 s on
+    assert len(phase._recent().x) == 2001  # since the spring is active, from 0.5 s on
     assert np.nanmedian(np.diff(time.shown.window.x)) < 0.032
     pass_time(replay, 0.3)
     assert replay.time == pytest.approx(2.8)
@@ -122,9 +122,7 @@ def test_while_it_is_dragged_the_plots_are_drawn_from_blocks_and_then_from_sampl
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stop", [1e308, None, -1.0, 9e8, math.inf])
-def test_a_session_that_claims_an_absurd_end_is_not_replayed_and_the_reason_is_said(
-    kept_idle_window, qtbot, home, stop
-):
+def test_a_session_with_an_absurd_end_is_refused_with_a_reason(kept_idle_window, qtbot, home, stop):
     path = write(home / "a.hapkit", WALL)
     for row in range(1, 11):
         set_value(path, "chunk", row, "stop", stop)
@@ -135,7 +133,7 @@ def test_a_session_that_claims_an_absurd_end_is_not_replayed_and_the_reason_is_s
     kept_idle_window.banners.set("replay", None)
 
 
-def test_a_chunk_that_claims_an_absurd_end_is_left_out_of_a_replay(kept_idle_window, qtbot, home):
+def test_a_chunk_with_an_absurd_end_is_left_out_of_a_replay(kept_idle_window, qtbot, home):
     path = write(home / "a.hapkit", WALL)
     set_value(path, "chunk", 10, "stop", 1e308)
     replay = opened(kept_idle_window, qtbot, path)
@@ -158,7 +156,7 @@ def test_a_session_without_force_is_drawn(kept_idle_window, qtbot, home):
 
 
 def shown_everywhere(window, replay):
-    """Draw a replay at its ends and in its middle, on from there, and from the whole of it."""
+    """Draw a replay at its beginning, middle and end, then continue, then over its whole length."""
     for part in (0.0, 0.5, 1.0):
         replay.seek(part * replay.seconds)
         replay.settle()
@@ -175,8 +173,8 @@ def shown_everywhere(window, replay):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seeds", [range(4), pytest.param(range(4, 150), marks=pytest.mark.slow)])
-def test_sessions_with_one_changed_value_are_replayed_or_refused(kept_idle_window, qtbot, home, seeds):
-    """What a slot raises fails the test."""
+def test_sessions_with_one_corrupted_value_are_replayed_or_refused(kept_idle_window, qtbot, home, seeds):
+    """An exception in a slot fails the test."""
     window = kept_idle_window
     window.replay._clock = Clock()
     with warnings.catch_warnings():
@@ -191,11 +189,11 @@ def test_sessions_with_one_changed_value_are_replayed_or_refused(kept_idle_windo
     window.history.forget()
 
 
-def test_scene_plots_and_bar_show_the_sample_where_it_stands(replay, kept_idle_window):
+def test_scene_plots_and_bar_show_the_sample_at_the_replay_position(replay, kept_idle_window):
     window = kept_idle_window
     assert window.views.key == "live"
     assert window.replay_bar.isVisible()
-    for seconds in (0.5004, 2.9996, 0.0304):  # forth and back, paused or not
+    for seconds in (0.5004, 2.9996, 0.0304):  # forwards and backwards, paused or not
         replay.seek(seconds)
         replay.settle()
         position = QUANTUM * round(SPEED * np.floor(1e3 * seconds) * 1e-3 / QUANTUM)
@@ -217,7 +215,7 @@ def test_scene_plots_and_bar_show_the_sample_where_it_stands(replay, kept_idle_w
     window.centre.held.remove(0)
 
 
-def test_what_was_set_then_is_in_force_and_afterwards_what_was_set_before(replay, kept_idle_window):
+def test_recorded_settings_are_active_during_the_replay_and_restored_afterwards(replay, kept_idle_window):
     studio, window = kept_idle_window.studio, kept_idle_window
     assert (studio.environment.key, studio.values["stiffness"], studio.values["side"]) == ("wall", 700.0, 1.0)
     assert (studio.loop.delay, studio.loop.method, studio.loop.controller) == (0.004, "iir", True)
@@ -236,7 +234,7 @@ def test_what_was_set_then_is_in_force_and_afterwards_what_was_set_before(replay
     assert studio.stop_state.restored
 
 
-def test_what_a_person_sets_ends_it_and_is_one_step_upon_what_was_before(replay, kept_idle_window, qtbot):
+def test_a_setting_by_a_person_ends_the_replay_and_is_one_undo_step(replay, kept_idle_window, qtbot):
     studio, stack = kept_idle_window.studio, kept_idle_window.history.stack
     studio.set_value("damping", 3.0)
     qtbot.waitUntil(lambda: replay.history is None)
@@ -246,7 +244,7 @@ def test_what_a_person_sets_ends_it_and_is_one_step_upon_what_was_before(replay,
     assert studio.values == studio.environment.values()
 
 
-def test_the_scene_is_seen_while_a_device_is_prepared(replay, kept_idle_window, monkeypatch):
+def test_the_scene_is_visible_while_a_device_is_prepared(replay, kept_idle_window, monkeypatch):
     window = kept_idle_window
     with monkeypatch.context() as patched:
         patched.setattr(window.studio.device, "link", LinkStatus("preparing"))
@@ -280,7 +278,7 @@ def test_keys_step_and_a_press_on_the_line_seeks(replay, kept_idle_window):
     assert replay.time == 0.0
 
 
-def test_a_law_that_is_not_there_is_told_and_the_plots_go_on(kept_idle_window, qtbot, home):
+def test_a_missing_law_is_reported_and_the_plots_continue(kept_idle_window, qtbot, home):
     window = kept_idle_window
     replay = opened(window, qtbot, write(home / "b.hapkit", GONE, SPRING))
     assert window.replay_bar.words.text().startswith("my_lost_law is not installed")
@@ -292,7 +290,7 @@ def test_a_law_that_is_not_there_is_told_and_the_plots_go_on(kept_idle_window, q
     replay.close()
 
 
-def test_a_file_that_is_no_session_says_why_and_nothing_is_changed(kept_idle_window, qtbot, home):
+def test_an_invalid_file_gives_a_reason_and_changes_nothing(kept_idle_window, qtbot, home):
     window = kept_idle_window
     (home / "c.hapkit").write_text("a letter")
     opened(window, qtbot, home / "c.hapkit")
@@ -302,7 +300,7 @@ def test_a_file_that_is_no_session_says_why_and_nothing_is_changed(kept_idle_win
 
 @pytest.mark.skipif(not built(), reason="the virtual board is not built")
 def test_a_motor_gives_no_force_from_the_replay_on_until_render(make_window, qtbot, home, tmp_path):
-    """By what its paddle felt: the hand is held in a wall before, during and after."""
+    """Checked by the force on its paddle: the hand is held in a wall before, during and after."""
     board = VirtualBoard("lockstep", log=tmp_path / "truth.bin")
     entry = DeviceEntry("virtual-board", "Virtual board", lambda: board)
     window = make_window((SIMULATED, entry))
@@ -312,7 +310,7 @@ def test_a_motor_gives_no_force_from_the_replay_on_until_render(make_window, qtb
     studio.move_hand(0.014)
 
     def newest(column, samples=300):
-        """Return a value once so many samples more have come."""
+        """Return a value after this many new samples."""
         seen = window.live.last[rows.TICK] if window.live.last is not None else 0.0
 
         def came():
@@ -342,7 +340,7 @@ def test_a_motor_gives_no_force_from_the_replay_on_until_render(make_window, qtb
 
 
 @pytest.mark.slow
-def test_render_pressed_during_a_replay_ends_it(board_window, qtbot, home):
+def test_pressing_render_during_a_replay_ends_it(board_window, qtbot, home):
     studio, replay = board_window.studio, board_window.replay
     rate = studio.loop.rate
     opened(board_window, qtbot, write(home / "a.hapkit", {**WALL, "rate_Hz": 500.0}))
@@ -355,7 +353,7 @@ def test_render_pressed_during_a_replay_ends_it(board_window, qtbot, home):
     assert studio.values == studio.environment.values()
 
 
-def test_zoomed_plots_stand_until_a_person_seeks_and_then_show_where_it_stands(replay, kept_idle_window):
+def test_zoomed_plots_stay_until_a_person_seeks(replay, kept_idle_window):
     window, view = kept_idle_window, kept_idle_window.centre.view
     axis = window.centre.time.canvases[-1].view
     for go in (lambda: replay.seek(2.0), lambda: replay.step(-1)):
@@ -378,10 +376,10 @@ def test_zoomed_plots_stand_until_a_person_seeks_and_then_show_where_it_stands(r
     ("way", "start", "stop", "then"),
     [("visible", 1.0004, 1.5004, SPRING), ("selected", 0.0995, 0.4005, WALL)],
 )
-def test_an_export_has_the_samples_of_the_session_and_the_settings_of_then(
+def test_an_export_contains_the_session_samples_and_their_settings(
     replay, kept_idle_window, home, monkeypatch, way, start, stop, then
 ):
-    """The spring is in force from 0.5 s on; cursors stand on samples, which both belong to the range."""
+    """The spring is active from 0.5 s on; both cursors are on samples, which belong to the range."""
     window, saves = kept_idle_window, []
     replay.seek(2.5004)
     replay.settle()
@@ -390,7 +388,7 @@ def test_an_export_has_the_samples_of_the_session_and_the_settings_of_then(
     for index, at in enumerate((0.4005, 0.1005)):
         window.centre.time.cursors.move(index, START + at)
     stretch = getattr(window.export, way)
-    replay.history.complete = False  # dragged meanwhile: what is exported is no matter of what is drawn
+    replay.history.complete = False  # as while dragging: the export does not depend on what is drawn
     dialog = SimpleNamespace(selectedNameFilter=lambda: "Table (*.csv)")
     monkeypatch.setattr(export, "choose_file", lambda *given, **_: saves.append(given[3]) or dialog)
     window.export.ask(stretch)
@@ -405,9 +403,7 @@ def test_an_export_has_the_samples_of_the_session_and_the_settings_of_then(
     assert not [name for name in settings if " at " in name]
 
 
-def test_what_a_replay_sets_leaves_no_dividers_but_what_a_person_sets_then_does(
-    replay, kept_idle_window, qtbot
-):
+def test_the_replay_adds_no_dividers_but_a_person_does_afterwards(replay, kept_idle_window, qtbot):
     live, studio = kept_idle_window.live, kept_idle_window.studio
     live.history.append(np.zeros((1, rows.ROW_WIDTH)))
     live.history.dividers.clear()
@@ -420,7 +416,7 @@ def test_what_a_replay_sets_leaves_no_dividers_but_what_a_person_sets_then_does(
     live.history.clear()
 
 
-def test_what_is_locked_is_not_set_and_the_plots_go_on(kept_idle_window, qtbot, home):
+def test_locked_settings_are_not_changed_and_the_plots_continue(kept_idle_window, qtbot, home):
     window, studio = kept_idle_window, kept_idle_window.studio
     studio.permissions.set_lock(Lock.closed([("environment",)], "1234"))
     replay = opened(window, qtbot, write(home / "a.hapkit", WALL, SPRING))
@@ -434,7 +430,7 @@ def test_what_is_locked_is_not_set_and_the_plots_go_on(kept_idle_window, qtbot, 
     assert studio.values == studio.environment.values()
 
 
-def test_none_begins_during_a_blind_comparison_nor_that_during_one(kept_idle_window, qtbot, home):
+def test_replay_and_blind_comparison_exclude_each_other(kept_idle_window, qtbot, home):
     window, studio = kept_idle_window, kept_idle_window.studio
     for stiffness in (300.0, 900.0):
         studio.set_value("stiffness", stiffness)
@@ -453,12 +449,12 @@ def test_none_begins_during_a_blind_comparison_nor_that_during_one(kept_idle_win
     window.two.forget()
 
 
-def test_a_replay_ends_a_demo_and_leaves_what_was_set_before_that(kept_idle_window, qtbot, home, tmp_path):
+def test_a_replay_ends_a_demo_and_restores_the_settings_before_it(kept_idle_window, qtbot, home, tmp_path):
     window, studio = kept_idle_window, kept_idle_window.studio
     before = settings_of(studio)
     window.play_demo(written(tmp_path))
     with studio.temporarily():
-        studio.set_value("stiffness", 900.0)  # as its first step does
+        studio.set_value("stiffness", 900.0)  # as the demo's first step does
     window.demos._ours = settings_of(studio)
     replay = opened(window, qtbot, write(home / "a.hapkit", WALL))
     qtbot.wait(1)

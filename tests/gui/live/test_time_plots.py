@@ -1,4 +1,4 @@
-"""The plots over time: axes and ticks, what is drawn is what the history holds, pause, pointer, headers."""
+"""Time plots: axes and ticks, drawn samples, pause, pointer, headers."""
 
 import numpy as np
 import pytest
@@ -25,18 +25,18 @@ def test_ticks_are_few_round_and_inside(most):
         assert np.isclose(mantissa[:, None], [1, 2, 5]).any(axis=1).all()
 
 
-def test_ticks_keep_their_distance_and_are_more_than_one_where_there_is_room():
+def test_ticks_keep_their_distance_with_at_least_two():
     assert ticks(-72.0, 61.0, 5, 50 / 15) == [-50.0, 0.0, 50.0]
     assert ticks(-72.0, 61.0, 5, 30 / 15) == [0.0]
     for gaps in (1.0, 1.7, 3.3, 12.0):
         assert np.all(np.diff(ticks(-1.0, 3.7, 5, gaps)) >= 4.7 / gaps - 1e-9)
 
 
-def test_paused_the_view_zooms_and_moves_in_what_was_kept(plots, history):
+def test_while_paused_the_view_zooms_and_pans_in_the_history(plots, history):
     word = plots.headers[0].back
     assert not word.isVisible()
     plots.view.set_paused(True)
-    assert (word.text(), word.isVisible()) == ("Paused", True)  # above the plots: it covers no data
+    assert (word.text(), word.isVisible()) == ("Paused", True)  # above the plots, so it covers no data
     turn_wheel(canvas_of(plots, "force"))
     left, right = plots.canvases[0].view.viewRange()[0]
     assert -10.0 < left < right < 0.0
@@ -58,7 +58,7 @@ def ranges_of(plots):
 
 
 def rest(count, start, **peaks):
-    """Return rows of a handle at rest but for one sample of a channel in the middle."""
+    """Return rows of a handle at rest, except one sample of a channel in the middle."""
     quiet = telemetry(count, start)
     quiet[:, rows.POSITION : rows.APPLIED_FORCE + 1] = 0.0
     for name, peak in peaks.items():
@@ -75,7 +75,7 @@ def show(plots, history, table):
 OPENED = [[-12.0, 12.0], [-120.0, 120.0], [-1.2, 1.2]]
 
 
-def test_axes_widen_at_once_and_narrow_by_a_third_at_least_once_a_peak_has_left_the_window(plots, history):
+def test_axes_widen_at_once_and_narrow_after_a_peak_has_left_the_window(plots, history):
     assert show(plots, history, rest(12_000, 14_000)) == OPENED
     wide = show(plots, history, rest(50, 26_000, position=0.045, velocity=-0.9, applied_force=2.9))
     assert (wide[0][1], -wide[1][0], wide[2][1]) > (45.0, 900.0, 2.9)
@@ -86,7 +86,7 @@ def test_axes_widen_at_once_and_narrow_by_a_third_at_least_once_a_peak_has_left_
     assert show(plots, history, rest(12_000, 36_200)) == wide
 
 
-def test_fitted_axes_come_back_after_a_peak_and_another_scene_opens_its_own(plots, history):
+def test_fitted_axes_return_after_a_peak_and_another_scene_has_its_own(plots, history):
     show(plots, history, rest(12_000, 14_000))
     plots.fit()
     fitted = ranges_of(plots)
@@ -99,8 +99,8 @@ def test_fitted_axes_come_back_after_a_peak_and_another_scene_opens_its_own(plot
 
 
 @pytest.mark.parametrize(("asked", "arrow"), [(-6.1, False), (-25.0, True), (25.0, True)])
-def test_a_force_asked_far_beyond_the_limit_is_cut_at_the_frame_with_an_arrow(plots, history, asked, arrow):
-    """The axis goes as far as twice the 3 N, and what is left free beyond them."""
+def test_an_asked_force_far_beyond_the_limit_is_cut_off_with_an_arrow(plots, history, asked, arrow):
+    """The axis extends to twice the 3 N, plus a margin."""
     quiet = rest(12_000, 14_000)
     quiet[6000:6200, rows.FORCE], quiet[6000:6200, rows.APPLIED_FORCE] = asked, np.sign(asked) * 3.0
     low, high = show(plots, history, quiet)[2]
@@ -115,7 +115,7 @@ def test_a_force_asked_far_beyond_the_limit_is_cut_at_the_frame_with_an_arrow(pl
         assert np.mean([p[0] for p in heads]) == pytest.approx(place, abs=4)
 
 
-def test_paused_axes_stay_as_they_are_until_the_view_is_live(plots, history):
+def test_paused_axes_do_not_change_until_the_view_is_live(plots, history):
     wide = ranges_of(plots)
     assert wide[0][1] > 15.0
     plots.view.set_paused(True)
@@ -128,7 +128,7 @@ def test_paused_axes_stay_as_they_are_until_the_view_is_live(plots, history):
 
 
 def drawn(plots, key):
-    """Return canvas, time (n,) in s and row (n,) of the pixels in a plot's colour, clear of the frame."""
+    """Return canvas, time (n,) in s and row (n,) of the pixels in a plot's colour, without the frame."""
     canvas = canvas_of(plots, key)
     found = colored(canvas.viewport().grab().toImage(), key)
     inside = canvas.measure().adjusted(4, 4, -12, -4)
@@ -136,7 +136,7 @@ def drawn(plots, key):
     return canvas, canvas.to_x(found[:, 0] + 0.5) + plots.shown.zero, found[:, 1] + 0.5
 
 
-def test_the_drawn_line_lies_where_the_samples_say(plots, history):
+def test_the_line_is_drawn_at_its_samples(plots, history):
     canvas, time, row = drawn(plots, "position")
     assert plots.shown.zero == pytest.approx(history.now, abs=0.05)
     assert len(np.unique(time)) > 0.5 * canvas.measure().width()
@@ -153,7 +153,7 @@ def test_lost_frames_leave_a_gap_in_the_picture(plots, history):
     assert (time > 15.5).any()
 
 
-def test_traces_follow_the_theme_and_are_paler_all_along_while_the_device_is_gone(plots, history):
+def test_traces_follow_the_theme_and_are_paler_without_a_device(plots, history):
     frozen = telemetry(12_000, start=20_000)
     frozen[:, rows.POSITION] = 0.001
     history.append(frozen)
@@ -168,7 +168,7 @@ def test_traces_follow_the_theme_and_are_paler_all_along_while_the_device_is_gon
         assert np.abs(seen - theme.paler("position", "plot", share).getRgb()).max() <= 1
 
 
-def test_asked_is_drawn_only_where_it_is_not_what_was_applied(plots):
+def test_asked_is_drawn_only_where_it_differs_from_applied(plots):
     canvas = canvas_of(plots, "force")
     found = colored(canvas.viewport().grab().toImage(), "asked")
     canvas.measure()
@@ -183,12 +183,12 @@ def test_contact_is_shaded_where_a_force_was_asked_for(plots, history):
     assert inside[window.y["force"] != 0.0].all()
     true = np.mean(history.between(plots.shown.zero - 10.0, np.inf).y["force"] < 0.0) * 10.0
     assert np.ptp(touching, axis=1).sum() == pytest.approx(true, abs=0.2)
-    history.end_environment()  # what another environment asked for was no contact with this one
+    history.end_environment()  # forces asked by another environment are no contact with this one
     plots.refresh()
     assert plots.shown.contact == []
 
 
-def test_a_surface_is_called_what_it_is_and_shaded_only_where_there_is_one(plots):
+def test_a_surface_is_named_and_shaded_only_if_there_is_one(plots):
     for key in ("button", "wall"):
         plots.set_environment(LIBRARY[key], LIBRARY[key].values(), 3.0)
         parts = [part for header in plots.headers for part in header.surface]
@@ -200,7 +200,7 @@ def test_a_surface_is_called_what_it_is_and_shaded_only_where_there_is_one(plots
     assert not any(part.isVisible() for header in plots.headers for part in header.surface)
 
 
-def test_paused_picture_and_numbers_stand_at_the_newest_sample(plots, history, qtbot):
+def test_the_paused_picture_and_numbers_show_the_newest_sample(plots, history, qtbot):
     last = telemetry(1, 14_000)
     last[:, rows.APPLIED_FORCE] = 0.75
     history.append(last)
@@ -238,8 +238,8 @@ def test_pointing_reads_all_plots_at_one_time(plots, history, qtbot):
     [(285, ["position", "velocity", "force"]), (240, ["position", "force"]), (114, ["force"])],
 )
 def test_with_little_height_velocity_folds_then_position_and_force_keeps_50_px(plots, qapp, height, seen):
-    """114 px are left in the smallest window below two banners."""
-    for _ in plots.plots:  # each one that folds lowers the least height
+    """The smallest window below two banners leaves 114 px."""
+    for _ in plots.plots:  # each folded plot reduces the minimum height
         plots.resize(560, height)
         qapp.processEvents()
     assert [c.plot_of.key for c in plots.canvases if c.isVisible()] == seen
@@ -248,14 +248,14 @@ def test_with_little_height_velocity_folds_then_position_and_force_keeps_50_px(p
 
 
 def words_in(canvas):
-    """Return columns and rows (n, 2) of the pixels of a change's name."""
+    """Return columns and rows (n, 2) of the pixels of a divider's label."""
     found = colored(canvas.viewport().grab().toImage(), "ink2")
     return found[found[:, 0] > canvas.measure().left()]
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_the_name_of_a_change_stands_clear_of_the_trace(plots, side):
-    """Along the top, or, with the trace there, along the bottom."""
+def test_a_divider_label_avoids_the_trace(plots, side):
+    """It is at the top, or at the bottom if the trace is at the top."""
     history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = side * 0.011
@@ -271,8 +271,8 @@ def test_the_name_of_a_change_stands_clear_of_the_trace(plots, side):
     assert np.abs(away).min() > 4.0
 
 
-def test_a_change_is_a_line_through_all_plots_and_is_named_once(plots, history):
-    """The name of an older change gives way where a newer one would lie over it."""
+def test_a_divider_crosses_all_plots_and_is_labelled_once(plots, history):
+    """The label of an older divider is hidden if a newer one would overlap it."""
 
     def named():
         return np.unique(words_in(plots.canvases[0])[:, 0])
@@ -293,11 +293,11 @@ def test_a_change_is_a_line_through_all_plots_and_is_named_once(plots, history):
     plots.refresh()
     last = named()[named() > line + wide + 14]
     assert last[-1] <= plots.canvases[0].measure().right()
-    assert np.ptp(last) < 60  # one name at the right end, not two
+    assert np.ptp(last) < 60  # one label at the right end, not two
 
 
-def test_an_older_change_keeps_its_name_in_the_other_row(plots):
-    """Two names that would overlap stand one along the top, one along the bottom; a third gives way."""
+def test_an_older_divider_has_its_label_in_the_other_row(plots):
+    """Of two labels that would overlap, one is at the top and one at the bottom; a third is hidden."""
     history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = 0.0
@@ -314,7 +314,7 @@ def test_an_older_change_keeps_its_name_in_the_other_row(plots):
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_the_pointers_read_out_covers_no_divider_label(plots, monkeypatch, side):
+def test_the_pointer_readout_covers_no_divider_label(plots, monkeypatch, side):
     history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = side * 0.011
@@ -339,7 +339,7 @@ def test_the_pointers_read_out_covers_no_divider_label(plots, monkeypatch, side)
         assert canvas.measure().contains(read_out)
 
 
-def test_g_draws_the_grid_or_leaves_it_out(kept_idle_window):
+def test_g_shows_or_hides_the_grid(kept_idle_window):
     window = kept_idle_window
     canvas = window.centre.time.canvases[0]
 
@@ -354,8 +354,8 @@ def test_g_draws_the_grid_or_leaves_it_out(kept_idle_window):
     assert lines() == drawn
 
 
-def test_an_older_change_gives_way_to_the_trace(plots):
-    """Its own row is a newer name's; along the other it would hide what was measured."""
+def test_an_older_divider_label_is_hidden_rather_than_cover_the_trace(plots):
+    """Its own row has a newer label; in the other row it would cover the trace."""
     history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = 0.011

@@ -1,4 +1,4 @@
-"""The view of the history: zoomed and moved with the mouse while data come, kept, locked, back to live."""
+"""The view of the history: zoomed and panned with the mouse while data arrive, copied, locked, live again."""
 
 import numpy as np
 import pyqtgraph as pg
@@ -15,20 +15,20 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture(autouse=True)
-def every_move_counts(monkeypatch):
-    """Let the plots take moves of the mouse that come faster than a hand's."""
+def every_mouse_move_counts(monkeypatch):
+    """Let the plots handle mouse moves that follow each other faster than by hand."""
     monkeypatch.setitem(pg.CONFIG_OPTIONS, "mouseRateLimit", 0)
 
 
 def ends(plots):
-    """Return what all time axes show."""
+    """Return the ranges of all time axes."""
     shown = [canvas.view.viewRange()[0] for canvas in plots.canvases]
     assert all(each == pytest.approx(shown[0], abs=1e-9) for each in shown)
     return shown[0]
 
 
 def drag(qtbot, canvas, far):
-    """Drag a plot so many px to the right."""
+    """Drag a plot to the right by some px."""
     view, start = canvas.viewport(), canvas.measure().center().toPoint()
     qtbot.mousePress(view, LEFT, pos=start)
     for part in np.linspace(0.0, 1.0, 12):
@@ -36,7 +36,7 @@ def drag(qtbot, canvas, far):
     qtbot.mouseRelease(view, LEFT, pos=start + QPoint(far, 0))
 
 
-def test_while_data_come_the_wheel_zooms_about_the_pointer_and_the_picture_stands(plots, history):
+def test_the_wheel_zooms_at_the_pointer_and_the_picture_stands_while_data_arrive(plots, history):
     canvas = canvas_of(plots, "force")
     place, values = canvas.measure(), canvas.view.viewRange()[1]
     column = round(place.left() + 0.4 * place.width())
@@ -51,10 +51,10 @@ def test_while_data_come_the_wheel_zooms_about_the_pointer_and_the_picture_stand
     history.append(telemetry(3000, 14_000))
     plots.refresh()
     np.testing.assert_array_equal(plots.shown.window.y["position"], standing)
-    assert plots.view.status == f"{-right + 3.0:.0f} s back"  # 3 s have come since
+    assert plots.view.status == f"{-right + 3.0:.0f} s back"  # 3 s have passed since
 
 
-def test_zoomed_at_the_right_end_it_goes_on_following(plots, history):
+def test_a_view_zoomed_at_the_right_end_keeps_following(plots, history):
     for across, follows in ((0.97, True), (0.7, False)):
         plots.view.follow(10.0)
         turn_wheel(plots.canvases[0], across)
@@ -66,18 +66,18 @@ def test_zoomed_at_the_right_end_it_goes_on_following(plots, history):
     assert plots.shown.zero == pytest.approx(14.499, abs=0.02)
 
 
-def test_dragged_back_it_says_how_far_and_dragged_to_the_end_it_follows_again(plots, history, qtbot):
+def test_a_view_dragged_back_shows_how_far_and_follows_again_at_the_end(plots, history, qtbot):
     canvas = plots.canvases[1]
     per_px = 10.0 / canvas.measure().width()
     drag(qtbot, canvas, 150)
     left, right = ends(plots)
     assert right - left == pytest.approx(10.0)
-    assert right == pytest.approx(-150 * per_px, abs=12 * per_px)  # it begins after a few px
+    assert right == pytest.approx(-150 * per_px, abs=12 * per_px)  # dragging starts after a few px
     header = plots.headers[0]
     assert header.back.isVisible()
     history.append(telemetry(2000, 14_000))
     assert plots.view.status == f"{2.0 - right:.0f} s back"
-    drag(qtbot, canvas, -100)  # to what came meanwhile, not to its end
+    drag(qtbot, canvas, -100)  # to samples that arrived meanwhile, not to the end
     assert not plots.view.follows
     drag(qtbot, canvas, -250)
     assert plots.view.follows
@@ -88,7 +88,7 @@ def test_dragged_back_it_says_how_far_and_dragged_to_the_end_it_follows_again(pl
         qtbot.mouseClick(header.back, LEFT)
 
 
-def test_a_plot_without_data_stays_as_it_is(plots, qtbot):
+def test_a_plot_without_data_does_not_change(plots, qtbot):
     plots.view.set_history(LiveHistory(seconds=60.0, rate=RATE))
     drag(qtbot, plots.canvases[1], 150)
     turn_wheel(plots.canvases[1])
@@ -96,15 +96,15 @@ def test_a_plot_without_data_stays_as_it_is(plots, qtbot):
 
 
 def followed_by(view, start, stop):
-    """Let rows of a time from start to stop in s come, and what runs twice a second run."""
+    """Feed rows from start to stop in s, and call what runs twice a second."""
     for first in np.arange(start, stop - 1e-9, 0.5):
         view.live.append(telemetry(500, round(first * RATE)))
         view.keep_samples()
 
 
 @pytest.mark.parametrize("left", [-8.0, -6.0])
-def test_what_stands_is_kept_whole_however_long_it_stands(left):
-    """A history of 10 s forgets: what stands is copied before, and not as long as it is there."""
+def test_a_fixed_view_keeps_its_samples_however_long_it_stands(left):
+    """A history of 10 s drops samples: a fixed view is copied before, but no earlier than necessary."""
     view = TimeView()
     view.set_history(LiveHistory(seconds=10.0, rate=RATE))
     followed_by(view, 0.0, 20.0)
@@ -119,7 +119,7 @@ def test_what_stands_is_kept_whole_however_long_it_stands(left):
     assert view.history is view.live
 
 
-def test_once_nothing_of_it_is_left_it_follows():
+def test_a_view_without_samples_follows_again():
     view = TimeView()
     view.set_history(LiveHistory(seconds=10.0, rate=RATE))
     followed_by(view, 0.0, 8.0)
@@ -129,7 +129,7 @@ def test_once_nothing_of_it_is_left_it_follows():
     assert view.follows
 
 
-def test_more_time_around_an_event_leaves_it_at_its_place_in_the_frame():
+def test_zooming_out_at_an_event_keeps_its_place_in_the_frame():
     view = TimeView()
     view.set_history(LiveHistory(seconds=60.0, rate=RATE))
     followed_by(view, 0.0, 12.0)
@@ -144,13 +144,13 @@ def test_more_time_around_an_event_leaves_it_at_its_place_in_the_frame():
 
 
 def far(start, force=2.5):
-    """Return rows of a handle far out, pressed hard."""
+    """Return rows of a handle far out with a large force."""
     table = telemetry(2000, start)
     table[:, rows.POSITION], table[:, rows.APPLIED_FORCE] = 0.045, force
     return table
 
 
-def test_locked_axes_stay_until_they_are_let_go_and_arrows_say_what_is_beyond(plots, history, qtbot):
+def test_locked_axes_stay_until_unlocked_and_arrows_mark_values_beyond(plots, history, qtbot):
     canvas = canvas_of(plots, "position")
     plots.view.set_locked(True)
     kept = canvas.view.viewRange()[1]
@@ -174,15 +174,15 @@ def test_locked_force_over_position_stays_but_not_over_another_quantity(phase, h
     phase.canvas.refresh()
     assert phase.canvas.view.viewRange() == before
     phase.choose(1)
-    assert phase.canvas.view.viewRange() != before  # mm/s are no mm
+    assert phase.canvas.view.viewRange() != before  # mm/s are different from mm
     phase.choose(0)
     phase.view.set_locked(False)
     phase.canvas.refresh()
     assert phase.canvas.view.viewRange()[0][1] > 45.0
 
 
-def test_force_over_position_shows_the_stretch_that_the_time_plots_do(phase, history):
-    """The handle moves until 14 s, then rests at 10 mm: a view 11 s back shows what it did before."""
+def test_force_over_position_shows_the_same_stretch_as_the_time_plots(phase, history):
+    """The handle moves until 14 s, then rests at 10 mm: a view 11 s back shows the motion before."""
     table = telemetry(12_000, 14_000)
     table[:, rows.POSITION], table[:, rows.APPLIED_FORCE] = 0.01, -2.0
     history.append(table)
@@ -195,13 +195,14 @@ def test_force_over_position_shows_the_stretch_that_the_time_plots_do(phase, his
 
 
 @pytest.mark.parametrize(("across", "key"), [(0.5, CTRL), (-0.05, Qt.KeyboardModifier.NoModifier)])
-def test_the_wheel_over_the_value_axis_or_with_ctrl_zooms_into_values_and_locks_them(plots, across, key):
+def test_the_wheel_over_the_value_axis_or_with_ctrl_zooms_values_and_locks_them(plots, across, key):
     canvas = canvas_of(plots, "position")
     low, high = canvas.view.viewRange()[1]
     place = turn_wheel(canvas, across, 240, key)
     box = canvas.measure()
     zoomed = canvas.view.viewRange()[1]
-    assert np.ptp(zoomed) == pytest.approx((high - low) / 1.02**30, rel=0.02)  # 1.02 each of 30 steps of 8
+    # 30 steps of 8 eighths of a degree, each a factor of 1.02
+    assert np.ptp(zoomed) == pytest.approx((high - low) / 1.02**30, rel=0.02)
     part = (box.bottom() - place.y()) / box.height()
     assert zoomed[0] + part * np.ptp(zoomed) == pytest.approx(low + part * (high - low), abs=1e-6)
     assert ends(plots) == [-10.0, 0.0]
@@ -210,8 +211,8 @@ def test_the_wheel_over_the_value_axis_or_with_ctrl_zooms_into_values_and_locks_
     assert plots.view.locked
 
 
-def test_a_history_of_hours_can_be_moved_through_by_the_width_of_the_frame():
-    """As a replay's: what is kept live is no longer than the longest frame."""
+def test_a_history_of_hours_can_be_panned():
+    """As in a replay; a live history is never longer than the longest time window."""
     view, history = TimeView(), LiveHistory(seconds=500.0, rate=10.0)
     table = np.zeros((3000, rows.ROW_WIDTH))
     table[:, rows.TICK], table[:, rows.HOST_TIME] = np.arange(3000), 0.1 * np.arange(3000)

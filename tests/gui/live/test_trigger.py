@@ -1,4 +1,4 @@
-"""The trigger: where a signal crosses a level by its closed form, however its rows are split into frames."""
+"""The trigger, compared with crossings from the signal's formula, for any split of the rows into frames."""
 
 import math
 
@@ -15,8 +15,8 @@ from hapkit_studio.gui.live.trigger import AGAIN, BEFORE, EDGE, EVENT, Trigger, 
 from tests.gui.live.plot_support import LIBRARY, RATE, telemetry
 from tests.gui.window_support import sheets
 
-PEAK = 0.015  # m: of the handle's swing, 15 mm sin(3 t)
-TOUCHES = math.asin(1.0 / 3.0) / 3.0  # s: at 5 mm it meets the wall, each 2π/3 s anew
+PEAK = 0.015  # m: amplitude of the handle, 15 mm sin(3 t)
+TOUCHES = math.asin(1.0 / 3.0) / 3.0  # s: it meets the wall at 5 mm, every 2π/3 s
 PERIOD = 2.0 * math.pi / 3.0
 
 
@@ -28,7 +28,7 @@ def view():
 
 
 def armed(view, **values):
-    """Return an armed trigger; choices are given by their words."""
+    """Return an armed trigger; choices are given by their names."""
     trigger = Trigger(view)
     trigger.set_environment(LIBRARY["wall"])
     for key, value in values.items():
@@ -39,7 +39,7 @@ def armed(view, **values):
 
 
 def come(view, trigger, stop, start=0.0, frame=16):
-    """Let the rows from start to stop in s come, so many a frame; return when the picture stood at what."""
+    """Feed the rows from start to stop in s, ``frame`` per frame; return when the picture stopped at what."""
     stood = []
     rows = telemetry(round((stop - start) * RATE), round(start * RATE))
     for first in range(0, len(rows), frame):
@@ -51,7 +51,7 @@ def come(view, trigger, stop, start=0.0, frame=16):
 
 
 def choose_over(canvas, words):
-    """Choose an entry of the menu over a plot."""
+    """Choose an entry of a plot's context menu."""
     place = canvas.viewport().rect().center()
     event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, canvas.mapToGlobal(place))
     QCoreApplication.sendEvent(canvas.viewport(), event)
@@ -65,7 +65,7 @@ def first_sample(time):
     return math.ceil(time * RATE) / RATE
 
 
-def test_a_crossing_is_no_level_that_is_held_and_a_gap_in_the_numbers_is_none():
+def test_a_constant_level_or_a_gap_is_no_crossing():
     values = np.array([2.0, 2.0, 1.0, 2.0, 2.0, 3.0, 1.0, np.nan, 3.0, 2.0, 1.9])
     assert list(crossings(values, 2.0, rising=True)) == [3]
     assert list(crossings(values, 2.0, rising=False)) == [6, 9]
@@ -87,7 +87,7 @@ def test_a_crossing_is_no_level_that_is_held_and_a_gap_in_the_numbers_is_none():
         ({"event": "force", "force": -2.0, "edge": "falling"}, math.asin(10.0 / 15.0) / 3.0),
     ],
 )
-def test_the_picture_stands_at_the_first_sample_beyond(view, frame, values, expected):
+def test_the_picture_stops_at_the_first_sample_beyond_the_level(view, frame, values, expected):
     trigger = armed(view, **values)
     assert come(view, trigger, 4.0, frame=frame) == pytest.approx([first_sample(expected)], abs=1e-9)
     assert not trigger.armed
@@ -102,28 +102,28 @@ def test_a_level_1_percent_beyond_the_peak_is_not_crossed(view):
     assert view.level == ("position", pytest.approx(0.01515))
 
 
-def test_repeated_the_next_event_after_a_complete_picture_replaces_it(view):
-    """With 2 s shown and a quarter of it before, 1.5 s follow an event: each swing of 2.09 s is one."""
+def test_a_repeated_trigger_waits_until_the_picture_is_complete(view):
+    """With 2 s shown and a quarter of it before the event, 1.5 s follow; the period is 2.09 s."""
     trigger = armed(view, event="contact", again="repeated", before=25.0)
     view.set_span(2.0)
     touched = [first_sample(TOUCHES + n * PERIOD) for n in range(4)]
     assert come(view, trigger, 7.0) == pytest.approx(touched, abs=1e-9)
     assert (view.left, view.right) == (-0.5, 1.5)
     assert view.status == "Contact 1 s ago, waiting"
-    view.set_span(4.0)  # 3 s follow: every other swing
+    view.set_span(4.0)  # 3 s follow: every other period
     trigger.arm()
     later = [first_sample(TOUCHES + n * PERIOD) for n in (4, 6)]
     assert come(view, trigger, 14.0, start=7.0) == pytest.approx(later, abs=1e-9)
 
 
-def test_what_came_before_it_was_armed_or_while_paused_or_in_another_scene_is_no_event(view):
+def test_samples_before_arming_while_paused_or_of_another_scene_are_no_event(view):
     view.live.append(telemetry(1000))
     trigger = armed(view, event="contact")
     view.set_paused(True)
-    come(view, trigger, 2.5, start=1.0)  # touches at 2.21 s
+    come(view, trigger, 2.5, start=1.0)  # contact at 2.21 s
     view.set_paused(False)
     assert view.follows
-    view.live.append(telemetry(2000, 2500))  # touches at 4.30 s
+    view.live.append(telemetry(2000, 2500))  # contact at 4.30 s
     view.live.end_environment()
     trigger.refresh()
     assert view.follows
@@ -144,7 +144,7 @@ def test_the_event_suits_the_scene_until_one_is_chosen(view, key, words):
     assert view.status == "Waiting for velocity 100 mm/s"
 
 
-def test_it_says_where_there_is_nothing_to_be_touched_and_no_more_once_it_does_not_wait(view):
+def test_it_says_that_a_scene_has_no_contact_only_while_waiting(view):
     trigger = armed(view, event="contact")
     assert view.status == "Waiting for contact"
     trigger.set_environment(LIBRARY["spring"])
@@ -154,8 +154,8 @@ def test_it_says_where_there_is_nothing_to_be_touched_and_no_more_once_it_does_n
 
 
 @pytest.mark.slow
-def test_a_held_trace_lies_where_it_did_from_the_event_on(window, qtbot):
-    """Two contacts 2.09 s apart lie on top of each other."""
+def test_a_held_trace_keeps_its_position_at_the_next_event(window, qtbot):
+    """Two contacts 2.09 s apart are drawn on top of each other."""
     view, trigger = window.centre.view, window.centre.trigger
     window.live._reader = None  # from here on only these rows
     view.live.clear()
@@ -172,11 +172,11 @@ def test_a_held_trace_lies_where_it_did_from_the_event_on(window, qtbot):
     seen = np.abs(held.time - 0.3) < 0.4
     assert np.count_nonzero(seen) > 700
     there = np.interp(held.time[seen], now.x - view.zero, now.y["position"])
-    # samples are 1 ms apart, in which the handle moves by 45 µm at most
+    # samples are 1 ms apart, in which the handle moves by at most 45 µm
     assert held.values["position"][seen] == pytest.approx(there, abs=50e-6)
 
 
-def test_by_keys_it_is_armed_and_brought_back_to_live_and_the_dialog_sets_it(window, qtbot):
+def test_keys_arm_it_and_return_to_live_and_the_dialog_sets_it(window, qtbot):
     view, trigger, scene = window.centre.view, window.centre.trigger, window.centre.scene
     window.live._reader = None
     view.live.clear()
@@ -214,7 +214,7 @@ def test_by_keys_it_is_armed_and_brought_back_to_live_and_the_dialog_sets_it(win
     assert (trigger.values["event"], trigger.values["before"]) == (2.0, 20.0)
     box = window.panel.parameters.rows["stiffness"].box
     box.setFocus()
-    QTest.keyClick(box, Qt.Key.Key_Backspace)  # in a number it deletes
+    QTest.keyClick(box, Qt.Key.Key_Backspace)  # in a number box it deletes
     assert trigger.armed
     scene.setFocus()
     QTest.keyClick(scene, Qt.Key.Key_Backspace)

@@ -13,7 +13,7 @@ from hapkit_studio.gui.teach.blind import score
 from hapkit_studio.gui.teach.demos import Demo, Step
 from tests.gui.panel.test_stability_card import WALL, answer, asked
 from tests.gui.shell.test_actions import press
-from tests.gui.window_support import SIMULATED, said_in, sheet_of
+from tests.gui.window_support import SIMULATED, label_texts, sheet_of
 
 SOFT, STIFF = {"stiffness": 300.0}, {"stiffness": 900.0}
 
@@ -127,7 +127,7 @@ def test_blind_the_answers_are_counted_and_nothing_shows_which_it_is(compared):
     assert settings_of(window.studio) == before
     assert not window.studio.hidden
     assert window.panel.isVisible()
-    assert said_in(sheet_of(window)) == ["Blind comparison", "7 of 8 right; guessing gives 4."]
+    assert label_texts(sheet_of(window)) == ["Blind comparison", "7 of 8 right; guessing gives 4."]
 
 
 @pytest.mark.slow

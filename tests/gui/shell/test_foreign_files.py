@@ -20,7 +20,7 @@ from hapkit_studio.gui.state.stored import StoredSettings
 from hapkit_studio.sessions.folder import folder as session_folder
 from tests import foreign_files
 from tests.gui.conftest import deleted_in_the_end
-from tests.gui.window_support import delete_the_given_up, put_back
+from tests.gui.window_support import delete_deferred, put_back
 from tests.test_foreign_files import Hang, limited, originals, stamp  # noqa: F401
 
 WAIT_MS = 20_000
@@ -147,7 +147,7 @@ def try_file(originals, kept_idle_window, home, qtbot):  # noqa: F811
         for dialog in window.findChildren(QDialog):
             dialog.close()
             dialog.deleteLater()
-        delete_the_given_up()
+        delete_deferred()
         window.history.forget()
         window.presets._chosen.clear()
         return [f"{kind} {seed}: {words}" for words in wrong]

@@ -28,7 +28,7 @@ from hapkit_studio.gui.panel.rows import ParameterRow
 from hapkit_studio.gui.shell.banners import Notice
 from hapkit_studio.gui.shell.gallery import GalleryRow
 from hapkit_studio.gui.widgets import breakpoints
-from tests.gui.window_support import delete_the_given_up
+from tests.gui.window_support import delete_deferred
 from tests.wide import wide
 
 SIZES = [
@@ -122,7 +122,7 @@ def settle(qapp, window, size):
 
 def resize(qapp, window, size):
     """Resize and let every layout follow."""
-    delete_the_given_up()
+    delete_deferred()
     window.resize(*size)
     for _ in range(3):
         qapp.processEvents()

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QInputDialog, 
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.shell.actions import table
 from hapkit_studio.gui.state.undo import MOST
-from tests.gui.window_support import delete_the_given_up
+from tests.gui.window_support import delete_deferred
 
 FEW, MANY = 10, 30
 KEYS = [action.key for action in table(discover().values()) if action.key != "session.quit"]
@@ -25,14 +25,14 @@ def close_what_opened(window):
     for dialog in window.findChildren(QDialog):
         dialog.close()
     QCoreApplication.processEvents()
-    delete_the_given_up()
+    delete_deferred()
 
 
 def census(window):
     """Return how many objects of each class the window and the top levels own."""
     close_what_opened(window)
     gc.collect()
-    delete_the_given_up()
+    delete_deferred()
     owners = [window, *(top for top in QApplication.topLevelWidgets() if top is not window)]
     return Counter(type(one).__name__ for owner in owners for one in owner.findChildren(QObject))
 

@@ -13,7 +13,7 @@ from hapkit_studio.gui.panel.preset_row import CompareDialog, SavePresetDialog
 from hapkit_studio.gui.state import presets
 from hapkit_studio.gui.state.undo import settings_of
 from tests.environments.calling import LIBRARY
-from tests.gui.window_support import said_in, sheet_of, usual_loop
+from tests.gui.window_support import label_texts, sheet_of, usual_loop
 
 STIFF = {"stiffness": 900.0, "damping": 2.5, "position": -0.0125, "side": 1.0, "damping_mode": 1.0}
 
@@ -171,7 +171,7 @@ def test_a_foreign_file_with_mistakes_says_each_in_a_line_and_changes_nothing(wi
     """
     before = settings_of(window.studio)
     window.presets.import_file(preset(tmp_path, text))
-    said = said_in(sheet_of(window))[1:]
+    said = label_texts(sheet_of(window))[1:]
     for words in (
         "'colour'",
         "5,050",
@@ -238,4 +238,4 @@ def test_200_damaged_files_give_lines_and_nothing_else(window, tmp_path, home, m
 
 def test_a_missing_file_is_said(window, tmp_path):
     window.presets.import_file(tmp_path / "away.toml")
-    assert "Cannot read away.toml: No such file or directory." in said_in(sheet_of(window))
+    assert "Cannot read away.toml: No such file or directory." in label_texts(sheet_of(window))

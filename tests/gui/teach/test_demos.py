@@ -19,7 +19,7 @@ from hapkit_studio.gui.teach import demos
 from hapkit_studio.haptics import rows
 from tests.environments.calling import LIBRARY
 from tests.gui.demo_support import Clock, fast_studio, play
-from tests.gui.window_support import said_in, sheet_of
+from tests.gui.window_support import label_texts, sheet_of
 
 STORY = """title = "Two walls"
 seconds = 10.0
@@ -253,7 +253,7 @@ def test_none_plays_while_an_instructor_has_locked_a_setting(shown, tmp_path):
     )
     assert (shown.demos.demo, settings_of(studio)) == (None, before)
     shown.play_demo(written(tmp_path))
-    assert "A demo cannot play while settings are locked or hidden." in said_in(sheet_of(shown))
+    assert "A demo cannot play while settings are locked or hidden." in label_texts(sheet_of(shown))
     assert not shown.actions_by_key.qt["teach.open_demo"].isEnabled()
     studio.permissions.set_lock(replace(studio.permissions.lock, places=frozenset()))
 
@@ -307,7 +307,7 @@ def test_what_is_wrong_is_said_in_one_line(shown, tmp_path, good, bad, words):
     before = settings_of(shown.studio)
     text = STORY.replace(good, bad) if bad != "[step.x]" else STORY.partition(good)[0] + bad
     shown.play_demo(written(tmp_path, text))
-    said = said_in(sheet_of(shown))
+    said = label_texts(sheet_of(shown))
     assert said[0] == "story.toml: nothing was played"
     assert len(said) == 2
     assert words in said[1].replace("-60", "−60")
