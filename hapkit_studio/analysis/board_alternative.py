@@ -1,4 +1,4 @@
-"""Find the cheapest option that feels the same as one that a board cannot render."""
+"""Find the cheapest option that the board can render and that feels the same as a refused one."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from hapkit_studio.parameters import Choice
 FELT = 0.06
 """Just-noticeable difference of a force, as a fraction of the largest force."""
 AVERAGED = 0.01
-"""s; averaging time of forces, as a pulse one sample later is not felt."""
+"""s over which forces are averaged, because a person does not feel that a pulse is one sample late."""
 SECONDS = 3.0
 
 
@@ -29,7 +29,11 @@ class RefusedRequest:
 
 @dataclass(frozen=True)
 class Alternative:
-    """An option that the board can render; over one movement, in N: largest difference, largest force."""
+    """An option that the board can render.
+
+    The largest difference from the refused option (``apart``) and the largest force, both in N, are measured
+    over one movement.
+    """
 
     question: RefusedRequest
     choice: Choice
@@ -50,14 +54,14 @@ class Alternative:
 
 @dataclass(frozen=True)
 class AlternativeResult:
-    """Result of a search, None if no option feels the same."""
+    """The result of a search; ``found`` is None if no option feels the same."""
 
     question: RefusedRequest
     found: Alternative | None
 
 
 def find(question: RefusedRequest) -> AlternativeResult:
-    """Return the cheapest option on the board that feels the same as the refused one."""
+    """Return the cheapest option that the board can render and that feels the same as the refused one."""
     request = question.request
     for one in sorted(_options(question), key=lambda one: one.plan.program.usual):
         other = replace(request, values={**request.values, one.choice.key: float(one.option)})
@@ -69,7 +73,7 @@ def find(question: RefusedRequest) -> AlternativeResult:
 
 
 def _options(question: RefusedRequest) -> Iterator[Alternative]:
-    """Yield all options that the board can render and that differ in one choice."""
+    """Yield every option that the board can render and that differs from the request in a single choice."""
     request = question.request
     for choice in (p for p in request.environment.parameters if isinstance(p, Choice)):
         for option in range(len(choice.options)):

@@ -1,7 +1,7 @@
-"""A Dask cluster as an executor of sweeps: machines that run the studio's version with ``dask worker``.
+"""A Dask cluster as an executor of sweeps, on machines that run the studio's version with ``dask worker``.
 
-Workers may join and leave: the scheduler reassigns a lost worker's chunks, and the sweep resubmits those that
-it gives up after its ``allowed-failures``.
+Workers may join and leave. The scheduler reassigns a lost worker's chunks. After ``allowed-failures`` losses
+it gives a chunk up, and the sweep submits the chunk again.
 """
 
 import contextlib
@@ -28,7 +28,7 @@ class ClusterError(StudioError):
 
 
 class ClusterExecutor(Executor):
-    """A Dask client's executor that knows its current number of workers and the exception of a lost chunk."""
+    """A Dask client's executor that knows the current number of workers and the exception of a lost chunk."""
 
     def __init__(self, client: Any, lost: tuple[type[BaseException], ...]):
         self.client, self.lost = client, lost
@@ -41,7 +41,7 @@ class ClusterExecutor(Executor):
 
     @property
     def _max_workers(self) -> int:
-        """Return the workers' threads, refreshed after a second."""
+        """Return the number of the workers' threads, refreshed when older than a second."""
         now = time.monotonic()
         if now - self._counted_at > COUNT_SECONDS:
             self._counted_at = now
@@ -69,7 +69,7 @@ def cluster(address: str, timeout: float = CONNECT_SECONDS) -> Iterator[Executor
 
 @contextmanager
 def _dask_errors_suppressed() -> Iterator[None]:
-    """Suppress Dask's tracebacks: errors are reported in one line."""
+    """Suppress Dask's tracebacks, because errors are reported in one line."""
     loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(_DASK)]
     for logger in loggers:
         logger.disabled = True
@@ -81,7 +81,7 @@ def _dask_errors_suppressed() -> Iterator[None]:
 
 
 def _connected(distributed: Any, address: str, timeout: float) -> Any:
-    """Return a client; check the port first, as a client without scheduler cannot even close."""
+    """Return a client; check the port first, because a client without a scheduler cannot even be closed."""
     security = distributed.Security().get_connection_args("client")
     if address.startswith("tls://") and security["ssl_context"] is None:
         raise ClusterError(f"{address} needs certificates: name them in Dask's distributed.comm.tls.")

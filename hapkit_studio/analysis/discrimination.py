@@ -1,10 +1,11 @@
-"""Just-noticeable difference of a person: two intervals, an adaptive staircase, a fitted function.
+"""The just-noticeable difference of a person: two intervals, an adaptive staircase, a fitted function.
 
-Each comparison renders a base and the base plus a step, in random order; the person says which has more.
-After three right answers in a row the step falls, after a wrong one it rises: that converges on 79.4 % right
-answers (Levitt 1971, from memory). The threshold is the step with that share under a Weibull function: the
-median and the central 95 % of the posterior over all answers, with even priors of the logarithms of threshold
-and slope. (A profile-likelihood interval held the true threshold in only 85 % of simulated runs.)
+Each comparison renders a base value, and the base plus a step, in random order. The person says which
+interval has more. The step falls after three right answers in a row and rises after a wrong one, which
+converges on 79.4 % right answers (Levitt 1971, from memory). The threshold is the step with this fraction of
+right answers under a Weibull function. It is the median, with the central 95 %, of the posterior over all
+answers; the priors of the logarithms of threshold and slope are uniform. (A profile-likelihood interval
+contained the true threshold in only 85 % of simulated runs.)
 """
 
 import math
@@ -18,28 +19,30 @@ from hapkit_studio.errors import FileError
 from hapkit_studio.files import checked_integer, checked_number, checked_text
 
 COMPARISON = "comparison"
-"""The kind of a session's event that holds an answer."""
+"""The kind of a session's event that contains an answer."""
 UNITS = ("N/m", "N·s/m", "N")
-"""Units of the parameters whose difference is a share of the force at the same movement."""
+"""Units of the parameters whose relative difference equals that of the force at the same movement."""
 RIGHT_IN_A_ROW = 3
 CONVERGES = 0.5 ** (1.0 / RIGHT_IN_A_ROW)
-"""Share of right answers at the threshold."""
-FIRST = 0.5  # step over base of the first comparison
-LARGEST, SMALLEST = 1.0, 0.005  # step over base
-COARSE, FINE = 2.0, math.sqrt(2.0)  # factors before and after the first reversals
+"""Fraction of right answers at the threshold."""
+FIRST = 0.5  # step of the first comparison, as a fraction of the base
+LARGEST, SMALLEST = 1.0, 0.005  # limits of the step, as fractions of the base
+COARSE, FINE = 2.0, math.sqrt(2.0)  # factors of the step before and after the first reversals
 COARSE_REVERSALS = 2
-REVERSALS, MEAN_OF = 12, 6  # reversals in a run; those whose geometric mean is Levitt's threshold
-MOST_ANSWERS = 120  # in a run
-LAPSES = 0.01  # share of answers that do not depend on the step
-_SLOPES = np.geomspace(0.7, 4.0, 17)  # of the Weibull function; a comparison of noisy impressions has 1.3
-_THRESHOLDS = 400  # values tried, from the smallest step over _BEYOND to the largest one times it
+REVERSALS, MEAN_OF = 12, 6  # reversals in a run; the geometric mean of the last ones is Levitt's threshold
+MOST_ANSWERS = 120  # largest number of answers in a run
+LAPSES = 0.01  # fraction of answers that do not depend on the step
+# slopes of the Weibull function that are tried; a comparison of noisy impressions has 1.3
+_SLOPES = np.geomspace(0.7, 4.0, 17)
+# number of thresholds tried, from the smallest step / _BEYOND to the largest step × _BEYOND
+_THRESHOLDS = 400
 _BEYOND = 8.0
 _CENTRAL = 0.025, 0.5, 0.975  # quantiles of the posterior: low, value, high
-_MOST = 10_000  # answers of a file
+_MOST = 10_000  # largest number of answers in a file
 
 
 class Staircase:
-    """Three down, one up: ``step`` is the next step over the base, from SMALLEST to ``largest``."""
+    """A staircase, three down and one up: ``step`` is the next step, from SMALLEST to ``largest``."""
 
     def __init__(self, first: float = FIRST, largest: float = LARGEST):
         self._largest = largest
@@ -49,11 +52,11 @@ class Staircase:
 
     @property
     def finished(self) -> bool:
-        """Return whether no more comparison is needed."""
+        """Return True if no more comparison is needed."""
         return len(self.reversals) >= REVERSALS or self.answers >= MOST_ANSWERS
 
     def answer(self, right: bool) -> None:
-        """Take an answer, and choose the next step."""
+        """Record an answer, and choose the next step."""
         self.answers += 1
         self._row = self._row + 1 if right else 0
         if right and self._row < RIGHT_IN_A_ROW:
@@ -68,9 +71,9 @@ class Staircase:
 
 @dataclass(frozen=True)
 class Comparison:
-    """An answer: the parameter compared, base and step in SI, which interval had more and which was chosen.
+    """One answer: the compared parameter, base and step in SI units, the interval with more, the chosen one.
 
-    reversal: whether the staircase turned at it.
+    ``reversal`` tells whether the staircase changed its direction at this answer.
     """
 
     environment: str
@@ -84,7 +87,7 @@ class Comparison:
 
     @property
     def right(self) -> bool:
-        """Return whether the answer is right."""
+        """Return True if the answer is right."""
         return self.more == self.chosen
 
 
@@ -92,12 +95,12 @@ class Comparison:
 
 
 def event(one: Comparison) -> dict[str, Any]:
-    """Return an answer as the event of a session."""
+    """Return an answer as an event of a session."""
     return asdict(one)
 
 
 def comparisons(events: Iterable[Mapping[str, Any]], name: str = "") -> list[Comparison]:
-    """Return the answers of a session's events of the kind COMPARISON; raise FileError naming the value."""
+    """Return the answers among a session's events; raise FileError naming a wrong value."""
     found: list[Comparison] = []
     for at, what in enumerate(events, 1):
         place = f"{name}: comparison {at}".lstrip(": ")
@@ -119,14 +122,14 @@ def comparisons(events: Iterable[Mapping[str, Any]], name: str = "") -> list[Com
 
 
 class Bounds(NamedTuple):
-    """An estimate with its 95 % interval."""
+    """An estimate and its 95 % interval."""
 
     value: float
     low: float
     high: float
 
     def holds(self, value: float) -> bool:
-        """Return whether a value is inside."""
+        """Return True if a value is inside the interval."""
         return self.low <= value <= self.high
 
     def over(self, base: float) -> "Bounds":
@@ -136,9 +139,10 @@ class Bounds(NamedTuple):
 
 @dataclass(frozen=True)
 class Threshold:
-    """A person's threshold of a parameter, in its SI unit, from the answers at one base.
+    """A person's threshold of a parameter, in its SI unit, from all answers at one base.
 
-    reversals: geometric mean of the last steps at which the staircase turned, NaN with fewer than MEAN_OF.
+    ``reversals`` is the geometric mean of the last steps at which the staircase reversed; it is NaN with
+    fewer than MEAN_OF reversals.
     """
 
     environment: str
@@ -151,7 +155,7 @@ class Threshold:
 
     @property
     def weber(self) -> Bounds:
-        """Return the Weber fraction: threshold over base."""
+        """Return the Weber fraction, which is the threshold over the base."""
         return self.threshold.over(self.base)
 
     @property
@@ -177,14 +181,14 @@ def _threshold(kind: tuple[str, str, str, float], found: Sequence[Comparison]) -
 
 
 def right_share(step: np.ndarray | float, threshold: np.ndarray | float, slope: np.ndarray | float) -> Any:
-    """Return the probability of a right answer, CONVERGES at the threshold; LAPSES of answers are guesses."""
+    """Return the probability of a right answer: CONVERGES at the threshold; a fraction LAPSES are guesses."""
     reach = 0.5 - 0.5 * LAPSES
     at = -math.log(1.0 - (CONVERGES - 0.5) / reach)
     return 0.5 + reach * -np.expm1(-at * (step / threshold) ** slope)
 
 
 def fit(steps: Sequence[float], right: Sequence[bool]) -> Bounds:
-    """Return the threshold in the steps' unit with its interval, from the posterior."""
+    """Return the threshold with its interval from the posterior, in the unit of the steps."""
     levels, places = np.unique(np.asarray(steps, float), return_inverse=True)
     wins = np.bincount(places, np.asarray(right, float))
     losses = np.bincount(places) - wins
@@ -201,26 +205,26 @@ def fit(steps: Sequence[float], right: Sequence[bool]) -> Bounds:
 
 @dataclass(frozen=True)
 class Observer:
-    """Compares two noisy impressions: right with probability Φ(Δ/(σ√2)), σ over the base (Green and Swets).
+    """An observer that compares two noisy impressions and is right with probability Φ(Δ/(σ√2)), from memory.
 
-    From memory. noise: σ.
+    ``noise`` is σ as a fraction of the base (Green and Swets).
     """
 
     noise: float = 0.10
 
     def share(self, step: float) -> float:
-        """Return the probability of a right answer for a step over the base."""
+        """Return the probability of a right answer for a step as a fraction of the base."""
         return 0.5 * math.erfc(-step / (2.0 * self.noise))
 
     @property
     def threshold(self) -> float:
-        """Return the step over the base with CONVERGES right answers."""
-        from scipy.stats import norm  # here: slow to import
+        """Return the step, over the base, at which a fraction CONVERGES of the answers is right."""
+        from scipy.stats import norm  # imported here because it is slow
 
         return float(math.sqrt(2.0) * self.noise * norm.ppf(CONVERGES))
 
     def run(self, base: float, chance: np.random.Generator) -> list[Comparison]:
-        """Return the answers of a whole staircase about a stiffness in N/m."""
+        """Return the answers of a whole staircase about a base stiffness in N/m."""
         stairs, found = Staircase(), list[Comparison]()
         while not stairs.finished:
             step, more = stairs.step, int(chance.integers(1, 3))

@@ -1,8 +1,8 @@
 """Force over position as felt: each force over the handle's position while that force acted.
 
-A force is computed from a sample, acts a delay later and is held until the next one. Plotted over the
-position of its own sample it lies on the law's line for any delay; plotted over the position while it acted
-it shows the hysteresis loop that the hand feels, whose area is the energy added by the loop.
+A force is computed from a sample, acts a delay later and is held until the next force. If it is plotted over
+the position of its sample, it lies on the law's line for any delay. If it is plotted over the position while
+it acted, it shows the hysteresis loop that the hand feels; the area of this loop is the energy added.
 """
 
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ def as_felt(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return position in m and force in N, (2 n,) each: both ends of the interval in which each force acts.
 
-    time in s, position and force (n,) by sample; delay in s from a sample to its force. Positions are
-    interpolated linearly. NaN marks lost samples and positions that are not known yet.
+    time in s, position and force (n,) belong to the samples. ``delay`` is the time in s from a sample to its
+    force. Positions are interpolated linearly. NaN marks lost samples and positions that are not known yet.
     """
     known = np.isfinite(time)
     places = np.full((len(time), 2), np.nan)
@@ -26,7 +26,7 @@ def as_felt(
         for column, at in enumerate((t + delay, ends + delay)):
             places[known, column] = np.interp(at, t, x, right=np.nan)
         lost = np.flatnonzero(~known)
-        places[np.clip(lost - 1, 0, None)] = np.nan  # no samples were received while its force acted
+        places[np.clip(lost - 1, 0, None)] = np.nan  # no samples were received while this force acted
     return places.ravel(), np.repeat(force, 2)
 
 
@@ -47,16 +47,16 @@ class Cycle:
 def last_cycle(
     time: np.ndarray, position: np.ndarray, force: np.ndarray, delay: float, least: float
 ) -> Cycle | None:
-    """Return the newest complete cycle, between two upward crossings of the motion's middle.
+    """Return the newest complete cycle, between two upward crossings of the motion's middle; None if none.
 
-    least: smallest peak-to-peak motion in m that counts as a cycle. None without one.
+    ``least`` is the smallest peak-to-peak motion in m that counts as a cycle.
     """
     known = np.isfinite(time)
     t, x, f = time[known], position[known], force[known]
     if not len(x) or np.ptp(x) < least:
         return None
     middle, back = 0.5 * (x.max() + x.min()), 0.25 * np.ptp(x)
-    # hysteresis: a quarter of the motion
+    # The hysteresis is a quarter of the motion.
     state = np.where(x > middle, 1, np.where(x < middle - back, -1, 0))
     marked = np.flatnonzero(state)
     rises = marked[1:][(state[marked[1:]] == 1) & (state[marked[:-1]] == -1)]

@@ -9,9 +9,9 @@ from hapkit_studio.analysis.statistics import LEAST_CYCLES, dominant
 
 SECONDS = 1.0
 """s of positions to evaluate."""
-LEAST_AMPLITUDE = 50e-6  # m: smaller ones are jitter between two sensor steps
+LEAST_AMPLITUDE = 50e-6  # m: smaller oscillations are jitter between two sensor steps
 _FREQUENCY_TOLERANCE = 0.1  # relative tolerance between the spectral peak and the cycle frequency
-_SUSTAINED = 0.8  # ratio of the last to the widest quarter's width; below it the motion decays
+_SUSTAINED = 0.8  # ratio of the last quarter's width to the widest quarter's, below which the motion decays
 
 
 class Oscillation(NamedTuple):
@@ -24,9 +24,10 @@ class Oscillation(NamedTuple):
 def sustained(time: np.ndarray, position: np.ndarray) -> Oscillation | None:
     """Return the oscillation of positions (n,) in m at times (n,) in s; None if it is not sustained.
 
-    Its amplitude, that of the last quarter, must not be clearly smaller than before: ringing after a release
-    decays faster. A cycle is the time between upward crossings of a band of half the smallest quarter's
-    amplitude. The frequency is that of ``statistics.dominant`` if it matches the cycles.
+    Its amplitude is that of the last quarter, and must not be clearly smaller than before, because ringing
+    after a release decays. A cycle is the time between upward crossings of a band; the band is half the
+    smallest quarter's amplitude. The frequency is that of ``statistics.dominant`` if it agrees with the
+    cycles.
     """
     if len(time) < 2 * LEAST_CYCLES:
         return None
@@ -47,7 +48,7 @@ def sustained(time: np.ndarray, position: np.ndarray) -> Oscillation | None:
 
 
 def _upward_crossings(time: np.ndarray, away: np.ndarray, band: float) -> np.ndarray:
-    """Return the times in s at which a signal rises above the band, after having been below it."""
+    """Return the times in s at which a signal rises above the band after it was below the band."""
     outside = np.flatnonzero(np.abs(away) > band)
     up = away[outside] > 0.0
     at = outside[1:][up[1:] & ~up[:-1]]

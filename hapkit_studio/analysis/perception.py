@@ -1,9 +1,9 @@
-"""Perceived difference of two renderings of a scene to one hand, in just-noticeable differences (JND).
+"""The difference between two renderings of a scene that one hand feels, in just-noticeable differences (JND).
 
-Instants 20 ms apart are not distinguished: values that the other run reaches within 20 ms are no difference,
-and the last 20 ms of a run are not compared. Forces are averaged over 20 ms; faster changes count as
-vibration. A released hand feels neither force nor vibration, but sees the handle's position. THRESHOLDS lists
-one JND per sense with its source.
+Instants less than 20 ms apart are not distinguished: a value that the other run reaches within 20 ms is no
+difference, and the last 20 ms of a run are not compared. Forces are averaged over 20 ms; faster changes count
+as vibration. A released hand feels neither force nor vibration, but the person sees the handle's position.
+THRESHOLDS lists one JND per sense with its source.
 """
 
 import math
@@ -15,23 +15,24 @@ import numpy as np
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.haptics import rows
 
-FORCE_SHARE, FORCE = 0.06, 0.015  # N
+FORCE_SHARE, FORCE = 0.06, 0.015  # a fraction of the force; N
 PLACE = 0.4e-3  # m
 MOMENT = 0.020  # s
-# Hz, and the smallest amplitude in m of a held cylinder that most people feel, interpolated log-log. Shape
-# and minimum: Brisben et al.; amplitudes: from memory. Below 20 Hz the arm follows the movement, which is
-# judged by its position.
+# Hz, and the smallest amplitude in m at which most people feel a held cylinder vibrate, interpolated log-log.
+# Shape and minimum: Brisben et al.; amplitudes: from memory. Below 20 Hz the arm follows the movement, so it
+# is judged by its position.
 VIBRATION = (
     (20.0, 17.9e-6), (26.0, 10e-6), (100.0, 0.5e-6),
     (150.0, 0.05e-6), (200.0, 0.05e-6), (250.0, 0.1e-6), (400.0, 1e-6),
 )  # fmt: skip
 LOWEST, HIGHEST = 20.0, 400.0  # Hz
-WINDOW = 0.25  # s, window of a vibration's spectrum
+WINDOW = 0.25  # s: length of the window for a vibration's spectrum
 RATE = 1000.0  # Hz at which rows are compared
-STRICT_PLACE, STRICT_VIBRATION = 4.0 / 3.0, 10.0  # threshold of most people over that of the most sensitive
+# ratio of most people's threshold to that of the most sensitive people
+STRICT_PLACE, STRICT_VIBRATION = 4.0 / 3.0, 10.0
 
 
-FROM_MEMORY = " (from memory)"  # marks a source that could not be checked
+FROM_MEMORY = " (from memory)"  # marks a source that was not checked
 THRESHOLDS = (
     ("Force", "6 % of it", "the same", "Jones 1989, abstract; others say 7 %"),
     ("Force, least", "15 mN", "the same", "Our own choice"),
@@ -48,7 +49,7 @@ THRESHOLDS = (
 
 @dataclass(frozen=True)
 class Difference:
-    """Perceived differences in JND, imperceptible below 1; inf for an event in one run only."""
+    """Perceived differences in JND, imperceptible below 1; inf if an event occurs in one run only."""
 
     force: float = 0.0
     place: float = 0.0
@@ -62,13 +63,13 @@ class Difference:
 
     @property
     def strict(self) -> "Difference":
-        """Return the difference in JND of the most sensitive people."""
+        """Return the differences in JND of the most sensitive people."""
         place, vibration = STRICT_PLACE * self.place, STRICT_VIBRATION * self.vibration
         return replace(self, place=place, vibration=vibration)
 
     @property
     def word(self) -> str:
-        """Return the name of the largest difference."""
+        """Return the name of the sense with the largest difference."""
         found = max(vars(self), key=lambda name: getattr(self, name))
         return "position" if found == "place" else found
 
@@ -86,7 +87,7 @@ def difference_under(
     counts: Sequence[int] = (),
     force_share: float = FORCE_SHARE,
 ) -> Difference:
-    """Return the perceived difference of two runs with a hand that may let go; see ``difference``."""
+    """Return the perceived difference of two runs with a hand that may let go; compare ``difference``."""
     held = math.ceil(min(hand.release * RATE, len(reference)))
     seen = difference(reference, other, held=False, counts=counts)
     felt = Difference()
@@ -105,7 +106,8 @@ def difference(
 ) -> Difference:
     """Return the perceived difference of two runs' rows (n, ROW_WIDTH) at RATE with the same hand.
 
-    counts: columns that count events. force_share: JND of a force over that force.
+    ``counts`` are the columns that count events. ``force_share`` is the JND of a force as a fraction of this
+    force.
     """
     size = min(len(reference), len(other))
     first, second = reference[:size], other[:size]
@@ -135,9 +137,9 @@ def _averaged(values: np.ndarray) -> np.ndarray:
 
 
 def _differences(one: np.ndarray, two: np.ndarray, reach: int = _samples(MOMENT)) -> np.ndarray:
-    """Return the distance of series (n, ...) from each other, with a tolerance of ``reach`` samples in time.
+    """Return the distance between two series (n, ...), with a tolerance of ``reach`` samples in time.
 
-    Without the last ``reach`` samples, for which the later values are unknown.
+    The last ``reach`` samples are left out, because later values are unknown.
     """
     return np.maximum(_outside(one, two, reach), _outside(two, one, reach))[: max(len(one) - reach, 1)]
 
@@ -151,7 +153,7 @@ def _outside(values: np.ndarray, band: np.ndarray, reach: int) -> np.ndarray:
 
 
 def _vibration(*places: np.ndarray) -> float:
-    """Return the largest difference of amplitude over frequency and time, relative to the threshold."""
+    """Return the largest difference of amplitude, over frequency and time, relative to the threshold."""
     frequency, one, two = *_spectrum(places[0]), _spectrum(places[1])[1]
     return float((_differences(one, two, 1) / least_amplitude(frequency)).max(initial=0.0))
 
@@ -159,7 +161,7 @@ def _vibration(*places: np.ndarray) -> float:
 def _spectrum(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return frequencies (f,) in Hz and amplitudes (windows, f) in m, one window per MOMENT.
 
-    Computed from the acceleration, in which movements of the arm are small.
+    The amplitudes are computed from the acceleration, in which movements of the arm are small.
     """
     size = _samples(WINDOW)
     frequency = np.fft.rfftfreq(size, 1.0 / RATE)
@@ -174,7 +176,7 @@ def _spectrum(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _events(one: np.ndarray, two: np.ndarray) -> float:
-    """Return the largest time difference of matching events over the threshold; inf if one is missing."""
+    """Return the largest time between matching events, over the threshold; inf if one is missing."""
     found = [np.repeat(np.arange(1, len(c)), np.maximum(np.diff(c), 0.0).astype(int)) for c in (one, two)]
     if len(found[0]) != len(found[1]):
         return math.inf

@@ -1,10 +1,10 @@
 """Pointing experiment: how friction changes the time of a movement to a target (Richard and Cutkosky 2000).
 
-A plan is made of complete random blocks: each round has every condition in a random order, and in it every
-pair of distance and width once. A trial ends when the handle rests. Its movement time is fitted to the index
-of difficulty log2(D/W + 1) (Shannon form, MacKenzie and Buxton 1992). The effective width is 4.133 standard
-deviations of the end points (ISO 9241-411, from memory), without the bias that its logarithm has in few
-trials.
+A plan consists of complete random blocks. Each round contains every condition in a random order, and for each
+condition every pair of distance and width once. A trial ends when the handle rests. Its movement time is
+fitted to the index of difficulty log2(D/W + 1) (Shannon form, MacKenzie and Buxton 1992). The effective width
+is 4.133 standard deviations of the end points (ISO 9241-411, from memory). The bias of its logarithm with few
+trials is removed.
 """
 
 import math
@@ -19,28 +19,28 @@ from hapkit_studio.environments.friction import MODELS
 from hapkit_studio.files import checked_integer, checked_number, checked_text
 
 POINTING = "pointing"
-"""The kind of a session's event that holds a trial."""
+"""The kind of a session's event that contains a trial."""
 ENVIRONMENT = "friction"
-DISTANCES = (0.010, 0.020, 0.040)  # m between the middle of the start and that of the target
+DISTANCES = (0.010, 0.020, 0.040)  # m between the middle of the start and the middle of the target
 WIDTHS = (0.002, 0.004, 0.008)  # m
 ROUNDS = 4
 NONE, LOW, HIGH = 0.0, 0.5, 1.5  # N of friction
-MODEL = "tether"  # of the conditions *low* and *high*
-START_WIDTH = 0.004  # m of the place where a movement begins
+MODEL = "tether"  # friction model of the conditions *low* and *high*
+START_WIDTH = 0.004  # m: width of the area in which a movement begins
 
-REST_SECONDS, REST_RANGE = 0.3, 0.0005  # s, m: a handle that stays within this range for so long rests
-SLOWEST = 0.005  # m/s: a slower peak is no movement
-LONGEST = 6.0  # s that a movement may take
-EFFECTIVE = 4.133  # widths of a normal distribution that hold 96 % of it, in standard deviations
-FEWEST_CELLS = 3  # pairs of distance and width: a line through two has no interval
-_MOST_TRIALS = 10_000  # of a file
+REST_SECONDS, REST_RANGE = 0.3, 0.0005  # s, m: a handle rests if it stays within this range for this time
+SLOWEST = 0.005  # m/s: a motion with a slower peak is not a movement
+LONGEST = 6.0  # s: longest time of a movement
+EFFECTIVE = 4.133  # width that contains 96 % of a normal distribution, in standard deviations
+FEWEST_CELLS = 3  # pairs of distance and width; a line through two points has no confidence interval
+_MOST_TRIALS = 10_000  # largest number of trials in a file
 _FITTED = 0.05, 0.20  # fractions of the peak speed from which the start of a movement is extrapolated
 _SMOOTHED = 0.3  # window of the speed's polynomial, as a fraction of the time from 10 % to 90 % of the way
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A friction: the name in tables, the model's key, and the level in N."""
+    """A friction condition: the name in tables, the model's key, and the level in N."""
 
     name: str
     model: str
@@ -69,7 +69,7 @@ def difficulty(distance: float, width: float) -> float:
 
 @dataclass(frozen=True)
 class Target:
-    """A planned trial: distance and width in m; side 1: to the right, -1: to the left."""
+    """A planned trial: distance and width in m; ``side`` is 1 to the right, -1 to the left."""
 
     condition: Condition
     distance: float
@@ -78,7 +78,7 @@ class Target:
 
     @property
     def start(self) -> float:
-        """Return the middle of the place to start from in m."""
+        """Return the middle of the start in m."""
         return -0.5 * self.side * self.distance
 
     @property
@@ -94,7 +94,7 @@ def plan(
     rounds: int = ROUNDS,
     seed: int | None = None,
 ) -> list[Target]:
-    """Return the trials in random order; an even number of rounds balances the sides, too."""
+    """Return the trials in random order; an even number of rounds also balances the two sides."""
     chance = np.random.default_rng(seed)
     cells = list(product(distances, widths))
     first = chance.choice((-1, 1), (len(conditions), len(cells)))
@@ -110,9 +110,9 @@ def plan(
 
 @dataclass(frozen=True)
 class Trial:
-    """A movement: start, target and end in m, seconds of the movement.
+    """A movement: start, target and end in m, and its duration in s.
 
-    begin and stop in s of the recording computer's clock: the samples between them hold the movement.
+    The samples between ``begin`` and ``stop``, in s of the recording computer's clock, contain the movement.
     """
 
     condition: str
@@ -129,12 +129,12 @@ class Trial:
 
     @property
     def deviation(self) -> float:
-        """Return how far in m it ended beyond the middle of the target; negative before it."""
+        """Return how far in m the movement ended beyond the target's middle; negative before it."""
         return math.copysign(1.0, self.target - self.start) * (self.end - self.target)
 
     @property
     def missed(self) -> bool:
-        """Return whether it ended outside the target."""
+        """Return True if the movement ended outside the target."""
         return abs(self.deviation) > 0.5 * self.width
 
 
@@ -151,14 +151,14 @@ class Movement(NamedTuple):
 
 
 def movement(time: np.ndarray, position: np.ndarray) -> Movement | None:
-    """Return the movement in samples (n,) in s and m that begin and end at rest, None without one.
+    """Return the movement in samples (n,) in s and m that start and end at rest; None if there is none.
 
-    Start and end are extrapolated from the times at which the speed passes 5 % and 20 % of its peak: exact
-    for a minimum-jerk movement, whose speed is (Flash and Hogan 1985, from memory) 30 D/T τ²(1 − τ)². With
-    small corrections at the end no more is added than to a single such movement of that duration. The end
-    point is the mean position of the last REST_SECONDS.
+    Start and end are extrapolated from the times at which the speed crosses 5 % and 20 % of its peak. This is
+    exact for a minimum-jerk movement, whose speed is 30 D/T τ²(1 − τ)² (Flash and Hogan 1985, from memory).
+    Small corrections at the end do not change the extrapolation. The end point is the mean position of the
+    last REST_SECONDS.
     """
-    from scipy.signal import savgol_filter  # here: slow to import
+    from scipy.signal import savgol_filter  # imported here because it is slow
 
     if len(time) < 2:
         return None
@@ -168,7 +168,8 @@ def movement(time: np.ndarray, position: np.ndarray) -> Movement | None:
     even = np.arange(time[0], time[-1] + 0.5 * period, period)
     place = np.interp(even, time, position)
     share = np.abs(place - place[0]) / max(abs(place[-1] - place[0]), 1e-9)
-    inner = period * (int(np.argmax(share > 0.9)) - int(np.argmax(share > 0.1)))  # 10 % to 90 % of the way
+    # time from 10 % to 90 % of the way
+    inner = period * (int(np.argmax(share > 0.9)) - int(np.argmax(share > 0.1)))
     window = 2 * round(0.5 * _SMOOTHED * inner / period) + 1
     if window < 5 or len(even) < 2 * window:
         return None
@@ -183,7 +184,7 @@ def movement(time: np.ndarray, position: np.ndarray) -> Movement | None:
 
 
 def _start(time: np.ndarray, speed: np.ndarray, peak: float) -> float:
-    """Return the time at which a movement of increasing times starts."""
+    """Return the time at which a movement starts, for increasing times."""
     low, high = (_crossing(time, speed, share * peak) for share in _FITTED)
     first, second = (0.5 - math.sqrt(0.25 - 0.25 * math.sqrt(share)) for share in _FITTED)
     moving = first / (1.0 - 2.0 * first) * (float(time[np.flatnonzero(speed > _FITTED[0] * peak)[-1]]) - low)
@@ -191,7 +192,7 @@ def _start(time: np.ndarray, speed: np.ndarray, peak: float) -> float:
 
 
 def _crossing(time: np.ndarray, speed: np.ndarray, level: float) -> float:
-    """Return the time at which the speed first exceeds the level, between two samples on a line."""
+    """Return the time at which the speed first exceeds the level, by linear interpolation."""
     at = int(np.argmax(speed > level))
     if at == 0:
         return float(time[0])
@@ -200,14 +201,14 @@ def _crossing(time: np.ndarray, speed: np.ndarray, level: float) -> float:
 
 
 def rests(time: np.ndarray, position: np.ndarray) -> bool:
-    """Return whether the last REST_SECONDS of samples (n,) are at rest."""
+    """Return True if the last REST_SECONDS of samples (n,) are at rest."""
     if not len(time) or time[-1] - time[0] < REST_SECONDS:
         return False
     return float(np.ptp(position[time >= time[-1] - REST_SECONDS])) < REST_RANGE
 
 
 def trial(target: Target, time: np.ndarray, position: np.ndarray) -> Trial | None:
-    """Return the trial of a target from its samples (n,) in s and m, None where nothing moved."""
+    """Return the trial of a target from its samples (n,) in s and m; None if nothing moved."""
     found = movement(time, position)
     if found is None:
         return None
@@ -223,12 +224,12 @@ def trial(target: Target, time: np.ndarray, position: np.ndarray) -> Trial | Non
 
 
 def event(one: Trial) -> dict[str, Any]:
-    """Return a trial as the event of a session."""
+    """Return a trial as an event of a session."""
     return asdict(one)
 
 
 def trials(events: Iterable[Mapping[str, Any]], name: str = "") -> list[Trial]:
-    """Return the trials of a session's events of the kind POINTING; raise FileError naming the value."""
+    """Return the trials among a session's events of kind POINTING; raise FileError naming a wrong value."""
     found: list[Trial] = []
     for at, what in enumerate(events, 1):
         place = f"{name}: pointing trial {at}".lstrip(": ")
@@ -260,19 +261,19 @@ _LIMITS: dict[str, tuple[float, float, str]] = {
 
 
 class Interval(NamedTuple):
-    """An estimate and half of its 95 % interval; NaN where too little was measured."""
+    """An estimate and half of its 95 % interval; NaN if there are too few measurements."""
 
     value: float
     half: float
 
     def holds(self, value: float) -> bool:
-        """Return whether a value is inside."""
+        """Return True if a value is inside the interval."""
         return abs(value - self.value) <= self.half
 
 
 def mean(values: Sequence[float] | np.ndarray) -> Interval:
     """Return the mean with its interval by Student's t."""
-    from scipy.stats import sem, t  # here: slow to import
+    from scipy.stats import sem, t  # imported here because it is slow
 
     count = len(values)
     if count < 2:
@@ -282,9 +283,9 @@ def mean(values: Sequence[float] | np.ndarray) -> Interval:
 
 @dataclass(frozen=True)
 class Cell:
-    """The trials of one distance and width: their count, mean time in s, misses, effective width in m.
+    """The trials of one distance and width: their number, mean time in s, misses, effective width in m.
 
-    effective_difficulty in bit is that of the mean distance covered and the effective width.
+    ``effective_difficulty`` in bit is computed from the mean distance covered and the effective width.
     """
 
     distance: float
@@ -303,9 +304,9 @@ class Cell:
 
 @dataclass(frozen=True)
 class Line:
-    """Results of one condition: MT = intercept + slope·ID, in s and s/bit, and the fit's r².
+    """The results of one condition: MT = intercept + slope·ID, in s and s/bit, and the fit's r².
 
-    throughput in bit/s; change: time compared with the first condition, as a fraction.
+    ``throughput`` is in bit/s. ``change`` is the relative change of the time from the first condition.
     """
 
     condition: str
@@ -325,12 +326,12 @@ class Line:
 
     @property
     def missed(self) -> int:
-        """Return how many trials ended outside the target."""
+        """Return the number of trials that ended outside the target."""
         return sum(cell.missed for cell in self.cells)
 
 
 def evaluate(found: Sequence[Trial]) -> list[Line]:
-    """Return each condition's results, in the order of force; the first is the one to compare with."""
+    """Return the results of each condition in the order of force; the first one is the reference."""
     conditions = {(one.condition, one.model, one.force): None for one in found}
     ordered = sorted(conditions, key=lambda key: key[2])
     results: list[Line] = []
@@ -359,18 +360,19 @@ def _cell(distance: float, width: float, found: Sequence[Trial]) -> Cell:
 
 
 def _effective_width(deviations: np.ndarray) -> float:
-    from scipy.special import digamma  # here: slow to import
+    from scipy.special import digamma  # imported here because it is slow
 
     free = 0.5 * (len(deviations) - 1)
     if not free:
         return math.nan
-    bias = 0.5 * (digamma(free) - math.log(free))  # of the logarithm of a normal sample's deviation
+    # bias of the logarithm of a normal sample's standard deviation
+    bias = 0.5 * (digamma(free) - math.log(free))
     return EFFECTIVE * float(deviations.std(ddof=1)) * math.exp(-bias)
 
 
 def regression(x: Sequence[float], y: Sequence[float]) -> tuple[Interval, Interval, float]:
     """Return intercept and slope of a least-squares line with their intervals by Student's t, and r²."""
-    from scipy.stats import linregress, t  # here: slow to import
+    from scipy.stats import linregress, t  # imported here because it is slow
 
     if len(x) < FEWEST_CELLS or len(set(x)) < 2:
         nothing = Interval(math.nan, math.nan)
@@ -385,7 +387,7 @@ def regression(x: Sequence[float], y: Sequence[float]) -> tuple[Interval, Interv
 
 
 def _change(cells: Sequence[Cell], first: Line | None) -> Interval:
-    """Return the mean relative change of the time over the pairs of distance and width of both."""
+    """Return the mean relative change of the time, over the pairs of distance and width that both have."""
     if first is None:
         return Interval(math.nan, math.nan)
     before = {(cell.distance, cell.width): cell.seconds for cell in first.cells}
@@ -398,9 +400,9 @@ def _change(cells: Sequence[Cell], first: Line | None) -> Interval:
 
 @dataclass(frozen=True)
 class Subject:
-    """Moves with minimum jerk: intercept in s, slope in s/bit, noise of the time in s (standard deviation).
+    """A subject that moves with minimum jerk: intercept in s, slope in s/bit, noise of the time in s (1 σ).
 
-    Its end points are normal about the target's middle, with 4 % outside.
+    The end points are normally distributed about the target's middle, with 4 % outside the target.
     """
 
     intercept: float = 0.15

@@ -6,18 +6,18 @@ from typing import NamedTuple
 import numpy as np
 
 LEAST_CYCLES = 4.0
-"""Fewest cycles for which a frequency is reported: slower motion may be a hand's."""
+"""Fewest cycles for which a frequency is reported; a slower motion may be that of a hand."""
 _FEWEST_SAMPLES = 32  # with fewer, white noise has a clear peak in one of six spectra
 _LOBE = 2  # bins on either side of a peak in a Hann window's main lobe
-_CLEAR = 4.0  # smallest ratio of a peak to any bin besides itself and its harmonics
+_CLEAR = 4.0  # smallest ratio of a peak to any bin other than its own and those of its harmonics
 _LEAST_SHARE = 0.1  # smallest fraction of the variance in the peak
 _SAMPLES_A_CYCLE = 4  # faster motion cannot be distinguished from aliases of the sensor's counts
-_RESOLVED = 0.5  # smallest amplitude in steps between samples: a ramp in counts has 0.32, a square wave 0.64
+_RESOLVED = 0.5  # smallest amplitude in steps between samples; a ramp in counts has 0.32, a square wave 0.64
 _HARMONICS_FROM = 8  # cycles; with fewer, the lobes of the harmonics overlap
 
 
 class Statistics(NamedTuple):
-    """Statistics of values in their own unit; frequency in Hz, NaN without a clear peak."""
+    """Statistics of values in their unit; the frequency is in Hz, NaN if there is no clear peak."""
 
     minimum: float
     maximum: float
@@ -27,7 +27,7 @@ class Statistics(NamedTuple):
 
 
 def statistics(time: np.ndarray, values: np.ndarray) -> Statistics:
-    """Return the statistics of values (n,) at times (n,) in s, n > 0; RMS about zero."""
+    """Return the statistics of values (n,) at times (n,) in s, with n > 0; the RMS is about zero."""
     rms = math.sqrt(float(np.mean(values**2)))
     return Statistics(
         float(values.min()), float(values.max()), float(values.mean()), rms, dominant(time, values)
@@ -35,11 +35,11 @@ def statistics(time: np.ndarray, values: np.ndarray) -> Statistics:
 
 
 def dominant(time: np.ndarray, values: np.ndarray) -> float:
-    """Return the dominant frequency in Hz of values (n,) at times (n,) in s, NaN without a clear peak.
+    """Return the dominant frequency in Hz of values (n,) at times (n,) in s; NaN if there is no clear peak.
 
-    The peak of the detrended values' Hann periodogram must be at ``LEAST_CYCLES`` or above, exceed all other
-    bins except harmonics, and have an amplitude above the values' resolution. It is refined by a parabola
-    through the logarithm (Gasior and Gonzalez 2004).
+    It is the peak of the Hann periodogram of the detrended values. The peak must be at ``LEAST_CYCLES`` or
+    above, exceed all other bins except harmonics, and have an amplitude above the resolution of the values. A
+    parabola through the logarithm refines it (Gasior and Gonzalez 2004).
     """
     count, seconds = len(time), float(time[-1] - time[0]) if len(time) else 0.0
     if count < _FEWEST_SAMPLES or not seconds > 0.0:
@@ -71,7 +71,7 @@ def dominant(time: np.ndarray, values: np.ndarray) -> float:
 class Line(NamedTuple):
     """A regression line: slope, half of its 95 % interval, end points (2,) along x and y.
 
-    left: ratio of the RMS of the residuals to that of y.
+    ``left`` is the ratio of the RMS of the residuals to that of y.
     """
 
     slope: float
@@ -84,9 +84,9 @@ class Line(NamedTuple):
 def line(x: np.ndarray, y: np.ndarray, kept: np.ndarray) -> Line | None:
     """Return the regression line of y over x (n,), in order of time, for samples ``kept``, or None.
 
-    Least squares with a constant; the interval allows for autocorrelated residuals.
+    It is a least-squares fit with a constant. The interval allows for autocorrelated residuals.
     """
-    from hapkit_studio.analysis.identify import regression  # imported here, because it loads scipy.stats
+    from hapkit_studio.analysis.identify import regression  # imported here because it loads scipy.stats
 
     middle = x[kept].mean()
     columns = np.column_stack([x - middle, np.ones(len(x))])

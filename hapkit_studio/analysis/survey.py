@@ -1,8 +1,8 @@
 """Survey of stiffness limits: estimator × rate × delay × hand × damping, millions of points in one file.
 
-A point is the exact stiffness limit in N/m of one loop with the usual handle; a row contains all dampings of
-one loop. Rows are computed by a sweep, locally or on a cluster, and each chunk is written at once: after an
-interruption, the same call resumes.
+A point is the exact stiffness limit in N/m of one loop with the usual handle. A row contains all dampings of
+one loop. A sweep computes the rows, locally or on a cluster, and writes each chunk at once. After an
+interruption, the same call resumes the survey.
 """
 
 import json
@@ -31,26 +31,26 @@ from hapkit_studio.files import checked_list, checked_number, open_regular, pars
 
 Hand = tuple[float, float, float]
 """Mass in kg, damping in N·s/m, stiffness in N/m; all 0 for a released handle."""
-_MARK = 0x48504C53  # SQLite's application_id, identifies survey files
+_MARK = 0x48504C53  # SQLite's application_id, which identifies survey files
 _TABLES = {
     "about": "CREATE TABLE about (axes TEXT)",
     "limits": "CREATE TABLE limits (row INTEGER PRIMARY KEY, limits BLOB)",
 }
-_MOST_LOOPS = 1 << 26  # limit of a survey, 256 MB of results
-_LONGEST = 1 << 20  # bytes, limit of a value in the file
-# validity of axes in a file: Hz, s, dampings and hands
+_MOST_LOOPS = 1 << 26  # largest number of loops in a survey, 256 MB of results
+_LONGEST = 1 << 20  # bytes: largest size of a value in the file
+# valid ranges of axes in a file: rates in Hz, delays in s, dampings and hands
 _RATE, _DELAY, _PART = (1.0, 1e5), (0.0, 1.0), (0.0, 1e6)
 _NUMBER = np.dtype("<f4")
 _RATES, _DELAYS, _DAMPINGS = (250.0, 10_000.0), (0.0, 5e-3), (0.0, 20.0)
 
 
 class SurveyError(StudioError):
-    """The file is not a survey, or its axes differ from the requested ones."""
+    """The file is not a survey, or its axes differ from the requested axes."""
 
 
 @dataclass(frozen=True)
 class Axes:
-    """Axes: estimators by name, rates in Hz, delays in s, hands, dampings of scenes in N·s/m."""
+    """The axes: names of estimators, rates in Hz, delays in s, hands, dampings of scenes in N·s/m."""
 
     estimators: tuple[str, ...]
     rates: tuple[float, ...]
@@ -60,7 +60,7 @@ class Axes:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Return the lengths of the axes; all but the last one index the rows."""
+        """Return the lengths of the axes; all axes but the last one index the rows."""
         return tuple(map(len, astuple(self)))
 
     @property
@@ -70,7 +70,7 @@ class Axes:
         return " × ".join(f"{count} {name}" for count, name in zip(self.shape, names, strict=True))
 
     def limits(self, row: int) -> np.ndarray:
-        """Return a row's limits (dampings,) in N/m: 0 where the damping alone is unstable."""
+        """Return a row's limits (dampings,) in N/m; a limit is 0 if the damping alone is unstable."""
         e, r, d, h = (int(k) for k in np.unravel_index(row, self.shape[:-1]))
         usual, hand = LoopSettings(), self.hands[h]
         sampling = self.rates[r], self.delays[d], self.estimators[e]
@@ -93,7 +93,7 @@ def usual_axes(rates: int = 25, delays: int = 20) -> Axes:
 
 
 def compute_rows(axes: Axes, rows: Sequence[int]) -> list[bytes]:
-    """Return each row's limits as float32: the task of the sweep."""
+    """Return each row's limits as float32; this is the task of the sweep."""
     return [axes.limits(row).astype(_NUMBER).tobytes() for row in rows]
 
 
@@ -102,14 +102,14 @@ def compute(
 ) -> int:
     """Compute the missing rows of a survey's file and return their number; raise SurveyError.
 
-    Creates the file if missing; a file with other axes is rejected. progress counts all rows, including those
-    already computed.
+    The file is created if it is missing. A file with different axes is rejected. progress counts all rows,
+    including those that were already computed.
     """
     _check_size(axes)
     with _opened(path, axes) as database:
         known = {row for row, _ in _rows(database, axes)}
         missing = np.setdiff1d(np.arange(np.prod(axes.shape[:-1])), list(known))
-        # random order, so that partial results are a fair sample
+        # a random order, so that partial results are a fair sample
         missing = np.random.default_rng(0).permutation(missing).tolist()
 
         def keep(rows: Sequence[int], found: list[bytes]) -> None:
@@ -128,7 +128,7 @@ def compute(
 
 
 def read(path: Path) -> tuple[Axes, np.ndarray]:
-    """Return axes, and limits in N/m in their shape, NaN where not yet computed; raise SurveyError."""
+    """Return the axes, and the limits in N/m in their shape, NaN if not yet computed; raise SurveyError."""
     with _opened(path) as database:
         axes = _axes(database, path.name)
         table = np.full((math.prod(axes.shape[:-1]), axes.shape[-1]), np.nan, _NUMBER)
@@ -143,18 +143,18 @@ def known(limits: np.ndarray) -> int:
 
 
 def _rows(database: sqlite3.Connection, axes: Axes) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield each computed row and its limits (dampings,) in N/m; raise DataError for invalid ones."""
+    """Yield each computed row and its limits (dampings,) in N/m; raise DataError for an invalid row."""
     rows, dampings = math.prod(axes.shape[:-1]), axes.shape[-1]
     for row, blob in database.execute("SELECT row, limits FROM limits"):
         fits = isinstance(blob, bytes) and len(blob) == dampings * _NUMBER.itemsize
         limits = np.frombuffer(blob if fits else b"", _NUMBER)
-        if not (0 <= row < rows and fits and np.all(limits >= 0.0)):  # not >=, because that is false for NaN
+        if not (0 <= row < rows and fits and np.all(limits >= 0.0)):  # `not >=`, because `<` is false for NaN
             raise sqlite3.DataError(f"its row {row} is damaged; there are rows 0 to {rows - 1:,}")
         yield row, limits
 
 
 def _axes(database: sqlite3.Connection, name: str) -> Axes:
-    """Return the axes in a survey's file, with validated values; raise FileError, DataError."""
+    """Return the validated axes in a survey's file; raise FileError, DataError."""
     found, place = database.execute("SELECT axes FROM about").fetchall(), f"{name}: axes"
     if len(found) != 1 or not isinstance(found[0][0], str):
         raise sqlite3.DataError("its axes are damaged")
@@ -187,7 +187,7 @@ def _check_size(axes: Axes) -> None:
 
 @contextmanager
 def _opened(path: Path, axes: Axes | None = None) -> Iterator[sqlite3.Connection]:
-    """Open a survey's file, created with axes if missing; convert all errors to SurveyError."""
+    """Open a survey's file; with axes, create it if it is missing. Convert all errors to SurveyError."""
     if axes is None and not path.exists():
         raise SurveyError(f"There is no survey {path}.")
     if path.exists():

@@ -1,7 +1,7 @@
 """Many independent cells on any ``concurrent.futures.Executor``: ordered, with progress, cancellable.
 
 Cells are submitted in chunks of about 0.1 s, so that progress and cancelling are prompt. Only a few chunks
-are pending at a time, so the executor's memory use does not depend on the sweep's length.
+are pending at a time, so the memory use of the executor does not depend on the length of the sweep.
 """
 
 import contextlib
@@ -23,14 +23,15 @@ Progress = Callable[[int, int], None]
 Task = Callable[[list], list]
 Keep = Callable[[Sequence, list], None]
 
-# s of a chunk; progress is reported at least every LOOK
+# s: duration of a chunk; progress is reported at least every LOOK_SECONDS
 CHUNK_SECONDS = 0.1
 LOOK_SECONDS = 0.15
 _GROWTH = 8
-# pending chunks per worker, so that no worker idles; number of workers assumed if the executor does not tell
+# Number of pending chunks per worker, so that no worker idles; number of workers assumed if the executor does
+# not tell it.
 _AHEAD = 2
 _UNKNOWN_WORKERS = 16
-# resubmissions of a chunk after one of the executor's ``lost`` exceptions
+# how often a chunk is submitted again after one of the executor's ``lost`` exceptions
 _MOST_LOSSES = 3
 
 
@@ -42,15 +43,15 @@ class LostWorkers(StudioError):
 
 
 class Cancelled(StudioError):
-    """The work was cancelled: raised by a progress function and passed through."""
+    """The work was cancelled; a progress function raises this exception, and it is passed through."""
 
 
 def no_progress(done: int, of: int) -> None:
-    """No-op callback."""
+    """Do nothing."""
 
 
 def workers(executor: Executor | None = None) -> int:
-    """Return the number of chunks computed in parallel; None: this machine's cores."""
+    """Return the number of chunks computed in parallel; without an executor, this machine's cores."""
     if executor is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(int(getattr(executor, "_max_workers", _UNKNOWN_WORKERS)), 1)
@@ -67,12 +68,12 @@ def sweep(
 ) -> list:
     """Return the task's result of every cell, in the order of the cells.
 
-    task: a module-level function from a list of cells to the list of their independent results; cells and
-    results must be picklable, as they may be sent to another machine. executor: None for low-priority threads
-    on all cores, suited to compiled tasks. progress is called in the calling thread; its exceptions, and
-    those of a task, are raised after pending chunks are cancelled. chunk: cells per chunk, None for about 0.1
-    s. keep receives each chunk's cells and results in the calling thread as they arrive; then the return
-    value is empty. Raise ParameterError.
+    ``task`` is a module-level function from a list of cells to the list of their independent results. Cells
+    and results must be picklable, because they may be sent to another machine. If ``executor`` is None,
+    low-priority threads on all cores are used, which suits compiled tasks. progress is called in the calling
+    thread. Its exceptions, and those of a task, are raised after pending chunks are cancelled. ``chunk`` is
+    the number of cells per chunk, None for about 0.1 s. ``keep`` receives each chunk's cells and results in
+    the calling thread as they arrive; the returned list is then empty. Raise ParameterError.
     """
     if chunk is not None:
         chunk = whole_number(chunk, "A chunk", 1)
@@ -111,7 +112,7 @@ def _swept(
             while sent < len(cells) and len(under_way) < many:
                 first = sent
                 sent = min(first + (chunk or min(size, -(-(len(cells) - first) // many))), len(cells))
-                if submit(first, sent).done():  # collect at once from a synchronous executor
+                if submit(first, sent).done():  # a synchronous executor is done already: collect at once
                     break
             for future in wait(under_way, LOOK_SECONDS, FIRST_COMPLETED).done:
                 first, last = under_way.pop(future)
@@ -136,16 +137,16 @@ def _swept(
     except BaseException as error:
         for future in under_way:
             future.cancel()
-        if isinstance(error, BrokenExecutor):  # raised by a future, or already by submit()
+        if isinstance(error, BrokenExecutor):  # either a future raised it, or submit() did
             raise LostWorkers from error
         raise
     return results
 
 
 def begin_worker() -> None:
-    """Initialise a worker process: ignore Ctrl+C, low priority, exit with the parent.
+    """Initialise a worker process: ignore Ctrl+C, set a low priority, exit with the parent.
 
-    A terminal sends Ctrl+C to every process; the parent handles it. A killed parent cannot notify its
+    A terminal sends Ctrl+C to every process, and the parent handles it. A killed parent cannot notify its
     workers.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -161,9 +162,9 @@ def _exit_with_parent() -> None:
 
 
 _NICEST = 19
-# sys/resource.h: the calling thread; background priority
+# sys/resource.h: identifies the calling thread; background priority
 _DARWIN_THREAD, _DARWIN_BACKGROUND = 3, 0x1000
-# winbase.h
+# winbase.h: idle priority
 _WINDOWS_IDLE = -15
 
 
@@ -171,7 +172,7 @@ def low_priority() -> None:
     """Give the calling thread the lowest priority, if the system supports it."""
     with contextlib.suppress(OSError, AttributeError):
         if sys.platform == "linux":
-            try:  # for this thread only: id 0 means the calling thread
+            try:  # only for this thread: id 0 means the calling thread
                 os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
             except OSError:
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICEST)

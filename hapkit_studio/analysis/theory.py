@@ -11,21 +11,21 @@ from hapkit_studio.environments.base import Environment, Values
 Force = Callable[[np.ndarray], np.ndarray]
 """Force in N per branch (m, n), NaN for a gap, over position in m or velocity in m/s (n,)."""
 
-TOLERANCE = 2e-3  # N, interpolation tolerance: a hundredth of a perceptible force
-# threshold for refinement: the interpolation error is up to 1 / 0.382 times this indicator
+TOLERANCE = 2e-3  # N: tolerance of the interpolation, a hundredth of a perceptible force
+# refine a step above this threshold: the interpolation error is at most 1 / 0.382 times this indicator
 _REFINE_ABOVE = 0.35 * TOLERANCE
-WHOLE = 1000  # even steps of a whole curve: 0.12 mm of the 120 mm of a position
-_COARSER = (16, 4, 1)  # number of even steps sampled in one, in successive passes while time remains
-_PROBE = 0.382  # position of the test sample in a step, which detects waves as long as the step or half of it
+WHOLE = 1000  # number of even steps of a whole curve: 0.12 mm of a position's 120 mm
+_COARSER = (16, 4, 1)  # even steps per sample, in successive passes while time remains
+_PROBE = 0.382  # position of the test sample in a step; it detects waves as long as the step or half of it
 _PARTS = 8  # subdivisions of a step with a bend or jump, applied repeatedly
 _NARROWEST = 1e-9  # fraction of the range to which a bend or jump is located
-_MOST = 4  # limit of samples per even step: finer waves look like a band on any screen
-_SECONDS = 0.05  # s of processor time, after which sampling stops, for slow laws
+_MOST = 4  # largest number of samples per even step; finer waves look like a band on any screen
+_SECONDS = 0.05  # s of processor time after which sampling of a slow law stops
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Samples x (n,) ascending in SI, force (m, n) in N; even: those at even steps, with both ends."""
+    """Samples x (n,), ascending in SI units, and force (m, n) in N; ``even`` marks those at even steps."""
 
     force_at: Force
     x: np.ndarray
@@ -34,7 +34,7 @@ class Curve:
 
 
 def over_position(environment: Environment, values: Values, low: float, high: float) -> Curve | None:
-    """Return the static force from low to high in m; None if the law depends on velocity only."""
+    """Return the static force from low to high in m; None if the law depends only on velocity."""
     declared = environment.over_position
     if declared is not None:
         return _if_any(sampled(lambda x: np.atleast_2d(declared(values, x)), low, high))
@@ -46,7 +46,7 @@ def over_position(environment: Environment, values: Values, low: float, high: fl
 
 
 def over_velocity(environment: Environment, values: Values, low: float, high: float) -> Curve | None:
-    """Return the force from low to high in m/s; None if it depends on position."""
+    """Return the force from low to high in m/s; None if the law depends on position."""
     declared = environment.over_velocity
     if declared is not None:
         return _if_any(sampled(lambda v: np.atleast_2d(declared(values, v)), low, high))
@@ -65,10 +65,10 @@ def _if_any(curve: Curve) -> Curve | None:
 def sampled(force_at: Force, low: float, high: float, steps: int = WHOLE) -> Curve:
     """Sample a force from low to high: at even steps, between them, and adaptively at bends and jumps.
 
-    Linear interpolation is within ``TOLERANCE`` for features wider than a step. A slow law gets fewer
+    Linear interpolation is accurate to ``TOLERANCE`` for features wider than a step. A slow law gets fewer
     samples.
     """
-    end = time.thread_time() + _SECONDS  # processor time, so that other programs' load costs no samples
+    end = time.thread_time() + _SECONDS  # processor time, so that the load of other programs costs no samples
     for coarser in _COARSER:
         even = np.linspace(low, high, max(steps // coarser, 1) + 1)
         x, force = even, np.asarray(force_at(even))
@@ -87,9 +87,9 @@ def sampled(force_at: Force, low: float, high: float, steps: int = WHOLE) -> Cur
 
 
 def _deviations(x: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return each step's deviation in N (n - 1,) from extrapolations of its neighbours on both sides.
+    """Return each step's deviation in N (n - 1,) from extrapolations of the neighbours on both sides.
 
-    Next to a bend or jump only one side deviates; if it lies inside the step, both do.
+    Next to a bend or jump only one side deviates. If the bend lies inside the step, both sides deviate.
     """
     wide = np.diff(x)
     middle = (force[:, :-2] * wide[1:] + force[:, 2:] * wide[:-1]) / (wide[1:] + wide[:-1])

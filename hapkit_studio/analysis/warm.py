@@ -1,4 +1,4 @@
-"""Run every compiled function used in measurements once, small, to fill numba's cache."""
+"""Run every compiled function that measurements use once, with small input, to fill numba's cache."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -15,7 +15,7 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 def warm_up() -> None:
     """Compile the functions of the stability map, the charts and the protocols."""
     damping, stiffness = np.zeros(1), np.full(1, 100.0)
-    # one worker: a sweep's low-priority threads would wait on a busy machine
+    # use one worker, because a sweep's low-priority threads would wait on a busy machine
     with ThreadPoolExecutor(1) as one:
         rendered.boundary(LoopSettings(), damping, executor=one)
         rendered.classes(LoopSettings(controller=True), damping, stiffness, real=True, executor=one)

@@ -1,9 +1,9 @@
-"""Excitation for a Bode diagram, and Fourier components at its frequencies.
+"""The excitation for a Bode diagram, and the Fourier components of signals at its frequencies.
 
-A linear law is excited by multisines, all tones at once; a nonlinear law by single sines, as superposition
-does not hold. A motion is periodic in a whole number of samples, with a whole number of cycles per tone,
-which avoids leakage (Pintelon and Schoukens, System Identification, 2012). Repeated motions with the same
-tones and other phases give each point its confidence interval.
+A linear law is excited by multisines, which contain all tones at once. A nonlinear law is excited by single
+sines, because superposition does not hold. A motion is periodic in a whole number of samples, and every tone
+has a whole number of cycles, which avoids leakage (Pintelon and Schoukens, System Identification, 2012).
+Motions with the same tones and different phases are repeated to give each point its confidence interval.
 """
 
 import math
@@ -12,11 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
-REPEATS = 4  # motions with the same tones and other phases
-PERIOD, SETTLE = 1.0, 0.5  # s: evaluated period of a motion, and the fade-in before it
-HIGHEST = 0.8  # fraction of Nyquist
-_TONES, _SINES = 32, 16  # tones in a multisine; single sines
-# Hz: tones have equal amplitude below, and equal speed above, as no handle moves at tens of m/s
+REPEATS = 4  # motions with the same tones and different phases
+PERIOD, SETTLE = 1.0, 0.5  # s: evaluated period of a motion, and duration of the fade-in before it
+HIGHEST = 0.8  # highest tone, as a fraction of the Nyquist frequency
+_TONES, _SINES = 32, 16  # number of tones in a multisine; number of single sines
+# Hz: below this frequency all tones have the same amplitude. Above it they have the same speed, because no
+# handle moves at tens of m/s.
 _EQUAL_AMPLITUDE = 200.0
 _SAMPLES_PER_CYCLE = 4  # samples per cycle of the fastest tone, for finding the motion's peak
 
@@ -25,7 +26,8 @@ _SAMPLES_PER_CYCLE = 4  # samples per cycle of the fastest tone, for finding the
 class Drive:
     """Periodic motions about ``place`` in m with at most ``amplitude`` in m, for a loop rate in Hz.
 
-    sines: one tone per motion; repeats: motions per set of tones.
+    If ``sines`` is true, each motion has one tone. ``repeats`` is the number of motions for each set of
+    tones.
     """
 
     place: float
@@ -46,7 +48,7 @@ class Drive:
 
     @cached_property
     def settle(self) -> float:
-        """Return the fade-in in s, a whole number of samples."""
+        """Return the duration of the fade-in in s, which is a whole number of samples."""
         return round(SETTLE * self.rate) / self.rate
 
     @property
@@ -61,7 +63,7 @@ class Drive:
 
     @cached_property
     def tones(self) -> np.ndarray:
-        """Return the frequencies (n,) in Hz, logarithmically spaced, each a whole number of cycles."""
+        """Return the frequencies (n,) in Hz, spaced logarithmically, with whole cycles per period."""
         most, count = int(0.5 * HIGHEST * self.samples), _SINES if self.sines else _TONES
         return np.unique(np.rint(np.geomspace(1, most, count))) / self.period
 
@@ -94,7 +96,7 @@ class Drive:
         return found
 
     def position(self, times: np.ndarray) -> np.ndarray:
-        """Return the handle's position (n,) in m at times (n,) in s; ``place`` before the first motion.
+        """Return the handle's position (n,) in m at times (n,) in s; it is ``place`` before the first motion.
 
         Consecutive motions are cross-faded, so that the handle never jumps.
         """
@@ -106,7 +108,7 @@ class Drive:
         return self.place + self.amplitude * found
 
     def _motion_at(self, turn: np.ndarray, since: np.ndarray) -> np.ndarray:
-        """Return the motion (n,) of each turn at times (n,) in s since its start, before fading."""
+        """Return the positions (n,) of each turn's motion at times (n,) in s since its start, unfaded."""
         which = turn.astype(int) % self.motions
         if self.sines:
             tone = which // self.repeats
@@ -131,7 +133,7 @@ def component(tones: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.nd
 def staircase(tones: np.ndarray, edges: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the complex amplitudes (n,) at tones in Hz of a staircase of values (m,) between edges (m + 1,).
 
-    Exact for the staircase in continuous time, not for its samples.
+    The result is exact for the staircase in continuous time, not for its samples.
     """
     turn = 2j * math.pi * tones
     steps = -np.diff(np.exp(-np.outer(turn, edges)), axis=1)

@@ -1,7 +1,7 @@
-"""The rendered impedance of a virtual board, with the computer and with the board's firmware rendering.
+"""The impedance rendered by a virtual board: once the computer renders, once the board's firmware.
 
 A separate board in lockstep follows a motion script by its clock. Its truth log contains the force in effect
-and the true position of each sample. Motions disturbed by a busy computer are repeated.
+and the true position at each sample. Motions disturbed by a busy computer are repeated.
 """
 
 import contextlib
@@ -23,22 +23,23 @@ from hapkit_studio.haptics import arrays, board_plan, rows
 from hapkit_studio.haptics.board_plan import BoardPlan, PlanRequest
 from hapkit_studio.haptics.engine import Engine
 
-# s on the board's clock: when the handle moves to its place, and how long that takes
+# s on the board's clock: the time at which the handle moves to its place, and the duration of this movement
 _MOVE_AT, _MOVE_SECONDS = 1.0, 0.5
-_TURNS = 4  # repetitions of all motions, in case some are disturbed
-_SINE_TURNS, _SINE_REPEATS = 2, 2  # each sine takes 1.5 s
-_STEP = 1e-4  # s between points of the script, linearly interpolated
-_MARGIN = 0.02  # s before and after a motion in which the loop must render, too
+_TURNS = 4  # all motions are repeated this many times, in case some are disturbed
+_SINE_TURNS, _SINE_REPEATS = 2, 2  # the same for single sines, which take 1.5 s each
+_STEP = 1e-4  # s between points of the script, which the board interpolates linearly
+_MARGIN = 0.02  # s before and after a motion during which the loop must also render
 _LOOK_SECONDS = 0.02
 _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING | rows.GAP
-_BUSY = arrays.STALE_SENSOR, arrays.RUNAWAY  # faults of a busy machine
+_BUSY = arrays.STALE_SENSOR, arrays.RUNAWAY  # faults that a busy computer causes
 
 
 def measure(simulated: Bode, board_rate: float | None = None, progress: Progress = no_progress) -> Bode:
-    """Return the response of computer and board for a scene, excited as in a simulated diagram.
+    """Return the response of the computer and of the board for a scene, excited as in a simulated diagram.
 
-    Its first setting gives estimator and added delay. board_rate in Hz, None: the law's highest. If the board
-    cannot render the law, its curve is missing and the notes give the reason. Raise StudioError.
+    The estimator and the added delay are those of the diagram's first setting. board_rate is in Hz; None uses
+    the law's highest rate on the board. If the board cannot render the law, its curve is missing and the
+    notes give the reason. Raise StudioError.
     """
     setting = simulated.curves[0].setting
     request = PlanRequest(simulated.environment, simulated.values, setting.estimator, rate=board_rate)
@@ -52,7 +53,10 @@ def measure(simulated: Bode, board_rate: float | None = None, progress: Progress
 def _rendered(
     simulated: Bode, request: PlanRequest, plan: BoardPlan | None, progress: Progress
 ) -> tuple[Curve, BoardPlan | str]:
-    """Return the curve rendered by the computer, or with a plan by the board, and the board's plan."""
+    """Return the response curve and the board's plan.
+
+    If a plan is given, the board renders; otherwise the computer renders.
+    """
     asked = simulated.curves[0].setting
     law = linear_law(request.environment, request.values, simulated.place, simulated.amplitude)
     rate = 1000.0 if plan is None else float(plan.rate)
@@ -103,7 +107,7 @@ def _script(drive: Drive) -> str:
 
 
 class _Watch:
-    """Read a running engine's rows; store the time in s of the newest row and of the newest invalid row."""
+    """Read a running engine's rows; store the times in s of the newest row and newest invalid row."""
 
     def __init__(self, engine: Engine, where: str):
         self._engine, self._where, self._reader = engine, where, engine.reader()
@@ -116,7 +120,7 @@ class _Watch:
         return self._clamped / max(self._good, 1)
 
     def wait_until(self, end: float) -> None:
-        """Read until a time on the board's clock; raise DeviceError."""
+        """Read rows until a time in s on the board's clock; raise DeviceError."""
         while self.now < end:
             time.sleep(_LOOK_SECONDS)
             self._check()
@@ -142,7 +146,7 @@ class _Watch:
 
 
 def _measured(engine: Engine, where: str, drive: Drive, progress: Progress) -> tuple[list[float], float]:
-    """Return the start of each validly rendered motion in s on the board's clock; raise DeviceError.
+    """Return the start times in s, on the board's clock, of all validly rendered motions; raise DeviceError.
 
     Also return the fraction of samples at the motor's limit.
     """
@@ -161,7 +165,7 @@ def _measured(engine: Engine, where: str, drive: Drive, progress: Progress) -> t
 def _spectra(drive: Drive, log: Any, begins: list[float], delay: float) -> Spectra:
     """Return the spectra of the motions; a force takes effect ``delay`` s after the previous sample.
 
-    Positions are relative to the place: ticks jitter by 3 µs, so a constant would leak.
+    Positions are relative to ``place``: the ticks jitter by 3 µs, so that a constant offset would leak.
     """
     spectra = Spectra(drive)
     for motion, begin in enumerate(begins):

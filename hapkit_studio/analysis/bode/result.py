@@ -1,22 +1,24 @@
 """Bode diagram of the rendered impedance: the frequency response of a law in a sampled loop.
 
-Z(jω) = -F(jω) / X(jω): F is the component at ω of the motor's force in effect, a staircase in continuous
-time, X that of the handle's true position. The motion is imposed and has no component above Nyquist, so there
-is no aliasing, and for F = -(K x + B v^) exactly
+Z(jω) = -F(jω) / X(jω). F is the component at ω of the motor's force in effect, which is a staircase in
+continuous time. X is the component of the handle's true position. The motion is imposed and has no component
+above the Nyquist frequency, so there is no aliasing. For F = -(K x + B v^) the exact result is
 
-Z(jω) = (K + B V(e^jωT)) · (1 - e^-jωT) / (jωT) · e^-jω td
+    Z(jω) = (K + B V(e^jωT)) · (1 - e^-jωT) / (jωT) · e^-jω td
 
-with the velocity estimator V, period T and delay td. A hand feels Z + jω b - m ω², where b and m are the
-handle's own. Effective stiffness Re Z, damping Im Z / ω, and mass -Re Z / ω² where positive (Colonnese, Siu,
-Abbott and Okamura, IEEE Trans. Haptics 8(4), 2015). For ω -> 0 the damping is B - K (T/2 + td); below -b the
-loop adds energy (Colgate and Schenkel, J. Robotic Systems 14(1), 1997).
+with the velocity estimator V, the period T and the delay td. A hand feels Z + jω b - m ω², where b and m are
+the handle's damping and mass. The effective stiffness is Re Z, the effective damping Im Z / ω, and the
+effective mass -Re Z / ω² where this is positive (Colonnese, Siu, Abbott and Okamura, IEEE Trans. Haptics
+8(4), 2015). For ω -> 0 the damping is B - K (T/2 + td); if it is below -b, the loop adds energy (Colgate and
+Schenkel, J. Robotic Systems 14(1), 1997).
 
-A nonlinear law is excited by single sines; Z is then its describing function, and π Im Z times the squared
-amplitude is the work per cycle done by the hand, for any waveform.
+A nonlinear law is excited by single sines. Z is then its describing function, and the hand does the work π Im
+Z times the squared amplitude per cycle, for any waveform.
 
-Coherence of a multisine: |Σ F X*|² / (Σ |F|² Σ |X|²) over motions with other phases; of single sines: the
-fraction of the force's power at the sine's frequency. Below 1 the force is nonlinear in the motion. Intervals
-of Z are 95 % intervals of its mean over the motions, by Student's t.
+The coherence of a multisine is |Σ F X*|² / (Σ |F|² Σ |X|²) over motions with different phases. The coherence
+of single sines is the fraction of the force's power at the sine's frequency. A coherence below 1 shows that
+the force is nonlinear in the motion. The intervals of Z are 95 % intervals of its mean over the motions, by
+Student's t.
 """
 
 import math
@@ -34,21 +36,22 @@ from hapkit_studio.formatting import hertz, on_screen, plain, with_unit
 
 _FINE = 400
 _DOWN = 1.0 / math.sqrt(2.0)
-# smallest ratio of the spring's to the damper's force at the lowest frequency for a law to count as a spring
+# A law counts as a spring if the ratio of the spring's to the damper's force at the lowest frequency is at
+# least this large.
 _SPRING = 0.1
 _STRAIGHT = 1e-6
 
 
 @dataclass(frozen=True)
 class LinearLaw:
-    """F = -(stiffness x + damping v) about a place: N/m and N·s/m."""
+    """A law F = -(stiffness x + damping v) about a place, in N/m and N·s/m."""
 
     stiffness: float
     damping: float
 
 
 def linear_law(environment: Environment, values: Values, place: float, amplitude: float) -> LinearLaw | None:
-    """Return a law's spring and damper; None without force, or if nonlinear about a place."""
+    """Return a law's spring and damper about a place; None if the law has no force or is nonlinear there."""
     terms = environment.force_terms(values)
     law = LinearLaw(terms.stiffness or 0.0, terms.damping or 0.0)
     if not terms.simple or terms.one_way or terms.friction or law == LinearLaw(0.0, 0.0):
@@ -60,7 +63,10 @@ def linear_law(environment: Environment, values: Values, place: float, amplitude
 
 
 def theory(setting: LoopSettings, law: LinearLaw, frequency: np.ndarray) -> np.ndarray | None:
-    """Return the exact Z (n,) in N/m of a linear law at frequencies (n,) in Hz; None: nonlinear estimator."""
+    """Return the exact Z (n,) in N/m of a linear law at frequencies (n,) in Hz.
+
+    Return None if the estimator is nonlinear.
+    """
     turn = 2j * math.pi * frequency
     rendered = np.full(frequency.shape, law.stiffness, dtype=complex)
     if law.damping:
@@ -75,7 +81,7 @@ def theory(setting: LoopSettings, law: LinearLaw, frequency: np.ndarray) -> np.n
 
 @dataclass(frozen=True)
 class Response:
-    """Z (n,) in N/m at frequencies (n,) in Hz."""
+    """The impedance Z (n,) in N/m at frequencies (n,) in Hz."""
 
     frequency: np.ndarray
     impedance: np.ndarray
@@ -92,12 +98,12 @@ class Response:
 
     @property
     def mass(self) -> np.ndarray:
-        """Return the effective mass (n,) in kg, NaN where the response is a spring."""
+        """Return the effective mass (n,) in kg; it is NaN where the response is that of a spring."""
         mass = -self.stiffness / (2.0 * math.pi * self.frequency) ** 2
         return np.where(mass > 0.0, mass, math.nan)
 
     def first(self, below: np.ndarray) -> float:
-        """Return the first frequency in Hz at which values (n,) are negative, NaN without one."""
+        """Return the first frequency in Hz at which values (n,) are negative; NaN if there is none."""
         there = np.flatnonzero(below < 0.0)
         if not there.size:
             return math.nan
@@ -110,10 +116,11 @@ class Response:
 
 @dataclass(frozen=True)
 class Curve:
-    """Response of one loop: measurement, coherence (n,), and theory, None without one.
+    """The response of one loop: measurement, coherence (n,) and theory, which is None for a nonlinear law.
 
-    where: "simulated", "computer" or "board". interval: half widths (n,) in N/m of the real and imaginary
-    parts of Z, as a complex number. clamped: fraction of samples at the motor's limit.
+    ``where`` is "simulated", "computer" or "board". ``interval`` contains the half widths (n,) in N/m of the
+    real and imaginary parts of Z, as complex numbers. ``clamped`` is the fraction of samples at the motor's
+    limit.
     """
 
     where: str
@@ -126,12 +133,12 @@ class Curve:
 
     @property
     def name(self) -> str:
-        """Return its label: who renders, and the rate."""
+        """Return the curve's label: who renders, and the rate."""
         return f"{self.where}, {with_unit(1e-3 * self.setting.rate, 'kHz')}"
 
     @property
     def best(self) -> Response:
-        """Return the theory, or else the response measured with single sines, for reading marks."""
+        """Return the theory if there is one, otherwise the measured response; the marks are read from it."""
         if self.theory is not None:
             return self.theory
         there = self.coherence > 0.0
@@ -144,7 +151,7 @@ class Curve:
 
     @property
     def uncertainty(self) -> tuple[float, float]:
-        """Return the largest half widths up to 0.4 of Nyquist: of |Z| as a fraction, of its angle in °."""
+        """Return the largest half widths up to 0.4 of Nyquist: |Z| as a fraction, and its angle in °."""
         low = (self.measured.frequency <= 0.5 * COMPARED * self.setting.rate) & (self.coherence > 0.0)
         if not low.any():
             return math.nan, math.nan
@@ -153,18 +160,18 @@ class Curve:
 
     @property
     def stiffness(self) -> float:
-        """Return the effective stiffness in N/m at the lowest frequency, 0 if it is not a spring."""
+        """Return the effective stiffness in N/m at the lowest frequency; 0 if the law is not a spring."""
         lowest = self.best.impedance[0] if self.best.impedance.size else 0.0
         return float(lowest.real) if lowest.real > _SPRING * abs(lowest.imag) else 0.0
 
     @property
     def softens(self) -> float:
-        """Return the -3 dB frequency in Hz of the effective stiffness, NaN without one."""
+        """Return the -3 dB frequency in Hz of the effective stiffness; NaN if there is none."""
         return self.best.first(self.best.stiffness - _DOWN * self.stiffness) if self.stiffness else math.nan
 
     @property
     def negative(self) -> float:
-        """Return the frequency in Hz above which the effective damping is negative, NaN without one."""
+        """Return the frequency in Hz above which the effective damping is negative; NaN if there is none."""
         return self.best.first(self.best.damping)
 
     @property
@@ -174,19 +181,19 @@ class Curve:
 
     @property
     def outweighed(self) -> float:
-        """Return the frequency in Hz above which the handle's inertia exceeds the stiffness; NaN."""
+        """Return the frequency in Hz above which inertia exceeds the stiffness; NaN if there is none."""
         inertia = self.setting.mass * (2.0 * math.pi * self.best.frequency) ** 2
         return self.best.first(self.best.stiffness - inertia) if self.stiffness else math.nan
 
     @property
     def ends(self) -> float:
-        """Return the frequency in Hz above which the wall is soft or adds energy; NaN without one."""
+        """Return the frequency in Hz above which the wall is soft or adds energy; NaN if there is none."""
         found = [f for f in (self.softens, self.gives_energy) if not math.isnan(f)]
         return min(found, default=math.nan)
 
     @property
     def error(self) -> tuple[float, float] | None:
-        """Return the largest relative error of |Z| and of its angle in degrees, up to 0.4 of Nyquist."""
+        """Return the largest relative error of |Z| and that of its angle in °, up to 0.4 of Nyquist."""
         if self.theory is None:
             return None
         exact = np.interp(self.measured.frequency, self.theory.frequency, self.theory.impedance)
@@ -198,7 +205,7 @@ class Curve:
 
     @property
     def sentence(self) -> str:
-        """Return a sentence on the frequency up to which it is a wall, and the reason."""
+        """Return a sentence that states up to which frequency the loop renders a wall, and why."""
         start = f"{self.name[0].upper()}{self.name[1:]}: "
         if not self.best.frequency.size:
             return f"{start}no force depends on the motion."
@@ -218,7 +225,7 @@ class Curve:
 
 
 class Spectra:
-    """Components of each motion at its tones: force F and position X, complex (motions, n)."""
+    """The components of each motion at its tones: force F and position X, complex (motions, n)."""
 
     def __init__(self, drive: Drive):
         self._drive = drive
@@ -242,7 +249,7 @@ class Spectra:
         )
 
     def curve(self, where: str, setting: LoopSettings, clamped: float, law: LinearLaw | None) -> Curve:
-        """Return the resulting curve, with the theory of a linear law."""
+        """Return the resulting curve; for a linear law it includes the theory."""
         tones, x, f = self._drive.tones, np.array(self._position), np.array(self._force)
         there = x != 0.0
         fx, xx, ff = (f * x.conj()).sum(axis=0), (np.abs(x) ** 2).sum(axis=0), (np.abs(f) ** 2).sum(axis=0)
@@ -264,9 +271,9 @@ class Spectra:
 
 @dataclass(frozen=True)
 class Bode:
-    """The rendered impedance of a scene in one or more loops, excited about a place, amplitude in m.
+    """The rendered impedance of a scene in one or more loops, excited about ``place``; lengths in m.
 
-    notes: measurements that failed, with the reason.
+    ``notes`` are the reasons of measurements that failed.
     """
 
     environment: Environment
@@ -278,7 +285,7 @@ class Bode:
 
     @property
     def sentence(self) -> str:
-        """Return a sentence on each loop."""
+        """Return one sentence for each loop."""
         return "\n".join([*(curve.sentence for curve in self.curves), *self.notes])
 
     @property
@@ -290,7 +297,7 @@ class Bode:
         return f"moved by {by} about {about}{force}"
 
     def as_json(self) -> dict:
-        """Return an object of plain numbers in SI units."""
+        """Return the result as an object of plain numbers in SI units."""
         return plain({
             "environment": self.environment.key, "parameters": dict(self.values), "place": self.place,
             "amplitude": self.amplitude, "curves": [_numbers(curve) for curve in self.curves],

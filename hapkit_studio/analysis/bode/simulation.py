@@ -15,8 +15,8 @@ from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.haptics import patience, rows
 from hapkit_studio.haptics.headless import Scene, new_rows, run_prescribed
 
-_PRESSED = 1.1  # depth in a surface in amplitudes, so that the motion never leaves it
-_REPEATS = 16  # a stiff wall limits the motion to few sensor steps; repeats average them
+_PRESSED = 1.1  # depth in a surface, in amplitudes, so that the motion never leaves the surface
+_REPEATS = 16  # a stiff wall limits the motion to a few sensor steps, so many repeats are averaged
 _SMALLER = 0.8  # factor on the amplitude for the next attempt after the motor saturated
 
 
@@ -30,8 +30,9 @@ def measure(
 ) -> Bode:
     """Return the response of a scene in several loops; raise ParameterError, LawError if the law is too slow.
 
-    amplitude in m, None: the usual one, reduced until the motor stays below its limit in N. place in m, None:
-    the scene's centre, or inside its surface. A nonlinear law is excited by single sines.
+    amplitude is in m; None uses the default, reduced until the motor stays below its limit max_force in N.
+    place is in m; None uses the scene's centre, or a point inside its surface. A nonlinear law is excited by
+    single sines.
     """
     reach = AMPLITUDE.default if amplitude is None else AMPLITUDE.check(amplitude)
     while True:

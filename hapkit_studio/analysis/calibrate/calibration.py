@@ -1,4 +1,4 @@
-"""A whole calibration: each step's result and changes, and undo."""
+"""A whole calibration: the result of each step, the settings that it changes, and undo."""
 
 import math
 from collections.abc import Callable
@@ -20,14 +20,14 @@ from hapkit_studio.protocol.messages import Board, Settings
 
 MARK_SECONDS = 0.5
 HOOK_SECONDS = 1.0
-"""s for the handle to come to rest at a spring."""
+"""s until the handle rests at a spring."""
 _TRIES = 3
 _REVERSING = {"sense", "direction", "pins", "sensor", "motor_map"}
 NO_DIRECTION = "Do the step Direction first: with a wrong direction the motor would push the handle away."
 
 
 class Calibration:
-    """Run the steps on an open board, in the runner's thread; ``original``: the settings at the start."""
+    """Run the steps on an open board, in the runner's thread; ``original`` are the settings at the start."""
 
     def __init__(self, runner: BoardRunner):
         self.runner = runner
@@ -63,12 +63,12 @@ class Calibration:
         self._constant = self.board.motor_constant
 
     def change_geometry(self, **changes: Any) -> None:
-        """Apply measured radii in m, or counts, and the scale they imply until marks are measured."""
+        """Apply measured radii in m, or counts per turn; their scale is used until marks are measured."""
         self._change(**changes, quantum=quantum_of(replace(self.board, **changes)))
 
     # --- sensor
     def check_sensor(self, track: Track) -> CheckResult:
-        """Judge a track of the handle moved from end to end; apply a measured period."""
+        """Judge a track in which the handle was moved from end to end, and apply a measured period."""
         self.sensor = sensor.analyse(track)
         made = sensor.changes(self.sensor, self.board)
         if made:
@@ -93,7 +93,7 @@ class Calibration:
         return self.scale
 
     def use_scale(self) -> CheckResult:
-        """Apply the scale: quantum, and the radius that explains it; raise ParameterError."""
+        """Apply the scale: the quantum, and the radius that agrees with it; raise ParameterError."""
         found, before = self.scale or self.measure_scale(), self.board
         self._change(**scale.changes(found, before))
         self._recompute_strength()
@@ -101,14 +101,14 @@ class Calibration:
 
     # --- direction
     def try_direction(self) -> CheckResult:
-        """Push both ways; if the motor is reversed, correct the sign and push again; raise DeviceError."""
+        """Push both ways; if the motor is reversed, correct its sign and push again; raise DeviceError."""
         found, wrong = self._keep_direction(lambda: motor.push_both_ways(self.runner))
         if wrong and found.agrees:
             return passed("The motor pushed the wrong way. It is reversed now; force and position agree now.")
         return found.result
 
     def find_dead_band(self) -> CheckResult:
-        """Raise the force until the handle moves, apply the dead band, push again; raise DeviceError."""
+        """Raise the force until the handle moves, apply the dead band, and push again; raise DeviceError."""
         broke = motor.breakaway(self.runner)
         band = broke.dead_band
         if band:
@@ -126,7 +126,7 @@ class Calibration:
         return replace(found, words=found.words + more) if band else found
 
     def _keep_direction(self, push: Callable[[], Direction]) -> tuple[Direction, bool]:
-        """Return the direction shown by pushes, and whether it required a reversal and another attempt."""
+        """Return the direction that the pushes show, and whether a reversal and a retry were needed."""
         self.direction = push()
         wrong = self.direction.agrees is False
         if wrong:
@@ -169,7 +169,7 @@ class Calibration:
         return felt
 
     def _pull_in_time(self, stiffness: float, tries: int = _TRIES) -> Track:
-        """Pull; retry if the computer was late, which is safe as no person holds the handle."""
+        """Pull; retry if the computer was late, which is safe because nobody holds the handle."""
         self.runner.record(HOOK_SECONDS)
         try:
             return motions.pull(self.runner, stiffness)
@@ -179,7 +179,10 @@ class Calibration:
             return self._pull_in_time(stiffness, tries - 1)
 
     def use_springs(self, known: float = motor.SPRING_UNCERTAINTY) -> Strength:
-        """Apply the motor constant from springs of relative uncertainty ``known``; raise ParameterError."""
+        """Apply the motor constant from pulled springs; raise ParameterError.
+
+        ``known`` is the relative uncertainty of the springs.
+        """
         return self._apply_strength(
             lambda board: motor.strength_from_springs(self.pulled, board, known, self._length_uncertainty)
         )
@@ -203,9 +206,9 @@ class Calibration:
         return self._apply_strength(lambda board: motor.strength_from_scale(reading, pushed, board))
 
     def _apply_strength(self, measured: Callable[[Board], Strength]) -> Strength:
-        """Apply a measured motor constant, and store its computation for later settings.
+        """Apply a measured motor constant, and store its computation so that later settings can use it.
 
-        The dead band's uncertainty is included in its interval.
+        The interval includes the uncertainty of the dead band.
         """
         board = replace(self.board, motor_constant=self._constant)
         found = measured(board)
@@ -222,9 +225,9 @@ class Calibration:
 
     # --- mass and friction of the paddle
     def sweep(self, seconds: float = motions.SWEEP_SECONDS) -> SweepResult:
-        """Sweep; apply mass, friction and dead band; raise DeviceError.
+        """Sweep, and apply mass, friction and dead band; raise DeviceError.
 
-        A new dead band changes the forces: the sweep is repeated and the motor constant recomputed.
+        A new dead band changes the forces, so the sweep is repeated and the motor constant is recomputed.
         """
         self._need_direction()
         found = paddle.sweep(self.runner, seconds)
@@ -238,12 +241,12 @@ class Calibration:
         return self.sweep_result
 
     def _apply_dead_band(self, band: int) -> None:
-        """Apply a dead band, and the motor constant recomputed with it."""
+        """Apply a dead band, and recompute the motor constant with it."""
         self._change(dead_band=band)
         self._recompute_strength()
 
     def _widened(self, part: Part, track: Track) -> Part:
-        """Return a part, its intervals widened by the uncertainty of dead band and scales."""
+        """Return a part with intervals widened by the uncertainty of the dead band and of the scales."""
         part = paddle.widened_by_dead_band(part, track, self.board)
         force = self.strength.half / self.strength.ratio if self.strength else 0.0
         length = self.scale.quantum_half / self.scale.quantum if self.scale else 0.0
@@ -251,7 +254,7 @@ class Calibration:
 
     @property
     def direction_known(self) -> bool:
-        """Return True if the direction was tried, and force and position agree."""
+        """Return True if the direction was tested, and force and position agree."""
         return self.direction is not None and self.direction.agrees is True
 
     def _need_direction(self) -> None:
@@ -268,7 +271,7 @@ class Calibration:
         return self.runner.save()
 
     def undo(self) -> None:
-        """Restore the board's settings of the start, also in its memory; discard results.
+        """Restore the settings that the board had at the start, also in its EEPROM, and discard all results.
 
         Raise StudioError.
         """
@@ -279,9 +282,9 @@ class Calibration:
         self._discard_results()
 
     def _change(self, **changes: Any) -> None:
-        """Apply changes; send nothing if there are none.
+        """Apply changes; send nothing if no setting changes.
 
-        Reversing force or position invalidates the direction test.
+        A reversal of force or position invalidates the direction test.
         """
         made = {name for name, value in changes.items() if getattr(self.runner.settings, name) != value}
         if made:

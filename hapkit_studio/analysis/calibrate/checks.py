@@ -1,4 +1,4 @@
-"""Test my Hapkit: the wizard's checks in half a minute, without changing the board."""
+"""Test my Hapkit: run the wizard's checks in half a minute, without changing the board."""
 
 import contextlib
 from collections.abc import Callable
@@ -28,11 +28,11 @@ _SWEEP_SECONDS = 8.0
 _MASS_TOLERANCE = 0.3
 _MUCH_FRICTION = 0.25
 _HOLDING_FRICTION = 0.2
-"""N of dry friction that may hold a handle against the strongest pulse."""
+"""N; this dry friction may hold a handle against the strongest pulse."""
 _FRICTION_REMEDY = "Look for a cable that is too tight, a dry bearing, a sector that rubs."
 _SWEEP_REMEDY = "Level the kit, let the handle go in the middle, test again."
 _COARSE_QUANTUM = 0.2e-3
-"""m per count above which a sweep of a few mm determines neither mass nor friction, as for an encoder."""
+"""m per count; with a coarser sensor, such as an encoder, a sweep determines neither mass nor friction."""
 _TRIES = 3
 _PUSHED_SECONDS, _SILENCE_SECONDS, _PATIENCE = 0.03, 0.12, 3.0
 """s: duration of the push, of the silence, and time-out, in the test of stopping."""
@@ -40,7 +40,7 @@ _PUSHED_SECONDS, _SILENCE_SECONDS, _PATIENCE = 0.03, 0.12, 3.0
 
 @dataclass(frozen=True)
 class Check:
-    """One check of a kit and its subject; ``run`` returns its result."""
+    """One check of a kit, with its title; ``run`` returns the result."""
 
     key: str
     title: str
@@ -87,7 +87,7 @@ def sensor(runner: BoardRunner) -> CheckResult:
 
 
 def stopping(runner: BoardRunner) -> CheckResult:
-    """Check that the motor stops after the E-stop and after a silent computer, at a force of 0.05 N."""
+    """Check that the motor stops after an E-stop and when the computer is silent, at a force of 0.05 N."""
     stop_flags, stop_pwm = _flags_after(runner, silent=False)
     silence_flags, silence_pwm = _flags_after(runner, silent=True)
     if stop_pwm or not stop_flags & BoardFlag.STOPPED:
@@ -101,12 +101,13 @@ def stopping(runner: BoardRunner) -> CheckResult:
 
 
 def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
-    """Return flags and duty after a stop, or after silence, during a small push.
+    """Return the status flags and the duty after a stop, or after silence, during a small push.
 
-    Time is measured from the board's receipt, because the computer may send late.
+    The time is measured from the moment the board receives a command, because the computer may send late.
     """
     board, obeyed = runner.board, False
-    time = heard = 0.0  # s on the board's clock: now, and the time of its last force command
+    # s on the board's clock: the current time, and the time of the last force command received
+    time = heard = 0.0
     last: Sample | None = None
     stopped: int | None = None  # number of the first sample after a stop
     try:
@@ -151,7 +152,7 @@ def direction(runner: BoardRunner) -> CheckResult:
 
 
 def paddle(runner: BoardRunner) -> CheckResult:
-    """Sweep, and compare mass and friction with the stored values."""
+    """Sweep the handle, and compare mass and friction with the stored values."""
     swept = sweep(runner, _SWEEP_SECONDS)
     now, part = runner.settings, swept.part
     if not part.estimates and now.quantum > _COARSE_QUANTUM:
@@ -179,7 +180,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
 
 
 def spring(runner: BoardRunner) -> CheckResult:
-    """Render a spring, knock the handle, check that it settles."""
+    """Render a spring, knock the handle, and check that it settles."""
     track = motions.spring(runner, SPRING)
     late = track.position[track.time > 1.2]
     size = float(np.ptp(late))
@@ -204,7 +205,7 @@ _NEEDED = ("stopping", "direction")
 
 @dataclass(frozen=True)
 class Report:
-    """All results by the key of their check, in order."""
+    """The results of all checks in order, by the key of the check."""
 
     results: dict[str, CheckResult]
 
@@ -243,10 +244,10 @@ class Report:
 def run_all(
     runner: BoardRunner, report: Callable[[Check, CheckResult | None], None] = lambda check, result: None
 ) -> Report:
-    """Run every check; report(check, None) at its start, then its result.
+    """Run every check; call report(check, None) when a check starts, and report(check, result) when it ends.
 
-    If stopping or direction fail, checks with a control loop are skipped. Raise StoppedError, CancelledError,
-    PortGoneError.
+    If the check of stopping or of direction fails, checks with a control loop are skipped. Raise
+    StoppedError, CancelledError, PortGoneError.
     """
     results: dict[str, CheckResult] = {}
     for check in CHECKS:
@@ -260,7 +261,7 @@ def run_all(
 
 
 def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
-    """Return a check's result, or its abortion as a result; retry if the computer was late."""
+    """Return a check's result; an aborted check is a result, too. Retry if the computer was late."""
     for _ in range(_TRIES):
         try:
             return check.run(runner)

@@ -1,4 +1,4 @@
-"""Motions of a calibration, small and bounded: pulses, a rising force, carrying, pulling, a slow sweep."""
+"""The motions of a calibration, small and bounded: pulse, rising force, carrying, pulling, slow sweep."""
 
 import math
 from collections.abc import Callable
@@ -22,8 +22,9 @@ PULL_LIMITS = Limits(2.0, 0.025, 0.8)
 SWEEP_SECONDS = 12.0
 
 _FADE_SECONDS = 0.5
-_RISE = 0.5  # N/s
-# amplitude in m, frequency in Hz; without a short common period, so that quantisation errors vary
+_RISE = 0.5  # N/s: rate at which the force rises
+# Amplitude in m and frequency in Hz of each sine; they have no short common period, so quantisation errors
+# vary.
 _SINES = ((0.0085, 0.83), (0.0050, 2.37), (0.0015, 4.91))
 
 
@@ -52,7 +53,7 @@ def raise_force(runner: BoardRunner, sign: float = 1.0) -> Track:
 
 
 SETTLE_SECONDS, STROKE, _CREEP = 3.0, 0.006, 0.012
-"""s of carrying before the slow motion; its amplitude in m; its speed in m/s."""
+"""s of carrying before the slow motion; amplitude in m and speed in m/s of the slow motion."""
 CARRY_PERIOD = 4.0 * STROKE / _CREEP
 _CARRY_SECONDS = SETTLE_SECONDS + 3.0 * CARRY_PERIOD
 _HAND_OVER_SECONDS = 1.0
@@ -61,8 +62,8 @@ _HAND_OVER_SECONDS = 1.0
 def carry(runner: BoardRunner, weight: float = 0.0) -> Track:
     """Carry a weight in N that pulls to the left; after 3 s move slowly by ± 6 mm; raise DeviceError.
 
-    The handle is held at its position, then moved up and down so that friction acts with both signs. The
-    force fades in while the user still holds the weight.
+    A controller holds the handle at its position, then moves it up and down so that friction acts with both
+    signs. The force fades in while the user still holds the weight.
     """
     stiffness, damping, integral = 40.0, 0.8, 120.0
     before = total = 0.0
@@ -84,16 +85,16 @@ def push(runner: BoardRunner, force: float, seconds: float, until: Callable[[], 
 
 
 PULLS, PULL_PERIOD = 6, 3.0
-"""Number of pulls at a spring, and s for each."""
+"""Number of pulls at a spring, and the duration of each in s."""
 SHAKE_PERIOD = 0.025
 """Period in s of a shaking force that overcomes dry friction."""
-_SHAKE, _STRETCH = 0.4, 0.016  # N; m
+_SHAKE, _STRETCH = 0.4, 0.016  # N: amplitude of the shaking force; m: largest stretch of the spring
 
 
 def pull(runner: BoardRunner, stiffness: float) -> Track:
-    """Pull a spring in N/m to the right, to 16 mm or 2 N and back; raise DeviceError.
+    """Pull a spring in N/m to the right, to 16 mm or 2 N, and return; raise DeviceError.
 
-    A shaking force overcomes dry friction; the force never pushes to the left.
+    A shaking force overcomes dry friction. The force never pushes to the left.
     """
     most = min(_STRETCH * stiffness, PULL_LIMITS.force - _SHAKE)
 
@@ -108,7 +109,8 @@ def pull(runner: BoardRunner, stiffness: float) -> Track:
 def sweep(runner: BoardRunner, seconds: float = SWEEP_SECONDS, friction: float = 0.1) -> Track:
     """Move the handle within ± 25 mm and 1.2 N to excite mass and friction; raise DeviceError.
 
-    It follows three sines on a soft spring that stiffens towards the ends; friction: compensation in N.
+    The handle follows three sines on a soft spring that stiffens towards the ends. ``friction`` is the
+    friction compensation in N.
     """
     stiffness, damping, soft_travel, edge_stiffness = 30.0, 0.7, 0.017, 120.0
 

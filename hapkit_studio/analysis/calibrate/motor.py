@@ -23,7 +23,7 @@ from hapkit_studio.parameters import check_number
 from hapkit_studio.protocol.messages import Board
 
 MOVED = 0.3e-3
-"""m from which a handle counts as moved."""
+"""m: a handle that moves farther counts as moved."""
 AVERAGED = 9
 """Samples of a pulse per mean, so that sensor noise is not mistaken for motion."""
 GRAVITY = 9.81
@@ -32,30 +32,31 @@ PLAUSIBLE = (0.25, 4.0)
 _SUSPICIOUS = 0.35
 """N of friction above which a dead band is the likelier cause."""
 _BELOW = 0.85
-# relative uncertainty of a weight: tolerance of coins, release, sticking friction
+# relative uncertainty of a weight, from the tolerance of coins, the release, and sticking friction
 _WEIGHT_UNCERTAINTY = 0.02
 _AT_LIMIT = 0.5
 """Fraction of time at the largest duty above which a motor counts as saturated."""
 SPRING_UNCERTAINTY, LENGTH_UNCERTAINTY = 0.03, 0.01
 """Relative uncertainties of a spring's stiffness and, without marks, of the length scale."""
 SPRINGS = (40.0, 1000.0)
-"""N/m; softer springs exceed the handle's reach, with stiffer ones the shaking force rings."""
+"""N/m; softer springs exceed the handle's reach, and with stiffer springs the shaking force rings."""
 SPRINGS_DIFFER = 2.0
 """Smallest ratio of the stiffest to the softest spring."""
-# fractions of a pull: excluded at either end, where the handle reverses; that must slide
+# Fractions of a pull: the part excluded at either end, where the handle reverses; the part in which it must
+# slide.
 _EXCLUDED_ENDS, _SLIDING = 0.15, 0.2
-# largest step in a straight leg, in multiples of the residual rms it causes; largest curvature, as a fraction
-# of its length
+# A leg counts as straight up to these limits: the largest step, in multiples of the residual rms it causes,
+# and the largest curvature, as a fraction of the leg's length.
 _STEP, _BENT = 6.0, 0.05
 _FEWEST_COUNTS = 5.0
 _MEANS = round(0.5 * PULL_PERIOD / (4.0 * SHAKE_PERIOD))
-"""Means over four shaking periods per half pull of a spring."""
+"""Number of means in half a pull of a spring; each mean covers four shaking periods."""
 
 
 def displacement(track: Track, averaged: int = 1) -> float:
     """Return the largest displacement from the first position in m, signed.
 
-    averaged: number of samples averaged per position.
+    Each position is the mean of ``averaged`` samples.
     """
     place = np.convolve(track.position, np.full(averaged, 1.0 / averaged), "valid")
     away = place - place[0]
@@ -64,14 +65,14 @@ def displacement(track: Track, averaged: int = 1) -> float:
 
 @dataclass(frozen=True)
 class Direction:
-    """Whether force and position have the same sign, None if undetermined; with a text."""
+    """Whether force and position have the same sign (None if undetermined), with a text."""
 
     agrees: bool | None
     result: CheckResult
 
 
 def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
-    """Judge pulses (force N, displacement m) of both signs."""
+    """Judge pulses (force in N, displacement in m) of both signs."""
     moved = [(force, moved_by) for force, moved_by in pulses if abs(moved_by) >= MOVED]
     rights, lefts = ([m for m in moved if m[0] * sign > 0.0] for sign in (1.0, -1.0))
     pushed = max((abs(force) for force, _ in pulses), default=0.0)
@@ -108,9 +109,9 @@ def push_both_ways(runner: BoardRunner) -> Direction:
 
 @dataclass(frozen=True)
 class Breakaway:
-    """Break-away force in N by the settings; initial dead band of 255, or 0.
+    """The break-away force in N by the settings, and a first estimate of the dead band of 255, or 0.
 
-    pulses: force in N and displacement in m for each direction.
+    ``pulses`` contains force in N and displacement in m for each direction.
     """
 
     force: float
@@ -119,9 +120,9 @@ class Breakaway:
 
 
 def breakaway(runner: BoardRunner) -> Breakaway:
-    """Raise the force slowly, both ways, until the handle moves; raise DeviceError.
+    """Raise the force slowly, in both directions, until the handle moves; raise DeviceError.
 
-    Raise AbortedError if 1.5 N does not move it.
+    Raise AbortedError if 1.5 N does not move the handle.
     """
     duties, shifts = [], []
     for sign in (1.0, -1.0):
@@ -157,7 +158,7 @@ class Strength:
 def carrying_force(track: Track, board: Board) -> tuple[float, float]:
     """Return the mean commanded force in N over full periods of carrying, and its half width.
 
-    Friction cancels between up and down, which take equally long. Sticking friction widens the interval.
+    Friction cancels between up and down, which take the same time. Sticking friction widens the interval.
     """
     periods = int((track.time[-1] - SETTLE_SECONDS) / CARRY_PERIOD + 1e-3)
     if periods < 2:
@@ -183,7 +184,7 @@ def carrying_force(track: Track, board: Board) -> tuple[float, float]:
 def strength_from_weights(carried: list[tuple[float, Track]], board: Board) -> Strength:
     """Return the strength from tracks that carry masses in kg; raise ParameterError.
 
-    A single mass assumes no other constant force; two or more eliminate it.
+    With a single mass, other constant forces are assumed to be 0; two or more masses eliminate them.
     """
     masses = np.array([mass for mass, _ in carried])
     found = [carrying_force(track, board) for _, track in carried]
@@ -206,7 +207,7 @@ def _slope(known: np.ndarray, found: np.ndarray, half: np.ndarray) -> tuple[floa
 
 
 HOOKED = "between the handle, in the middle, and a post at its left: never slack, touching nothing"
-"""Where to hook a spring, for instructions."""
+"""Text for instructions: where the spring is hooked."""
 
 
 def check_springs(springs: Iterable[float]) -> None:
@@ -222,9 +223,9 @@ def check_springs(springs: Iterable[float]) -> None:
 
 
 def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
-    """Return a spring's stiffness in N/m by a board's settings, and its half width.
+    """Return a spring's stiffness in N/m according to a board's settings, and its half width.
 
-    Friction cancels between rise and fall; the first pull is excluded. Raise ParameterError.
+    Friction cancels between rise and fall. The first pull is excluded. Raise ParameterError.
     """
     forces = _rise_and_fall(track, motor_force(board, track.pwm))
     places = _rise_and_fall(track, track.count * board.quantum)
@@ -250,7 +251,7 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
 
 
 def _curvature_rms(off: np.ndarray) -> float:
-    """Return the rms curvature common to legs (pulls, 2, n); differences between legs are noise."""
+    """Return the rms of the curvature that all legs (pulls, 2, n) share; their differences are noise."""
     rest = signal.detrend(off)
     noise = rest.var(axis=0, ddof=1).mean() / len(rest)
     return float(np.sqrt(max((rest.mean(axis=0) ** 2).mean(axis=1).max() - noise, 0.0)))
@@ -274,8 +275,9 @@ def strength_from_springs(
 ) -> Strength:
     """Return the strength from tracks that pull springs in N/m; raise ParameterError.
 
-    known, length: relative uncertainties of the springs and of the length scale. felt = (spring + other
-    stiffness) / strength: gravity and cable add a constant, so the slope does not contain them.
+    ``known`` and ``length`` are the relative uncertainties of the springs and of the length scale. The
+    measured stiffness is (spring + other stiffness) / strength. Gravity and cable add a constant, so the
+    slope does not contain them.
     """
     springs = np.array([stiffness for stiffness, _ in pulled])
     check_springs(springs)
@@ -285,7 +287,7 @@ def strength_from_springs(
 
 
 def strength_from_scale(reading: float, track: Track, board: Board) -> Strength:
-    """Return the strength from a kitchen scale's reading in kg during a push; friction widens it."""
+    """Return the strength from a kitchen scale's reading in kg; friction widens its interval."""
     force = motor_force(board, track.pwm)
     steady = abs(float(force[len(force) // 2 :].mean()))
     if not reading > 0.0:
@@ -296,9 +298,9 @@ def strength_from_scale(reading: float, track: Track, board: Board) -> Strength:
 def _strength(
     asked_per_real: float, error: float, board: Board, sure: float = _WEIGHT_UNCERTAINTY
 ) -> Strength:
-    """Return the strength from commanded force per real force; raise ParameterError if impossible.
+    """Return the strength from commanded force per real force; raise ParameterError if it is impossible.
 
-    sure: relative uncertainty of everything else.
+    ``sure`` is the relative uncertainty from all other causes.
     """
     ratio = 1.0 / asked_per_real if asked_per_real > 0.0 else np.inf
     low, high = PLAUSIBLE

@@ -30,17 +30,18 @@ _OFF = BoardFlag.STOPPED | BoardFlag.OVER_SPEED | BoardFlag.REFUSED
 _PIECES = (24, 12, 6)
 _FEWEST = 40
 _MOST_BAND = 200
-# smallest ratio of residuals, and smallest change in duty steps, that make a fitted dead band credible
+# A fitted dead band is credible if the ratio of the residuals and the change in duty steps are at least this
+# large.
 _CREDIBLE_RATIO = 1.25
 _STEPS = 5
 _FINE = 10
-"""Duty steps on either side of the board's dead band in a fine search, which starts close to it."""
+"""Duty steps on either side of the board's dead band that a fine search covers."""
 
 
 def mean_forces(track: Track, board: Board) -> np.ndarray:
     """Return the motor's mean force (n,) in N between consecutive samples.
 
-    The board reports the duty in force at each sample, and the latency in s of its last change.
+    For each sample the board reports the duty in effect, and the time in s since its last change.
     """
     at = motor_force(board, track.pwm)
     after = np.append(at[1:], at[-1])
@@ -53,7 +54,7 @@ def mean_forces(track: Track, board: Board) -> np.ndarray:
 
 
 def recording_of(track: Track, board: Board) -> Recording:
-    """Return a track as a recording for identification without a hand."""
+    """Return a track as a recording, for an identification without a hand."""
     position = track.count * board.quantum
     applied = mean_forces(track, board)
     nothing = np.zeros(len(track))
@@ -66,20 +67,20 @@ def recording_of(track: Track, board: Board) -> Recording:
 
 
 def paddle_of(track: Track, board: Board) -> Part:
-    """Return the paddle's mass, viscous and Coulomb friction with 95 % intervals, by a board's settings."""
+    """Return the paddle's mass, viscous and Coulomb friction, according to a board's settings."""
     recording = recording_of(track, board).check()
     part = handle(lay(recording), recording.setup, released=True)
     return widened(part, FORCE_UNCERTAINTY, 0.0, TIME_UNCERTAINTY) if part.estimates else part
 
 
 def dead_bands_nearby(board: Board) -> list[Board]:
-    """Return a board's settings with the dead band at either end of its uncertainty; none without one."""
+    """Return the settings with the dead band at either end of its uncertainty; empty without a dead band."""
     ends = (board.dead_band - BAND_UNCERTAINTY, board.dead_band + BAND_UNCERTAINTY) if board.dead_band else ()
     return [replace(board, dead_band=max(band, 0)) for band in ends]
 
 
 def widened_by_dead_band(part: Part, track: Track, board: Board) -> Part:
-    """Return a part, its intervals widened by the dead band's uncertainty, which affects friction most."""
+    """Return a part with intervals widened by the dead band's uncertainty, which affects friction most."""
     others = [other for near in dead_bands_nearby(board) if (other := paddle_of(track, near)).estimates]
     made = []
     for e in part.estimates:
@@ -89,11 +90,11 @@ def widened_by_dead_band(part: Part, track: Track, board: Board) -> Part:
 
 
 def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
-    """Return the dead band of 255 that fits a sweep best; the board's own unless another is much better.
+    """Return the dead band of 255 that fits a sweep best; the board's value unless it fits much worse.
 
-    fine: the best one near the board's, however small the improvement.
+    With ``fine``, return the best value near the board's, however small the improvement.
 
-    m a + b v + Fc sgn v + c must equal the force: only the right dead band gives the force this shape, for
+    m a + b v + Fc sgn v + c must equal the force. Only the right dead band gives the force this shape, for
     any motor constant. Residuals are relative to the inertial force, not to friction: a dead band that is too
     small looks like friction, which would make the relative residual small.
     """
@@ -123,7 +124,7 @@ def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
 
 
 def _longest_windows(grid: Grid) -> tuple[Windows, np.ndarray]:
-    """Return the longest windows with enough motion in one direction, and their mask."""
+    """Return the longest windows that contain enough motion in one direction, and their mask."""
     for piece in _PIECES:
         windows = Windows(len(grid), piece, grid.period, 0.0)
         one_way = windows.every(grid.sign > 0.0) | windows.every(grid.sign < 0.0)
@@ -134,7 +135,7 @@ def _longest_windows(grid: Grid) -> tuple[Windows, np.ndarray]:
 
 
 def _window_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> np.ndarray:
-    """Return each window's mean force in N by a board's settings, (windows,)."""
+    """Return each window's mean force (windows,) in N, according to a board's settings."""
     values = mean_forces(track, board)
     if len(values) != len(grid):
         times = (track.time - track.time[0]) / grid.period
@@ -143,10 +144,10 @@ def _window_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> 
 
 
 def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
-    """Return a part, its intervals widened by relative errors of force and length scales, and ``late`` s.
+    """Return a part with intervals widened by relative errors of force and length, and by ``late`` s.
 
-    A timing error mixes damping with mass, and at the motion's frequency mass with damping. An estimate whose
-    interval then exceeds its value and its just-noticeable difference is undetermined.
+    A timing error mixes damping with mass, and at the motion's frequency it mixes mass with damping. An
+    estimate is undetermined if its widened interval exceeds its value and its just-noticeable difference.
     """
     viscous = late * part.turning**2 * part["mass"].value
     moved = {"mass": late * part["viscous"].value, "viscous": viscous}
@@ -168,7 +169,7 @@ def changes(part: Part) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class SweepResult:
-    """A sweep and its results: settings with the fitted dead band, and the paddle."""
+    """A sweep and its results: the settings with the fitted dead band, and the paddle."""
 
     board: Board
     part: Part
@@ -176,9 +177,9 @@ class SweepResult:
 
 
 def sweep(runner: BoardRunner, seconds: float = motions.SWEEP_SECONDS, fine: bool = False) -> SweepResult:
-    """Find the break-away force, sweep and evaluate; raise DeviceError. Changes nothing on the board.
+    """Find the break-away force, sweep and evaluate; raise DeviceError. The board's settings do not change.
 
-    fine: accept small changes of the dead band, as the board's is already near.
+    ``fine`` accepts small changes of the dead band, because the board's value is already near.
     """
     friction = min(_COMPENSATED * breakaway(runner).force, MOST_COMPENSATED)
     track = motions.sweep(runner, seconds, friction)

@@ -1,4 +1,4 @@
-"""The result of a check: passed, or a fault with its remedy."""
+"""The result of a check: the check passed, or it found a fault that has a remedy."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,10 @@ PASS, WARN, FAIL, SKIP = "pass", "look", "fail", "skip"
 
 @dataclass(frozen=True)
 class CheckResult:
-    """Result of a check as text; remedy: what to do; key: identifies the fault.
+    """The result of a check as text. ``remedy`` says what to do, and ``key`` identifies the fault.
 
-    WARN: not dangerous. FAIL: dangerous, so rendering is blocked until it is repaired. SKIP: left out, the
-    text states the assumption.
+    WARN is not dangerous. FAIL is dangerous: rendering is blocked until the fault is repaired. SKIP means
+    that the check was left out; the text states what is assumed instead.
     """
 
     level: str
@@ -20,7 +20,7 @@ class CheckResult:
 
     @property
     def good(self) -> bool:
-        """Return True if there is nothing to do."""
+        """Return True if the check passed."""
         return self.level == PASS
 
 

@@ -1,4 +1,4 @@
-"""Zero and scale from marks at known positions, by least squares, checked against the radii."""
+"""Find zero and scale from marks at known positions by least squares, and check them against the radii."""
 
 from dataclasses import dataclass, replace
 
@@ -18,10 +18,10 @@ APART = 0.020
 SLIPPED = 1.5e-3
 """m; largest difference when a mark is repeated."""
 READING = 0.3e-3
-"""m, standard deviation of a hand-held mark, used until marks give their own."""
+"""m: standard deviation of a mark held by hand, combined with the residuals of the marks."""
 _KNOWN = 4
-# largest relative deviation from the radii; near a factor of 2, or if the handle length is implausible (kits
-# have 66 to 90 mm), a diameter was entered as a radius
+# Largest relative deviation from the radii. If the deviation is near a factor of 2, or the handle length is
+# implausible (kits have 66 to 90 mm), a diameter was entered as a radius.
 NEAR = 0.06
 _FACTOR = 0.12
 _HANDLES = (0.055, 0.120)
@@ -30,14 +30,14 @@ _NAMES = {"handle_radius": "The handle's radius rh", "pulley_radius": "The pulle
 
 @dataclass(frozen=True)
 class Mark:
-    """A handle held at a known position: m from the centre, positive to the right; raw count."""
+    """A handle held at a known position: place in m from the centre, positive to the right, and raw count."""
 
     place: float
     count: float
 
 
 def mark_from(track: Track, place: float) -> Mark:
-    """Return the mark of a track of a held handle; raise ParameterError if it moves."""
+    """Return the mark from a track of a held handle; raise ParameterError if the handle moves."""
     count = track.settings.sense * track.count + track.settings.zero
     spread = float(np.ptp(track.position))
     if spread > STILL:
@@ -48,10 +48,10 @@ def mark_from(track: Track, place: float) -> Mark:
 
 @dataclass(frozen=True)
 class Scale:
-    """Fitted scale: quantum in m per count with its 95 % half width; zero as a raw count; sense.
+    """A fitted scale: quantum in m per count with its 95 % half width, zero as a raw count, and sense.
 
-    Also the residual of each mark (n,) in m; the ratio to the quantum computed from the radii; the largest
-    difference between repeated marks in m.
+    ``residuals`` (n,) in m are those of the marks. ``ratio`` is the quantum over the one computed from the
+    radii. ``twice`` is the largest difference between repeated marks in m.
     """
 
     quantum: float
@@ -65,10 +65,7 @@ class Scale:
 
 
 def fit(marks: list[Mark], board: Board, inverted: bool | None = None) -> Scale:
-    """Fit count = zero + place / quantum; raise ParameterError with too few marks or too small a range.
-
-    inverted: whether the sensor check found that counts grow to the left; None: that is not known.
-    """
+    """Fit count = zero + place / quantum; raise ParameterError for few marks or a small range."""
     places, counts = np.array([m.place for m in marks]), np.array([m.count for m in marks])
     if len(marks) < 2 or np.ptp(places) < APART:
         raise ParameterError(
@@ -94,7 +91,7 @@ def fit(marks: list[Mark], board: Board, inverted: bool | None = None) -> Scale:
     twice = quantum * max(abs(a.count - b.count) for a in marks for b in marks if a.place == b.place)
     ratio = quantum / quantum_of(board)
     found = Scale(quantum, quantum * spread, zero, sense, residuals, ratio, twice, passed(""))
-    # distance of each mark from the line through the others; marks that alone fix the line have none
+    # the distance of each mark from the line through the other marks; 0 if the line needs this mark
     free = 1.0 - 1.0 / len(marks) - around**2 / float(around @ around)
     apart = float(np.abs(residuals / np.where(free > 1e-6, free, np.inf)).max())
     return replace(found, result=_judge(found, board, apart, inverted))
@@ -151,8 +148,8 @@ def _judge_ratio(found: Scale, board: Board) -> CheckResult:
 def changes(found: Scale, board: Board) -> dict[str, float | int]:
     """Return the settings that the marks correct.
 
-    Positions and forces share one ratio, rh rp / rs = quantum * counts / turn, so the radius is corrected
-    with the quantum, and the force with it.
+    Positions and forces share one ratio, rh rp / rs = quantum * counts / turn. The radius is therefore
+    corrected together with the quantum, and the force changes with the radius.
     """
     made = {"quantum": found.quantum, "zero": round(found.zero), "sense": found.sense}
     radius = _wrong_radius(found)
@@ -160,7 +157,7 @@ def changes(found: Scale, board: Board) -> dict[str, float | int]:
 
 
 def in_force(found: Scale, before: Board) -> CheckResult:
-    """Return the result after the marks and the corrected radius are applied."""
+    """Return the result that is true after the marks and the corrected radius are applied."""
     if found.result.key not in ("diameter", "radius"):
         return found.result
     radius = _wrong_radius(found)
@@ -172,5 +169,5 @@ def in_force(found: Scale, before: Board) -> CheckResult:
 
 
 def _wrong_radius(found: Scale) -> str:
-    """Return the radius that explains a deviation."""
+    """Return the key of the radius that explains the deviation."""
     return "handle_radius" if found.result.key == "radius" else "pulley_radius"

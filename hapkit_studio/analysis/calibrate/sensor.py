@@ -13,7 +13,7 @@ from hapkit_studio.protocol.messages import Board, Sensor
 ENOUGH_TRAVEL = 0.060
 """m; smallest range for a check of the sensor; a kit has about 100 mm."""
 NOISY = 4.0
-"""Counts, standard deviation above which a reading is noisy."""
+"""Counts: a reading with a larger standard deviation is noisy."""
 _STUCK = 3
 _FEW_REPEATS = 4
 _PLAUSIBLE = 0.15
@@ -22,10 +22,10 @@ _NEIGHBOURS = 3
 
 @dataclass(frozen=True)
 class SensorResult:
-    """Result of the sensor check, in counts: lowest and highest reading, jumps, noise.
+    """The result of the sensor check, in counts: lowest and highest reading, jumps, noise.
 
-    Also the period in counts with its 95 % half width, NaN with too few jumps, and the travel in m by the
-    radii.
+    The period in counts has a 95 % half width; it is NaN if there are too few jumps. The travel in m is
+    computed from the radii.
     """
 
     low: int
@@ -39,10 +39,10 @@ class SensorResult:
 
 
 def noise_of(raw: np.ndarray) -> float:
-    """Return the standard deviation in counts of white noise in readings (n,); repetitions are ignored.
+    """Return the standard deviation in counts of white noise in readings (n,); repeated readings are ignored.
 
-    Second differences of independent errors have six times their variance; the median of a normal
-    distribution's absolute value is 0.6745 standard deviations.
+    Second differences of independent errors have six times their variance. The median absolute value of a
+    normal distribution is 0.6745 standard deviations.
     """
     second = np.abs(np.diff(raw.astype(float), 2))
     if not len(second):
@@ -60,9 +60,10 @@ def too_noisy(noise: float) -> CheckResult:
 
 
 def periods(raw: np.ndarray) -> np.ndarray:
-    """Return the period (k,) in counts that each jump implies, corrected for the motion during it.
+    """Return the period (k,) in counts that each jump implies, corrected for the motion during the jump.
 
-    A jump may take several readings; the motion during it is interpolated from the speeds before and after.
+    A jump may take several readings. The motion during this time is interpolated from the speeds before and
+    after.
     """
     reach = float(np.ptp(raw)) + 1.0
     jumps = np.flatnonzero(np.abs(np.diff(raw.astype(float))) > 0.5 * reach) + 1
@@ -73,7 +74,7 @@ def periods(raw: np.ndarray) -> np.ndarray:
             continue
         before, after = raw[at - 2 * n : at].astype(float), raw[at : at + 2 * n].astype(float)
         if max(np.ptp(before), np.ptp(after)) > 0.4 * reach:
-            continue  # reversal during the jump
+            continue  # the handle reversed during the jump
         index = np.arange(2 * n)
         last = np.polyval(np.polyfit(index, before, 1), 2 * n - 0.5)
         first = np.polyval(np.polyfit(index, after, 1), -0.5)
@@ -89,7 +90,7 @@ def analyse(track: Track) -> SensorResult:
     period = half = float("nan")
     if board.sensor == Sensor.QUADRATURE:
         sizes, turns = np.empty(0), track.count
-    else:  # jumps exceed half the observed range
+    else:  # there are jumps larger than half the observed range
         sizes, turns = periods(raw), np.unwrap(raw.astype(float), period=float(np.ptp(raw)) + 1.0)
     if len(sizes) >= _FEW_REPEATS:
         middle = np.median(sizes)
@@ -137,7 +138,7 @@ def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult
 
 
 def changes(found: SensorResult, board: Board) -> dict[str, int]:
-    """Return the settings that the sensor check corrects; empty if it failed."""
+    """Return the settings that the sensor check corrects; empty if the check failed."""
     if not np.isfinite(found.period) or not found.result.good:
         return {}
     counts = round(found.period)

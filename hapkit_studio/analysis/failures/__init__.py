@@ -1,4 +1,4 @@
-"""Limits of methods; each module with a ``FAILURE`` defines one."""
+"""Limits of methods; each module that has a ``FAILURE`` defines one."""
 
 from collections.abc import Mapping
 from functools import cache

@@ -1,4 +1,4 @@
-"""The type of a failure: a method's limit and its cause, a trial, a chart, and how to feel it live."""
+"""The type of a failure: the limit of a method and its cause, a trial, a chart, and a way to feel it live."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -21,21 +21,21 @@ from hapkit_studio.parameters import AnyParameter, Choice, Parameter, resolve
 
 __all__ = ["Choice", "Parameter", "Progress"]
 
-# one number per option of a failure, the index for a choice: result of Failure.case
+# one number per option of a failure, or an index for a choice; Failure.case returns it
 Case = Mapping[str, float]
 THEORY, MEASURED, OTHER = "theory", "measured", "other"
 
 
-# points of a trace: two per pixel, minimum and maximum
+# number of points of a trace: the minimum and the maximum of each pixel
 POINTS = 2400
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Result of one trial: samples (n,), period step in s, the number it was judged by, the verdict.
+    """The result of one trial: samples (n,), period ``step`` in s, the measured number, and the verdict.
 
-    Samples end when the motion diverges. measure is in unit measure_unit; words: both as one line of text.
-    held: draw as steps.
+    The samples end when the motion diverges. ``measure`` has the unit measure_unit. ``words`` describes
+    measure and verdict in one line. If ``held`` is true, the samples are drawn as steps.
     """
 
     samples: np.ndarray
@@ -71,10 +71,10 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Curve:
-    """One curve of a chart: of(x, case) is y, NaN for a gap; at(case): its own x values.
+    """One curve of a chart: of(x, case) returns y, NaN for a gap; at(case) returns the curve's x values.
 
-    Without ``of`` y is the failure's measured value, without ``at`` the plot's x values are used. role:
-    "theory", "measured" (points) or "other" (for comparison).
+    If ``of`` is None, y is the failure's measured value. If ``at`` is None, the plot's x values are used.
+    ``role`` is "theory", "measured" (points) or "other" (for comparison).
     """
 
     label: str
@@ -85,10 +85,11 @@ class Curve:
 
 @dataclass(frozen=True)
 class Plot:
-    """Chart of a failure: curves over multiples (n,) of its limit, or over x values (n,) of a case.
+    """The chart of a failure: curves over multiples (n,) of its limit, or over x values (n,) of a case.
 
-    boundary: label of the limit; "" if x_label is not the knob (times ``factor``). marks: further x values
-    with labels. level: the y at which the method fails; by default y is a growth rate, stable below 0.
+    ``boundary`` is the label of the limit; it is "" if the x axis is not the knob (times ``factor``).
+    ``marks`` are further x values with labels. ``level`` is the y value at which the method fails; by default
+    y is a growth rate, which is stable below 0.
     """
 
     x_label: str
@@ -116,7 +117,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Chart:
-    """A computed plot of one case, x in the chart's unit; the first mark is the boundary, if any."""
+    """A computed plot of one case, with x in the chart's unit; the first mark may be the boundary."""
 
     plot: Plot
     lines: tuple[Line, ...]
@@ -126,10 +127,10 @@ class Chart:
 
 @dataclass(frozen=True)
 class Live:
-    """The failure in the window: environment, values within the window's limits, loop, instruction.
+    """A failure as the window shows it: environment, values within the window's limits, loop, instruction.
 
-    loop: some of rate in Hz, delay in s, estimator, options (pairs), model. grip: name of the grip with which
-    a pressed mouse button holds the handle; releasing the button releases the handle.
+    ``loop`` contains any of: rate in Hz, delay in s, estimator, options (pairs), model. ``grip`` is the name
+    of the grip with which a pressed mouse button holds the handle. Releasing the button releases the handle.
     """
 
     environment: str
@@ -141,7 +142,7 @@ class Live:
 
 @dataclass(frozen=True)
 class Try:
-    """A value of the knob, its result, and its live settings."""
+    """A value of the knob with its result and its live settings."""
 
     value: float
     evidence: Evidence
@@ -150,13 +151,14 @@ class Try:
 
 @dataclass(frozen=True)
 class Failure:
-    """The limit of a method; each module in this folder with a ``FAILURE`` is discovered.
+    """The limit of a method; every ``FAILURE`` of a module in this folder is discovered.
 
-    knob: the parameter varied, within low and high. The method works below limit(case) and fails above it,
-    with certainty beyond ``margin``, a fraction of the limit: 0.01 for a sharp boundary. limit is inf if it
-    never fails, 0 if it never works. A case has one number per option. probe: tries one value with the
-    rendering code. plot: many values and the formula. plane: the same limit in dimensionless numbers. span:
-    multiples of the limit worth trying.
+    ``knob`` is the varied parameter, between low and high. The method works below limit(case) and fails above
+    it, with certainty if the distance exceeds ``margin``, a fraction of the limit: 0.01 for a sharp boundary.
+    The limit is inf if the method never fails, and 0 if it never works. A case has one number per option.
+    ``probe`` tries one value with the rendering code. ``plot`` shows many values and the formula. ``plane``
+    shows the same limit in dimensionless numbers. ``span`` contains the multiples of the limit that are worth
+    trying.
     """
 
     key: str
@@ -176,7 +178,7 @@ class Failure:
     order: int = 100
 
     def case(self, options: Mapping[str, object] | None = None) -> dict[str, float]:
-        """Return every option's number, with defaults; raise ParameterError."""
+        """Return the number of every option, with defaults; raise ParameterError."""
         numbers = resolve(self.options, options or {}, self.title)
         return {p.key: n for p, n in zip(self.options, numbers, strict=True)}
 
@@ -189,7 +191,7 @@ class Failure:
         return self.limit(case) * (1.0 + self.margin)
 
     def bound(self, case: Case) -> float:
-        """Return the limit; raise ParameterError if a case has none."""
+        """Return the limit; raise ParameterError if the case has no limit."""
         limit = self.limit(case)
         if not 0.0 < limit < math.inf:
             what = "holds" if limit else "fails"
@@ -224,19 +226,19 @@ class Failure:
 
 
 def remembered(limit: Callable[[Case], float]) -> Callable[[Case], float]:
-    """Cache the limits of recent cases, which are slow to compute."""
+    """Cache the limits of recent cases, because they are slow to compute."""
     found = lru_cache(maxsize=64)(lambda numbers: limit(dict(numbers)))
     return wraps(limit)(lambda case: found(tuple(case.items())))
 
 
 def within(key: str, values: Mapping[str, float]) -> dict[str, float]:
-    """Return values of an environment, clipped to the window's limits."""
+    """Return an environment's values, clipped to the window's limits."""
     declared = {p.key: p for p in environments.named(key).parameters}
     return {k: min(max(float(v), declared[k].low), declared[k].high) for k, v in values.items()}
 
 
 def short(value: float, bound: float = math.inf) -> float:
-    """Return a value with four digits, or as many as keep it on its side of the bound."""
+    """Return a value rounded to four digits, or to as many as keep it on the same side of the bound."""
     for digits in range(4, 17):
         rounded = float(f"{value:.{digits}g}")
         if (rounded < bound) == (value < bound) and (rounded > bound) == (value > bound):
@@ -251,9 +253,9 @@ def live_rate(rate: float) -> float:
 
 @dataclass
 class Shown:
-    """A failure in one case: its limit, a trial on each side of it, the chart.
+    """A failure in one case: its limit, a trial on each side of the limit, and the chart.
 
-    old: names of the fields that were computed for other conditions.
+    ``old`` contains the names of the fields that were computed for different conditions.
     """
 
     failure: Failure
@@ -267,12 +269,12 @@ class Shown:
 
     @property
     def scale(self) -> float | None:
-        """Return the factor from the knob's unit to the chart's x axis; None if x is another quantity."""
+        """Return the factor from the knob's unit to the chart's x axis; None if x is different."""
         return self.chart.plot.factor if self.chart and self.chart.plot.boundary and self.limit else None
 
     @property
     def as_theory_says(self) -> bool:
-        """Return True if the inner trial works and the outer one fails."""
+        """Return True if the inner trial works and the outer one fails, as the theory predicts."""
         return [one and one.evidence.holds for one in (self.inside, self.outside)] == [True, False]
 
 
@@ -284,7 +286,7 @@ def show(
     plane: bool = False,
     progress: Progress = no_progress,
 ) -> Shown:
-    """Try a failure on both sides of its limit; raise ParameterError for options without a limit."""
+    """Try a failure on both sides of its limit; raise ParameterError if the options have no limit."""
     case = failure.case(options)
     limit, values = failure.bound(case), (failure.inside(case), failure.outside(case))
     inside, outside = (Try(value, failure.probe(value, case)) for value in values)
@@ -295,7 +297,7 @@ def show(
 
 
 def as_json(shown: Shown, traces: bool = False) -> dict[str, Any]:
-    """Return the result as one object in SI units; traces: include samples and chart lines."""
+    """Return the result as one object in SI units; ``traces`` includes the samples and the chart's lines."""
     failure, chart = shown.failure, shown.chart
     found = {
         **{key: getattr(failure, key) for key in ("key", "title", "formula", "margin")},
@@ -340,7 +342,7 @@ def render(
     count: int,
     hand: Hand | Prescribed | None = None,
 ) -> np.ndarray:
-    """Return ``count`` telemetry rows of an environment, other values at their defaults."""
+    """Return ``count`` telemetry rows of an environment; parameters not given have their defaults."""
     environment = environments.named(key)
     scene = headless.Scene(environment, {**environment.values(), **given}, device, loop)
     return headless.render(scene, hand, count)[0]
@@ -362,7 +364,7 @@ def before_lost(x: np.ndarray, most: float) -> int:
 
 
 def alive(size: np.ndarray, least: float) -> int:
-    """Return the number of samples of size (n,) up to the last of at least ``least``."""
+    """Return how many samples of size (n,) there are up to the last one that is at least ``least``."""
     big = np.flatnonzero(size >= least)
     return int(big[-1]) + 1 if len(big) else 0
 
@@ -370,7 +372,7 @@ def alive(size: np.ndarray, least: float) -> int:
 def growth(size: np.ndarray, seconds: float) -> float:
     """Return the growth in 1/s of an oscillation's amplitude (n,) with period ``seconds``.
 
-    Fitted to the last two thirds, to exclude transients; 0 without motion.
+    The growth is fitted to the last two thirds, to exclude transients; it is 0 without motion.
     """
     third = len(size) // 3
     if third == 0:

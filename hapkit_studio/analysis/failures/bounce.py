@@ -14,7 +14,7 @@ from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import rows
 
 SPEED = 0.1
-WALL = 0.005  # m, in the trial and in the window
+WALL = 0.005  # m: position of the wall, in the trial and in the window
 WITHIN = 0.01
 PHASES = (np.arange(32) + 0.5) / 32
 # lateness ω T (1 + 2 td/T) up to which the formula is within 1 %
@@ -33,9 +33,9 @@ def balance_of(lateness: float, case: base.Case) -> float:
 
 
 def bounce_rows(lateness: float, case: base.Case, phase: float, damping: float = 0.0) -> np.ndarray:
-    """Return the rows of a bounce; phase: fraction of a period between a sample and the contact.
+    """Return the rows of a bounce; ``phase`` is the fraction of a period between a sample and the contact.
 
-    damping: the handle's own, which also acts outside the wall.
+    ``damping`` is the handle's damping, which also acts outside the wall.
     """
     mass, stiffness, rate = case["mass"], stiffness_of(lateness, case), case["rate"]
     device = SimulatedHapkit(mass, damping, 0.0, 0.0, math.inf, WALL - phase * SPEED / rate, SPEED)
@@ -47,8 +47,8 @@ def bounce_rows(lateness: float, case: base.Case, phase: float, damping: float =
 def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
     """Return the simulated ratio of energy out to energy in, averaged over the sampling phases.
 
-    The handle's damping is ``balance`` times k (T/2 + td). Energy out is taken at the last sample outside
-    after the last force has ended.
+    The handle's damping is ``balance`` times k (T/2 + td). The energy out is that of the last sample outside
+    the wall after the last force has ended.
     """
     damping, gains = balance * balance_of(lateness, case), []
     for phase in PHASES:
@@ -77,7 +77,7 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
 
 
 def error(balance: float, label: str) -> base.Curve:
-    """Define the formula's error in % for b₀ as a fraction of the balance k (T/2 + td)."""
+    """Return the curve of the formula's error in %, for b₀ as a fraction ``balance`` of k (T/2 + td)."""
 
     def of(lateness: float, case: base.Case) -> float:
         return 100.0 * off(lateness, case, rendered(lateness, case, balance), balance)
@@ -86,7 +86,7 @@ def error(balance: float, label: str) -> base.Curve:
 
 
 def live(lateness: float, case: base.Case) -> base.Live:
-    """Return the wall for the window."""
+    """Return the live settings of the wall for the window."""
     stiffness = stiffness_of(lateness, case)
     given = {"stiffness": base.short(stiffness, stiffness_of(LATENESS, case)), "damping": 0.0}
     values = {**base.within("wall", given), "position": WALL}

@@ -1,4 +1,4 @@
-"""Friction by the sign of a quantised velocity: above a force it chatters over several counts."""
+"""Friction computed from the sign of a quantised velocity: above a force it chatters over several counts."""
 
 import math
 from dataclasses import replace
@@ -13,14 +13,14 @@ from hapkit_studio.environments.friction import COULOMB, PROJECTION
 from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import rows
 
-# ratio F_c T²/(m Δ) up to which chatter stays within one count, by the delay in periods
+# ratio F_c T²/(m Δ) up to which the chatter stays within one count, for a delay of 0 and of 1 period
 RATIOS = (1.5, 0.7)
-# counts; more is felt as chatter
+# counts; a larger oscillation is felt as chatter
 FLICKER = 1.5
-# initial positions in counts and speeds in m/s; the worst one decides
+# initial positions in counts and speeds in m/s; the start with the largest chatter decides
 STARTS = ((0.0, 0.1234), (0.15, 0.05), (0.35, 0.2), (0.65, -0.08))
 SECONDS, LAST = 3.0, 0.5
-_PLACES = (0.01, 0.02, 0.03, 0.04)  # m: where the mouse releases the handle
+_PLACES = (0.01, 0.02, 0.03, 0.04)  # m: positions at which the mouse releases the handle
 _SHARES = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.75, 0.9, 1.0, 1.15, 1.33, 1.5, 1.75, 2.0])
 
 
@@ -30,14 +30,18 @@ def count_force(case: base.Case) -> float:
 
 
 def limit(case: base.Case) -> float:
-    """Return the friction in N above which it chatters over several counts; found by simulation."""
+    """Return the friction force in N above which it chatters over several counts, found by simulation."""
     return RATIOS[int(case["late"])] * count_force(case)
 
 
 def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tuple[float, np.ndarray]:
-    """Slide to rest from each of STARTS; return the largest p-p of the last 0.5 s and its tail, in counts."""
+    """Slide to rest from each of STARTS; return the largest p-p of the last 0.5 s and its samples.
+
+    Both are in counts.
+    """
     given = {"model": float(model), "kinetic_force": friction, "static_force": friction, "viscous": 0.0}
-    # for models with a tether: half the stiffest spring that a handle of this damping holds stably
+    # Models with a tether use half the stiffness of the stiffest spring that a handle with this damping holds
+    # stably.
     given["tether_stiffness"] = case["viscous"] * case["rate"] / (1.0 + 2.0 * case["late"])
     loop, tails = LoopSettings(case["rate"], case["late"] / case["rate"]), []
     for place, speed in STARTS:
@@ -50,7 +54,7 @@ def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tupl
 
 
 def probe(friction: float, case: base.Case) -> base.Evidence:
-    """Let the handle slide to rest against friction by the sign of its velocity."""
+    """Let the handle slide to rest against friction computed from the sign of its velocity."""
     size, tail = peak_to_peak(friction, case)
     holds, counts = size <= FLICKER, f"{size:.2g} count{'' if f'{size:.2g}' == '1' else 's'} p-p"
     words = f"{'flickers' if holds else 'chatters'} by {counts}"
@@ -59,9 +63,9 @@ def probe(friction: float, case: base.Case) -> base.Evidence:
 
 
 def live(friction: float, case: base.Case) -> base.Live:
-    """Return the friction scene for the window, by the sign of the velocity.
+    """Return the friction scene for the window, with friction computed from the sign of the velocity.
 
-    The force after release depends on the position within a count.
+    The force after the release depends on the position within a count.
     """
     force = base.short(friction, limit(case))
     values = base.within("friction", {"kinetic_force": force, "static_force": force, "viscous": 0.0})

@@ -1,4 +1,4 @@
-"""The course's mass on a spring: in contact at 1 ms, as the lecture suggests, its oscillation grows."""
+"""The course's mass on a spring: in contact at a step of 1 ms, its oscillation grows, as in the lecture."""
 
 import math
 from dataclasses import replace
@@ -25,12 +25,12 @@ SECONDS = 8.0
 
 
 def limit(case: base.Case) -> float:
-    """Return the longest step in s at which the mass in contact does not grow."""
+    """Return the longest step in s at which the oscillation of the mass in contact does not grow."""
     return longest_step(method_of(case), MASS, DAMPING, BOTH)
 
 
 def values(method: str) -> dict[str, float]:
-    """Return the course's numbers as values of the environment."""
+    """Return the course's numbers as the environment's values."""
     arguments = {"mass": MASS, "damping": DAMPING, "stiffness": SPRING, "contact_stiffness": CONTACT}
     arguments |= {"contact_damping": 0.0, "rest_position": REST}
     return {**arguments, "integrator": float(INTEGRATORS.index(method))}

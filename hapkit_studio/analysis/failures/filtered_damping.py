@@ -1,4 +1,4 @@
-"""Damping that reduces stability: a slow second-order velocity filter lowers the stable stiffness."""
+"""Damping that reduces stability: a slow second-order velocity filter lowers the largest stable stiffness."""
 
 import math
 
@@ -9,7 +9,7 @@ from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.filters import bound, over_damping
 from hapkit_studio.dynamics.estimators import Spec
 
-# N·s/m, largest damping considered
+# N·s/m: largest damping that is tried
 MOST = 20.0
 _SCAN = np.linspace(0.0, MOST, 41)
 _HALVINGS = 25
@@ -22,7 +22,7 @@ def spec(case: base.Case) -> Spec:
 
 @base.remembered
 def limit(case: base.Case) -> float:
-    """Return the damping in N·s/m up to which the spring is stable; 0 for never, inf for always."""
+    """Return the damping in N·s/m up to which the spring is stable; 0 if it never is, inf if it always is."""
 
     def stable(damping: float) -> bool:
         return bound(case, damping, spec(case)) >= case["stiffness"]

@@ -1,4 +1,4 @@
-"""A spring and damper with a velocity filter: stable stiffness with each linear estimator."""
+"""A spring and damper with a velocity filter: the largest stable stiffness with each linear estimator."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -30,7 +30,7 @@ def chosen(case: base.Case) -> Spec:
 def bound(
     case: base.Case, damping: float, estimator: Spec, find: Callable[..., float] = stiffness_limit
 ) -> float:
-    """Return the limit in N/m of a case with another virtual damping and estimator."""
+    """Return the limit in N/m of a case whose virtual damping and estimator are replaced."""
     arguments = {"rate": case["rate"], "delay": case["delay"], "estimator": estimator}
     return find(case["mass"], case["viscous"], damping=damping, **arguments)
 

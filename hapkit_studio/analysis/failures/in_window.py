@@ -1,4 +1,4 @@
-"""A failure as felt in the window, on the device with friction, quantisation and force limit."""
+"""A failure as felt in the window, on the device with friction, quantisation and a force limit."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,15 +14,16 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import headless, rows
 
-# s: the mouse holds, then lets go; observation time, and the part at its end that is judged
+# s: the time for which the mouse holds the handle, the time observed after the release, and its judged last
+# part
 HELD, WATCHED, END = 0.6, 4.0, 0.5
-# m p-p, smallest visible oscillation
+# m p-p: smallest visible oscillation
 SEEN = 0.5e-3
-# m, where the mouse lets go; at the motor's limit of 3 N, a medium grip of 200 N/m leaves the handle 15 mm
-# behind
+# m: position at which the mouse lets go. At the motor's limit of 3 N, a medium grip of 200 N/m leaves the
+# handle 15 mm behind.
 POINTER = 0.035
-FROM, THROW = -0.03, 0.25  # m, m/s: start and pointer speed of a throw
-FARTHEST = 0.06  # m: reach of the pointer
+FROM, THROW = -0.03, 0.25  # m, m/s: start position and pointer speed of a throw
+FARTHEST = 0.06  # m: largest position that the pointer reaches
 _WHY = "Dry friction and the motor's limit of 3 N hold it; the limit here leaves them out."
 
 
@@ -33,7 +34,7 @@ def let_go(live: Live, pointer: float = POINTER, column: int = rows.TRUE_POSITIO
 
 
 def thrown(live: Live, wall: float) -> float:
-    """Return the ratio of the speeds after and before a bounce off a wall at ``wall`` m."""
+    """Return the ratio of the speeds after and before a bounce off a wall at the position ``wall`` in m."""
     out, _ = _released(live, lambda t: FROM + THROW * np.maximum(t - HELD, 0.0), HELD + (wall - FROM) / THROW)
     x, speed = out[:, rows.TRUE_POSITION], out[:, rows.TRUE_VELOCITY]
     there = int(np.argmax(x > wall))
@@ -50,7 +51,7 @@ def _scene(live: Live) -> headless.Scene:
 
 
 def _released(live: Live, target: Callable, release: float) -> tuple[np.ndarray, float]:
-    """Return the rows (n, …) of a medium grip that follows target(t) and lets go, and their rate in Hz."""
+    """Return the rows (n, …) and their rate in Hz while a medium grip follows target(t) and then lets go."""
     scene, hand = _scene(live), gripping(target, grip=live.grip, release=release)
     rate = scene.loop.rate
     return headless.render(scene, hand, round((HELD + WATCHED) * rate))[0], rate
@@ -67,7 +68,8 @@ def pulled(
 ) -> Live:
     """Return ``make(value)`` with an instruction that states what the released handle does.
 
-    make returns the live scene of a value of the knob with limit ``bound``; key: the parameter it sets.
+    make returns the live scene for a value of the knob, whose limit is ``bound``. ``key`` is the parameter
+    that the knob sets.
     """
     live = make(value)
     cut = value > 1.001 * live.values[key]

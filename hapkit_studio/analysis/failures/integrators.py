@@ -1,4 +1,4 @@
-"""A step too long for its integrator: each method's limit of ω dt at six damping ratios."""
+"""A step that is too long for its integrator: each method's limit of ω dt at six damping ratios."""
 
 from functools import partial
 
@@ -14,7 +14,7 @@ from hapkit_studio.formatting import with_unit
 
 
 def growth_per_radian(method: str, ratio: float, step: float) -> float:
-    """Return the growth of the largest root over ω t; ratio is the damping ratio, step ω dt."""
+    """Return the growth of the largest root per radian ω t, for a damping ratio and a step ω dt."""
     return float(np.log(spectral_radius(method, step, ratio)) / step)
 
 
@@ -27,10 +27,10 @@ METHOD = base.Choice(
     labels=tuple(LABELS[INTEGRATORS.index(m)] for m in METHODS),
 )
 RATIOS = (0.01, 0.05, 0.2, 0.5, 1.0, 2.0)
-# 1 kg at 10 rad/s, released at 10 mm
+# a mass of 1 kg at 10 rad/s, released at 10 mm
 OMEGA, START = 10.0, 0.01
 STEPS = 200_000
-# amplitude relative to the start: died out below, diverged above
+# amplitude relative to the start; a motion below DEAD has died out, one above LOST has diverged
 DEAD, LOST = 1e-9, 1e9
 _SHARES = np.r_[0.5:0.95:10j, 0.98, 0.99, 1.0, 1.01, 1.02, 1.05:1.5:10j]
 
@@ -49,12 +49,12 @@ def _growth(method: str, step: float, case: base.Case) -> float:
 
 
 def limit(case: base.Case) -> float:
-    """Return the largest ω dt without growth."""
+    """Return the largest ω dt at which the oscillation does not grow."""
     return longest_step(method_of(case), 1.0, 2.0 * _ratio(case), 1.0)
 
 
 def probe(step: float, case: base.Case) -> base.Evidence:
-    """Release the mass and simulate it until it has diverged or died out."""
+    """Release the mass, and simulate it until the motion has diverged or died out."""
     damping, dt = 2.0 * _ratio(case) * OMEGA, step / OMEGA
     with np.errstate(over="ignore", invalid="ignore"):
         _, x, v = integrate(
@@ -69,8 +69,9 @@ def probe(step: float, case: base.Case) -> base.Evidence:
 
 
 def live(step: float, case: base.Case) -> base.Live:
-    """Return the mass for the window with this integrator, with ω dt and damping ratio of the case."""
-    omega = 200.0 / max(_ratio(case), 1.0)  # largest frequency of the window's mass for this damping ratio
+    """Return the mass for the window with this integrator, at the case's damping ratio and ω dt."""
+    # largest frequency of the mass in the window for this damping ratio
+    omega = 200.0 / max(_ratio(case), 1.0)
     values = {"mass": 0.05, "stiffness": 0.05 * omega**2, "damping": 0.1 * _ratio(case) * omega}
     values = base.within("mass_spring_damper", values)
     values |= {"integrator": float(INTEGRATORS.index(method_of(case))), "contact_stiffness": 100.0}
@@ -82,25 +83,25 @@ def live(step: float, case: base.Case) -> base.Live:
     return base.Live("mass_spring_damper", values, {"rate": rate}, advice=advice)
 
 
-# plane: axis ranges, grid points per axis, spectral radii drawn as lines
+# for the plane: axis ranges, grid points per axis, spectral radii drawn as lines
 _STEPS, _PLANE_RATIOS, _GRID, _LEVELS = (0.01, 4.0), (0.003, 3.0), 161, (0.5, 0.9, 0.99)
 
 
 def swing_points(rate: float = 1000.0) -> list[tuple[float, float, str]]:
-    """Return ω dt, damping ratio and name of every object in contact, at the default values of its scene."""
+    """Return ω dt, damping ratio and title of every object in contact, at the default values of its scene."""
     found = []
     for environment in environments.discover().values():
         if environment.moves and environment.moves.swing:
             mass, damping, stiffness = environment.moves.swing(environment.values())
             omega = (stiffness / mass) ** 0.5
-            # undamped ones are drawn at the axis
+            # undamped objects are drawn at the edge of the plane
             ratio = max(damping / (2.0 * mass * omega), _PLANE_RATIOS[0])
             found.append((omega / rate, ratio, environment.title))
     return found
 
 
 def plane(case: base.Case) -> Plane:
-    """Return the stability regions of all integrators over step and damping ratio, closed form."""
+    """Return the stability regions of all integrators over step and damping ratio, from closed forms."""
     steps, ratios = np.geomspace(*_STEPS, _GRID), np.geomspace(*_PLANE_RATIOS, _GRID)
     panels = []
     for method, name in zip(INTEGRATORS, LABELS, strict=True):

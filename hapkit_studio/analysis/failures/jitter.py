@@ -1,4 +1,4 @@
-"""A loop with periodic jitter: the limits by its nominal rate and by its longest period."""
+"""A loop with periodic jitter, and its limits at the nominal rate and at the longest period."""
 
 import math
 from dataclasses import replace
@@ -15,13 +15,13 @@ from hapkit_studio.haptics import headless, rows
 
 _NEAR, _POINTS = np.array([0.96, 0.98, 0.99, 1.0, 1.01, 1.02, 1.04, 1.06]), 24
 _HALVINGS = 50
-# amplitude relative to the start that is lost in rounding
+# amplitude relative to the start below which rounding errors dominate
 DEAD = 1e-12
 _SCAN = 200
 
 
 def pattern(case: base.Case) -> tuple[float, ...]:
-    """Return the repeating periods in s: usual ones, then a long one."""
+    """Return the repeating pattern of periods in s: usual ones, then a long one."""
     period = 1.0 / case["rate"]
     return (period,) * round(case["usual"]) + (case["long"] * period,)
 
@@ -63,7 +63,7 @@ def limit(case: base.Case) -> float:
 
 
 def swing(stiffness: float, case: base.Case) -> np.ndarray:
-    """Return position and speed (n, 2) of a released handle, simulated, once per pattern."""
+    """Return the simulated position and speed (n, 2) of a released handle, one sample per pattern."""
     where, periods = spring.setting(case), pattern(case)
     device = simulated_handle(where, real=False, position=spring.START)
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
@@ -90,7 +90,7 @@ def rate_of(stiffness: float, case: base.Case, seen: np.ndarray) -> float:
     half = base.alive(size, DEAD * spring.START) // 2
     if not half:
         return math.inf
-    # sampled once per pattern, its phase is arbitrary: compare the maxima of both halves
+    # The samples are one pattern apart, so their phase is arbitrary: compare the maxima of both halves.
     first, second = size[:half].max(), size[half : 2 * half].max()
     return float(np.log(second / first) / (half * sum(pattern(case))))
 
@@ -109,7 +109,7 @@ def charted(case: base.Case) -> np.ndarray:
 
 
 def always_late(stiffness: float, case: base.Case) -> float:
-    """Return the growth in 1/s at the longest period alone; NaN beyond the chart's range."""
+    """Return the growth in 1/s if every period is the longest one; NaN beyond the chart's range."""
     rate = exact(stiffness, case, (max(pattern(case)),))
     return rate if rate <= 2.05 * max(exact(k, case, pattern(case)) for k in charted(case)) else math.nan
 

@@ -1,4 +1,4 @@
-"""Stable after a small push, unstable after a large one: dry friction holds a spring beyond its limit."""
+"""Stable after a small push, unstable after a large one: dry friction holds a spring that is too stiff."""
 
 import math
 from dataclasses import replace
@@ -12,8 +12,8 @@ from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.formatting import on_screen, with_unit
 
 _HALVINGS = 16
-# simulation time in units of 1/σ within which a push 1 ‰ off the limit diverges or settles; maximum samples,
-# beyond which the trend decides
+# The simulated time, in units of 1/σ, in which a push 1 ‰ off the limit diverges or settles; the largest
+# number of samples, after which the trend decides.
 _TIMES, _SAMPLES = 10.0, 300_000
 
 
@@ -34,7 +34,7 @@ def swing(push: float, case: base.Case) -> tuple[np.ndarray, str]:
 
 
 def measured(case: base.Case, stiffness: float) -> float:
-    """Return the push in m between settling and growing, by bisection about the formula."""
+    """Return the push in m between settling and growing, found by bisection around the formula's value."""
     middle, case = amplitude(case, stiffness), {**case, "stiffness": stiffness}
     ends = math.log(0.5 * middle), math.log(2.0 * middle)
 

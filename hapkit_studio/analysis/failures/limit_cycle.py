@@ -1,4 +1,4 @@
-"""A spring with sensor quantisation: a limit cycle if the force of half a count exceeds friction."""
+"""A spring with sensor quantisation has a limit cycle if the force of half a count exceeds friction."""
 
 import math
 from dataclasses import replace
@@ -20,14 +20,14 @@ from hapkit_studio.analysis.failures.plane import (
 )
 from hapkit_studio.formatting import with_unit
 
-# counts: initial displacement of the handle
+# counts: displacement from which the handle is released
 START = 3.3
 SHOWN = 0.2
 _SHARES = np.array([0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.01, 1.05, 1.1, 1.2, 1.3, 1.5, 1.7, 1.9])
 
 
 def limit(case: base.Case) -> float:
-    """Return 2 F_c/Δ in N/m."""
+    """Return the limit 2 F_c/Δ in N/m."""
     return 2.0 * case["coulomb"] / case["quantum"]
 
 
@@ -53,12 +53,13 @@ def probe(stiffness: float, case: base.Case) -> base.Evidence:
 
 
 def buzz(stiffness: float, case: base.Case) -> float:
-    """Return the size of the limit cycle in counts; 0 at rest, NaN if it grows."""
+    """Return the size of the limit cycle in counts; 0 if the handle rests, NaN if the motion grows."""
     _, word, size = swing(stiffness, case)
     return math.nan if word == spring.GROWS else size
 
 
-# simulated grid of the plane: b₀/(kT) and F_c/(kΔ), not on boundaries; small and large push in counts
+# The simulated grid of the plane: values of b₀/(kT) and F_c/(kΔ), none of them on a boundary; a small and a
+# large push in counts.
 _BETAS = (0.2, 0.3, 0.4, 0.6, 0.9, 1.5, 2.5)
 _SIGMAS = (0.15, 0.25, 0.4, 0.6, 0.9, 1.5, 2.5)
 LARGE = 200.3
@@ -72,12 +73,12 @@ _WORDS = {
 
 
 def edges(case: base.Case) -> tuple[float, float]:
-    """Return the boundaries of b₀/(kT), which depends on the delay, and of F_c/(kΔ)."""
+    """Return the boundary of b₀/(kT), which depends on the delay, and the boundary of F_c/(kΔ)."""
     return 0.5 + case["delay"] * case["rate"], 0.5
 
 
 def outcome(case: base.Case, stiffness: float, beta: float, sigma: float) -> str:
-    """Simulate the spring with a handle at (beta, sigma), released after a small and a large push."""
+    """Return the outcome of a spring with a handle at (beta, sigma), after a small and a large push."""
     given = {
         **case,
         "viscous": beta * stiffness / case["rate"],

@@ -11,7 +11,7 @@ STABLE, BOUNDED, PUSHED, UNSTABLE = "stable", "bounded", "pushed", "unstable"
 
 @dataclass(frozen=True)
 class Boundary:
-    """A closed-form curve: x (n,), y (n,); strong: the one that applies to this case."""
+    """A closed-form curve: x (n,), y (n,); ``strong`` marks the curve that applies to this case."""
 
     label: str
     x: np.ndarray
@@ -33,7 +33,7 @@ class Points:
 class Field:
     """A quantity z (m, n) over x (n,) and y (m,): stable up to 1, bounded up to 2, unstable above.
 
-    levels: contour lines of z below 1.
+    ``levels`` are the contour lines of z below 1.
     """
 
     x: np.ndarray
@@ -55,7 +55,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Plane:
-    """Panels with equal logarithmic axes; place: the knob's point in panel ``own``."""
+    """Panels with equal logarithmic axes; ``place`` is the knob's point in the panel with index ``own``."""
 
     sentence: str
     x_label: str

@@ -13,7 +13,7 @@ from hapkit_studio.formatting import with_unit
 
 
 def limit(case: base.Case) -> float:
-    """Return the exact limit in N/m: where a root of the sampled loop leaves the unit circle."""
+    """Return the exact limit in N/m, at which a root of the sampled loop leaves the unit circle."""
     return bound(case, case["damping"], "difference")
 
 
@@ -23,21 +23,21 @@ def rule(case: base.Case) -> dict[str, float]:
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
-    """Return the spring for the window, where friction holds the handle far beyond the limit."""
+    """Return the spring for the window; friction holds its handle far beyond the limit."""
     given = {"damping": case["damping"]}
     return spring.live(stiffness, limit(case), spring.STIFFNESS, given, spring.loop_of(case))
 
 
-# b₀T/m of the other curves: overdamped slowly, and quickly
+# b₀T/m of the other two curves: handles whose free motion decays slowly and quickly
 _OTHER_HANDLES = (0.1, 0.001)
 _CURVE_POINTS, _MEASURED_POINTS = 120, 9
 _GRID = 80
-# relative distance of the measured points from the boundary
+# relative distance of the measured points from the boundary, on either side
 _BESIDE = 0.03
 
 
 def boundary(mass: float, case: base.Case, points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return total over own damping (n,), and the largest stable k T/b₀ (n,)."""
+    """Return the ratio of total to physical damping (n,), and the largest stable k T/b₀ (n,)."""
     loop = checked_loop(mass, case["viscous"], rate=case["rate"], delay=case["delay"])
     highest = sampled_loop.damping_limit(loop)
     total = np.geomspace(1.0, 1.0 + 0.999 * highest / case["viscous"], points)
@@ -46,7 +46,7 @@ def boundary(mass: float, case: base.Case, points: int) -> tuple[np.ndarray, np.
 
 
 def plane(case: base.Case) -> Plane:
-    """Return k T/b₀ over (b₀ + b)/b₀: exact boundaries, the rule, and springs simulated beside them."""
+    """Return k T/b₀ over (b₀ + b)/b₀: exact boundaries, the rule of thumb, simulated springs near them."""
     viscous, rate, delay = case["viscous"], case["rate"], case["delay"]
     where, scale = spring.setting(case), viscous * rate
     total, exact = boundary(case["mass"], case, _CURVE_POINTS)

@@ -1,6 +1,7 @@
-"""The rendered spring with a released handle: simulated by the tick, and its exact matrix.
+"""A rendered spring with a released handle: simulated by the tick, and its exact matrix.
 
-With an ideal handle; and with that of Diolaiti's plane: viscous and Coulomb friction, quantised sensor.
+The handle is ideal, or it is that of Diolaiti's plane, with viscous and Coulomb friction and a quantised
+sensor.
 """
 
 import cmath
@@ -40,14 +41,14 @@ STIFFNESS = Parameter(
 HANDLE = MASS, VISCOUS, RATE, DELAY
 
 START = 1e-3
-# m, the handle's reach; beyond it a motion has diverged
+# m: range of the handle; a motion that leaves it has diverged
 REACH = 0.05
 SECONDS = 12.0
 TURNS = 80.0
 
 
 def setting(case: Case, estimator: Spec = "difference") -> LoopSettings:
-    """Return the ideal device and loop of a case with mass, viscous, rate and optionally delay."""
+    """Return the ideal device and the loop of a case with mass, viscous, rate and optionally delay."""
     delay = case.get("delay", 0.0)
     return LoopSettings(
         case["rate"], delay, estimator, mass=case["mass"], viscous=case["viscous"], coulomb=0.0, quantum=0.0
@@ -64,7 +65,7 @@ def released(where: LoopSettings, damping: float, stiffness: float) -> np.ndarra
 
 
 def rate_of(where: LoopSettings, stiffness: float, out: np.ndarray) -> float:
-    """Return the growth in 1/s of the motion in rows, in the coordinates of its oscillation."""
+    """Return the growth in 1/s of the motion in rows, computed in the coordinates of its oscillation."""
     speed = out[:, rows.TRUE_VELOCITY]
     slowest = math.sqrt(stiffness / where.mass)
     return base.growth(np.hypot(np.diff(speed) * where.rate, slowest * speed[1:]), where.period)
@@ -79,12 +80,12 @@ def evidence(where: LoopSettings, damping: float, stiffness: float) -> Evidence:
 
 
 def loop_of(case: Case, estimator: Spec = "difference") -> dict[str, object]:
-    """Return the loop of a case as window settings."""
+    """Return the loop of a case as settings for the window."""
     return {"rate": base.live_rate(case["rate"]), "delay": case.get("delay", 0.0), "estimator": estimator}
 
 
 def live(value: float, bound: float, knob: Parameter, given: Case, loop: dict[str, object]) -> Live:
-    """Return the spring for the window with its knob (stiffness or damping) at a value."""
+    """Return the spring for the window, with its knob (stiffness or damping) at a value."""
 
     def make(value: float) -> Live:
         values = {"damping": 0.0, "center": 0.0, **given, knob.key: base.short(value, bound)}
@@ -96,10 +97,10 @@ def live(value: float, bound: float, knob: Parameter, given: Case, loop: dict[st
 def step_matrix(
     mass: float, viscous: float, stiffness: float, damping: float, period: float, delay: float
 ) -> np.ndarray:
-    """Return the closed loop's square map over one period; its state: x, v, last x, past commands.
+    """Return the closed loop's square map over one period; its state is x, v, the last x, and past commands.
 
-    A spring with backward-difference damping; the force of a sample acts ``delay`` s later and is held.
-    Derived from the equations of motion, independently of the tick.
+    The law is a spring with backward-difference damping. The force of a sample acts ``delay`` s later and is
+    held. The map is derived from the equations of motion, independently of the tick.
     """
     whole_periods = math.floor(delay / period + 1e-9)
     fraction = max(delay - whole_periods * period, 0.0)
@@ -119,13 +120,13 @@ def step_matrix(
 
 
 def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
-    """Return the handle's map (2, 3) from x, v, force to x, v."""
+    """Return the handle's map (2, 3) from position, velocity and force to position and velocity."""
     a, b, c, d, g0, _, g1, _ = transition(mass, viscous, 0.0, seconds)
     return np.array([[a, b, g0], [c, d, g1]])
 
 
 def largest_root(matrix: np.ndarray, seconds: float) -> complex:
-    """Return the eigenvalue σ + jω in 1/s of largest growth of a map repeated every ``seconds``."""
+    """Return the eigenvalue σ + jω in 1/s with the largest growth, of a map repeated every ``seconds``."""
     roots = np.linalg.eigvals(matrix)
     root = complex(roots[np.abs(roots).argmax()])
     return complex(math.log(abs(root)), abs(cmath.phase(root))) / seconds
@@ -140,7 +141,7 @@ def exact(case: Case, stiffness: float) -> complex:
 
 RESTS, CYCLES, GROWS = "rests", "cycles", "grows"
 FRICTION_SECONDS = 6.0
-# amplitude relative to the start at which a motion has diverged
+# a motion whose amplitude exceeds this multiple of its start has diverged
 LOST = 20.0
 
 
@@ -157,8 +158,8 @@ def released_with_friction(
 ) -> np.ndarray:
     """Return the position (n,) in m of a handle released ``start`` m from the edge of a sensor count.
 
-    The spring's centre lies half a count beyond the edge, so the force on both sides of it is that of half a
-    count. The motion ends on divergence.
+    The spring's centre lies half a count beyond the edge, so on both sides of the edge the force is that of
+    half a count. The motion ends when it diverges.
     """
     edge = quantum
     device = SimulatedHapkit(mass, viscous, coulomb, quantum, math.inf, edge + start)
@@ -169,10 +170,10 @@ def released_with_friction(
 
 
 def judged(x: np.ndarray, start: float, rate: float, seconds: float = FRICTION_SECONDS) -> tuple[str, float]:
-    """Return the outcome of a motion (n,), and the p-p of its last half second in m."""
+    """Return the outcome of a motion (n,), and the peak-to-peak value in m of its last half second."""
     complete = len(x) == round(seconds * rate)
     last = float(np.ptp(x[-round(0.5 * rate) :])) if len(x) else math.inf
-    # still beyond its start at the end: it grows
+    # the motion still exceeds its start at the end, so it grows
     if not complete or np.abs(x[-round(0.5 * rate) :]).max() > abs(start):
         return GROWS, last
     return (RESTS if last == 0.0 else CYCLES), last

@@ -15,8 +15,8 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.parameters import Parameter
 
 AMPLITUDE = 0.25
-WANTED = 10  # samples or counts per ridge
-_FASTEST = 1.5  # m/s, fastest mouse swipe
+WANTED = 10  # samples or counts that a ridge needs
+_FASTEST = 1.5  # m/s: speed of the fastest mouse swipe
 WAVELENGTH = Parameter(
     "wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "Distance from one ridge to the next", "λ"
 )
@@ -30,7 +30,7 @@ def grating(wavelength: float, amplitude: float = AMPLITUDE) -> dict[str, float]
 
 
 def swipe(speed: float) -> str:
-    """Describe a mouse stroke at this speed in m/s by its time for the scene's 100 mm."""
+    """Describe a mouse stroke with this speed in m/s by its time over the scene's 100 mm."""
     seconds = with_unit(0.1 / max(speed, 1e-3), "s", 2)
     fast = f"in {seconds}" if speed < _FASTEST else f"as fast as you can ({seconds} would be needed)"
     return f"Hold the handle and swipe over all 100 mm {fast}, then slowly, and compare."
@@ -39,21 +39,21 @@ def swipe(speed: float) -> str:
 def stroke(
     wavelength: float, speed: float, rate: float, quantum: float, samples: int, start: float = 0.0
 ) -> np.ndarray:
-    """Return the rows (samples, …) of a handle moved at ``speed`` m/s from ``start`` m on."""
+    """Return the rows (samples, …) of a handle that moves at ``speed`` m/s, starting at ``start`` m."""
     device = SimulatedHapkit(quantum=quantum, max_force=math.inf)
     hand = Prescribed(lambda t: start + speed * t)
     return base.render("texture", grating(wavelength), device, LoopSettings(rate), samples, hand)
 
 
 def live(speed: float, case: base.Case) -> base.Live:
-    """Return the grating for the window, in a loop slow enough for a hand to exceed the limit."""
+    """Return the grating for the window, in a loop so slow that a hand can exceed the limit."""
     return base.Live("texture", grating(case["wavelength"]), {"rate": case["rate"]}, advice=swipe(speed))
 
 
 def ridges(out: np.ndarray, case: base.Case, what: str, shown: int) -> base.Evidence:
-    """Return the force of ``shown`` samples, and the fewest samples or readings in a complete ridge."""
+    """Return the force of ``shown`` samples, and the fewest samples or readings in a whole ridge."""
     place = out[:, rows.TRUE_POSITION] if what == "samples" else np.unique(out[:, rows.POSITION])
-    # tolerance for rounding errors at a ridge's edge
+    # add a tolerance for rounding errors at a ridge's edge
     ridge = np.floor(place / case["wavelength"] + 1e-9).astype(int)
     counts = np.bincount(ridge - ridge.min())[1:-1]
     least = int(counts.min()) if len(counts) else len(place)

@@ -1,4 +1,4 @@
-"""Ridges with too few sensor counts: the force has steps, and some peaks are missed."""
+"""Ridges with too few sensor counts: the force has steps, and some peaks are not rendered."""
 
 import math
 from dataclasses import replace
@@ -13,7 +13,7 @@ RIDGES, TO_SEE = 200, 80
 
 
 def stroke(quantum: float, case: base.Case) -> np.ndarray:
-    """Return the rows of a stroke over many ridges, with TO_SEE samples each."""
+    """Return the rows of a stroke over many ridges, with TO_SEE samples in each ridge."""
     speed = case["wavelength"] * case["rate"] / TO_SEE
     return stroking.stroke(case["wavelength"], speed, case["rate"], quantum, RIDGES * TO_SEE)
 

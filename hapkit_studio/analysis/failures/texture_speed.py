@@ -15,7 +15,7 @@ TRUE_WITHIN = 0.005
 
 
 def limit(case: base.Case) -> float:
-    """Return λ/(2 T) in m/s, at which a ridge gets two samples."""
+    """Return the limit λ/(2 T) in m/s, at which each ridge has two samples."""
     return 0.5 * case["wavelength"] * case["rate"]
 
 

@@ -10,11 +10,11 @@ from hapkit_studio.analysis.simulated_handle import simulated_handle
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.haptics import rows
 
-# Displacements in wavelengths: the initial one, and the one up to which the valley is a linear spring.
+# Displacements in wavelengths: the initial one, and the largest at which the valley acts as a linear spring.
 START, REACH = 1e-5, 1e-3
-# amplitude relative to the start that is lost in rounding
+# amplitude relative to the start below which rounding errors dominate
 DEAD = 1e-6
-_POINTER = 0.01  # m: where the mouse lets go
+_POINTER = 0.01  # m: position at which the mouse lets go
 
 
 def stiffness(amplitude: float, case: base.Case) -> float:
@@ -23,7 +23,7 @@ def stiffness(amplitude: float, case: base.Case) -> float:
 
 
 def limit(case: base.Case) -> float:
-    """Return the amplitude in N whose steepest slope is the stiffest stable spring; exact."""
+    """Return the amplitude in N whose steepest slope equals the largest stable stiffness; exact."""
     most = stiffness_limit(case["mass"], case["viscous"], rate=case["rate"])
     return most * case["wavelength"] / math.tau
 

@@ -13,17 +13,17 @@ from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import rows
 
 WANTED = 4
-# number of sampling phases at which throws meet the bump; the worst one decides
+# number of sampling phases at which throws reach the bump; the worst phase decides
 PHASES = 64
-# N; weak enough to leave the handle's speed unchanged
+# N: so weak that the handle's speed does not change
 PEAK = 0.002
 _COSINE = 1.0
-# % of the hill's height, upper end of the chart
+# % of the bump's height: upper end of the chart
 MOST_SHOWN = 120.0
 
 
 def limit(case: base.Case) -> float:
-    """Return w/(4 T) in m/s."""
+    """Return the limit w/(4 T) in m/s."""
     return case["width"] * case["rate"] / WANTED
 
 
@@ -42,18 +42,18 @@ def throws(speed: float, case: base.Case) -> list[np.ndarray]:
 
 
 def least_peak(runs: list[np.ndarray]) -> float:
-    """Return the smallest peak force of a throw, up or down the bump, as a fraction of the full peak."""
+    """Return the smallest peak force of all throws, up or down the bump, as a fraction of the full peak."""
     return min(float(np.abs(out[:, rows.FORCE]).max()) for out in runs) / PEAK
 
 
 def missed(runs: list[np.ndarray], case: base.Case) -> float:
-    """Return the largest energy error of a throw over the bump, in % of the hill's height."""
+    """Return the largest energy error of a throw over the bump, in % of the bump's height."""
     works = (np.sum(out[:-1, rows.FORCE] * np.diff(out[:, rows.TRUE_POSITION])) for out in runs)
     return 100.0 * max(abs(float(work)) for work in works) / (PEAK * 2.0 / math.tau * case["width"])
 
 
 def shown(speed: float, case: base.Case) -> float:
-    """Return that energy, NaN beyond the chart."""
+    """Return the largest energy error in %, NaN if it exceeds the chart."""
     energy = missed(throws(speed, case), case)
     return energy if energy <= MOST_SHOWN else math.nan
 
@@ -72,7 +72,7 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
 
 
 def theory(speed: float, case: base.Case) -> float:
-    """Return the smallest over all phases of the largest |sin| at samples v T/w apart, in %."""
+    """Return the smallest peak in % over all phases, for samples of a sine that are v T/w apart."""
     stretch = speed / (case["width"] * case["rate"])
     offsets = np.linspace(0.0, 1.0, 401)[:, None]
     places = stretch * (offsets + np.arange(math.ceil(1.0 / stretch) + 1))

@@ -25,10 +25,10 @@ RENDERED_TERMS = ("stiffness", "damping", "friction")
 
 @dataclass(frozen=True)
 class Identified:
-    """Result of ``identify`` for the recording from ``begin`` to ``end`` in s.
+    """The result of ``identify`` for the recording from ``begin`` to ``end`` in s.
 
-    hertz: dominant frequency of the position, NaN without a clear peak. noise: standard deviation in m of the
-    position noise beyond quantisation, 0 if there is none.
+    ``hertz`` is the dominant frequency of the position, NaN if there is no clear peak. ``noise`` is the
+    standard deviation in m of the position noise beyond quantisation; it is 0 without such noise.
     """
 
     rendered: Part
@@ -45,7 +45,7 @@ class Identified:
         return words.sentences(part, self.setup, self.samples) + self._noise_remark(part)
 
     def notes(self, part: Part) -> list[str]:
-        """Return the remarks that go below a table of a part's numbers, one per line."""
+        """Return the remarks below a table of a part's numbers, one per line."""
         return words.notes(part, self.setup, self.samples) + self._noise_remark(part)
 
     def _noise_remark(self, part: Part) -> list[str]:
@@ -53,7 +53,7 @@ class Identified:
 
     @property
     def force_known(self) -> str:
-        """Return a sentence on the source of the force: it is the command, not a measurement."""
+        """Return a sentence that says that the force is the command, not a measurement."""
         return words.force_known(self.setup)
 
     def surprises(self, part: Part) -> bool:
@@ -61,7 +61,7 @@ class Identified:
         return part.key == "rendered" and any(words.surprising(e) for e in part.estimates)
 
     def as_json(self) -> dict[str, Any]:
-        """Return both parts with their intervals, without the points; SI units unless a key names another."""
+        """Return both parts with their intervals, without points, in SI units unless a key names a unit."""
         parts = {part.key: self._part_json(part) for part in (self.rendered, self.handle)}
         setup = dict(words.conditions(self.setup, self.handle.released))
         found = {"from_s": self.begin, "to_s": self.end, "parts": parts, "setup": setup}
@@ -91,11 +91,11 @@ def identify(
     terms: tuple[str, ...] | None = None,
     released: bool = False,
 ) -> Identified:
-    """Identify the part of a recording from ``begin`` to ``end`` in s; None: its start, its end.
+    """Identify the part of a recording from ``begin`` to ``end`` in s; by default the whole recording.
 
-    terms: some of RENDERED_TERMS; None: those of the environment. released: no hand holds the handle, for
-    recordings that do not say. If the settings change and neither begin nor end is given, the longest part
-    with constant settings is used. Raise ParameterError.
+    ``terms`` are some of RENDERED_TERMS; None uses those of the environment. ``released`` states that no hand
+    holds the handle, if the recording does not tell. If the settings change and neither begin nor end is
+    given, the longest part with constant settings is used. Raise ParameterError.
     """
     unknown = [term for term in terms or () if term not in RENDERED_TERMS]
     if unknown or terms == ():

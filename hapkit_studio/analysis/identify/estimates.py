@@ -1,4 +1,4 @@
-"""Estimates with confidence intervals, and the check whether a recording determines them."""
+"""Estimates with confidence intervals, and a check whether a recording determines them."""
 
 import math
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from hapkit_studio.analysis.identify.windows import Windows
 
 @dataclass(frozen=True)
 class Term:
-    """A parameter that can be identified; ``fine``: the just-noticeable difference, in its unit."""
+    """A parameter that can be identified; ``fine`` is its just-noticeable difference, in its unit."""
 
     key: str
     label: str
@@ -45,8 +45,9 @@ TERMS = {
 class Estimate:
     """An estimate with the half width of its 95 % confidence interval, in SI units.
 
-    asked: the value set; expected: the value that the loop should render from it, with hold, delay and
-    estimator. told: the recording determines the value; advice: what to do if not.
+    ``asked`` is the value set. ``expected`` is the value that the loop should render from it, with hold,
+    delay and estimator. ``told`` is True if the recording determines the value; otherwise ``advice`` says
+    what to do.
     """
 
     key: str
@@ -81,8 +82,8 @@ class Estimate:
 class Points:
     """The windows used in a fit: time in s, regressors (m, p) with their names, force in N, and the fit.
 
-    The force is the sum of regressors times coefficients; the last regressor is the constant 1. middle: the
-    position in m that is the origin of the position column.
+    The force is the sum of the regressors times their coefficients. The last regressor is the constant 1.
+    ``middle`` is the position in m that is the origin of the position column.
     """
 
     time: np.ndarray
@@ -95,7 +96,7 @@ class Points:
     def share(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Return a term's regressor (k,) and its partial residuals (k,) in N.
 
-        Partial residuals: the force minus all other terms. Positions are those of the sensor; the constant
+        Partial residuals are the force minus all other terms. Positions are those of the sensor. The constant
         force belongs to the stiffness term.
         """
         at = self.names.index(name)
@@ -105,7 +106,7 @@ class Points:
         return own[there] + moved, own[there] * self.fit.beta[at] + offset + self.fit.residual[there]
 
     def line(self, name: str, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the fitted force (k,) in N at values ``at`` (k,) of a regressor, and its half band."""
+        """Return the fitted force (k,) in N at values ``at`` (k,) of a regressor, and its half width."""
         moved, offset = self._constant(name)
         place, own = self.names.index(name), at - moved
         gradient = np.zeros((len(at), len(self.names)))
@@ -119,11 +120,12 @@ class Points:
 
 @dataclass(frozen=True)
 class Part:
-    """Result for "rendered" or for "handle"; without estimates, ``advice`` gives the reason.
+    """The result for the part "rendered" or "handle"; if there are no estimates, ``advice`` gives the reason.
 
-    explained: R², the fraction of the force's variance that the fit explains. turning: RMS speed over RMS
-    deviation of the position, in rad/s. seconds: duration used. left_out: number of samples excluded, by
-    reason. damped: number of samples in which the passivity controller damped.
+    ``explained`` is R², the fraction of the force's variance that the fit explains. ``turning`` is the RMS
+    speed over the RMS deviation of the position, in rad/s. ``seconds`` is the duration used. ``left_out`` is
+    the number of excluded samples by reason. ``damped`` is the number of samples in which the passivity
+    controller added damping.
     """
 
     key: str
@@ -142,13 +144,14 @@ class Part:
         return {e.key: e for e in self.estimates}[key]
 
 
-# Smallest half width as a fraction of ``Term.fine``: the discretisation error of sums over samples.
+# Smallest half width, as a fraction of ``Term.fine``: sums over samples have a discretisation error of this
+# size.
 _SMALLEST_HALF = 1e-3
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Extent of the motion: travel in m peak to peak, m/s, m/s², turning in rad/s, mean position in m."""
+    """The extent of a motion: travel in m peak to peak, m/s, m/s², turning in rad/s, mean position in m."""
 
     travel: float
     speed: float
@@ -158,7 +161,7 @@ class Sizes:
 
 
 def sizes(position: np.ndarray, windows: Windows, kept: np.ndarray) -> Sizes:
-    """Return the extent of a motion (n,) in the windows kept; zeros without any."""
+    """Return the extent of a motion (n,) in the windows kept; all values are 0 if no window is kept."""
     if not kept.any():
         return Sizes(0.0, 0.0, 0.0, 0.0)
     x, v, a = (windows.derivative(position, order)[kept] for order in range(3))
@@ -175,10 +178,10 @@ def estimate(
     asked: float | None = None,
     expected: float | None = None,
 ) -> Estimate:
-    """Return the estimate; ``told`` is False if its interval exceeds both its value and ``Term.fine``."""
+    """Return the estimate; ``told`` is False if the interval exceeds both the value and ``Term.fine``."""
     term, value = TERMS[name], float(value)
     half = max(float(half), _SMALLEST_HALF * term.fine)
-    # mass is positive, friction does not push
+    # a mass is positive, and friction does not push
     possible = {"mass": value > half, "viscous": value >= -half, "coulomb": value >= -half}.get(name, True)
     told = math.isfinite(half) and (half <= abs(value) or half <= term.fine) and possible
     words = {

@@ -1,8 +1,9 @@
-"""The handle's mass and friction, estimated from the forces on it and its motion.
+"""The handle's mass and friction, estimated from the forces on the handle and its motion.
 
-m a + b v + F_c sgn v + c = F + F_hand, averaged over smooth windows: the mean acceleration is the integral of
-the position times the window's second derivative. Even and odd samples give each regressor twice, with
-independent errors. While a hand holds the handle, the mass includes the hand's.
+m a + b v + F_c sgn v + c = F + F_hand is averaged over smooth windows: the mean acceleration is the integral
+of the position times the window's second derivative. Each regressor is computed twice, from even and from odd
+samples, so that both have independent errors. While a hand holds the handle, the estimated mass includes the
+mass of the hand.
 """
 
 import math
@@ -17,12 +18,13 @@ from hapkit_studio.analysis.identify.windows import Grid, Windows
 
 NAMES = ("mass", "viscous", "coulomb")
 SEGMENT_SAMPLES = (2, 4, 8, 16, 32, 64)
-# Shortest window in sensor counts at the RMS speed: over this many counts quantisation errors average out.
+# Length in sensor counts of the shortest window at the RMS speed: over this many counts quantisation errors
+# average out.
 _SHORTEST_COUNTS = 40.0
-# Noise fraction of the acceleration left after regressing it on the other terms: harmless below _RICH,
-# useless above _POOR.
+# Noise fraction of the part of the acceleration that the other terms do not explain: harmless below _RICH,
+# too large above _POOR.
 _RICH, _POOR = 5e-4, 0.1
-# First-stage F required where no neighbouring window length is available for comparison.
+# First-stage F that is required if no neighbouring window length is available for comparison.
 _STRONG_ALONE = 20.0
 UNKNOWN_HOLD = (
     "Unknown: the file does not contain the grip of the hand. Save the run again, or let go of the handle."
@@ -36,7 +38,7 @@ NOTHING_MOVES = (
 
 
 def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
-    """Identify the handle; released: no hand holds it, for recordings that do not say."""
+    """Identify the handle; ``released`` states that no hand holds it, if the recording does not tell."""
     if not grid.hand_known and not released:
         return Part("handle", advice=UNKNOWN_HAND, left_out=grid.left_out)
     held = grid.held & (not released)
@@ -51,7 +53,7 @@ def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
 
 @dataclass(frozen=True)
 class _WindowResult:
-    """Result at one window length; ``log_variance``: log variance of the estimates (smaller is better)."""
+    """The result at one window length; ``log_variance`` is that of the estimates (smaller is better)."""
 
     log_variance: float
     part: Part
@@ -61,7 +63,7 @@ class _WindowResult:
 
 
 def _least_variance_part(grid: Grid, setup: Setup, chosen: np.ndarray, released: bool) -> Part | None:
-    """Return the result at the window length of least variance; chosen (n,): the samples to use."""
+    """Return the result at the window length of least variance; ``chosen`` (n,) marks the samples to use."""
     found: list[_WindowResult] = []
     moving = chosen & (grid.sign != 0.0)
     speed = float(np.sqrt(np.mean(grid.slope[moving] ** 2))) if moving.any() else 0.0
@@ -81,10 +83,10 @@ def _least_variance_part(grid: Grid, setup: Setup, chosen: np.ndarray, released:
 
 
 def _widened(best: _WindowResult, others: list[_WindowResult]) -> Part | None:
-    """Return the part, its intervals widened to cover neighbouring window lengths; None without a comparison.
+    """Return the part with intervals that cover neighbouring window lengths; None without a comparison.
 
-    Window lengths differ in their bandwidth: at a steady speed the loop turns quantisation into a slow motion
-    that biases only some of them. With a rich motion, differences within their own intervals are allowed.
+    Window lengths differ in their bandwidth. At a steady speed the loop turns quantisation into a slow motion
+    that biases only some of them. If the motion is rich, the results may differ within their intervals.
     """
     if not (best.sure or others or best.part.released):
         return None
@@ -132,7 +134,8 @@ def _fitted(
         points=Points(times, (*NAMES, "offset"), columns[kept], force[kept], fit, grid.middle),
         left_out=grid.left_out,
     )
-    # selecting by variance, not by the interval found, avoids a bias towards narrow intervals
+    # choosing by this variance, not by the width of the fitted interval, avoids a bias towards narrow
+    # intervals
     return _WindowResult(float(np.log(np.maximum(variances, 1e-300)).sum()), part, moved, rich, rich or sure)
 
 
@@ -145,7 +148,7 @@ def _solved(
     kept: np.ndarray,
     released: bool,
 ) -> tuple[np.ndarray, Fit | None]:
-    """Return the windows' forces (windows,) in N and their fit."""
+    """Return the mean forces (windows,) in N and their fit; the fit is None if it failed."""
     rest = columns - 0.5 * (halves[0] + halves[1])
     force = windows.held(grid.commands)
     if not released:
@@ -155,7 +158,8 @@ def _solved(
         force = force + windows.derivative(_step_errors(grid, setup), 0) / fit.beta[0]
         fit = solve(halves[0], halves[1], force, kept, again=True)
     if fit is not None and rest.any():
-        # subtract the part of the regressors that the instruments do not explain: it is not a residual
+        # subtract the part of the regressors that the instruments do not explain, because it is not a
+        # residual
         fit = solve(halves[0], halves[1], force - rest @ fit.beta, kept, again=True)
     return force, fit
 
@@ -163,7 +167,7 @@ def _solved(
 def _estimates(
     fit: Fit, wider: np.ndarray, by_steps: np.ndarray, moved: Sizes, setup: Setup, released: bool
 ) -> tuple[Estimate, ...]:
-    """Return the estimates; quantisation and noise give a lower limit of their intervals."""
+    """Return the estimates; quantisation and noise set the smallest width of their intervals."""
     truth = _true_values(setup, released)
     steps = QUANTILE / math.sqrt(12.0) * abs(fit.beta[0]) * by_steps
     half = wider * np.maximum(fit.half[: len(NAMES)], steps)
@@ -189,7 +193,7 @@ def _error_variances(windows: Windows, columns: np.ndarray, kept: np.ndarray) ->
 
 
 def _noise_fraction(windows: Windows, columns: np.ndarray, step: float) -> float:
-    """Return the noise fraction of the acceleration that the other regressors (m, p) leave unexplained."""
+    """Return the noise fraction of the acceleration that the other regressors (m, p) do not explain."""
     if not len(columns):
         return math.inf
     steps = step**2 / 12.0 * float(np.sum(windows.kernel(2) ** 2))
@@ -197,10 +201,10 @@ def _noise_fraction(windows: Windows, columns: np.ndarray, step: float) -> float
 
 
 def _step_errors(grid: Grid, setup: Setup) -> np.ndarray:
-    """Return the discretisation error in N·kg (n,) of the hand's damping force after force steps.
+    """Return the discretisation error (n,) in N·kg of the hand's damping force after force steps.
 
-    A step of the force between samples bends the speed. A sum over samples misses T² B₂(u) / 2 times the bend
-    for a step u periods after a sample (Euler–Maclaurin; B₂: the second Bernoulli polynomial).
+    A force step between two samples causes a kink in the speed. For a step u periods after a sample, a sum
+    over samples misses T² B₂(u) / 2 times the kink (Euler–Maclaurin; B₂ is the second Bernoulli polynomial).
     """
     if setup.grip is None:
         return np.zeros(len(grid))
@@ -215,7 +219,7 @@ def _step_errors(grid: Grid, setup: Setup) -> np.ndarray:
 
 
 def _true_values(setup: Setup, released: bool) -> dict[str, float]:
-    """Return a simulated handle's true parameters, with the hand's mass while it holds."""
+    """Return a simulated handle's true parameters; the mass of a hand that holds the handle is included."""
     if setup.handle is None or (not released and setup.grip is None):
         return {}
     grip = 0.0 if released or setup.grip is None else setup.grip.mass

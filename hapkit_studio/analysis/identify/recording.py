@@ -19,18 +19,19 @@ from hapkit_studio.settings_log import Log
 from hapkit_studio.tables import TableColumn, TableColumns, UnknownColumnsError
 
 FEWEST_SAMPLES = 32
-# A gap is irregular if it differs from a whole number of periods by more than _UNEVEN periods; _MOST_UNEVEN:
-# largest fraction of irregular gaps accepted.
+# A gap is irregular if it differs from a whole number of periods by more than _UNEVEN periods. _MOST_UNEVEN
+# is the largest accepted fraction of irregular gaps.
 _UNEVEN, _MOST_UNEVEN = 0.25, 0.1
 _MOST_FLAGS = 255
 _LISTED_CHANGES = 5  # number of changes listed in a message
-# s excluded around a settings change: it is logged up to 0.1 s late, and numbers ramp for 30 ms
+# s excluded before and after a settings change: the change is logged up to 0.1 s late, and numbers ramp for
+# 30 ms
 _BEFORE_CHANGE, _AFTER_CHANGE = 0.1, 0.05
 
 
 @dataclass(frozen=True)
 class Handle:
-    """True parameters of a simulated handle: mass kg, viscous friction N·s/m, Coulomb friction N."""
+    """The true parameters of a simulated handle: mass kg, viscous friction N·s/m, Coulomb friction N."""
 
     mass: float
     viscous: float
@@ -39,11 +40,11 @@ class Handle:
 
 @dataclass(frozen=True)
 class Setup:
-    """Settings of a recording: environment and its values, rate in Hz, delay in s, sensor quantum in m.
+    """The settings of a recording: environment and values, rate in Hz, delay in s, sensor quantum in m.
 
-    environment: None if unknown. handle: None on a real device. grip: None without a known hand. hold_known:
-    False if a hand held the handle and its grip is unknown. foreign: written by another program, so the force
-    may be measured.
+    ``environment`` is None if it is unknown. ``handle`` is None on a real device. ``grip`` is None unless a
+    hand is known. ``hold_known`` is False if a hand held the handle and its grip is unknown. ``foreign``
+    marks a file written by another program, in which the force may be a measurement.
     """
 
     environment: Environment | None = None
@@ -61,11 +62,11 @@ class Setup:
 class Recording:
     """Columns (n,) in SI units: position and velocity as the loop measured them, and two forces.
 
-    force: the law's; applied: after all limits.
-    flags: those of telemetry rows. hand_force: the hand's force at the sample in N, NaN if unknown, without
-    hand_held: the force of its damper due to the target's speed, constant between samples, in N. target: the
-    position in m towards which the hand pulls, None if unknown. setup: the settings at the start; later: each
-    change as time in s and settings from then on.
+    ``asked`` is the law's force, and ``applied`` the force after all limits. ``flags`` are those of telemetry
+    rows. ``hand_force`` is the hand's force in N at the sample, NaN if unknown, without ``hand_held``: that
+    is the force in N of the hand's damper due to the target's speed, which is constant between samples.
+    ``target`` is the position in m towards which the hand pulls, None if unknown. ``setup`` contains the
+    settings at the start. ``later`` contains each change as a time in s and the settings from then on.
     """
 
     time: np.ndarray
@@ -84,7 +85,7 @@ class Recording:
         return len(self.time)
 
     def between(self, begin: float | None, end: float | None) -> "Recording":
-        """Return the part from begin to end in s of the recording's time; raise ParameterError."""
+        """Return the part from ``begin`` to ``end``, in s of the recording's time; raise ParameterError."""
         first, last = self.time[0], self.time[-1]
         low, high = first if begin is None else begin, last if end is None else end
         if not (low < high and low <= last and high >= first):
@@ -104,7 +105,7 @@ class Recording:
         return ", ".join([*times[:_LISTED_CHANGES], *["…"][: len(times) - _LISTED_CHANGES]])
 
     def longest(self) -> "Recording":
-        """Return the longest part with constant settings; raise ParameterError without one."""
+        """Return the longest part with constant settings; raise ParameterError if there is none."""
         changes = [when for when, _ in self.later]
         begins = [float(self.time[0]), *(when + _AFTER_CHANGE for when in changes)]
         ends = [*(when - _BEFORE_CHANGE for when in changes), float(self.time[-1])]
@@ -115,7 +116,7 @@ class Recording:
         return self.between(begin, end)
 
     def check(self) -> "Recording":
-        """Return self; raise ParameterError if it is too short, irregular, or its settings change."""
+        """Return self; raise ParameterError if the recording is short or irregular, or settings change."""
         if len(self) < FEWEST_SAMPLES:
             raise ParameterError(f"A piece has at least {FEWEST_SAMPLES} samples, not {len(self)}.")
         if self.later:
@@ -134,7 +135,7 @@ class Recording:
 def of_rows(table: np.ndarray, setup: Setup) -> Recording:
     """Return the recording of telemetry rows (n, ROW_WIDTH), oldest first, in device time.
 
-    Rows before the device clock last went back belong to an earlier connection and are ignored. Raise
+    If the device clock went back, the rows before belong to an earlier connection and are ignored. Raise
     ParameterError.
     """
     table = np.asarray(table, dtype=float)
@@ -153,8 +154,8 @@ def of_rows(table: np.ndarray, setup: Setup) -> Recording:
 def hand_parts(force: np.ndarray, target: np.ndarray | None, setup: Setup) -> tuple[np.ndarray, np.ndarray]:
     """Split the hand's force (n,) into a smooth part at the samples and a part (n,) held between samples.
 
-    The target is piecewise linear, so its speed, and with it the damper's force, has steps; a sample's
-    recorded force contains the speed of the interval before it.
+    The target is piecewise linear. Its speed, and with it the damper's force, therefore has steps. The
+    recorded force of a sample contains the target's speed in the interval before the sample.
     """
     steps = np.zeros(len(force))
     if setup.grip is None or target is None or len(force) < 3:
@@ -164,27 +165,27 @@ def hand_parts(force: np.ndarray, target: np.ndarray | None, setup: Setup) -> tu
     after = np.append(np.diff(place), 0.0) * setup.grip.damping * setup.rate
     before = np.insert(after[:-1], 0, after[0])
     bend = np.zeros(len(force))
-    # interpolation error of the spring's force on a piecewise linear target: one twelfth of the second
-    # difference
+    # The spring's force on a piecewise linear target has an interpolation error of one twelfth of the second
+    # difference.
     bend[1:-1] = setup.grip.stiffness * np.diff(place, 2) / 12.0
     return np.where(holds, force - before + bend, force), np.where(holds, after, 0.0)
 
 
-# the studio's own columns, by Recording field
+# the studio's own column names, by the fields of Recording
 _STUDIO_COLUMNS = {
     "time": TableColumn(BY_NAME["time"].column_name, "s"),
     "position": TableColumn(BY_NAME["position"].column_name, "m"),
     "velocity": TableColumn(BY_NAME["velocity"].column_name, "m/s"),
     "force": TableColumn(BY_NAME["applied_force"].column_name, "N"),
 }
-# optional columns
+# columns that a file may lack
 _OPTIONAL_COLUMNS = {
     "asked": BY_NAME["force"].column_name,
     "flags": BY_NAME["flags"].column_name,
     "hand_force": BY_NAME["hand_force"].column_name,
     "target": BY_NAME["hand_target"].column_name,
 }
-# hands without a grip
+# names of hands that have no grip
 _NO_GRIP = ("released", "Prescribed")
 
 
@@ -199,17 +200,18 @@ class Motion(NamedTuple):
 
 
 def from_run(run: Any, hand: Hand | None = None) -> Recording:
-    """Return the recording of a run of ``simulate``; hand: the Hand that moved it, if it has no name."""
+    """Return the recording of a run of ``simulate``; ``hand`` moved it, if the hand has no name."""
     motion = Motion(np.asarray(run.time), run.position, run.velocity, run.force, run.applied_force)
     log = getattr(run, "settings_log", ()) or ((0.0, run.settings),)
     return _recording(motion, run.flags, run.hand_force, getattr(run, "hand_target", None), log, hand)
 
 
 def from_csv(path: str | Path, columns: TableColumns | None = None) -> Recording:
-    """Return the recording in a file of ``Run.save`` or in a table of another program.
+    """Return the recording in a file of ``Run.save``, or in a table of another program.
 
-    columns: column names of a foreign table, by tables.NEEDED and "velocity". Forces act on the handle,
-    positive to the right. Raise FileError, or UnknownColumnsError if columns must be named.
+    ``columns`` are the column names of a table of another program, by tables.NEEDED and "velocity". Forces
+    act on the handle and are positive to the right. Raise FileError, or UnknownColumnsError if columns must
+    be named.
     """
     if not isinstance(path, str | Path):
         raise ParameterError(f"A recording is the path of a file, not {path!r}.")
@@ -255,7 +257,7 @@ def _check_times(table: tables.Table, time: np.ndarray, columns: Sequence[np.nda
 
 
 def _smallest_step(position: np.ndarray) -> float:
-    """Return the smallest difference between positions in m, that of the sensor or of the file's digits."""
+    """Return the smallest difference between positions in m, from the sensor or the file's digits."""
     steps = np.diff(np.unique(np.round(position, 9)))
     return float(steps.min()) if len(steps) else 0.0
 
@@ -268,7 +270,7 @@ def _recording(
     log: Log,
     hand: Hand | None = None,
 ) -> Recording:
-    """Return a recording; target (n,) in m of a hand whose script has no name."""
+    """Return a recording; ``target`` (n,) in m is that of a hand whose script has no name."""
     usual = 1.0 / float(np.median(np.diff(motion.time))) if len(motion.time) > 1 else 1000.0
     hand = hand or _script(log[0][1])
     setup, *others = (_setup_of(settings, usual, hand) for _, settings in log)
@@ -291,7 +293,7 @@ def _recording(
 
 
 def _script(settings: settings_log.Settings) -> Hand | None:
-    """Return the scripted hand named in the settings, or None."""
+    """Return the scripted hand that the settings name, or None."""
     name = settings.get("hand")
     return SCRIPTS.get(name) if isinstance(name, str) else None
 
@@ -303,7 +305,7 @@ def _target(hand: Hand, times: np.ndarray) -> np.ndarray:
 
 
 def _setup_of(settings: settings_log.Settings, usual: float, hand: Hand | None) -> Setup:
-    """Return the setup that settings describe; usual: the rate in Hz if they contain none."""
+    """Return the setup that settings describe; ``usual`` is the rate in Hz if they contain no rate."""
     device = settings.get("device")
     device = device if isinstance(device, Mapping) else {}
     name = settings.get("hand")
@@ -324,7 +326,7 @@ def _setup_of(settings: settings_log.Settings, usual: float, hand: Hand | None) 
 
 
 def _grip(numbers: Any) -> Grip | None:
-    """Return the grip in a run's settings, None if unknown."""
+    """Return the grip in a run's settings; None if it is unknown."""
     if not isinstance(numbers, Mapping):
         return None
     found = [_number(numbers, key) for key in ("mass", "damping", "stiffness")]

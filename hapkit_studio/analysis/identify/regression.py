@@ -1,15 +1,16 @@
 """Instrumental-variable least squares with intervals that are valid for autocorrelated residuals.
 
 Quantisation errors in the regressors would bias estimates towards zero (errors in variables). Each regressor
-is therefore computed twice, from different samples with independent errors: one is the instrument of the
-other.
+is therefore computed twice, from different samples with independent errors. Each of the two is the instrument
+of the other.
 
-Intervals: long-run variance of the scores from a few cosine weights, which are independent even if the scores
-are not, and Student's t with as many degrees of freedom (Müller 2007; Lazarus, Lewis, Stock and Watson 2018,
-J. Business & Economic Statistics 36(4)).
+The intervals use the long-run variance of the scores, from a few cosine weights. The weighted sums are
+independent even if the scores are not. Student's t has one degree of freedom per weight (Müller 2007;
+Lazarus, Lewis, Stock and Watson 2018, J. Business & Economic Statistics 36(4)).
 
-A second instrument is the hand's target, by two-stage least squares. A loop feeds the sensor's steps back
-into the motion, and at a constant speed samples far apart share them; the target is independent of them.
+A further instrument is the hand's target, by two-stage least squares. A loop feeds the sensor's steps back
+into the motion, and at a constant speed distant samples have correlated errors. The target is independent of
+these errors.
 """
 
 from dataclasses import dataclass
@@ -23,9 +24,9 @@ LEVEL = 0.95
 QUANTILE = 1.96  # normal quantile of a 95 % interval
 MOST_COSINES = 12
 FEWEST_WINDOWS = 12
-# windows at least this many places apart share no samples
+# windows that are at least this many windows apart share no samples
 APART = 6
-# smallest autocorrelation that counts as a repetition of the residuals
+# smallest autocorrelation at which the residuals count as repeating
 _REPEATS = 0.4
 _FEWEST_AGAIN = 40
 
@@ -54,11 +55,11 @@ class Fit:
 def solve(
     one: np.ndarray, two: np.ndarray, y: np.ndarray, kept: np.ndarray, again: bool = False
 ) -> Fit | None:
-    """Fit y (windows,) to regressors (windows, p) computed twice; kept: the windows to use.
+    """Fit y (windows,) to regressors (windows, p) that were computed twice; use the windows ``kept``.
 
-    Windows are in order of time and include those not kept, so that distances in time are known. Return None
-    if too few windows are kept or the regressors are collinear. again: repetitions of the residuals count as
-    one observation.
+    Windows are in order of time and include the windows that are not kept, so that distances in time are
+    known. Return None if too few windows are kept or the regressors are collinear. If ``again`` is true,
+    repetitions of the residuals count as one observation.
     """
     columns = one.shape[1]
     if kept.sum() < max(FEWEST_WINDOWS, 4 * columns):
@@ -86,10 +87,10 @@ def solve(
 
 
 def repetitions(residual: np.ndarray, kept: np.ndarray) -> float:
-    """Return how often the residuals (windows,) repeat, weighted by their autocorrelation; 1 if they do not.
+    """Return how often the residuals (windows,) repeat, weighted by their autocorrelation; 1 if never.
 
-    A motion that repeats to within one sensor count repeats its quantisation errors: repetitions add no
-    information.
+    A motion that repeats to within one sensor count also repeats its quantisation errors, so the repetitions
+    add no information.
     """
     count = len(residual)
     size = 2 * count
@@ -128,18 +129,19 @@ def _cosine_covariance(scores: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray
     return weights.T @ weights / freedom, freedom
 
 
-# lags in s of the target that serve as instruments: the handle follows it with a delay
+# delays in s of the target that serve as instruments, because the handle follows the target with a delay
 _LAGS = (0.0, 0.016, 0.048)
-# weak instruments below this first-stage F (Staiger and Stock 1997)
+# an instrument with a smaller first-stage F is weak (Staiger and Stock 1997)
 STRONG = 10.0
-# intervals are 1 + _WEAK_WIDENING / F times as wide: 1.75 at F = 10, 1.075 at F = 100 (Lee et al. 2022)
+# intervals are widened by the factor 1 + _WEAK_WIDENING / F: 1.75 at F = 10, 1.075 at F = 100 (Lee et al.
+# 2022)
 _WEAK_WIDENING = 7.5
 
 
 def first_stage(
     target: np.ndarray, windows: Windows, columns: np.ndarray, kept: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first-stage fit (windows, p) of the regressors to the target (n,) in m, and its F (p,)."""
+    """Return the regressors (windows, p) fitted to the target (n,) in m, and the first-stage F (p,)."""
     made = np.zeros_like(columns)
     if not kept.any():
         return made, np.zeros(columns.shape[1])
@@ -167,10 +169,10 @@ def _first_stage_f(made: np.ndarray, own: np.ndarray, instruments: int) -> np.nd
     scale = np.maximum(np.sqrt(np.mean(own**2, axis=0)), 1e-300)
     inverse = np.diag(np.linalg.pinv((made / scale).T @ (made / scale)))
     rest = np.mean(((own - made) / scale) ** 2, axis=0)
-    # one in APART of the overlapping windows is independent
+    # of the overlapping windows, one in APART is independent
     return 1.0 / np.maximum(APART * inverse * rest * instruments, 1e-12)
 
 
 def widening(strong: np.ndarray) -> np.ndarray:
-    """Return the factor by which intervals widen for a first-stage F."""
+    """Return the factor by which intervals are widened for a first-stage F."""
     return 1.0 + _WEAK_WIDENING / strong

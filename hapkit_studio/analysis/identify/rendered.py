@@ -1,13 +1,13 @@
-"""The rendered impedance: stiffness, damping and friction at the handle, beside the settings.
+"""The rendered impedance: stiffness, damping and friction at the handle, compared with the settings.
 
--F = K (x - x0) + B v + F_c sgn v, where F is the commanded force in effect: held, and late by the loop's
-delay. The motor's force is not measured, so its errors appear neither in the estimates nor in their
-intervals. Both sides are averaged over smooth windows, which avoids differences of sensor counts. The damping
-lost to hold and delay is part of what was rendered.
+-F = K (x - x0) + B v + F_c sgn v, where F is the commanded force in effect: it is held, and late by the
+loop's delay. The motor's force is not measured, so the motor's errors appear neither in the estimates nor in
+their intervals. Both sides are averaged over smooth windows, which avoids differences of sensor counts. Hold
+and delay reduce the damping; the estimate includes this loss.
 
-Expected value for this motion: the force is held for a period T and arrives td late, so it lags the position
-by T / 2 + td. From -K x the handle gets -K x + K (T / 2 + td) v, a damping of B - K (T / 2 + td). The
-velocity estimate lags further: -B v adds a stiffness of B w² times its lag.
+The value expected for a motion follows from the lag. The force is held for a period T and arrives td late, so
+it lags the position by T / 2 + td. From -K x the handle gets -K x + K (T / 2 + td) v, which is a damping of B
+- K (T / 2 + td). The velocity estimate has a further lag: -B v adds a stiffness of B w² times this lag.
 """
 
 import math
@@ -20,19 +20,19 @@ from hapkit_studio.analysis.identify.regression import QUANTILE, Fit, solve
 from hapkit_studio.analysis.identify.windows import Grid, Windows
 from hapkit_studio.environments.base import ForceTerms
 
-# longest window: short beside any motion of a hand, long beside the sensor's steps
+# longest window: short compared with any motion of a hand, long compared with the time of a sensor step
 LONGEST_SECONDS = 0.026
 PIECES = (32, 16, 8, 4, 2)
-# a shorter window is used only if it yields this many times as many usable seconds
+# a shorter window is used only if the usable time grows by this factor
 _GAIN = 1.3
-# order of the position's derivative in each term's regressor
+# order of the derivative of the position in each term's regressor
 _DERIVATIVES = {"stiffness": 0, "damping": 1, "damping_in": 1, "damping_out": 1}
 # samples after a reversal in which the velocity estimate may still have the old sign
 _ESTIMATOR_SAMPLES = 4
 
 
 def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> Part:
-    """Identify the rendered impedance; terms None: those of the environment."""
+    """Identify the rendered impedance; if ``terms`` is None, use the terms of the environment."""
     known = setup.environment  # an unknown environment has no set values
     asked = known.force_terms(setup.values) if known else ForceTerms(simple=False)
     names = _names(asked, terms or asked.terms)
@@ -45,12 +45,12 @@ def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> 
         used = int(kept.sum()) * piece
         if best is None or used > _GAIN * best[0]:
             best = used, windows, kept
-    assert best is not None  # the loop considers the shortest windows first
+    assert best is not None  # the loop tries the shortest windows first
     return _fitted(grid, setup, asked, names, *best[1:])
 
 
 def _names(asked: ForceTerms, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the regressor names; one-way damping has separate ones for in and out."""
+    """Return the regressor names; one-way damping has separate names for inward and outward motion."""
     if asked.one_way == 0.0:
         return terms
     return tuple(n for t in terms for n in (("damping_in", "damping_out") if t == "damping" else (t,)))
@@ -124,9 +124,10 @@ def _fitted(
 def _quantisation_bias(
     fit: Fit, names: tuple[str, ...], windows: Windows, columns: np.ndarray, step: float
 ) -> np.ndarray:
-    """Return the bias (p,) of the coefficients towards zero by quantisation or noise of the sensor.
+    """Return the bias (p,) of the coefficients towards zero, from quantisation or sensor noise.
 
-    Errors of variance step² / 12 per sample, weighted by the windows, relative to the motion.
+    Each sample has an error of variance step² / 12. The errors are weighted by the windows, and the bias is
+    relative to the motion.
     """
     error = np.zeros(len(fit.beta))
     for i, name in enumerate(names):
@@ -162,7 +163,7 @@ def _expected(
     columns: np.ndarray,
     kept: np.ndarray,
 ) -> dict[str, float]:
-    """Return the estimates expected from a law that renders exactly the set values."""
+    """Return the estimates that are expected if the law renders exactly the values set."""
     if not asked.simple:
         return {}
     depth, rate = grid.seen - (asked.centre or 0.0), grid.speed
@@ -183,10 +184,10 @@ def _centre(
     moved: Sizes,
     offset: float | None = None,
 ) -> list[Estimate]:
-    """Return the spring's centre or the wall's surface, if a stiffness was found.
+    """Return the centre of the spring or the surface of the wall, if a stiffness was found.
 
-    A late velocity adds stiffness for the motion about its mean only, so the expected addition is subtracted
-    for the mean force.
+    A delayed velocity estimate adds stiffness only to the motion about its mean, so the stiffness that it
+    adds is subtracted from the mean force.
     """
     if "stiffness" not in names:
         return []
@@ -206,7 +207,7 @@ def _centre(
     value = float(grid.middle + mean - force / still)
     half = float(fit.half_of(gradient)[0])
     if offset is not None and found.expected is not None and asked.stiffness and asked.centre is not None:
-        # mean force that a late velocity adds, from the same fit to the set values
+        # the mean force that a delayed velocity estimate adds, from the same fit to the values set
         set_force = found.expected * mean + offset
         shift = grid.middle + mean - set_force / asked.stiffness - asked.centre
         value, half = value - shift, math.hypot(half, 0.5 * shift)

@@ -1,9 +1,9 @@
-"""A recording on an even grid of samples, and the smooth windows over it.
+"""A recording on an even grid of samples, and smooth windows over this grid.
 
-Weak form: integration by parts against a smooth window replaces derivatives of the quantised position. For a
-window w that is zero at its ends, the integral of w v is that of -w' x, and the integral of w a that of w''
-x. The windows are quintic B-splines of six segments; their spectrum is zero at every multiple of the segment
-rate, so sums over samples equal the integrals.
+The equations are used in their weak form: integration by parts against a smooth window replaces derivatives
+of the quantised position. For a window w that is zero at its ends, the integral of w v equals that of -w' x,
+and the integral of w a equals that of w'' x. The windows are quintic B-splines of six segments. Their
+spectrum is zero at every multiple of the segment rate, so sums over samples equal the integrals.
 """
 
 import math
@@ -19,7 +19,7 @@ from scipy.signal import oaconvolve
 from hapkit_studio.analysis.identify.recording import Recording
 from hapkit_studio.haptics import rows
 
-# reasons to exclude samples, in order of precedence
+# reasons for excluding samples, in order of precedence
 REASONS = {
     "clamped": rows.CLAMPED,
     "stopped": rows.STOPPED,
@@ -32,10 +32,10 @@ _NOT_AS_ASKED = _MOTOR_OFF | rows.CLAMPED | rows.FADING
 _SLOPE_SECONDS = 0.009
 _FEWEST = 5
 _SMOOTH_SAMPLES = 3.0  # standard deviation in samples of the Gaussian that smooths a quantised motion
-# Noise variance relative to quantisation above which intervals widen: quantised motions without noise reach
-# at most 0.13, Gaussian noise of 0.3 counts at least 0.8.
+# Ratio of noise variance to quantisation variance above which intervals are widened. Quantised motions
+# without noise reach at most 0.13, Gaussian noise of 0.3 counts at least 0.8.
 _NOISY = 0.25
-# samples: after a longer gap the grid starts again, and the earlier part is ignored
+# samples; after a longer gap a new grid starts, and the part before the gap is ignored
 _LONGEST_GAP = 1000
 
 
@@ -43,12 +43,14 @@ _LONGEST_GAP = 1000
 class Grid:
     """Arrays (n,) on an even grid: position in m about its mean, commands and the hand's force in N.
 
-    hand: the smooth part of the hand's force; hand_held: the part held between samples. there: recorded. law:
-    the law's force was applied as asked. known: the force in effect is known. contact: the law pushed. slope:
-    regression speed over 9 ms in m/s; sign: its direction, 0 if uncertain. gone: distance moved in that
-    direction in m. seen, speed: position and velocity passed to the law. damped: the passivity controller
-    added damping. target: the position towards which the hand pulls, None unless known throughout. step: the
-    sensor's step in m, or, for noisier positions, the step with the same variance.
+    ``hand`` is the smooth part of the hand's force, and ``hand_held`` the part that is held between samples.
+    ``there`` marks recorded samples. ``law`` marks samples at which the law's force was applied unchanged.
+    ``known`` marks samples at which the force in effect is known. ``contact`` marks samples at which the law
+    pushed. ``slope`` is the regression speed over 9 ms in m/s, ``sign`` its direction, 0 if uncertain, and
+    ``gone`` the distance in m moved in this direction. ``seen`` and ``speed`` are the position and velocity
+    passed to the law. ``damped`` marks samples at which the passivity controller added damping. ``target`` is
+    the position towards which the hand pulls, None unless it is known throughout. ``step`` is the sensor's
+    step in m; for noisier positions it is the step with the same variance.
     """
 
     period: float
@@ -79,7 +81,7 @@ class Grid:
 
 
 def lay(recording: Recording) -> Grid:
-    """Put a recording on an even grid; missing rows give samples with ``there`` False."""
+    """Put a recording on an even grid; at missing rows ``there`` is False."""
     steps, period = _sample_steps(recording)
     good = np.concatenate(([True], steps > 0))
     place = np.concatenate(([0], np.cumsum(np.clip(steps, 0, _LONGEST_GAP))))[good]
@@ -142,10 +144,11 @@ def _sample_steps(recording: Recording) -> tuple[np.ndarray, float]:
 
 
 def noise_ratio(position: np.ndarray, there: np.ndarray, quantum: float) -> float:
-    """Return the variance of white noise in positions (n,) in m over quantum² / 12, 0 if it is small.
+    """Return the ratio of the variance of white noise in positions (n,) in m to quantum² / 12, 0 if small.
 
-    Fourth differences amplify the variance of white noise 70 times and suppress the motion. Those of the
-    quantisation depend on the speed: they are computed from the smoothed motion, quantised again.
+    Fourth differences amplify the variance of white noise 70 times and suppress the motion. The fourth
+    differences caused by quantisation depend on the speed, so they are computed from the smoothed motion,
+    which is quantised again.
     """
     if quantum == 0.0 or len(position) < _FEWEST:
         return 0.0
@@ -172,7 +175,7 @@ def slope(position: np.ndarray, period: float) -> np.ndarray:
 
 
 def direction(speed: np.ndarray, step: float, period: float) -> np.ndarray:
-    """Return the sign of a speed (n,), 0 if one or two sensor steps of ``step`` m could have caused it."""
+    """Return the sign of a speed (n,); 0 if one or two sensor steps of ``step`` m could have caused it."""
     least = max(2.0 * step / (_slope_samples(period) * period), 1e-6)
     return np.where(np.abs(speed) > least, np.sign(speed), 0.0)
 
@@ -194,7 +197,7 @@ _SPLINE = BSpline.basis_element(np.arange(PIECES + 1), extrapolate=False)
 
 
 def _spline_values(spline: BSpline, u: np.ndarray, after: float = 0.0) -> np.ndarray:
-    """Return a spline's values at u in segments: 0 before the window, ``after`` behind it."""
+    """Return a spline's values at u in segments: 0 before the window, ``after`` beyond its end."""
     inside = np.nan_to_num(spline(np.clip(u, 0.0, PIECES)))
     return np.where(u <= 0.0, 0.0, np.where(u >= PIECES, after, inside))
 
@@ -203,8 +206,9 @@ def _spline_values(spline: BSpline, u: np.ndarray, after: float = 0.0) -> np.nda
 class Windows:
     """Windows of mean weight 1 over a grid of ``count`` samples.
 
-    piece: samples per segment, even, and between windows: window k covers samples k piece … (k + 6) piece.
-    delay: s from a sample to its force; period in s.
+    ``piece`` is the even number of samples per segment, which is also the distance between windows: window k
+    covers the samples from k piece to (k + 6) piece. ``delay`` is the time in s from a sample to its force,
+    and ``period`` is in s.
     """
 
     count: int
@@ -219,7 +223,7 @@ class Windows:
 
     @cached_property
     def lead(self) -> int:
-        """Return how many samples before the window can contribute to the force in it."""
+        """Return how many samples before a window can contribute to the force in the window."""
         return int(np.ceil(self.delay / self.period - 1e-9)) + 1
 
     @property
@@ -234,7 +238,7 @@ class Windows:
         return self.period * (self.starts + 0.5 * self.length)
 
     def kernel(self, order: int) -> np.ndarray:
-        """Return the weights (length + 1,) of the samples in the mean of a derivative of this order."""
+        """Return the weights (length + 1,) of the samples in a window's mean of this derivative."""
         u = np.arange(self.length + 1) / self.piece
         step = self.piece * self.period
         return (
@@ -242,9 +246,10 @@ class Windows:
         )
 
     def derivative(self, series: np.ndarray, order: int, part: int | None = None) -> np.ndarray:
-        """Return the mean in each window of a derivative of the series, (windows,).
+        """Return the mean in each window (windows,) of a derivative of the series.
 
-        part 0 or 1: only even or odd samples, so that both results have independent errors.
+        If ``part`` is 0 or 1, only even or only odd samples are used, so that both results have independent
+        errors.
         """
         kernel = self.kernel(order)
         if part is not None:
@@ -259,7 +264,7 @@ class Windows:
         return self._sums(commands, weight, -self.lead)
 
     def every(self, good: np.ndarray, before: int = 0) -> np.ndarray:
-        """Return for each window whether all its samples, and ``before`` samples ahead of it, are good."""
+        """Return for each window whether all its samples, and ``before`` samples ahead of them, are good."""
         bad = np.concatenate(([0], np.cumsum(~good)))
         first = np.maximum(self.starts - before, 0)
         return bad[self.starts + self.length + 1] == bad[first]

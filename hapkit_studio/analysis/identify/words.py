@@ -1,4 +1,4 @@
-"""Sentences on identified values: "You set 300 N/m, you rendered 299.8 ± 0.1 N/m.", and the reason."""
+"""Sentences on identified values, such as "You set 300 N/m, you rendered 299.8 ± 0.1 N/m.", and reasons."""
 
 import math
 
@@ -6,11 +6,11 @@ from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.formatting import MINUS, interval, number, on_screen
 
-# display units: the unit, and its number per SI unit
+# display units: the name, and how many of them make one SI unit
 READ_UNITS = {"m": ("mm", 1e3), "kg": ("g", 1e3)}
 # smallest half width shown, as a fraction of ``Term.fine``
 _SMALLEST_HALF = 0.1
-# smallest difference that gets a reason, as a fraction of ``Term.fine``
+# smallest difference that is explained, as a fraction of ``Term.fine``
 _WORTH_A_REASON = 0.1
 
 
@@ -24,7 +24,7 @@ def _unit(estimate: Estimate) -> tuple[str, float]:
 
 
 def _scale_and_decimals(estimate: Estimate) -> tuple[float, int]:
-    """Return the display units per SI unit, and the number of significant decimals."""
+    """Return the number of display units per SI unit, and the number of significant decimals."""
     scale = _unit(estimate)[1]
     if not math.isfinite(estimate.half):
         return scale, 2
@@ -34,7 +34,7 @@ def _scale_and_decimals(estimate: Estimate) -> tuple[float, int]:
 
 
 def _rounded(estimate: Estimate) -> tuple[float, float, int]:
-    """Return the rounded value and half width in display units, and their decimals."""
+    """Return the rounded value and half width in display units, and the number of decimals."""
     scale, decimals = _scale_and_decimals(estimate)
     half = max(scale * estimate.half, 10.0**-decimals)
     return round(scale * estimate.value, decimals), round(half, decimals), decimals
@@ -51,7 +51,7 @@ def confirms(estimate: Estimate) -> bool:
 
 
 def deviation(estimate: Estimate) -> str:
-    """Format the deviation from the value set: "0.6 N/m less"; "" if the interval contains it."""
+    """Format the deviation from the value set, as in "0.6 N/m less"; "" if the interval contains it."""
     if not estimate.told or estimate.asked is None:
         return ""
     value, half, decimals = _rounded(estimate)
@@ -78,7 +78,7 @@ def plain(value: float | None, estimate: Estimate) -> str:
 
 
 def had(estimate: Estimate, setup: Setup | None) -> str:
-    """Describe a simulated handle's true mass or friction, with the hand's mass while it holds."""
+    """Describe a simulated handle's true mass or friction, with the mass of a hand that holds the handle."""
     whole, unit = estimate.asked, unit_of(estimate)
     own = getattr(setup.handle, estimate.key, None) if setup and setup.handle else None
     if whole is None or own is None or estimate.key != "mass" or whole - own <= 1e-9:
@@ -119,7 +119,7 @@ def surprising(estimate: Estimate) -> bool:
 
 
 def why(estimate: Estimate) -> str:
-    """Explain a difference from the value set in one line; "" without one or if the cause is unknown."""
+    """Explain a deviation from the value set in one line; "" if there is none or its cause is unknown."""
     if not differs(estimate) or estimate.expected is None:
         return ""
     must = alike(estimate.expected, estimate)
@@ -132,7 +132,7 @@ def why(estimate: Estimate) -> str:
 
 
 def lateness(part: Part, setup: Setup) -> str:
-    """State the force's mean delay and the damping lost to it; "" without a spring."""
+    """State the force's mean delay, and the damping that this delay removes; "" without a spring."""
     spring = next((e for e in part.estimates if e.key == "stiffness" and e.asked), None)
     if spring is None or spring.asked is None:
         return ""
@@ -143,7 +143,7 @@ def lateness(part: Part, setup: Setup) -> str:
 
 
 def noisy(noise: float, setup: Setup) -> str:
-    """State that position noise in m widened the intervals."""
+    """State that position noise in m has widened the intervals."""
     size = f"{noise / setup.quantum:.2g} counts ({1e6 * noise:.2g} µm)"
     return (
         f"The positions have noise of {size} in addition to the sensor's steps, which widens the intervals."
@@ -151,7 +151,7 @@ def noisy(noise: float, setup: Setup) -> str:
 
 
 def force_known(setup: Setup) -> str:
-    """State that the force is commanded, not measured, and how to measure it."""
+    """State that the force is the command, not a measurement, and how to measure it."""
     if setup.foreign:
         return (
             "The force is taken from the file, and ± is the uncertainty of the fit: if the force is "
@@ -169,7 +169,7 @@ def force_known(setup: Setup) -> str:
 def conditions(setup: Setup, released: bool) -> list[tuple[str, str]]:
     """Return the settings of a recording as pairs of name and value.
 
-    released: the handle was identified without a hand.
+    ``released`` tells that the handle was identified without a hand.
     """
     known = setup.environment
     scene = [("Environment", known.title)] if known else []
@@ -211,7 +211,7 @@ def remarks(part: Part, setup: Setup, total: int) -> list[str]:
 
 
 def notes(part: Part, setup: Setup, total: int) -> list[str]:
-    """Return the notes below a table: undetermined estimates, reasons, remarks."""
+    """Return the notes below a table: undetermined estimates, reasons for deviations, remarks."""
     found = []
     for estimate in part.estimates:
         reason = why(estimate) if part.key == "rendered" else ""
@@ -223,7 +223,7 @@ def notes(part: Part, setup: Setup, total: int) -> list[str]:
 
 
 def sentences(part: Part, setup: Setup, total: int) -> list[str]:
-    """Return a part's sentences: estimates, reasons, goodness of fit, excluded samples."""
+    """Return a part's sentences: estimates, reasons for deviations, goodness of fit, excluded samples."""
     found: list[str] = [] if part.estimates else [part.advice]
     for estimate in part.estimates:
         found.append(line(estimate, part.key, setup))

@@ -1,5 +1,6 @@
 """Stability limits of a rendered spring: exact limits, passivity, simulation, and a plane of all of them.
 
-limits: closed form; passivity: safe with any hand; rendered: by simulation; kb_plane: all of them over
-stiffness and damping; margin: distance from the limit as text; on_board: limits of a board.
+``limits`` computes closed forms, ``passivity`` limits that are safe with any hand, ``rendered`` limits by
+simulation. ``kb_plane`` shows all of them over stiffness and damping. ``margin`` describes the distance from
+the limit as text, and ``on_board`` computes the limits of a board.
 """

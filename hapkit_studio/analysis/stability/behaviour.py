@@ -1,10 +1,10 @@
-"""Behaviour of the handle in a scene, by simulation sample by sample.
+"""Behaviour of the handle in a scene, simulated sample by sample.
 
-Linear limits ignore dry friction, quantisation and the force limit, which make stability depend on amplitude:
-friction stops a small motion that delay would amplify, the force limit bounds the growth of a large one. The
-handle is released at rest at increasing distances from the scene's centre until it does not settle; the
-boundary is refined by bisection. (Describing functions explain it, e.g. Diolaiti et al., IEEE T-RO 22(2),
-2006, but are inaccurate for motions of few counts.)
+Linear limits ignore dry friction, quantisation and the force limit. With these, stability depends on the
+amplitude: friction stops a small motion that delay would amplify, and the force limit bounds the growth of a
+large one. The handle is released at rest at increasing distances from the scene's centre until it does not
+settle. The boundary is refined by bisection. (Describing functions explain it, e.g. Diolaiti et al., IEEE
+T-RO 22(2), 2006, but are inaccurate for motions of few counts.)
 """
 
 import math
@@ -21,42 +21,44 @@ from hapkit_studio.haptics.cell_batch import packed
 from hapkit_studio.haptics.settling import GROWS, IRREGULAR, LEAVES, RESTS, SHRINKS
 
 PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
-"""m, initial displacements of the handle, up to 16 mm."""
+"""m: initial displacements of the handle, up to 16 mm."""
 _BETWEEN = tuple(math.sqrt(2.0) * push for push in PUSHES[:-1])
 _FINER = tuple(2.0**share * push for share in (0.25, 0.75) for push in PUSHES[:-1])
-_BEYOND = (1.05, 1.1, 1.2, 1.3, 1.5)  # further displacements, as multiples of the boundary
+# displacements beyond the boundary that are also tried, as multiples of the boundary
+_BEYOND = (1.05, 1.1, 1.2, 1.3, 1.5)
 NUDGE = 1e-3
-"""m, displacement by an unintended nudge of the hand."""
+"""m: displacement that an unintended nudge of the hand causes."""
 _HALVINGS = 7
-# m: farther than this the handle has run away; _ENDLESS applies to scenes without a restoring force
+# m: distance at which the handle has run away; _ENDLESS applies to scenes without a restoring force
 _FAR, _ENDLESS = 0.060, 1e3
 _TURNS = 2.2
 _FEWEST_SAMPLES = 8
 _LONGER = 4
-# Limits on simulated samples, to bound the computing time: for refining the boundary; for further
-# oscillations; and for those of damping in a grip, which has more of them.
+# Numbers of simulated samples that bound the computing time: for refining the boundary, for further
+# oscillations, and for the oscillations of a damper in a grip, which has more of them.
 _SEARCHED, _SAMPLES, _KICKED_SAMPLES = 32_000, 270_000, 500_000
-# Relative tolerances: oscillations with closer amplitudes are one; closer frequencies are quoted as one.
+# Relative tolerances: oscillations with closer amplitudes count as one, and closer frequencies are shown as
+# one.
 _SAME, _SAME_SPEED = 0.05, 0.02
 # s: shortest window in scenes with objects
 _RETURN_SECONDS = 0.25
 _REST_REACH, _REST_FORCE, _REST_SECONDS = 1e-6, 0.020, 0.050
 # m: positions searched for a restoring force
 PLACES = np.linspace(-0.045, 0.045, 901)
-# N: pressing force in a scene that only pushes back, and its upper limit as a fraction of the scene's or the
-# motor's force
+# N: force that presses on a scene which only pushes back, and its largest fraction of the scene's or motor's
+# force
 _PRESSES, _PRESSED = (1.0, 2.0), 0.6
-# N/m: nominal stiffness without a spring, for time scales; and the smallest considered
+# N/m: nominal stiffness for time scales if there is no spring, and the smallest stiffness used for them
 _SPRINGLESS, _SOFTEST = 100.0, 1.0
-# fraction of clamped samples above which the force limit bounds an oscillation
+# an oscillation with a larger fraction of clamped samples is bounded by the force limit
 _AT_LIMIT = 0.05
 
 
 @dataclass(frozen=True)
 class Lasting:
-    """A sustained oscillation: amplitude m, frequency Hz (NaN with too few cycles), clamped fraction.
+    """A sustained oscillation: amplitude in m, frequency in Hz (NaN with too few cycles), clamped fraction.
 
-    irregular: the amplitude varies, up to this value.
+    If ``irregular`` is not 0, the amplitude varies, up to this value.
     """
 
     amplitude: float
@@ -66,20 +68,22 @@ class Lasting:
 
     @property
     def at_limit(self) -> bool:
-        """Return True if the motor's force limit bounds it."""
+        """Return True if the motor's force limit bounds the oscillation."""
         return self.clamped > _AT_LIMIT
 
 
 @dataclass(frozen=True)
 class Behaviour:
-    """Behaviour of a handle released at rest off a scene's centre.
+    """The behaviour of a handle that is released at rest away from a scene's centre.
 
-    push: largest displacement in m from which it settles; inf if from all tried, 0 if from none. From farther
-    away it leaves (beyond 60 mm) or oscillates: with quantisation several limit cycles coexist. least and
-    most: the smallest and largest amplitude over all displacements, equal if there is one; often: lowest and
-    highest frequency in Hz. flick: without a restoring force, the initial speed in m/s that corresponds to a
-    push of 1 m; else 0. trembles: it keeps moving by less than one sensor step peak to peak, and its force
-    keeps changing. unknown: the reason in sentences if it was not judged, else "".
+    ``push`` is the largest displacement in m from which the handle settles; inf if it settles from all
+    displacements tried, 0 if from none. From larger displacements it leaves (beyond 60 mm) or oscillates;
+    with quantisation several limit cycles coexist. ``least`` and ``most`` are the smallest and the largest
+    amplitude over all displacements, and are equal if there is only one. ``often`` contains the lowest and
+    the highest frequency in Hz. ``flick`` is the initial speed in m/s that corresponds to a push of 1 m in a
+    scene without a restoring force, else 0. ``trembles`` tells that the handle keeps moving by less than one
+    sensor step peak to peak, while its force keeps changing. ``unknown`` states in sentences why the
+    behaviour was not judged, else "".
     """
 
     push: float = math.inf
@@ -93,17 +97,17 @@ class Behaviour:
 
     @property
     def calm(self) -> bool:
-        """Return True if it settles from any displacement."""
+        """Return True if the handle settles from any displacement."""
         return self.push == math.inf
 
     @property
     def spontaneous(self) -> bool:
-        """Return True if the oscillation needs no knock: the smallest displacement tried does not settle."""
+        """Return True if the oscillation needs no knock: the smallest displacement does not settle."""
         return not self.calm and not self.push and not self.unknown
 
     @property
     def sign(self) -> tuple[str, str]:
-        """Return icon and colour: red if the oscillation starts by itself, amber if it needs a knock."""
+        """Return icon and colour: red if the oscillation starts by itself, amber if a knock must start it."""
         if self.unknown:
             return "circle", "ink2"
         if self.calm:
@@ -111,7 +115,7 @@ class Behaviour:
         return ("cross", "danger") if self.spontaneous else ("triangle", "warn")
 
     def sentence(self, held: bool) -> str:
-        """Return what happens in a sentence: "In your hand, a knock of more than 0.22 mm makes it buzz."."""
+        """Return a sentence such as "In your hand, a knock of more than 0.22 mm makes it buzz."."""
         where = "In your hand" if held else "After you let go"
         if self.unknown:
             return f"{where}: not judged. {self.unknown}"
@@ -136,9 +140,9 @@ class Behaviour:
 
     @property
     def swing(self) -> str:
-        """Return frequency and amplitude: " at 30 Hz (±2.3 mm, the motor's limit)"; "" without a swing.
+        """Return frequency and amplitude, as in " at 30 Hz (±2.3 mm, the motor's limit)"; "" if it settles.
 
-        " at 14 to 16 Hz (±0.05 to ±0.5 mm)" if several limit cycles exist.
+        The text is " at 14 to 16 Hz (±0.05 to ±0.5 mm)" if several limit cycles exist.
         """
         if self.least is None or self.most is None:
             return ""
@@ -162,10 +166,10 @@ class Behaviour:
 
 @dataclass(frozen=True)
 class Centre:
-    """Starting point of trials: position in m, the hand's target in m, direction of the push.
+    """The starting point of trials: position in m, the hand's target in m, direction of the push.
 
-    returns: the force is restoring on both sides. kick: without a restoring force, the initial speed in m/s
-    that corresponds to a push of 1 m.
+    ``returns`` is True if the force is restoring on both sides. ``kick`` is the initial speed in m/s that
+    corresponds to a push of 1 m in a scene without a restoring force.
     """
 
     position: float
@@ -189,9 +193,10 @@ class Trials:
         self._r, self._body, self._flat = packed(r, body)
         self._made = self._flat.copy()
         self._hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
-        # with a delay longer than the spring's period, a loop oscillates with a period of two to four delays
+        # If the delay is longer than the spring's period, a loop oscillates with a period of two to four
+        # delays.
         self._turns = _TURNS * (2.0 * math.pi / _natural(scene, grip) + 4.0 * scene.loop.delay)
-        # objects return to a handle at rest
+        # objects come back to a handle at rest
         self._objects = _RETURN_SECONDS if scene.environment.stored else 0.0
         self._rate = scene.loop.rate
         rest = max(_REST_SECONDS + scene.loop.delay, settling.CALM_WINDOWS * self._objects)
@@ -201,18 +206,18 @@ class Trials:
             _REST_REACH, scene.device.quantum, _REST_FORCE, still, far, drifts=centre.kick > 0.0
         )
         self.centre, self.step = centre, scene.device.quantum
-        # both sides, as quantisation rounds down, unless the scene pushes to one side only
+        # release on both sides, because quantisation rounds down, unless the scene pushes to one side only
         self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
-        # an ideal handle never stops completely: even the smallest motion only decays
+        # an ideal handle never stops completely: its motion only decays
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
         self.samples, self.trembles = 0, False
 
     def end(self, push: float, longer: int = 1, known: bool = False) -> int:
-        """Release the handle ``push`` m in, on each side; return the oscillation, None if it leaves.
+        """Release the handle at ``push`` m from the centre and simulate; return how the run ended.
 
-        longer: factor on the window length. known: stop as soon as it is known whether it settles; else
-        continue until the oscillation is steady.
+        ``longer`` multiplies the length of the window. If ``known`` is true, stop as soon as it is certain
+        whether the handle settles; otherwise continue until the oscillation is steady.
         """
         c = self.centre
         begin = c.position + (0.0 if c.kick else c.side * push)
@@ -253,7 +258,7 @@ class Trials:
         return frequency if cycles >= LEAST_CYCLES else math.nan
 
     def swings(self, push: float, longer: int = 1) -> list[Lasting | None]:
-        """Release the handle ``push`` m in, on each side; return the oscillation, None if it leaves."""
+        """Release the handle on each side at ``push`` m; return the oscillations, None if it leaves."""
         found: list[Lasting | None] = []
         for side in self.sides:
             end = self.end(side * push, longer=longer)
@@ -282,7 +287,7 @@ def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
     places, most = PLACES[:: int(side)], min(float(against.max()), scene.device.max_force)
     if not most > 0.0:
         return [Centre(0.0, 0.0, returns=False, kick=_natural(scene, grip))]
-    if grip is None:  # released at the surface, towards the inside
+    if grip is None:  # release the handle at the surface, towards the inside
         touched = np.flatnonzero(against > 0.0)[0]
         return [Centre(float(places[max(touched - 1, 0)]), 0.0, side, returns=False)]
     presses = sorted({min(press, _PRESSED * most) for press in _PRESSES})
@@ -294,7 +299,7 @@ def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
 
 
 def _first_position(places: np.ndarray, force: np.ndarray, wanted: float) -> float:
-    """Return the first position (n,) in m at which a force (n,) reaches ``wanted`` N."""
+    """Return the first of the positions (n,) in m at which the force (n,) reaches ``wanted`` N."""
     i = max(int(np.flatnonzero(force >= wanted)[0]), 1)
     share = (wanted - force[i - 1]) / (force[i] - force[i - 1])
     return float(places[i - 1] + share * (places[i] - places[i - 1]))
@@ -309,9 +314,9 @@ def _natural(scene: headless.Scene, grip: Grip | None) -> float:
 
 
 def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
-    """Return the handle's behaviour in a scene, released (None) or in a grip, for all centres.
+    """Return the handle's behaviour in a scene, in a grip or released (None), over all starting points.
 
-    Unknown if the law is too slow.
+    The behaviour is unknown if the law is too slow.
     """
     try:
         tried = [Trials(scene, grip, centre) for centre in centres_of(scene, grip)]
@@ -323,7 +328,7 @@ def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
 
 
 def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
-    """Return True if a handle settles after a push in m, for all centres of a grip.
+    """Return True if a handle settles after a push in m, from all starting points of a grip.
 
     Raise LawError if the law is too slow.
     """
@@ -331,7 +336,7 @@ def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
 
 
 def _boundary_and_swings(trials: Trials) -> tuple[float, list[Lasting | None]]:
-    """Return the largest push in m that settles, inf for all, and the oscillations after larger ones."""
+    """Return the largest push in m that settles, inf for all, and the oscillations after larger pushes."""
     edge, rests = math.inf, [0.0]
     found: list[Lasting | None] = []
     for push in (*PUSHES, *_BETWEEN, *_FINER):
@@ -350,7 +355,8 @@ def _boundary_and_swings(trials: Trials) -> tuple[float, list[Lasting | None]]:
         calm, edge = (middle, edge) if trials.settles(middle) else (calm, middle)
     if calm:
         found += trials.swings(edge, _LONGER)
-    if trials.centre.kick:  # damping in a grip often has a second, small limit cycle, reached by few pushes
+    # damping in a grip often has a second, small limit cycle, which only few pushes reach
+    if trials.centre.kick:
         beyond = [times * edge for times in _BEYOND] if calm else []
         larger = [*beyond, *larger, *(other for other in _FINER if other > edge)]
     for other in larger:
@@ -360,7 +366,7 @@ def _boundary_and_swings(trials: Trials) -> tuple[float, list[Lasting | None]]:
 
 
 def _summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behaviour:
-    """Return the smallest and largest of all oscillations, or that the handle leaves."""
+    """Return the smallest and the largest of all oscillations, or that the handle leaves."""
     swings = sorted((one for one in found if one), key=lambda one: one.amplitude)
     behaviour = Behaviour(calm, leaves=None in found, flick=trials.centre.kick if found else 0.0)
     if not swings:

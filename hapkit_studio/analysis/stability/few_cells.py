@@ -1,24 +1,24 @@
-"""A map of classes from few of its cells: a coarse lattice, then cells next to another class.
+"""A map of classes from a few of its cells: a coarse lattice, then the cells next to a different class.
 
-Cells that were not evaluated get the class of the nearest evaluated one. The boundary of every region that
-contains a lattice cell, or touches an evaluated one, is traced completely. Other islands are missed: they are
-smaller than a square of the lattice.
+A cell that was not evaluated gets the class of the nearest evaluated cell. The boundary of every region that
+contains a lattice cell, or touches an evaluated cell, is traced completely. Other islands are missed; they
+are smaller than a square of the lattice.
 """
 
 from collections.abc import Callable, Iterable
 
 import numpy as np
 
-STEP = 10  # lattice spacing in cells; from 8 to 16 the number of evaluations is about the same
-_SMALL = 3 * STEP  # cells along an axis, below which all are evaluated
+STEP = 10  # lattice spacing in cells; the number of evaluations is about the same from 8 to 16
+_SMALL = 3 * STEP  # a shorter axis, in cells, has all its cells evaluated
 
 Judge = Callable[[np.ndarray], np.ndarray]
 """Returns the classes (k,) of cells given by their indices (k,) in the flattened map."""
 
 
 def from_few(shape: tuple[int, int], judge: Judge, seeds: Iterable[tuple[int, int]] = ()) -> np.ndarray:
-    """Return the classes int8 of a map; seeds: (row, column) of further cells to start with."""
-    from scipy import ndimage  # imported here, because it is slow
+    """Return the classes int8 of a map; ``seeds`` are further cells (row, column) to start with."""
+    from scipy import ndimage  # imported here because it is slow
 
     known, found = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=np.int8)
     wanted = np.full(shape, min(shape) < _SMALL)
@@ -38,5 +38,5 @@ def from_few(shape: tuple[int, int], judge: Judge, seeds: Iterable[tuple[int, in
 
 
 def _lattice(count: int) -> np.ndarray:
-    """Return indices from 0 to count - 1, both included, about ``STEP`` apart."""
+    """Return indices from 0 to count - 1, both included, that are about ``STEP`` apart."""
     return np.linspace(0, count - 1, max(round((count - 1) / STEP), 1) + 1).round().astype(int)

@@ -1,8 +1,8 @@
-"""Robust stability: the limit for all hands in a box around measured ones.
+"""Robust stability: the limit for all hands in a box around measured hands.
 
-The box is spanned by the ranges of the table: a mass that moves with the handle, with a damper and a spring
-to the ground. Its corners, such as 3.5 g with 40 N·s/m, do not occur in people. All have some damping, so
-they allow several times the stiffness of passivity.
+The ranges of the table span the box: a mass that moves with the handle, with a damper and a spring to the
+ground. Its corners, such as 3.5 g with 40 N·s/m, do not occur in people. All hands have some damping, so they
+allow several times the stiffness of passivity.
 """
 
 from collections.abc import Callable
@@ -17,15 +17,15 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.sampled_loop import stiffness_limits
 
 Range = tuple[float, float]
-# values tried within each range: the worst case is mostly at an end
+# number of values tried within each range; the worst one is usually at an end
 _TRIED = 7
 
 
 @dataclass(frozen=True)
 class Known:
-    """A measured kind of hand: ranges of mass kg, damping N·s/m, stiffness N/m, and the source.
+    """A measured kind of hand: ranges of mass in kg, damping in N·s/m, stiffness in N/m, and the source.
 
-    read: the numbers were checked in the source; otherwise they are quoted from memory.
+    If ``read`` is true, the numbers were checked in the source; otherwise they are quoted from memory.
     """
 
     what: str
@@ -80,7 +80,7 @@ PEOPLE = words(MASS, DAMPING, STIFFNESS)
 
 @dataclass(frozen=True)
 class Family:
-    """Lowest limit in N/m over all hands, for damping (n,) in N·s/m, and the worst hand of each."""
+    """The lowest limit in N/m over all hands, for damping (n,) in N·s/m, and the hand with this limit."""
 
     damping: np.ndarray
     people: np.ndarray
@@ -88,7 +88,7 @@ class Family:
 
 
 def family(setting: LoopSettings, damping: np.ndarray) -> Family:
-    """Return the envelope over damping (n,); raise ParameterError for a nonlinear estimator."""
+    """Return the lowest limits over damping (n,); raise ParameterError for a nonlinear estimator."""
     grips = _people()
     limits = np.array([stiffness_limits(replace(setting, own_grip=grip), damping) for grip in grips])
     worst = tuple(grips[k] for k in limits.argmin(axis=0))

@@ -31,17 +31,18 @@ RENDERED_DAMPING = replace(DAMPING, label="The rendered damping")
 WIDTH = replace(DAMPING, label="The largest damping shown")
 TOP = replace(STIFFNESS, label="The largest stiffness shown")
 COLUMNS = 121
-# equivalent dampers of friction: smallest in N·s/m, ratio of consecutive ones, number
+# dampers that replace friction: the smallest in N·s/m, the ratio of consecutive dampers, their number
 _LEAST, _RATIO, _DAMPERS = 0.02, 1.5, 24
 EDGE_POINTS = 41
 
 
 @dataclass(frozen=True)
 class Points:
-    """A measured boundary: stiffness (n,) N/m at damping (n,) N·s/m; real: with friction and sensor steps.
+    """A measured boundary: stiffness (n,) in N/m at damping (n,) in N·s/m.
 
-    Up to the boundary a spring is stable or, with the passivity controller, bounded: swing (n,) is the final
-    amplitude in m at the boundary, NaN without one; None without controller.
+    ``real`` tells that friction and sensor steps were included. Up to the boundary a spring is stable, or,
+    with the passivity controller, bounded. ``swing`` (n,) is then the final amplitude in m at the boundary,
+    NaN if there is none; without the controller it is None.
     """
 
     damping: np.ndarray
@@ -52,7 +53,7 @@ class Points:
 
     @property
     def name(self) -> str:
-        """Return its name in a chart, with the largest amplitude."""
+        """Return the label in a chart, with the largest amplitude."""
         if not self.controller:
             return LINES["measured"][0]
         swing = np.array([0.0] if self.swing is None else self.swing)
@@ -62,7 +63,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Cells:
-    """A measured map: classes (m, n) of ``rendered`` at stiffness (m,) N/m and damping (n,) N·s/m."""
+    """A measured map: classes (m, n) of ``rendered`` at stiffness (m,) in N/m and damping (n,) in N·s/m."""
 
     damping: np.ndarray
     stiffness: np.ndarray
@@ -73,14 +74,14 @@ class Cells:
 
 @dataclass(frozen=True)
 class Plane:
-    """Contents of a chart of the plane; SI units.
+    """The contents of a chart of the plane, in SI units.
 
-    exact, simple and friction (limit for settling after a nudge) are (n,) over damping (n,). again (2, n):
-    the next stable interval above, NaN without one. edge_damping and edge (k,): the passivity line up to the
-    largest passive damping. coulomb: inf without sensor steps. hands: limits at the margin's damping. For a
-    nonlinear estimator exact and friction, the hands' and the margin's limits are NaN, and the edge is empty.
-    said: the handle's behaviour with the margin's impedance, if requested; family: the worst of all hands, if
-    requested.
+    ``exact``, ``simple`` and ``friction`` (the limit for settling after a nudge) are (n,) over damping (n,).
+    ``again`` (2, n) is the next stable interval above, NaN if there is none. ``edge_damping`` and ``edge``
+    (k,) are the passivity line up to the largest passive damping. ``coulomb`` is inf without sensor steps.
+    ``hands`` are the limits at the margin's damping. For a nonlinear estimator exact, friction, and the
+    limits of hands and margin are NaN, and the edge is empty. ``said`` is the handle's behaviour with the
+    margin's impedance, and ``family`` the worst of all hands, each if requested.
     """
 
     setting: LoopSettings
@@ -102,7 +103,7 @@ class Plane:
 
     @property
     def words(self) -> str:
-        """Return the handle's behaviour, or else the margin."""
+        """Return the handle's behaviour if it is known, otherwise the margin."""
         said = self.said
         if said is None:
             return sentence(self.margin)
@@ -110,12 +111,12 @@ class Plane:
 
     @property
     def pushes(self) -> bool:
-        """Return True on the map of a released handle if the scene only pushes it away, as a wall does."""
+        """Return True if the map is for a released handle, and the scene only pushes it away, like a wall."""
         return self.said is not None and self.said.pushes and self.setting.grip is None
 
     @property
     def caption(self) -> str:
-        """Return what the map is valid for if that is not the scene itself, else ""."""
+        """Return what the map is valid for if this is not the scene itself, else ""."""
         if self.said is not None and self.said.joint:
             return "This map is that of a wall; the limits in words are those of handle and object together."
         if self.pushes:
@@ -140,7 +141,7 @@ def intervals(setting: LoopSettings, damping: np.ndarray) -> list[Intervals]:
 
 
 def exact_boundary(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
-    """Return the stiffness limit (n,) in N/m; 0 where damping (n,) alone is unstable.
+    """Return the stiffness limit (n,) in N/m; it is 0 if the damping (n,) alone is unstable.
 
     Raise ParameterError for a nonlinear estimator.
     """
@@ -148,11 +149,11 @@ def exact_boundary(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
 
 
 def friction_boundary(setting: LoopSettings, damping: np.ndarray, push: float = NUDGE) -> np.ndarray:
-    """Return the largest stiffness (n,) in N/m that settles after release at rest from a push in m.
+    """Return the largest stiffness (n,) in N/m that settles after a release ``push`` m off the centre.
 
-    Dry friction removes 4 F A per cycle of amplitude A, like a damper of 4 F / (pi A w): its describing
-    function at the handle's own w = sqrt(K / m). To 1 %; boundaries of 0 stay 0. Raise ParameterError for a
-    nonlinear estimator.
+    Dry friction removes 4 F A per cycle of amplitude A, like a damper of 4 F / (pi A w). This is its
+    describing function at the handle's natural frequency w = sqrt(K / m). The result is accurate to 1 %;
+    boundaries of 0 stay 0. Raise ParameterError for a nonlinear estimator.
     """
     mass, held = setting.moving_mass, setting.held_stiffness
     force = 4.0 * setting.coulomb / (math.pi * push)
@@ -167,7 +168,7 @@ def friction_boundary(setting: LoopSettings, damping: np.ndarray, push: float = 
 
 
 def passivity_line(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
-    """Return the largest stiffness (n,) in N/m that is passive, hence stable with any hand, or 0.
+    """Return the largest passive stiffness (n,) in N/m, which is stable with any hand; 0 if there is none.
 
     Raise ParameterError for a nonlinear estimator.
     """
@@ -204,7 +205,7 @@ def hands(setting: LoopSettings, damping: float) -> dict[str, float]:
     return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
 
 
-# axes include the friction boundary with this factor of room, up to this multiple of the exact limit
+# the axes include the friction boundary, enlarged by this factor, up to this multiple of the exact limit
 _ROOM, _FARTHEST = 1.1, 4.0
 
 
@@ -217,7 +218,7 @@ def plane(
     top: float | None = None,
     columns: int = COLUMNS,
 ) -> Plane:
-    """Return the lines of a setting around a rendered impedance; default axes are rounded to fit.
+    """Return the lines of a setting around a rendered impedance; default axes have rounded ends.
 
     Raise ParameterError.
     """
@@ -297,13 +298,13 @@ def as_json(plane: Plane) -> dict[str, Any]:
 
 
 def passive(plane: Plane) -> np.ndarray:
-    """Return the passivity line (n,) at the plane's own columns, in N/m; NaN for a nonlinear estimator."""
+    """Return the passivity line (n,) in N/m at the plane's columns; NaN for a nonlinear estimator."""
     if not plane.setting.linear:
         return np.full(len(plane.damping), math.nan)
     return passivity_line(plane.setting, plane.damping)
 
 
-# by key: name and a one-line explanation
+# name and one-line explanation of each line, by its key
 LINES = {
     "exact": ("Exact boundary", "from the roots of the sampled loop"),
     "friction": ("With dry friction", "below it, the handle comes to rest after a push of 1 mm"),
@@ -316,12 +317,15 @@ LINES = {
     "buzzes": ("Buzzes", "keeps oscillating without growing"),
     "grows": ("Grows", "after a release, it moves farther and farther"),
 }
-# relative excess of the simple rule over the exact boundary, above which it is too optimistic
+# the simple rule is too optimistic if it exceeds the exact boundary by more than this fraction
 _OPTIMISTIC = 0.05
 
 
 def conditions(setting: LoopSettings, real: bool = False) -> list[tuple[str, str]]:
-    """Return the conditions of the limits as pairs of name and value; real: with friction and steps."""
+    """Return the conditions of the limits as pairs of name and value.
+
+    ``real`` tells that friction and sensor steps are included.
+    """
     stiction = [
         ("Dry friction", f"{setting.coulomb:g} N"),
         ("Sensor step", f"{1e6 * setting.quantum:.3g} µm"),

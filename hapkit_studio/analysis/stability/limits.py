@@ -48,7 +48,8 @@ def checked_loop(
 def stable_stiffnesses(mass: float, viscous: float, **loop: Any) -> sampled_loop.Intervals:
     """Return all intervals (low, high) in N/m of stable virtual stiffness, exact, lowest first.
 
-    Arguments as ``stiffness_limit``, which is the end of the first one. Raise ParameterError.
+    The arguments are those of ``stiffness_limit``, which returns the end of the first interval. Raise
+    ParameterError.
     """
     checked = checked_loop(mass, viscous, **loop)
     return sampled_loop.stable_intervals(checked, np.array([loop.get("damping", 0.0)]))[0]
@@ -65,18 +66,18 @@ def stiffness_limit(
     hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
 ) -> float:
-    """Return the exact stiffness in N/m below which every virtual spring is stable, or 0.
+    """Return the exact stiffness in N/m below which every virtual spring is stable; 0 if there is none.
 
-    mass kg, viscous and virtual damping N·s/m, rate Hz, delay s; hand: a Hand, a Grip, a name, or None for a
-    released handle; quantum in m: the sensor's, for the design of the velocity estimator. Raise
-    ParameterError.
+    mass is in kg, viscous and virtual damping in N·s/m, rate in Hz, delay in s. hand is a Hand, a Grip, a
+    name, or None for a released handle. quantum in m is that of the sensor, for which the velocity estimator
+    is designed. Raise ParameterError.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
     return sampled_loop.stiffness_limit(loop, damping)
 
 
 def simple_rule(setting: LoopSettings, damping: np.ndarray) -> np.ndarray:
-    """Return (b₀ + b) / (T/2 + td) in N/m: the rule of Gil et al. (2009), optimistic for large b."""
+    """Return (b₀ + b) / (T/2 + td) in N/m, the rule of Gil et al. (2009), which is optimistic for large b."""
     own = setting.total_viscous
     return (own + np.asarray(damping)) / (0.5 * setting.period + setting.delay)
 

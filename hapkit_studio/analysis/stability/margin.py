@@ -1,6 +1,6 @@
 """The stability margin as a number and as text, and rounded axes for a map around it.
 
-Imports nothing slow, as the window needs it at start.
+This module imports nothing slow, because the window needs it at start.
 """
 
 import math
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 RELEASED = "released"
-# larger ratios are not quoted as a number
+# a larger ratio is not shown as a number
 FAR = 100.0
-# format thresholds: two decimals below _NEXT_TO_ONE, none above _TEN
+# a ratio below _NEXT_TO_ONE is shown with two decimals, above _TEN without decimals
 _NEXT_TO_ONE, _TEN = 1.095, 9.95
 
 
@@ -20,8 +20,8 @@ _NEXT_TO_ONE, _TEN = 1.095, 9.95
 class Margin:
     """A rendered stiffness (N/m) and damping (N·s/m) with the stable limit (N/m) at that damping.
 
-    limit: 0 if the damping alone is unstable, NaN without an exact one. hand: the grip's name. again: further
-    stable intervals (low, high) in N/m above the limit.
+    ``limit`` is 0 if the damping alone is unstable, and NaN if there is no exact limit. ``hand`` is the
+    grip's name. ``again`` contains further stable intervals (low, high) in N/m above the limit.
     """
 
     stiffness: float
@@ -32,7 +32,7 @@ class Margin:
 
     @property
     def stable(self) -> bool:
-        """Return True if the impedance is below the limit, or in a stable interval above it."""
+        """Return True if the stiffness is below the limit, or in a stable interval above the limit."""
         return (self.limit > 0.0 and self.stiffness <= self.limit) or self.island is not None
 
     @property
@@ -42,27 +42,27 @@ class Margin:
 
     @property
     def ratio(self) -> float:
-        """Return limit over stiffness; infinite without stiffness."""
+        """Return the ratio of limit to stiffness; it is infinite for a stiffness of 0."""
         return self.limit / self.stiffness if self.stiffness > 0.0 else math.inf
 
 
 def hand_words(hand: str) -> str:
-    """Return the hand's name: "let go", "medium grip"."""
+    """Describe the hand: "let go", or the grip's name as in "medium grip"."""
     return "let go" if hand == RELEASED else f"{hand} grip"
 
 
 def times(ratio: float) -> str:
-    """Format a ratio of 1 or more: one decimal, two next to 1, none from 10 on."""
+    """Format a ratio of 1 or more: with two decimals near 1, none from 10 on, otherwise one."""
     return f"{ratio:.{2 if ratio < _NEXT_TO_ONE else 1 if ratio < _TEN else 0}f} ×"
 
 
 def factor(ratio: float) -> str:
-    """Format the factor from the stiffness to the limit: "× 1.4", "÷ 1.3" from beyond it."""
+    """Format the factor from the stiffness to the limit: "× 1.4" below the limit, "÷ 1.3" above it."""
     return f"× {times(ratio)[:-2]}" if ratio >= 1.0 else f"÷ {times(1.0 / ratio)[:-2]}"
 
 
 def short(margin: Margin) -> str:
-    """Return the margin as text: "1.4 × below the limit"."""
+    """Return the margin as text, such as "1.4 × below the limit"."""
     if math.isnan(margin.limit):
         return "No exact limit"
     if margin.island:
@@ -77,18 +77,18 @@ def short(margin: Margin) -> str:
 
 
 def span(ends: tuple[float, float]) -> str:
-    """Format a stiffness interval: "341 to 1,562 N/m"."""
+    """Format a stiffness interval, as in "341 to 1,562 N/m"."""
     return f"{ends[0]:,.0f} to {ends[1]:,.0f} N/m"
 
 
 def stable_again(margin: Margin) -> str:
-    """Return a sentence on the stable intervals above the limit; "" without one."""
+    """Return a sentence on the stable intervals above the limit; "" if there are none."""
     others = [span(ends) for ends in margin.again if ends != margin.island]
     return f"Stable {'again' if margin.limit else 'only'} from {' and from '.join(others)}." if others else ""
 
 
 def remedy(margin: Margin) -> str:
-    """Return the remedy for an unstable impedance; "" if stable."""
+    """Return the remedy for an unstable impedance; "" if the impedance is stable."""
     if math.isnan(margin.limit):
         return "The velocity filter is not linear, so only a measurement can tell."
     if margin.limit <= 0.0 and not margin.island:
@@ -97,7 +97,7 @@ def remedy(margin: Margin) -> str:
 
 
 def sentence(margin: Margin) -> str:
-    """Return margin, hand and remedy: "1.4 × below the limit; let go."."""
+    """Return margin, hand and remedy as text, such as "1.4 × below the limit; let go."."""
     said = short(margin)
     hand = hand_words(margin.hand)
     whole = f"{said}." if said.endswith(hand) else f"{said}; {hand}."
@@ -107,10 +107,11 @@ def sentence(margin: Margin) -> str:
 _ROUND = (1, 1.5, 2, 3, 4, 5, 8, 10)
 WIDTHS = (1.0, 2.0, 4.0, 8.0, 12.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 _SHARE = 0.7
-# the boundary must leave through the upper edge within this fraction of the width
+# the boundary must cross the upper edge within this fraction of the width
 _LEAVES = 0.6
 _LOOKS = 31
-# height of the axes as a multiple of the limit at the dot; the second value is a maximum that includes a peak
+# Height of the axes as a multiple of the limit at the dot; with the second value, the largest, a peak is
+# included.
 _OVER, _WHOLE = 1.5, 2.2
 
 
@@ -123,12 +124,12 @@ def nice_top(value: float) -> float:
 
 
 def nice_width(damping: float, least: float = WIDTHS[0]) -> float:
-    """Return a rounded width in N·s/m, at least ``least``, with room to the right of a damping."""
+    """Return a rounded width in N·s/m of at least ``least``, with room to the right of a damping."""
     return next((w for w in WIDTHS if w >= least and damping <= _SHARE * w), nice_top(damping / _SHARE))
 
 
 def height(stiffness: float, limit: float, highest: float) -> float:
-    """Return a rounded height in N/m with room above dot and limit; includes a low boundary completely."""
+    """Return a rounded height in N/m with room above dot and limit; it includes all of a low boundary."""
     limit = limit if math.isfinite(limit) else 0.0
     around = max(_OVER * limit, 1.4 * stiffness, 1.0)
     whole = 1.1 * highest
@@ -139,10 +140,10 @@ def height(stiffness: float, limit: float, highest: float) -> float:
 def round_axes(
     boundary: Callable[[np.ndarray], np.ndarray], stiffness: float, damping: float, limit: float
 ) -> tuple[float, float]:
-    """Return rounded width in N·s/m and height in N/m around a dot and the limit at its damping, N/m.
+    """Return rounded width in N·s/m and height in N/m around a dot and the limit in N/m at its damping.
 
-    boundary: limits (n,) at dampings (n,). The narrowest width is chosen in which it turns down or leaves
-    through the upper edge.
+    ``boundary`` returns the limits (n,) at dampings (n,). The width is the smallest in which the boundary
+    turns down or crosses the upper edge.
     """
     wide = nice_width(damping)
     top = height(stiffness, limit, math.inf)

@@ -1,8 +1,9 @@
-"""Limit of the contact stiffness with a simulated object: handle, coupling and object as one system.
+"""The limit of the contact stiffness with a simulated object: handle, coupling and object as one system.
 
-The limit for a spring to the ground assumes a fixed wall. An object moves, by an integrator with its own
-limit, and responds one sample late. Exact during contact, for small motions, and for a coupling whose damper
-acts both ways; the scenes' dampers act on approach only, so the limit is exact without damping.
+The limit for a spring to the ground assumes a fixed wall. An object moves, is integrated with a method that
+has its own limit, and responds one sample late. The limit is exact during contact, for small motions, and for
+a coupling whose damper acts both ways. The dampers of the scenes act on approach only, so the limit is exact
+if there is no damping.
 """
 
 from collections.abc import Callable, Mapping
@@ -18,19 +19,21 @@ from hapkit_studio.errors import ParameterError
 
 OBJECTS = "mass_spring_damper", "puck"
 _SOFTEST, _STIFFEST, _SCAN, _HALVINGS = 1.0, 1e7, 141, 20
-# Roots above this grow. An object without a spring has a root at exactly 1, which must not count.
+# The system grows if a root is above this value. An object without a spring has a root at exactly 1, which
+# must not count.
 _STILL = 1.0 + 1e-9
 
 
 def holds(environment: Environment) -> bool:
-    """Return True if a scene is one of OBJECTS, not a user's own of that name."""
+    """Return True if a scene is one of OBJECTS, and not a user's own scene of the same name."""
     return any(environments.named(key) is environment for key in OBJECTS)
 
 
 def contact_limit(setting: LoopSettings, key: str, values: Mapping[str, object]) -> float:
-    """Return the largest stable contact stiffness in N/m, 0 if the softest is unstable.
+    """Return the largest stable contact stiffness in N/m; 0 if even the softest one is unstable.
 
-    values: all values of a scene of OBJECTS, whose own contact stiffness is ignored. Raise ParameterError.
+    ``values`` are all values of a scene of OBJECTS; the contact stiffness among them is ignored. Raise
+    ParameterError.
     """
     if key not in OBJECTS:
         raise ParameterError(f"An object that the handle pushes is in {', '.join(OBJECTS)}, not in {key!r}.")
@@ -38,7 +41,7 @@ def contact_limit(setting: LoopSettings, key: str, values: Mapping[str, object])
         raise ParameterError("The velocity filter is not linear, so there is no exact limit.")
     others = {name: value for name, value in values.items() if name != "contact_stiffness"}
     numbers = environments.named(key).values(others)
-    # a puck stays in contact only while the handle presses it against its wall
+    # a puck stays in contact only while the handle presses it against the wall
     own = numbers.get("stiffness", numbers.get("wall_stiffness", 0.0)), numbers.get("damping", 0.0)
     free = without_law(setting, COUPLED, setting.period, setting.parted[1])
 
@@ -50,7 +53,7 @@ def contact_limit(setting: LoopSettings, key: str, values: Mapping[str, object])
 
 
 def first_limit(stable: Callable[[float], bool], scan: np.ndarray, halvings: int = _HALVINGS) -> float:
-    """Return the end of the first stable range by a scan (n,) with bisection; 0 if the first is unstable."""
+    """Return the end of the first stable range, by a scan (n,) and bisection; 0 if nothing is stable."""
     bad = next((k for k, value in enumerate(scan) if not stable(float(value))), None)
     if not bad:
         return np.inf if bad is None else 0.0

@@ -19,8 +19,8 @@ def sketch_verdict(
 ) -> Verdict:
     """Return the verdict for a kit with all values at a rate in Hz, held and released.
 
-    The force is assumed a full period late. A sketch that keeps its rate is never later, as a tick ends
-    before the next one: the limit is conservative.
+    The force is assumed to be a full period late. A sketch that keeps its rate is never later, because a tick
+    ends before the next one begins, so the limit is conservative.
     """
     setting = LoopSettings(
         mass=board.mass, viscous=board.viscous, quantum=board.quantum, rate=rate,
@@ -30,7 +30,7 @@ def sketch_verdict(
 
 
 def sketch_words(found: Verdict, rate: float) -> str:
-    """Return verdict and limit in a line or two."""
+    """Return verdict and limit in one or two lines."""
     said = " ".join(filter(None, (*found.lines, found.reason)))
     return f"At {rate:,} Hz, with one period of delay: {said}"
 
@@ -41,7 +41,7 @@ UNKNOWN = "The delay of the link cannot be measured, so the stiffness limit is u
 
 
 def rendering_rate(engine: Engine, where: str) -> float | None:
-    """Return the rate in Hz of one way of rendering, None where the board cannot."""
+    """Return the rate in Hz of one way of rendering; None if the board cannot render."""
     if where == COMPUTER or not engine.device.has_board:
         return engine.loop.rate
     decision = engine.decision()
@@ -50,7 +50,7 @@ def rendering_rate(engine: Engine, where: str) -> float | None:
 
 
 def rendering_limit(engine: Engine, where: str) -> float | None:
-    """Return the exact stiffness limit in N/m of a released handle, None without one or without a delay."""
+    """Return the exact stiffness limit in N/m of a released handle; None if limit or delay are unknown."""
     delay, rate = engine.delay_of(where), rendering_rate(engine, where)
     impedance, device = engine.environment.impedance, engine.device
     if delay is None or rate is None or impedance is None:
@@ -66,7 +66,7 @@ def rendering_limit(engine: Engine, where: str) -> float | None:
 
 
 def link_warning(engine: Engine) -> str:
-    """Return one line if the rendered stiffness exceeds, or may exceed, the link's limit; else ""."""
+    """Return one line if the rendered stiffness exceeds, or may exceed, the link's limit, else ""."""
     where, device = engine.where, engine.device
     if not device.measures_delay:
         return ""

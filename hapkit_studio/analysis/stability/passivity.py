@@ -1,12 +1,13 @@
 """The stiffest passive virtual spring: passivity of the sampled loop with any hand and any delay.
 
-The loop samples x at k T; its command F_k = K x_k + B v^_k acts from k T + td on, td = d T + θ. Only the
-positions at the instants k T and k T + θ matter. Between two of them the handle's own damping dissipates at
-least b Δx²/Δt, for a constant speed; the controller absorbs the sum of F_k (y_k+1 - y_k), y_k = x(k T + td).
-At one frequency, x_k = X z^k, x(k T + θ) = P z^k, this is a Hermitian form in (X, P), non-negative if |b β -
-c| <= b α with α = 1/θ + 1/(T-θ), β = 1/θ + z*/(T-θ), c = (K + B H)* z^d (z - 1) / 2, H the velocity
-estimator. The hand is arbitrary, so neither hand nor mass matters. For a delay of whole periods it is Colgate
-& Schenkel's condition (J. Robotic Systems 14(1), 1997).
+The loop samples x at k T. Its command F_k = K x_k + B v^_k acts from k T + td on, with td = d T + θ. Only the
+positions at the instants k T and k T + θ matter. Between two of these instants the handle's damping
+dissipates at least b Δx²/Δt, which is reached at a constant speed. The controller absorbs the sum of F_k
+(y_k+1 - y_k), with y_k = x(k T + td). At one frequency, with x_k = X z^k and x(k T + θ) = P z^k, this is a
+Hermitian form in (X, P). It is non-negative if |b β - c| <= b α with α = 1/θ + 1/(T-θ), β = 1/θ + z*/(T-θ), c
+= (K + B H)* z^d (z - 1) / 2, and H the velocity estimator. The hand is arbitrary, so neither hand nor mass
+matters. For a delay of whole periods this is the condition of Colgate & Schenkel (J. Robotic Systems 14(1),
+1997).
 """
 
 import math
@@ -17,20 +18,20 @@ import numpy as np
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, design, parse
 from hapkit_studio.errors import ParameterError
 
-# angles per sample at which the condition is evaluated: at least, and per turn of the delay's phase
+# number of angles per sample at which the condition is evaluated: at least, and per turn of the delay's phase
 _FEWEST, _A_TURN = 2000, 64
 _SLOWEST = 1e-4
-# smaller fractions of a period are rounding errors of the clock
+# a smaller fraction of a period is a rounding error of the clock
 _SAME = 1e-9
 _NEARLY = 1e-12
 _HALVINGS = 50
-# multiple of the handle's own damping above which no virtual damping is passive in any sampled loop
+# above this multiple of the handle's damping no virtual damping is passive in any sampled loop
 _MOST = 1e6
 
 
 @dataclass(frozen=True)
 class _Angles:
-    """The loop at angles w per sample, all of shape (m,): z, the estimator H and H / (z - 1)."""
+    """The loop at angles w per sample, all arrays of shape (m,): z, the estimator H, and H / (z - 1)."""
 
     period: float
     whole: int
@@ -53,10 +54,10 @@ def passive_stiffness(
     estimator: Spec = "difference",
     quantum: float = USUAL_QUANTUM,
 ) -> np.ndarray:
-    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,), or 0.
+    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 if there is none.
 
-    viscous: the handle's own damping in N·s/m, rate Hz, delay s; quantum in m: the sensor's, for the design
-    of the estimator. Raise ParameterError for a nonlinear estimator.
+    viscous is the handle's damping in N·s/m, rate is in Hz, delay in s. quantum in m is that of the sensor,
+    for which the estimator is designed. Raise ParameterError for a nonlinear estimator.
     """
     angles = _angles(rate, delay, estimator, quantum)
     return np.array([_largest(angles, viscous, float(virtual)) or 0.0 for virtual in damping])
@@ -69,7 +70,10 @@ def passive_damping(
     estimator: Spec = "difference",
     quantum: float = USUAL_QUANTUM,
 ) -> float:
-    """Return the largest virtual damping in N·s/m that is passive with some stiffness; arguments as above."""
+    """Return the largest virtual damping in N·s/m that is passive with some stiffness.
+
+    The arguments are those of ``passive_stiffness``.
+    """
     angles = _angles(rate, delay, estimator, quantum)
     low, high = 0.0, viscous
     while high > 0.0 and _largest(angles, viscous, high) is not None:
@@ -83,7 +87,7 @@ def passive_damping(
 
 
 def _largest(angles: _Angles, viscous: float, damping: float) -> float | None:
-    """Return the largest stiffness that is passive at every angle; None without one."""
+    """Return the largest stiffness that is passive at every angle; None if there is none."""
     low, high = (_fractional_bounds if angles.rest else _whole_period_bounds)(angles, viscous, damping)
     most, least = float(np.nanmin(high)), max(float(np.nanmax(low)), 0.0)
     return max(most, 0.0) if most >= least - _NEARLY * viscous / angles.period else None
@@ -106,7 +110,8 @@ def _angles(rate: float, delay: float, estimator: Spec, quantum: float) -> _Angl
 def _whole_period_bounds(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the smallest and largest passive stiffness at each angle, for a delay of whole periods.
 
-    b + B T Re(W z^-d) >= K T/2 S_d, W = H / (z - 1), S_d = sin((d + 1/2) w) / sin(w/2).
+    The condition is b + B T Re(W z^-d) >= K T/2 S_d, with W = H / (z - 1) and S_d = sin((d + 1/2) w) /
+    sin(w/2).
     """
     free = viscous + damping * at.period * (at.slope * at.z**-at.whole).real
     lag = 0.5 * at.period * at.sweep(at.whole)
@@ -118,10 +123,10 @@ def _whole_period_bounds(at: _Angles, viscous: float, damping: float) -> tuple[n
 
 
 def _fractional_bounds(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the same for a delay with a fraction of a period: the roots of K² - 2 r K + q = 0.
+    """Return the smallest and largest passive stiffness if the delay has a fraction of a period.
 
-    |b β - c|² <= (b α)², both sides without their value at rest and divided by |z - 1|²/4, rearranged to
-    avoid cancellation as w -> 0.
+    They are the roots of K² - 2 r K + q = 0. The condition is |b β - c|² <= (b α)². Both sides are reduced by
+    their value at rest, divided by |z - 1|²/4, and rearranged to avoid cancellation as w -> 0.
     """
     late = at.period - at.rest
     mixed = (1.0 / at.rest + at.z / late) * np.conj(at.slope) * at.z**at.whole

@@ -1,22 +1,24 @@
-"""Stability of a rendered spring by simulation: does a handle released off its centre settle?
+"""Stability of a rendered spring by simulation: does a handle settle after its release off the centre?
 
 F = -K (x - c) - B v^ is rendered by the tick on the simulated Hapkit without force limit, for 12 s, 12,000
 samples or 80 rad of the slowest oscillation, whichever is longest.
 
 A linear loop (no Coulomb friction, no sensor steps, linear velocity estimate) has exact limits, which are
-used for its map. To measure its boundary it is released at 1 µm. It DECAYS if the sum of a² + (ω v)² over the
-last third of the time is less than over the third before, ω² = K / m, or if it has fallen to 1e-30 of its
-start; otherwise, and beyond 1 m, it GROWS. At 1 % beyond a limit it grows by 0.02 to 0.05 1/s.
+used for its map. To measure its boundary, the handle is released at 1 µm. The motion DECAYS if the sum of a²
++ (ω v)², with ω² = K / m, is smaller over the last third of the time than over the second third, or if it has
+fallen to 1e-30 of its start. Otherwise, and beyond 1 m, it GROWS. At 1 % beyond a limit it grows by 0.02 to
+0.05 1/s.
 
-Any other loop is released at 200.3 sensor steps and, if it settles, at 3.3 steps (Diolaiti et al. 2006). The
-centre lies half a step off an edge between two steps, the worst case for friction: motion persists if the
-force of one step is more than twice the friction. It DECAYS if friction stops it, or if its reach in the last
-third is 10 % less than in the third before. If it keeps moving within five steps it BUZZES, known once three
-twelfths of the time have equal reach; beyond five steps, and beyond 0.2 m at any time, it GROWS. With a
-linear velocity estimate, quantisation adds only a bounded motion, a large one near the limit: a motion that
-has decreased by 10 % since the first third and does not increase in the last third BUZZES, whatever its
-reach. The passivity controller tolerates a motion of imperceptible energy: with it, a motion that grows by
-less than 10 % BUZZES too, and so does one that grows to at most twice that energy within 200.3 steps.
+In any other loop the handle is released at 200.3 sensor steps and, if it settles, at 3.3 steps (Diolaiti et
+al. 2006). The centre lies half a step off an edge between two steps, which is the worst case for friction:
+motion persists if the force of one step is more than twice the friction. The motion DECAYS if friction stops
+it, or if its reach in the last third is 10 % less than in the second third. It BUZZES if it keeps moving
+within five steps; this is known once three twelfths of the time have equal reach. Beyond five steps it GROWS,
+and also if it exceeds 0.2 m at any time. With a linear velocity estimate, quantisation adds only a bounded
+motion, which is large near the limit: a motion that is 10 % smaller than in the first third and does not
+increase in the last third BUZZES, whatever its reach. The passivity controller tolerates a motion of
+imperceptible energy: with the controller, a motion that grows by less than 10 % BUZZES too, and so does one
+that grows to at most twice that energy within 200.3 steps.
 """
 
 import math
@@ -51,15 +53,15 @@ SECONDS = 12.0
 FEWEST_SAMPLES = 12_000
 MOST_SAMPLES = 5_000_000
 _TURNS = 80.0
-# N/m: softest spring that returns the handle within the longest run
+# N/m: the softest spring that returns the handle within the longest run
 SOFTEST = 1e-3
 
 LINEAR_START, LINEAR_FAR, LINEAR_FAINT = 1e-6, 1.0, 1e-36
-# release distances in sensor steps
+# distances of the release from the centre, in sensor steps
 STARTS = (200.3, 3.3)
 FEW_STEPS = 5.0
 FAR = 0.2
-# s without motion after which every velocity estimate has converged
+# s without motion after which every velocity estimate has settled
 _STILL_SECONDS = 1.0
 _DYING, _STEADY, _GROWING = 0.9, 1.01, 1.1
 
@@ -68,7 +70,7 @@ _DYING, _STEADY, _GROWING = 0.9, 1.01, 1.1
 class Rendered:
     """Device, loop settings, hand and passivity controller with which a spring is rendered.
 
-    quantum in m: for the design of the velocity estimator if the device's own sensor is ideal.
+    ``quantum`` in m is used for the design of the velocity estimator if the device's sensor is ideal.
     """
 
     device: SimulatedHapkit
@@ -78,12 +80,12 @@ class Rendered:
 
     @property
     def step(self) -> float:
-        """Return the sensor's step in m; ``quantum`` for an ideal sensor."""
+        """Return the sensor's step in m; for an ideal sensor return ``quantum``."""
         return self.device.quantum or self.quantum
 
     @property
     def linear(self) -> bool:
-        """Return True if the loop is linear, so that amplitude does not matter."""
+        """Return True if the loop is linear, so that its stability does not depend on the amplitude."""
         exact = self.device.coulomb_force == 0.0 and self.device.quantum == 0.0 and not self.loop.controller
         return exact and self.linear_estimate
 
@@ -94,7 +96,7 @@ class Rendered:
 
     @property
     def exact(self) -> LoopSettings:
-        """Return the loop without friction, quantisation, controller and virtual damping."""
+        """Return the settings of the loop without friction, quantisation, controller and virtual damping."""
         device, loop = self.device, self.loop
         ideal = device.mass, device.viscous, 0.0, loop.rate, loop.delay, loop.estimator, self.grip
         return checked_loop(*ideal, self.step)
@@ -105,14 +107,14 @@ class Rendered:
         return self.device.mass + (self.grip.mass if self.grip else 0.0)
 
     def scene(self) -> headless.Scene:
-        """Return the spring's scene, with placeholder values."""
+        """Return the scene with a spring, with placeholder values."""
         values = {"stiffness": 0.0, "damping": 0.0, "center": 0.0}
         spring = environments.named("spring")
         return headless.Scene(spring, values, self.device, self.loop, designed_for=self.step)
 
 
 def softest(what: Rendered) -> float:
-    """Return the softest spring in N/m considered: 1 mN/m, or that with a period of the longest run."""
+    """Return the softest spring in N/m: 1 mN/m, or the spring whose period fits the longest run."""
     slowest = _TURNS * what.loop.rate / MOST_SAMPLES
     return max(SOFTEST, what.mass * slowest**2)
 
@@ -141,9 +143,10 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
 
 
 def swings(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Return the amplitude (n,) in m in the last third of the time after release at 200.3 sensor steps.
+    """Return the amplitude (n,) in m in the last third of the time after a release at 200.3 sensor steps.
 
-    stiffness and damping (n,) as for ``judge``; NaN without such a spring.
+    stiffness and damping (n,) are those of ``judge``. The amplitude is NaN if the stiffness is not positive
+    and finite.
     """
     swing, there = np.full(stiffness.size, math.nan), np.isfinite(stiffness) & (stiffness > 0.0)
     found = _let_go_steps(what, stiffness[there], damping[there], STARTS[0], cell_batch.NEVER_SMALL)
@@ -154,7 +157,7 @@ def swings(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.nda
 def _let_go_steps(
     what: Rendered, stiffness: np.ndarray, damping: np.ndarray, start: float, small: float
 ) -> cell_batch.CellResults:
-    """Simulate every cell, released at ``start`` sensor steps, until it rests or is steady and small."""
+    """Simulate every cell from a release at ``start`` sensor steps, until it rests or is steady and small."""
     still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
     limits = cell_batch.Limits(FAR, still, cell_batch.NEVER_FAINT, small)
     return _let_go(what, stiffness, damping, start * what.step, -0.5 * what.device.quantum, limits)
@@ -168,7 +171,7 @@ def _let_go(
     centre: float,
     limits: cell_batch.Limits,
 ) -> cell_batch.CellResults:
-    """Simulate every cell, released at ``start`` m from the spring's centre in m."""
+    """Simulate every cell from a release at ``start`` m from the spring's centre in m."""
     held = what.grip.stiffness if what.grip else 0.0
     turning = np.sqrt((stiffness + held) / what.mass)
     samples = np.maximum(np.maximum(SECONDS, _TURNS / turning) * what.loop.rate, FEWEST_SAMPLES)
@@ -184,7 +187,7 @@ def _let_go(
 
 
 def _by_envelope(found: cell_batch.CellResults) -> np.ndarray:
-    """Classify by the power of the last third relative to the third before."""
+    """Classify each cell by the power of the last third of the time relative to the second third."""
     third = cell_batch.PARTS // 3
     power = found.parts[:, :, cell_batch.POWER]
     before, after = power[:, third : 2 * third].sum(axis=1), power[:, 2 * third :].sum(axis=1)
@@ -194,10 +197,11 @@ def _by_envelope(found: cell_batch.CellResults) -> np.ndarray:
 
 
 def by_reach(found: cell_batch.CellResults, few: float | np.ndarray, held: bool, linear: bool) -> np.ndarray:
-    """Classify by the reach of the last third relative to the third before; few: a buzz's largest reach in m.
+    """Classify each cell by the reach of the motion in the last third of the time and in the second third.
 
-    held: a controller limits the motion, so only continued growth GROWS. linear: the estimate is linear, so a
-    motion that has decreased to a steady one does not grow.
+    ``few`` is the largest reach in m of a motion that BUZZES. If ``held`` is true, a controller limits the
+    motion, so only continued growth GROWS. If ``linear`` is true, the estimate is linear, so a motion that
+    has become smaller and steady does not grow.
     """
     third = cell_batch.PARTS // 3
     first = _reach(found.parts[:, :third])
@@ -218,13 +222,13 @@ def _reach(parts: np.ndarray) -> np.ndarray:
     return parts[:, :, cell_batch.HIGH].max(axis=1) - parts[:, :, cell_batch.LOW].min(axis=1)
 
 
-_EXPECTED = 0.05  # progress shows 50 % when this fraction of a map's cells is rendered
+_EXPECTED = 0.05  # progress shows 50 % when this fraction of a map's cells has been rendered
 _STIFFEST = 1e9
 _PRECISION = 1e-4
 
 
 def rendered(setting: LoopSettings, real: bool = False) -> Rendered:
-    """Return what renders a setting's spring; real: with friction and sensor steps.
+    """Return device, loop and hand that render a setting's spring; ``real``: with friction and sensor steps.
 
     The velocity estimator is designed for the device's sensor in both cases.
     """
@@ -237,14 +241,15 @@ def classes(
 ) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
 
-    If both axes ascend, only few cells are rendered, see ``few_cells``. sweeping: executor and progress as
-    for ``sweep``, for cells without exact limit. Raise ParameterError, and what progress raises.
+    If both axes ascend, only a few cells are rendered, as described in ``few_cells``. ``sweeping`` contains
+    the executor and progress for ``sweep``, for cells without an exact limit. Raise ParameterError, and what
+    progress raises.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     what, count, judged = rendered(setting, real), lines.size * columns.size, 0
     progress = sweeping.pop("progress", no_progress)
 
-    def say(done: int, _of: int) -> None:  # the number of remaining cells is not known in advance
+    def say(done: int, _of: int) -> None:  # the number of remaining cells is unknown
         progress(int(count * (judged + done) / (judged + done + _EXPECTED * count)), count)
 
     def judge_some(k: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -267,7 +272,7 @@ def maps(
     real: bool = False,
     **sweeping: Any,
 ) -> np.ndarray:
-    """Return the ``classes`` (s, m, n) int8 of many settings: one sweep with a map per cell.
+    """Return the ``classes`` (s, m, n) int8 of many settings, in one sweep whose cells are whole maps.
 
     Raise ParameterError, and what progress raises.
     """
@@ -282,8 +287,8 @@ def boundary(
 ) -> np.ndarray:
     """Return the largest stiffness (n,) N/m that does not grow, to 1e-4, for every damping (n,) N·s/m.
 
-    By bisection; 0 if the spring of ``softest`` is unstable, inf beyond 1 GN/m. Raise ParameterError, and
-    what progress raises.
+    It is found by bisection; 0 if the spring of ``softest`` is unstable, inf if it exceeds 1 GN/m. Raise
+    ParameterError, and what progress raises.
     """
     task = partial(_limits, rendered(setting, real))
     return np.array(sweep(task, checked_row(damping, DAMPING).tolist(), **sweeping), dtype=float)
@@ -303,9 +308,9 @@ def _grid(
     stiffness: np.ndarray,
     judge: Callable[[np.ndarray, np.ndarray], np.ndarray],
 ) -> np.ndarray:
-    """Return the classes (m, n) of stiffness (m,) and damping (n,); for a linear loop from its exact limits.
+    """Return the classes (m, n) of stiffness (m,) and damping (n,); exact limits are used for a linear loop.
 
-    judge: classes of stiffness (k,) and damping (k,).
+    ``judge`` returns the classes of stiffness (k,) and damping (k,).
     """
     if what.linear:
         steady = stable(what.exact, np.maximum(stiffness, SOFTEST), damping)
@@ -320,7 +325,7 @@ def _grid(
 def _strips(what: Rendered, damping: np.ndarray, stiffness: np.ndarray) -> Iterator[tuple[int, int]]:
     """Yield a cell (row, column) of every narrow strip that is stable or unstable in the linear loop.
 
-    Only strips that a lattice may miss; none for a nonlinear velocity estimate.
+    Only strips that a lattice may miss are included. There are no strips for a nonlinear velocity estimate.
     """
     if not what.linear_estimate:
         return
@@ -336,7 +341,7 @@ def _limits(what: Rendered, columns: list[float]) -> list[float]:
 
 
 def stiffest(what: Rendered, damping: float) -> float:
-    """Return the largest stiffness in N/m without growth at a virtual damping in N·s/m."""
+    """Return the largest stiffness in N/m at which the motion does not grow, for a damping in N·s/m."""
     least, beyond = softest(what), math.inf
     if what.linear_estimate and not what.loop.controller:
         beyond = in_first_gap(stable_intervals(what.exact, np.array([damping]))[0], least)
@@ -344,7 +349,7 @@ def stiffest(what: Rendered, damping: float) -> float:
 
 
 def in_first_gap(intervals: Intervals, softest: float = SOFTEST) -> float:
-    """Return the middle in N/m between the limit and the next stable interval; inf without one."""
+    """Return the middle in N/m between the limit and the next stable interval; inf if there is none."""
     limit = max(first_end(intervals), softest)
     return next((math.sqrt(limit * low) for low, _ in intervals if low > limit), math.inf)
 
@@ -354,7 +359,8 @@ def largest_stable(
 ) -> float:
     """Return the stiffness in N/m, to 1e-4, up to which ``stable`` is true; 0 if nowhere, inf if everywhere.
 
-    Nothing below ``softest`` is tried; ``beyond``, a stiffness known to be too large, is rechecked.
+    Stiffnesses below ``softest`` are not tried. ``beyond`` is a stiffness known to be too large, which is
+    checked again.
     """
     low, high = 1.0, math.inf
     if beyond < math.inf:
@@ -386,10 +392,10 @@ def measured_stiffness_limit(
 ) -> float:
     """Return the largest stable virtual stiffness in N/m to 1e-4, found by simulating the spring.
 
-    Arguments as ``stiffness_limit``; a hand rests at the centre. 0 if a spring of 1 mN/m is unstable (a
-    stiffer one for masses that need more than 5 million samples for 80 rad), inf beyond 1 GN/m. The criterion
-    is the module's, for an ideal device: with a nonlinear estimator, a limit cycle of up to five sensor
-    counts counts as stable. Raise ParameterError.
+    The arguments are those of ``stiffness_limit``; a hand rests at the centre. The result is 0 if a spring of
+    1 mN/m is unstable (a stiffer spring for masses that need more than 5 million samples for 80 rad), and inf
+    if it exceeds 1 GN/m. The criterion is that of this module, for an ideal device: with a nonlinear
+    estimator, a limit cycle of up to five sensor counts counts as stable. Raise ParameterError.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf)
@@ -400,7 +406,7 @@ def measured_stiffness_limit(
 def measure_points(
     setting: LoopSettings, damping: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> Points:
-    """Return the boundary by simulation, with bisection in each column; sweeping as ``boundary``."""
+    """Return the boundary by simulation, with bisection in each column; ``sweeping`` as in ``boundary``."""
     found = boundary(setting, damping, real=real, **sweeping)
     inside = found * (1.0 - 2.0 * _PRECISION)
     swing = swings(rendered(setting, real), inside, damping) if setting.controller else None
@@ -415,6 +421,6 @@ def cell_centres(end: float, count: int) -> np.ndarray:
 def measure_cells(
     setting: LoopSettings, damping: np.ndarray, stiffness: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> Cells:
-    """Return the class of every cell of the plane by simulation; sweeping as ``classes``."""
+    """Return the class of every cell of the plane by simulation; ``sweeping`` as in ``classes``."""
     found = classes(setting, damping, stiffness, real=real, **sweeping)
     return Cells(np.asarray(damping), np.asarray(stiffness), found, real, setting.controller)

@@ -1,4 +1,4 @@
-"""The verdict on a scene: behaviour of the handle held and released, margins, and sentences on both."""
+"""The verdict on a scene: behaviour of the handle when held and released, margins, and sentences on both."""
 
 import math
 from dataclasses import dataclass
@@ -11,8 +11,9 @@ from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, span,
 class Verdict:
     """Behaviour of the handle and margins by grip name: first in the hand, last released.
 
-    unknown: why no limit is known, or "". pushes: the scene only pushes (a wall), so its limits hold while a
-    hand presses the handle into it. joint: the limits are those of handle and object pressed together.
+    ``unknown`` tells why no limit is known, or is "". ``pushes`` is True if the scene only pushes (a wall),
+    so that its limits hold while a hand presses the handle into it. ``joint`` is True if the limits are those
+    of handle and object pressed together.
     """
 
     does: dict[str, Behaviour]
@@ -23,7 +24,7 @@ class Verdict:
 
     @property
     def not_judged(self) -> str:
-        """Return the reason why the handle was not judged, in sentences; "" if it was."""
+        """Return the reason in sentences why the handle was not judged; "" if it was judged."""
         return next((one.unknown for one in self.does.values() if one.unknown), "")
 
     @property
@@ -38,23 +39,23 @@ class Verdict:
 
     @property
     def limit(self) -> float | None:
-        """Return the linear limit of a released handle in N/m; None if it is unknown or infinite."""
+        """Return the linear limit of a released handle in N/m; None if the limit is unknown or infinite."""
         margin = self.margins.get(RELEASED)
         return margin.limit if margin and math.isfinite(margin.limit) else None
 
     @property
     def worst(self) -> str:
-        """Return the hand that the verdict depends on: the least stable, or the nearest to its limit."""
+        """Return the hand that decides the verdict: the least stable one, or the one nearest to its limit."""
         if not self.calm:
             return min(self.does, key=lambda hand: self.does[hand].push)
-        # a released handle leaves a wall, and no longer presses an object
+        # a released handle moves away from a wall, and no longer presses an object
         apart = RELEASED if self.pushes or self.joint else ""
         pressed = {hand: margin.ratio for hand, margin in self.margins.items() if hand != apart}
         return min(pressed or self.does, key=lambda hand: pressed.get(hand, math.inf))
 
     @property
     def headline(self) -> str:
-        """Return the verdict in a few words: "Stable", "Buzzes when let go"."""
+        """Return the verdict in a few words, such as "Stable" or "Buzzes when let go"."""
         if self.not_judged:
             return "Not judged"
         if self.calm:
@@ -71,17 +72,17 @@ class Verdict:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Return a sentence for each hand: "In your hand, it is stable, 1.8 × below the limit.", …"""
+        """Return a sentence for each hand, such as "In your hand, it is stable, 1.8 × below the limit."."""
         return tuple(words for words, *_ in self.signed)
 
     @property
     def signed(self) -> tuple[tuple[str, str, str], ...]:
-        """Return each of the lines with its own icon and colour."""
+        """Return each of the lines with its icon and colour."""
         return tuple((self._sentence(hand), *one.sign) for hand, one in self.does.items())
 
     @property
     def short(self) -> str:
-        """Return the verdict for the status bar: "A knock makes it buzz", "Stable, 1.8 × below the limit"."""
+        """Return the verdict for the status bar, such as "A knock makes it buzz"."""
         margin = self.margins.get(self.worst)
         if not self.calm or margin is None or margin.stiffness <= 0.0:
             return self.headline
@@ -91,7 +92,7 @@ class Verdict:
 
     @property
     def reason(self) -> str:
-        """Return in a sentence why the handle does not settle, or which limit is the nearest."""
+        """Return a sentence that states why the handle does not settle, or which limit is the nearest."""
         margin = self.margins.get(self.worst)
         if margin is None or (margin.stiffness <= 0.0 < margin.limit):
             return ""
@@ -108,7 +109,7 @@ class Verdict:
         return f"Reason: the sensor's steps. Without them, the limit is {limit}."
 
     def _sentence(self, hand: str) -> str:
-        """Return what the handle does in a hand, and how far the linear limit is if it is stable."""
+        """Return what the handle does in a hand and, if it is stable, how far the linear limit is."""
         one, margin = self.does[hand], self.margins.get(hand)
         held = hand != RELEASED
         if self.not_judged:

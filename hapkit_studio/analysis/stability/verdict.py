@@ -1,6 +1,6 @@
-"""Compute the verdict on a scene: behaviour of the handle held and released, and the linear limit.
+"""Compute the verdict on a scene: behaviour of the handle when held and released, and the linear limit.
 
-Used by the window, a run's warnings, the command line and sketches.
+The window, a run's warnings, the command line and exported sketches use it.
 """
 
 from collections.abc import Mapping
@@ -30,18 +30,18 @@ from hapkit_studio.errors import LawError
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless
 
-# relative difference between a declared impedance and the law's slope above which the declaration is rejected
+# a declared impedance that differs from the law's slope by more than this fraction is rejected
 _SAME = 0.05
 _SPEED = 0.05
-_EVALUATIONS = 33  # evaluations over a parameter's range
+_EVALUATIONS = 33  # number of evaluations over a parameter's range
 _INSIDE = (0.08, 0.5, 0.92)  # fractions of a range at which a nudge is simulated
 
 
 @dataclass(frozen=True)
 class VerdictInput:
-    """A scene to be judged: values of an environment on the setting's handle and loop, in its hand.
+    """A scene to be judged: an environment's values, and a setting with handle, loop and hand.
 
-    max_force: the motor's limit in N.
+    ``max_force`` is the motor's limit in N.
     """
 
     environment: Environment
@@ -51,7 +51,7 @@ class VerdictInput:
 
     @cached_property
     def impedance(self) -> tuple[float, float] | None:
-        """Return the stiffness (N/m) and damping (N·s/m) that bound stability, or None."""
+        """Return the stiffness (N/m) and damping (N·s/m) that decide stability; None if unknown."""
         return self.environment.impedance(self.values) if self.environment.impedance else None
 
     @property
@@ -60,7 +60,7 @@ class VerdictInput:
         return objects.holds(self.environment)
 
     def margin(self, hand: str) -> Margin:
-        """Return the margin of the impedance in a hand; requires an impedance."""
+        """Return the margin of the impedance in a hand; the impedance must be known."""
         stiffness, damping = self.impedance or (0.0, 0.0)
         setting = replace(self.setting, hand=hand)
         if not (self.joint and setting.linear):
@@ -75,12 +75,12 @@ class VerdictInput:
 
     @property
     def scene(self) -> headless.Scene:
-        """Return the input as a scene of the headless loop."""
+        """Return the scene as one of the headless loop."""
         device = replace(simulated_handle(self.setting), max_force=self.max_force)
         return headless.Scene(self.environment, self.values, device, self.setting)
 
     def unknown(self) -> str:
-        """Return the reason why no stiffness limit can be given, or "" if it can."""
+        """Return the reason why no stiffness limit can be given; "" if a limit can be given."""
         if self.impedance is None:
             return "This environment has no stiffness or damping to compare with a limit."
         if not self.setting.linear:
@@ -91,9 +91,9 @@ class VerdictInput:
 
 
 def differs(environment: Environment, values: Mapping[str, float], named: tuple[float, float]) -> str:
-    """Return one line if a user's law differs from its declared impedance in the initial state."""
+    """Return one line if a user's law differs from its declared impedance in the initial state, else ""."""
     if environments.discover().get(environment.key) is environment:
-        return ""  # tests check the library's own
+        return ""  # tests check the laws of the library
     force = environment.curve(values, PLACES)
     faster, slower = (environment.curve(values, PLACES, speed) for speed in (_SPEED, -_SPEED))
     stiffness = float((-np.diff(force) / np.diff(PLACES)).max())
@@ -106,7 +106,7 @@ def differs(environment: Environment, values: Mapping[str, float], named: tuple[
 
 
 def verdict(asked: VerdictInput) -> Verdict:
-    """Return the simulated behaviour in the setting's hand and released, and the exact margins."""
+    """Return the simulated behaviour in the setting's hand and when released, and the exact margins."""
     grips = dict.fromkeys((asked.setting.hand, RELEASED))
     does = {hand: behaviour(asked.scene, grip_named(hand)) for hand in grips}
     found = Verdict(does, {})
@@ -120,9 +120,10 @@ def verdict(asked: VerdictInput) -> Verdict:
 def unstable_ranges(asked: VerdictInput) -> dict[str, list[tuple[float, float]]]:
     """Return the ranges of each parameter, in SI, in which a nudge does not settle, other values fixed.
 
-    Released, or held if the scene only pushes the handle out. Computed by the friction boundary and confirmed
-    by simulated nudges; by nudges alone, to half a step, without a restoring force on both sides. Empty if
-    there is no limit, if a parameter has no effect, or if the law is too slow.
+    The handle is released, or held if the scene only pushes it out. The ranges are computed from the friction
+    boundary and confirmed by simulated nudges. Without a restoring force on both sides, only nudges are used,
+    accurate to half a step. The result is empty if there is no limit, if a parameter has no effect, or if the
+    law is too slow.
     """
     try:
         return _ranges(asked)
@@ -176,7 +177,7 @@ def _simulated_ranges(
 
 
 def _nudge_settles(asked: VerdictInput, setting: LoopSettings, key: str, value: float) -> bool:
-    """Return True if a nudge settles at another value of one parameter."""
+    """Return True if a nudge settles when one parameter has a different value."""
     scene = replace(asked, values={**asked.values, key: value}, setting=setting).scene
     return settles(scene, grip_named(setting.hand), NUDGE)
 
@@ -190,6 +191,6 @@ def _above_zero(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
 
 
 def of_spring(setting: LoopSettings, stiffness: float, damping: float) -> Verdict:
-    """Return the verdict on a spring with stiffness in N/m and damping in N·s/m, with a Hapkit's motor."""
+    """Return the verdict on a spring with stiffness in N/m and damping in N·s/m on a Hapkit's motor."""
     values = {"stiffness": stiffness, "damping": damping, "center": 0.0}
     return verdict(VerdictInput(environments.named("spring"), values, setting))

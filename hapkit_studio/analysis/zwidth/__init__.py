@@ -1,4 +1,4 @@
-"""Options of a Z-width and their defaults, without imports so that it loads at once."""
+"""Options of a Z-width and their defaults; this module imports nothing slow, so it loads at once."""
 
 from hapkit_studio.parameters import Parameter
 
@@ -8,7 +8,7 @@ PUSH = Parameter("push", "Push", "N", 1.0, 0.01, 20.0, "Constant force into the 
 MAX_FORCE = Parameter("max_force", "Force limit", "N", 3.0, 0.01, 100.0, "What the motor can do at most")
 DEVICE_FORCE = Parameter("max_force", "Force limit", "N", 2.0, 0.1, 3.0, "No trial asks more of the motor")
 
-# reason for the end of a search without a failed wall
+# the search ended without a failed wall
 HIGHEST = "highest"
 
 SIMULATED_DAMPING = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)

@@ -1,4 +1,4 @@
-"""A running device for wall trials: rows are monitored, force is limited, settings are restored."""
+"""A running device for wall trials: rows are monitored, the force is limited, settings are restored."""
 
 import contextlib
 import math
@@ -18,7 +18,7 @@ from hapkit_studio.parameters import Parameter
 
 _PERSONS = environments.named("wall")
 _RANGES = {"stiffness": 1e6, "damping": DAMPING.high}
-# the library's wall with a wider range of stiffness: same law, same position
+# the library's wall with a wider range of stiffness; law and position are the same
 WALL = replace(
     _PERSONS,
     parameters=tuple(
@@ -26,7 +26,7 @@ WALL = replace(
         for p in _PERSONS.parameters
     ),
 )
-# N/m, stable on every Hapkit
+# N/m: stable on every Hapkit
 CALM = 100.0
 _LOOK_SECONDS = 0.004
 _SILENCE_SECONDS = 3.0
@@ -36,10 +36,10 @@ _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
 
 @dataclass(frozen=True)
 class TrialLimits:
-    """Limits of a trial: force N, speed m/s and travel m from the surface that end it.
+    """The limits of a trial: force in N, speed in m/s and travel in m from the surface end the trial.
 
-    A wall fails if it keeps moving by more than ``counts``. Stiffness in N/m rises from ``softest`` by a
-    factor, up to ``highest``, and is found to a relative accuracy. Raise ParameterError.
+    A wall fails if the handle keeps moving by more than ``counts``. The stiffness in N/m rises from
+    ``softest`` by a factor, up to ``highest``, and is found to a relative accuracy. Raise ParameterError.
     """
 
     max_force: float = DEVICE_FORCE.default
@@ -65,19 +65,19 @@ class TrialLimits:
 
 
 class Interrupted(StudioError):
-    """The measurement ended early; the text gives the reason."""
+    """The measurement ended early; the text contains the reason."""
 
 
 class Unsafe(Exception):
-    """A trial exceeded a limit; its text is one of ENDED."""
+    """A trial exceeded a limit; the text is a key of ENDED."""
 
 
 class GuardedDevice:
     """Context manager: set the wall and limit the force; restore all settings on exit.
 
-    The wall replaces the present one at the same position; into: 1 if it is on the right, -1 on the left.
-    say: receives instructions for the user. look: called about 100 times per second, may raise to abort.
-    clamped: a judged sample reached the force limit.
+    The wall replaces the present environment, at the same position. ``into`` is 1 if the wall is on the
+    right, -1 if it is on the left. ``say`` receives instructions for the user. ``look`` is called about 100
+    times per second and may raise to abort. ``clamped`` tells that a judged sample reached the force limit.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class GuardedDevice:
         try:
             self.calm()
             end = time.monotonic() + _SILENCE_SECONDS
-            # the force is zero for a while after connecting
+            # the force is withheld for a while after connecting
             while force_withheld(self.collect(0.02, judged=False)):
                 if time.monotonic() > end:
                     raise Interrupted("The device renders no force. The measurement ended.")
@@ -108,12 +108,13 @@ class GuardedDevice:
         return self
 
     def __exit__(self, *_error) -> None:
-        """Release the hand and restore the settings, except those changed by others meanwhile."""
+        """Release the hand and restore the settings, except those that others have changed meanwhile."""
         self.engine.move_hand(None)
         environment, values, grip = self._before
         self.engine.set_loop(hand=grip)
         self.engine.replace_environment(*self._mine, environment, values)
-        with contextlib.suppress(DeviceError):  # a disconnected device has no limit; opening sets it again
+        # a disconnected device has no limit; connecting sets the limit again
+        with contextlib.suppress(DeviceError):
             self.engine.limit_force(self.engine.device.max_force)
 
     @property
@@ -124,11 +125,11 @@ class GuardedDevice:
 
     @property
     def rate(self) -> float:
-        """Return the sampling rate in Hz so far, by the device's clock; NaN before any sample."""
+        """Return the mean sampling rate in Hz, by the device's clock; NaN before the first sample."""
         return self._samples / self._seconds if self._seconds > 0.0 else math.nan
 
     def wall(self, stiffness: float, damping: float) -> None:
-        """Apply a wall, ramped over 30 ms; raise Interrupted if the settings were changed by others."""
+        """Apply a wall, ramped over 30 ms; raise Interrupted if others have changed the settings."""
         values = {"stiffness": stiffness, "damping": damping, "damping_mode": "both"}
         wall = WALL, WALL.values({**self._place, **values})
         if not self.engine.replace_environment(*self._mine, *wall):
@@ -140,10 +141,10 @@ class GuardedDevice:
         self.wall(CALM, 0.0)
 
     def collect(self, seconds: float, judged: bool = True) -> np.ndarray:
-        """Return the rows of the next seconds by the device's clock.
+        """Return the rows of the next seconds, by the device's clock.
 
-        judged: raise Unsafe if the handle is too fast or too far. Raise Interrupted, and what ``look``
-        raises, within some ms.
+        If ``judged`` is true, raise Unsafe if the handle is too fast or too far. Raise Interrupted, and what
+        ``look`` raises, within a few ms.
         """
         found, first = [self._reader.read()[:0]], None
         heard = time.monotonic()
@@ -183,10 +184,10 @@ class GuardedDevice:
 
 
 def pressing_force(found: np.ndarray, into: float) -> float:
-    """Return the mean force in N on the wall in some rows."""
+    """Return the mean force in N on the wall over some rows."""
     return float(-into * found[:, rows.APPLIED_FORCE].mean())
 
 
 def force_withheld(found: np.ndarray) -> bool:
-    """Return True if rows contain samples with withheld force."""
+    """Return True if rows contain samples at which the force was withheld."""
     return bool((found[:, rows.FLAGS].astype(np.int64) & _USELESS).any())

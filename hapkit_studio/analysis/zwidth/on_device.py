@@ -1,9 +1,10 @@
-"""Z-width on a running device: a hand presses walls of rising stiffness until one keeps oscillating.
+"""Z-width on a running device: a hand presses walls of rising stiffness until a wall keeps oscillating.
 
 A simulated hand hits the wall; a person is asked to press. Slow motion of the hand is filtered out, and the
-remaining oscillation must decay. The first wall that fails is the stiffest tried; force, speed and travel are
-limited; E-stop, a fault or cancelling end the measurement at once, and the old settings are restored. The
-band in which walls pass and fail alternately takes four or more further walls per damping.
+remaining oscillation must decay. No wall stiffer than the first failed one is tried. Force, speed and travel
+are limited. An E-stop, a fault or cancelling ends the measurement at once, and the old settings are restored.
+To measure the band in which walls pass and fail alternately, four or more further walls are tried per
+damping.
 """
 
 import math
@@ -29,13 +30,13 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 
-# s: an oscillation is faster than this; a hand's tremor (8 to 12 Hz) is slower
+# s: period of the slowest oscillation; a hand's tremor (8 to 12 Hz) is slower
 _SLOW_SECONDS = 0.05
 _WINDOW_SECONDS = 0.25
 _MOST_WINDOWS = 16
 _QUIET_WINDOWS = 2
 _MOST_REPEATS = 5
-# ratio of the amplitudes of consecutive windows: still decaying below, growing above
+# ratio of the amplitudes of consecutive windows: below _DYING the motion decays, above _GROWING it grows
 _DYING, _GROWING = 0.9, 1.1
 _STEP_SECONDS = 0.01
 _AWAY = 0.005
@@ -59,8 +60,9 @@ def measure(
 ) -> result.ZWidth:
     """Return the Z-width of a running engine's device with its current loop.
 
-    person: a person presses; None: if the device has no simulated hand. say receives instructions. Raise
-    ParameterError, Interrupted, and what progress raises; the settings are restored in any case.
+    ``person`` tells whether a person presses; None means a person if the device has no simulated hand.
+    ``say`` receives instructions. Raise ParameterError, Interrupted, and what progress raises; the settings
+    are restored in any case.
     """
     limits, levels = limits or TrialLimits(), result.levels_of(damping)
     if person is None:
@@ -86,7 +88,7 @@ def measure(
 
 
 def setting_of(engine: Engine, grip: str) -> LoopSettings:
-    """Return the device and its loop, with the delay as measured."""
+    """Return the device and its loop, with the measured delay."""
     device = engine.modelled or engine.device
     coulomb = engine.modelled.coulomb_force if engine.modelled else 0.0
     loop, delay = engine.loop, engine.health().delay or 0.0
@@ -97,7 +99,7 @@ def setting_of(engine: Engine, grip: str) -> LoopSettings:
 
 
 class SimulatedHand:
-    """Retract from the wall, hit it at a speed, and press with a force."""
+    """A simulated hand that moves away from the wall, hits it at a speed, and presses with a force."""
 
     def __init__(self, guarded: GuardedDevice):
         self._guarded = guarded
@@ -115,7 +117,7 @@ class SimulatedHand:
         )
 
     def begin(self) -> None:
-        """Retract from the wall and wait for the handle to follow."""
+        """Move away from the wall and wait until the handle has followed."""
         away = self._guarded.surface - self._guarded.into * _AWAY
         self._guarded.engine.move_hand(away)
         end = time.monotonic() + _AWAY_SECONDS
@@ -126,7 +128,7 @@ class SimulatedHand:
                 return
 
     def press(self, stiffness: float) -> None:
-        """Move the hand at its speed to where wall and grip balance at the push."""
+        """Move the hand at its speed to the position at which wall and grip balance at the pushing force."""
         grip = GRIPS[self.grip]
         assert isinstance(grip, Grip)
         guarded, limits = self._guarded, self._guarded.limits
@@ -138,13 +140,13 @@ class SimulatedHand:
             guarded.engine.move_hand(guarded.surface + guarded.into * depth)
 
     def presses(self, found: np.ndarray) -> bool:
-        """Return True if it presses; in a window the handle may have been taken away."""
+        """Return True if the hand presses; in the window a user may have taken the handle away."""
         least = _LEAST_SHARE * self._guarded.limits.push
         return not force_withheld(found) and pressing_force(found, self._guarded.into) >= least
 
 
 class Person:
-    """A person, who is asked to press, and monitored."""
+    """A person who is asked to press, and whose motion is monitored."""
 
     grip = "released"
 
@@ -162,7 +164,7 @@ class Person:
         )
 
     def begin(self) -> None:
-        """Wait until a person presses; raise Interrupted on time-out."""
+        """Wait until a person presses; raise Interrupted after a time-out."""
         end = time.monotonic() + _PATIENCE_SECONDS
         said = ""
         while not self.presses(found := self._guarded.collect(0.2, judged=False)):
@@ -178,7 +180,7 @@ class Person:
         self._guarded.say("Hold")
 
     def press(self, stiffness: float) -> None:
-        """Do nothing: the person presses."""
+        """Do nothing, because the person presses."""
 
     def presses(self, found: np.ndarray) -> bool:
         force = pressing_force(found, self._guarded.into)
@@ -186,7 +188,7 @@ class Person:
 
 
 class _TrialProgress:
-    """Count trials for progress; the number of trials per level is an estimate."""
+    """Count the trials for progress; the number of trials per level is an estimate."""
 
     def __init__(self, limits: TrialLimits, levels: int, progress: Progress):
         raised = math.log(limits.highest / limits.softest) / math.log(limits.raised)
@@ -203,7 +205,7 @@ class _TrialProgress:
         self._done = min(self._done + 1, (self._level + 1) * self._each - 1)
 
     def next_level(self) -> None:
-        """Count a level as done, and report."""
+        """Count a level as done, and report progress."""
         self._level += 1
         self._done = self._level * self._each
         self.look()
@@ -212,11 +214,11 @@ class _TrialProgress:
 def _stiffest_at(
     guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _TrialProgress
 ) -> result.Point:
-    """Return the stiffest wall that passed at one damping, and the band about it."""
+    """Return the stiffest wall that passed at one damping, and the band around it."""
     limits, held, stiffest_tried = guarded.limits, 0.0, 0.0
 
     def tried(stiffness: float) -> result.TrialOutcome:
-        """Try one wall, then restore the last one that passed."""
+        """Try one wall, then apply the stiffest one that passed."""
         nonlocal held, stiffest_tried
         stiffest_tried = max(stiffest_tried, stiffness)
         steps.next_trial()
@@ -241,7 +243,7 @@ def _stiffest_at(
 
 
 def _watched(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> str:
-    """Watch until the oscillation has decayed or is judged persistent; return the reason of a failure."""
+    """Watch until the oscillation has decayed or persists; return the reason of a failure, or ""."""
     limit = guarded.limits.counts * guarded.quantum
     calm, before = 0, math.inf
     for window in range(_MOST_WINDOWS):
@@ -257,7 +259,7 @@ def _watched(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: fl
 
 
 def _window(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> np.ndarray:
-    """Return the next rows during which the hand presses; start again if it does not."""
+    """Return the next rows during which the hand presses; collect again if it does not press."""
     for _ in range(_MOST_REPEATS):
         found = guarded.collect(_WINDOW_SECONDS + _SLOW_SECONDS)
         if hand.presses(found):

@@ -17,9 +17,9 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import compact, plain
 
 _CURVE = 81
-# the condition "hand" without a simulated hand
+# the condition "hand" if there is no simulated hand
 PERSON = "person"
-# reasons for the end of a search
+# reasons why a search ended
 BUZZES, GROWS, LEAVES, FAST = "buzzes", "grows", "leaves", "fast"
 ENDED = {
     BUZZES: "it buzzes",
@@ -34,7 +34,7 @@ ENDED = {
 class Condition:
     """A condition of the measurement: key and SI value for programs, name and text for people.
 
-    short: the name in a list, if different.
+    ``short`` is the name in a list, if it differs.
     """
 
     key: str
@@ -50,7 +50,7 @@ class Condition:
 
 
 class Row(NamedTuple):
-    """One damping in N·s/m, the wall found there, and the linear loop's limit in N/m, NaN without one."""
+    """One damping in N·s/m, its wall, and the linear loop's limit in N/m, NaN if there is none."""
 
     damping: float
     point: "Point"
@@ -59,10 +59,10 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class ZWidth:
-    """The stiffest wall up to which all settled, at each damping (n,) in N·s/m.
+    """The stiffest wall up to which all walls settled, at each damping (n,) in N·s/m.
 
-    linear: the linear loop's limit (n,) in N/m, NaN without one; curve (2, m): the same at finer dampings, as
-    damping and limit. where: "simulation" or the device's title.
+    ``linear`` is the linear loop's limit (n,) in N/m, NaN if there is none. ``curve`` (2, m) contains finer
+    dampings and their limits. ``where`` is "simulation" or the device's title.
     """
 
     where: str
@@ -96,12 +96,12 @@ class ZWidth:
 
     @property
     def stiffness(self) -> np.ndarray:
-        """Return the stiffness (n,) in N/m up to which all walls settled, at each damping."""
+        """Return the stiffness (n,) in N/m up to which all walls settled, for each damping."""
         return np.array([point.stiffness for point in self.points])
 
     @property
     def sentence(self) -> str:
-        """Return a sentence on the stiffest wall, and another one on the band above it."""
+        """Return a sentence on the stiffest wall, and a second one on the band above this wall."""
         if not len(self.damping) or not (self.stiffness > 0.0).any():
             return f"No wall came to rest, {self.hand}."
         return f"{self.at(self.best)}{self.motor(self.best)}.{self.band(self.best)}"
@@ -113,14 +113,14 @@ class ZWidth:
 
     @property
     def hand(self) -> str:
-        """Return the hand as text: "let go", "in a medium grip"."""
+        """Return the hand as text, such as "let go" or "in a medium grip"."""
         grip = next(str(c.value) for c in self.conditions if c.key == "hand")
         if grip == RELEASED:
             return hand_words(grip)
         return "in a person's hand" if grip == PERSON else f"in a {hand_words(grip)}"
 
     def motor(self, index: int) -> str:
-        """Return the remark that a point is limited by the motor, "" if by the loop."""
+        """Return the remark that the motor limits a point; "" if the loop limits it."""
         if not self.points[index].clamped:
             return ""
         limit = next((c.text for c in self.conditions if c.key == "max_force"), "")
@@ -134,13 +134,13 @@ class ZWidth:
         return f"At b = {self.damping[index]:g} N·s/m, {self.hand}, all walls tried {limit} come to rest"
 
     def band(self, index: int) -> str:
-        """Describe the band in which walls settle or buzz, after a space; "" if the limit is sharp."""
+        """Describe the band in which walls settle or buzz, with a leading space; "" if the limit is sharp."""
         ends = self.points[index].band
         return f" From there to {ends} N/m some do and some buzz." if ends else ""
 
     @property
     def place(self) -> str:
-        """Return where it was measured."""
+        """Return where the Z-width was measured, with a capital letter."""
         return self.where[:1].upper() + self.where[1:]
 
     @property
@@ -149,7 +149,7 @@ class ZWidth:
         return " · ".join(c.words for c in self.conditions)
 
     def as_json(self) -> dict:
-        """Return an object of plain numbers; None for NaN."""
+        """Return the result as an object of plain numbers; NaN becomes None."""
         rows = zip(self.damping, self.linear, self.points, strict=True)
         return plain(
             {
@@ -189,23 +189,23 @@ _MORE_COLUMNS = (
 
 
 def text(result: ZWidth) -> str:
-    """Return for a person the verdict, then a line a damping with the exact boundary, and the conditions."""
+    """Return the verdict, a line for each damping with the exact boundary, and the conditions, as text."""
     lines = text_lines((*COLUMNS, *_MORE_COLUMNS), result.rows)
     return "\n".join([result.sentence, "", *lines, "", f"Conditions: {result.caption}"])
 
 
-# limit of memory at 256 bytes a row; fewer samples show no motion
+# At most: limits the memory at 256 bytes a row. At least: fewer samples show no motion.
 MOST_SAMPLES = 400_000
 FEWEST_IN_TAIL = 5
 
 
 @dataclass(frozen=True)
 class Protocol:
-    """Trial of a wall: hit at a speed in m/s, pushed with N, at several sampling phases, for seconds.
+    """The trial of a wall: hits at a speed in m/s, pushed with N, at several sampling phases, for seconds.
 
-    It fails if the handle moves beyond travel in m, or by more than ``counts`` in the last tail s. Stiffness
-    begins at the softest in N/m; walls in the band differ by the relative step ``apart``. max_force: the
-    motor's limit in N, inf for none. Raise ParameterError.
+    A trial fails if the handle moves beyond ``travel`` in m, or by more than ``counts`` in the last ``tail``
+    s. The stiffness begins at the softest in N/m. Walls in the band differ by the relative step ``apart``.
+    ``max_force`` is the motor's limit in N, or inf. Raise ParameterError.
     """
 
     speed: float = SPEED.default
@@ -234,7 +234,7 @@ class Protocol:
 
 
 def samples_of(setting: LoopSettings, protocol: Protocol) -> int:
-    """Return the number of samples of a hit; raise ParameterError if out of range."""
+    """Return the number of samples of a hit; raise ParameterError if it is out of range."""
     seconds, rate = protocol.seconds, setting.rate
     count = round(seconds * rate)
     if count > MOST_SAMPLES or round(protocol.tail * rate) < FEWEST_IN_TAIL:
@@ -246,7 +246,7 @@ def samples_of(setting: LoopSettings, protocol: Protocol) -> int:
 
 
 def levels_of(damping: Sequence[float]) -> list[float]:
-    """Return validated virtual dampings in N·s/m, unique and sorted; raise ParameterError."""
+    """Return the validated virtual dampings in N·s/m, unique and sorted; raise ParameterError."""
     levels = sorted(set(checked_row(damping, DAMPING).tolist()))
     if not levels:
         raise ParameterError("A Z-width takes one damping or more, e.g. 0,1,2,5.")
@@ -254,7 +254,7 @@ def levels_of(damping: Sequence[float]) -> list[float]:
 
 
 def loop_conditions(setting: LoopSettings, friction: bool = True) -> tuple[Condition, ...]:
-    """Return the conditions given by device and loop; friction: True if it is known."""
+    """Return the conditions that device and loop give; ``friction`` tells whether the friction is known."""
     known, rubs = (setting.coulomb, f"{setting.coulomb:g} N") if friction else (math.nan, "not known")
     given, estimator = estimator_words(setting.estimator)
     controller = "on" if setting.controller else "off"
@@ -285,7 +285,7 @@ def conditions(setting: LoopSettings, protocol: Protocol) -> tuple[Condition, ..
 
 @dataclass(frozen=True)
 class TrialOutcome:
-    """Outcome of a trial: reason of the failure, "" if the wall held; True if the motor saturated."""
+    """The outcome of a trial: why it failed, or "" if the wall held; True if the motor saturated."""
 
     why: str
     clamped: bool = False
@@ -293,10 +293,10 @@ class TrialOutcome:
 
 @dataclass(frozen=True)
 class Point:
-    """The wall in N/m up to which all walls held, and why the next one failed.
+    """The wall in N/m up to which all walls held, and the reason why the next one failed.
 
-    ended: one of ENDED. clamped: the stiffness is limited by the motor. first_failed: softest wall that
-    failed, inf for none; last_held: stiffest wall that held.
+    ``ended`` is one of ENDED. ``clamped`` tells that the motor limits the stiffness. ``first_failed`` is the
+    softest wall that failed, inf if none failed, and ``last_held`` the stiffest wall that held.
     """
 
     stiffness: float
@@ -307,7 +307,7 @@ class Point:
 
     @property
     def band(self) -> str:
-        """Format the stiffest wall that held above a failed one, in N/m; "" if the limit is sharp."""
+        """Format the stiffest wall in N/m that held above a failed wall; "" if the limit is sharp."""
         return three_digits(self.last_held) if self.first_failed < self.last_held else ""
 
 
@@ -316,7 +316,7 @@ def stiffest(
 ) -> Point:
     """Return the stiffest wall between the last that held and the first that failed; 0 if none held.
 
-    No trial is stiffer than the first that fails, or than ``highest``.
+    No trial is stiffer than the first one that fails, or than ``highest``.
     """
     low, high = Point(0.0, HIGHEST, False), softest
     while not (verdict := held(high)).why:
@@ -335,12 +335,12 @@ def stiffest(
     return Point(low.stiffness, why, low.clamped, high, low.stiffness)
 
 
-# relative distance from the limit over which all walls must hold, or fail, to end the band
+# the band ends if all walls within this relative distance hold below it, or fail above it
 _CLEAR = 0.1
 
 
 def band_trials(apart: float) -> int:
-    """Return the number of walls tried on either side of a sharp limit."""
+    """Return the number of walls that are tried on either side of a sharp limit."""
     return round(_CLEAR / apart)
 
 
@@ -349,8 +349,8 @@ def with_band(
 ) -> Point:
     """Return the point at the lower end of the band in which walls alternately hold and fail.
 
-    Walls with relative spacing ``apart`` are tried: from the limit down until all over 10 % hold, then up
-    until all fail; within softest, which held, and highest.
+    Walls with relative spacing ``apart`` are tried: from the limit down until all walls over 10 % hold, then
+    up until all fail. All are between ``softest``, which held, and ``highest``.
     """
     if point.ended == HIGHEST or point.stiffness == 0.0:
         return point

@@ -1,10 +1,11 @@
-"""Z-width by simulation: at each virtual damping the stiffest wall up to which all settle after a hit.
+"""Z-width by simulation: for each virtual damping, the stiffest wall up to which all settle after a hit.
 
-The handle hits the wall at a speed and is pushed into it by a constant force, at three sampling phases. The
-wall fails if the handle leaves it, or still moves by more than two counts at the end (Colgate & Brown, ICRA
-1994; automated hits after Chawda). Spring and damper act both ways inside; outside there is no force.
-Stiffness rises by a factor up to the first failure, then is bisected. Walls that hold and fail alternate
-about the limit, over up to a third of it: walls 1 % apart measure this band; its lower end is the result.
+The handle hits the wall at a speed, and a constant force pushes it into the wall, at three sampling phases.
+The wall fails if the handle leaves it, or still moves by more than two counts at the end (Colgate & Brown,
+ICRA 1994; automated hits after Chawda). Spring and damper act in both directions inside the wall; outside
+there is no force. The stiffness rises by a factor up to the first failure, then it is bisected. Around the
+limit walls hold and fail alternately, over a band of up to a third of the limit. Walls 1 % apart measure this
+band; its lower end is the result.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,9 +24,9 @@ from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
 
-# N/m of a soft, long thread that models a constant force: it changes by 1e-6 N over a metre
+# N/m: a constant force is modelled as a soft, long spring, whose force changes by 1e-6 N over a metre
 _THREAD = 1e-6
-# N/m, upper end of the search
+# N/m: upper end of the search
 _STIFFEST = 1e6
 
 Arrived = Callable[[float, result.Point], object]
@@ -40,7 +41,7 @@ def compute(
     executor: Executor | None = None,
     arrived: Arrived = lambda damping, point: None,
 ) -> result.ZWidth:
-    """Return the Z-width of a setting; arrived: called with every new point.
+    """Return the Z-width of a setting; ``arrived`` is called with every new point.
 
     Raise ParameterError, and what progress raises.
     """
@@ -75,7 +76,7 @@ def points_of(cells: list[tuple[LoopSettings, result.Protocol, float]]) -> list[
 def trial(
     setting: LoopSettings, stiffness: float, damping: float, protocol: result.Protocol | None = None
 ) -> result.TrialOutcome:
-    """Return the outcome of a wall in N/m and N·s/m at every sampling phase."""
+    """Return the outcome of a wall in N/m and N·s/m over all sampling phases."""
     protocol = protocol or result.Protocol()
     clamped = False
     for phase in protocol.phases:
