@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _OTHERS = tuple(zip("osDp*vP^Xo", (
     "velocity", "position", "asked", "energy", "ink", "hold", "lecture", "applied", "ok", "danger",
 ), strict=True))  # fmt: skip
-# integrators and rates with the same marker and colour as in the live plots; all others by position
+# Integrators and rates look the same as in the live plots; all other methods get a look by their position.
 _LIVE_LOOKS = {
     "explicit_euler": ("^", "applied"), "lecture": ("P", "lecture"), "semi_implicit": ("o", "velocity"),
     "verlet": ("s", "position"), "rk4": ("D", "asked"), "implicit_euler": ("v", "hold"),
@@ -48,7 +48,7 @@ def marker_and_color(method: str) -> tuple[str, str]:
 
 
 def winner_columns(sheet: "Sheet", board: bool = False) -> tuple[Column, ...]:
-    """Return the columns of a chart's tolerances: cheapest methods, by cost here or on the board."""
+    """Return the columns of a chart's tolerances: the cheapest methods, by cost here or on the board."""
     return (
         Column("Cheapest, step", lambda t: words.winner_words(sheet, t, board, "ms"), right=False),
         Column("Error ≤", lambda t: words.tolerance_words(t, sheet.scene), right=False),
@@ -56,7 +56,7 @@ def winner_columns(sheet: "Sheet", board: bool = False) -> tuple[Column, ...]:
 
 
 def option_columns(found: "SceneResult") -> tuple[Column, ...]:
-    """Return the columns of a scene's options: method with place, and error."""
+    """Return the columns of a scene's options: the method with its place, and its error."""
     best = [found.recommended(place.name) for place in found.question.places]
     return (
         Column(
@@ -70,9 +70,9 @@ def option_columns(found: "SceneResult") -> tuple[Column, ...]:
 
 
 def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -> None:
-    """Write the figure of a result: method charts, scene bars or the table of needs.
+    """Write the figure of a result: charts of methods, bars of scenes, or the table of needs.
 
-    board: plot the cost on the board for methods that have one.
+    If ``board`` is true, plot the cost on the board for methods that have one.
     """
     if result.needs:
         size, caption = (1280, 86 + 66 * len(result.needs)), NEEDS_KEY.removesuffix(".") + _DRAWN_TOO
@@ -109,11 +109,11 @@ METHODS_KEY = (
     "the order: at 2.00, half the step gives a quarter of the error. Filled: 1 ms, the loop's step. Grey: "
     "Pareto front, the least error at each cost."
 )
-STEP = 1e-3  # s, period of the loop
-# limits of the error axis: below _FLOOR is rounding, above _MOST divergence
+STEP = 1e-3  # s: period of the loop
+# limits of the error axis: errors below _FLOOR are rounding, errors above _MOST are divergence
 _FLOOR, _MOST = {"": 1e-16, "m/s": 1e-9}, 1e6
 _SIZE = 9.0
-_FLAT = 0.3  # a lower observed order means that smaller steps no longer help
+_FLAT = 0.3  # if the observed order is lower, smaller steps no longer help
 
 
 class AccuracyAxes:
@@ -152,7 +152,7 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
         beyond = CLOCK * 1e-6, frame.right
         axes.axvspan(*beyond, facecolor="none", edgecolor=c.line, hatch="///", linewidth=0.0, zorder=0.6)
     best = front(sheet.points, board)
-    if best:  # staircase band along the Pareto front
+    if best:  # draw the band along the Pareto front as a staircase
         places = [frame.place(point) for point in best]
         x, y = zip((places[0][0], top), *places, (frame.right, places[-1][1]), strict=True)
         band = {"where": "post", "linewidth": 7.2, "solid_joinstyle": "miter", "zorder": 2.0}
@@ -165,7 +165,7 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
         color, sound = getattr(c, token), [p for p in points if math.isfinite(p.error)]
         if sound:
             axes.plot(*zip(*map(frame.place, sound), strict=True), color=color, linewidth=1.5, zorder=3)
-        # with one step only, the options differ and have their own labels
+        # if all points have the same step, their options differ, and each point has its own label
         if len({p.step_s for p in sound}) > 1:
             axes.plot([], [], shape, color=color, markersize=_SIZE, label=name)
             if (order := sheet.order(key)) > _FLAT:
@@ -185,7 +185,8 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
     found = [Label(frame.right, limit, tolerance, c.danger, bold=True), *orders]
     if board:
         found.append(Label(CLOCK * 1e-6, top / 10.0, "board limit: 16", c.ink2))
-    if len({p.step_s for p in frame.points}) == 1:  # the points differ in their options
+    # all points have the same step, so label each point with its option
+    if len({p.step_s for p in frame.points}) == 1:
         sound = [p for p in frame.points if math.isfinite(p.error)]
         found += [Label(*frame.place(p), p.label, getattr(c, marker_and_color(p.method)[1])) for p in sound]
     write_labels(axes, c, found)
@@ -206,11 +207,11 @@ _FILL = {
     "velocity": ("energy", "\\\\\\"), "sensor": ("hold", "|||"), "limit": ("danger", "xxx"),
 }  # fmt: skip
 _AXIS_FACTOR = 2.0  # the axis ends at this multiple of the recommended options' error; longer bars are cut
-_LABELLED = 0.01  # fraction of the axis: narrower parts are not labelled
+_LABELLED = 0.01  # fraction of the axis; narrower parts have no label
 _FEWEST_ROWS = 12.0  # smallest number of rows for the layout, so that few bars are not too thick
-_BOTH, _BELOW = 560.0, 0.36  # pt, height needed for both charts; height fraction of the lower one
-_LEAST_OWN, _ROUNDING = 1e-4, 1e-9  # JND: smallest method error drawn; rounding level
-_NAMES, _FIGURES = 190.0, 170.0  # pt, width of the labels at the left and the figures at the right
+_BOTH, _BELOW = 560.0, 0.36  # pt: height that both charts need; height fraction of the lower chart
+_LEAST_OWN, _ROUNDING = 1e-4, 1e-9  # JND: smallest error of a method that is drawn; level of rounding errors
+_NAMES, _FIGURES = 190.0, 170.0  # pt: width of the labels at the left and of the figures at the right
 
 
 def _places(scene: "SceneResult") -> list[str]:
@@ -218,13 +219,13 @@ def _places(scene: "SceneResult") -> list[str]:
 
 
 def option_look(option: "Option", scene: "SceneResult") -> tuple[str, str]:
-    """Return the marker and colour token of an option: those of its method, or of its estimator."""
+    """Return the marker and colour token of an option, which are those of its method or estimator."""
     first = scene.question.choices[0] if scene.question.choices else None
     return marker_and_color(first.text(option.options[0][1]) if first else parse(option.estimator)[0].key)
 
 
 def options_by_location(scene: "SceneResult") -> "list[tuple[str, list[Option]]]":
-    """Return the options by location, recommended ones first, then by error."""
+    """Return the options by location: recommended options first, then by error."""
     return [
         (place, sorted(scene.at(place), key=lambda o: (o is not scene.recommended(place), o.error)))
         for place in _places(scene)
@@ -232,7 +233,7 @@ def options_by_location(scene: "SceneResult") -> "list[tuple[str, list[Option]]]
 
 
 def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
-    """Draw one bar per option, split into its parts if they are known."""
+    """Draw one bar for each option, split into its parts if these are known."""
     wide, high = (72.0 * size / figure.dpi for size in (figure.bbox.width, figure.bbox.height))
     judged = [option for option in scene.options if option.own]
     if judged and high >= _BOTH:
@@ -270,7 +271,7 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
             right.text(1.0, row, limit, ha="right", **plain)
             row += 1.0
     bottom = max(row, _FEWEST_ROWS)
-    # below the labels
+    # drawn below the labels
     axes.vlines(1.0, -0.6, bottom, color=c.danger, linewidth=1.6, linestyle=DASH, zorder=6)
     axes.axvline(0.0, color=c.edge, linewidth=1.0, zorder=6)
     axes.set(xlim=(1.1 * low, 1.25 * reach), ylim=(bottom, -1.4))
@@ -282,7 +283,7 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
 
 
 def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Option]") -> None:
-    """Draw each method's own error over the board's cycles: filled at its rate, hollow at twice the rate."""
+    """Draw each method's error over the board's cycles: filled at its rate, hollow at twice the rate."""
     axes, right = figure.subplots(1, 2, width_ratios=(1.0, 0.62))
     right.set(xlim=(0.0, 1.0), ylim=(len(options) + 3.6, -0.5))
     right.set_axis_off()
@@ -315,7 +316,7 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
 
 def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> float:
     """Draw an option's bar, cut at the end of the axis; return its extent to the left."""
-    # end of the bar to the right (True) and to the left (False)
+    # the ends of the bar: to the right (True) and to the left (False)
     cut, ends = option.error > reach, {True: 0.0, False: 0.0}
     how = {"height": 0.62, "linewidth": 0.6, "zorder": 3}
     if not option.parts:
@@ -324,14 +325,14 @@ def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> fl
         start, (token, hatch) = min(ends[size >= 0.0], reach), _FILL[part]
         ends[size >= 0.0] += size
         end = min(ends[size >= 0.0], reach)
-        if not (cut and size < 0.0):  # in a cut bar, cancelling parts are not recognisable
+        if not (cut and size < 0.0):  # in a cut bar, parts that cancel each other cannot be recognised
             color = getattr(c, token)
             axes.barh(row, end - start, left=start, facecolor=color, hatch=hatch, edgecolor=c.plot, **how)
     left = 0.0 if cut else ends[False]
     if left < -0.01 * reach:
         axes.plot([option.error] * 2, [row - 0.4, row + 0.4], color=c.ink, linewidth=2.0, zorder=7)
     end = reach if cut else max(option.error, ends[True])
-    for at in (0.93, 0.95) if cut else ():  # a break: the bar is longer than drawn
+    for at in (0.93, 0.95) if cut else ():  # show a break, because the bar is longer than drawn
         slash = [at * reach, (at + 0.015) * reach], [row + 0.42, row - 0.42]
         axes.plot(*slash, color=c.plot, linewidth=4.0, zorder=5)
     words = f"{jnd(option.error)}{' →' if cut else ''}"
@@ -368,7 +369,7 @@ _DRAWN_TOO = ", the hand motion, where it becomes noticeable, the change of the 
 
 
 def felt_words(felt: float | None) -> str:
-    """Format just-noticeable differences; infinite for a missing event."""
+    """Format just-noticeable differences; an infinite one means a missing event."""
     if felt is None:
         return "–"
     most = felt >= 99.5
@@ -382,11 +383,11 @@ EFFECT_COLUMNS = (
     Column("Most sensitive people", lambda effect: felt_words(effect.strict), unit="JND"),
     Column("Noticeable", lambda effect: effect.since_words, right=False),
     Column("Change of stiffness limit", lambda effect: effect.gain_words),
-)  # effects of a Needs, each of removing one term
+)  # each row is the effect of removing one term
 
 
 def draw_needs(figure: Any, c: Colors, results: "Sequence[Needs]") -> None:
-    """Draw the table of terms by scene; required terms are shaded."""
+    """Draw the table of terms by scene; the terms that a scene needs are shaded."""
     axes = figure.add_subplot()
     axes.set_axis_off()
     texts, grounds = [], []

@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 _SIZE = (1000, 640)
 _HUES = "position", "applied", "velocity", "asked"
 _STIFFNESS, _DAMPING, _MASS = 2, 3, 4  # panel indices
-_ROOM = 1.3  # factor on the axis limits that leaves room for labels
-_LONGEST_BAR = 2.0  # maximum length of an error bar, as a multiple of the range of the dampings
-_AXIS_FACTOR = 4.0  # axis range as a factor below and above the measured one
+_ROOM = 1.3  # factor on the axis limits, to leave room for labels
+_LONGEST_BAR = 2.0  # largest length of an error bar, as a multiple of the range of the dampings
+_AXIS_FACTOR = 4.0  # the axis extends from the measured range by this factor below and above
 
 
 def bode_figure(found: "Bode", path: str | Path) -> None:
-    """Write the diagram with a description of each loop and the conditions."""
+    """Write the diagram with a description of each loop and with the conditions."""
     caption = unbroken(
         ["Dots: measured; hollow: not linear", "lines: theory", found.driven, *conditions(found)]
     )
@@ -52,7 +52,7 @@ def draw(figure: Any, c: Colors, found: "Bode") -> None:
     """Draw six quantities over frequency, and the frequency up to which each curve acts as a wall."""
     grid = figure.add_gridspec(3, 2, height_ratios=(3, 3, 2))
     first = figure.add_subplot(grid[0, 0], xscale="log")
-    # order of _values, then the coherence
+    # in the order of _values, then the coherence
     places = (1, 0), (0, 1), (1, 1), (2, 1), (2, 0)
     panels = [first, *(figure.add_subplot(grid[place], sharex=first) for place in places)]
     names = "|Z|, N/m", "phase of Z, °", "stiffness, N/m", "damping, N·s/m", "mass, g", "coherence"
@@ -79,7 +79,7 @@ def _curve(panels: list, curve: "Curve", color: str, c: Colors) -> None:
         axes.plot(frequency[sure], values[sure], "o", color=color, markersize=4.5, label=curve.name)
         axes.plot(frequency[~sure], values[~sure], "o", color=color, markersize=4.5, markerfacecolor=c.plot)
     damping, wide = curve.measured.damping, curve.damping_interval
-    # at the lowest frequencies, quantisation exceeds the damping force
+    # at the lowest frequencies the quantisation error exceeds the damping force
     seen = wide < _LONGEST_BAR * np.ptp(damping)
     panels[_DAMPING].errorbar(
         frequency[seen], damping[seen], wide[seen], fmt="none", ecolor=color, elinewidth=1.0, capsize=2.0
@@ -87,14 +87,15 @@ def _curve(panels: list, curve: "Curve", color: str, c: Colors) -> None:
 
 
 def _mark(panels: list, curve: "Curve", color: str, row: int) -> None:
-    """Mark the frequency up to which a curve is a wall; ``row``: row of the label."""
+    """Mark the frequency up to which a curve is a wall; ``row`` is the row of the label."""
     if math.isnan(curve.ends):
         return
     for axes in panels:
         axes.axvline(curve.ends, color=color, linewidth=1.4, linestyle=DASH)
     soft = curve.ends == curve.softens
     words = f"{hertz(curve.ends)}: {'−3 dB' if soft else 'gives energy'}"
-    near = curve.ends < math.sqrt(math.prod(panels[0].get_xlim()))  # label towards the middle of the axis
+    # the label goes towards the middle of the axis
+    near = curve.ends < math.sqrt(math.prod(panels[0].get_xlim()))
     panels[_STIFFNESS if soft else _DAMPING].annotate(
         words, (curve.ends, 1.0), (5 if near else -5, -5 - 1.3 * TICK * row), va="top",
         xycoords=("data", "axes fraction"), textcoords="offset points", ha="left" if near else "right",
@@ -110,7 +111,7 @@ def _values(response: "Response") -> tuple[np.ndarray, ...]:
 
 
 def _handle(panels: list, c: Colors, setting: "LoopSettings") -> None:
-    """Draw the handle's own mass and damping as dotted lines, without effect on the axis limits."""
+    """Draw mass and damping of the handle as dotted lines, which do not affect the axis limits."""
     style = {"color": c.ink2, "linestyle": DOT, "linewidth": 1.6}
     panels[_DAMPING].axhline(-setting.viscous, **style)
     panels[_MASS].axhline(1e3 * setting.mass, **style)

@@ -1,4 +1,4 @@
-"""Caption of a figure: scene, device, hand, loop, date, and each change of settings with its time."""
+"""The caption of a figure: scene, device, hand, loop, date, and each change of settings with its time."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -18,15 +18,15 @@ from hapkit_studio.sessions.settings import differences
 from hapkit_studio.settings_log import Log, Settings
 
 Known = Mapping[str, Environment]
-"""Environments by key besides the library's."""
+"""Environments by key, in addition to those of the library."""
 
-_MOST_CHANGES = 4  # lines of a caption
+_MOST_CHANGES = 4  # largest number of lines for changes in a caption
 _HANDS = {"released": "no hand", "own": "own hand"}
 _SPACE = "\N{NO-BREAK SPACE}"
 
 
 def caption(log: Log, known: Known, date: str = "") -> str:
-    """Return a recording's caption lines from its settings log; date: of its start, omitted if empty."""
+    """Return a recording's caption lines from its settings log; ``date`` is that of its start, or ""."""
     date = date or datetime.now().isoformat(" ", "minutes")
     log = [(time, _checked(settings)) for time, settings in log]
     first = log[0][1]
@@ -35,13 +35,13 @@ def caption(log: Log, known: Known, date: str = "") -> str:
 
 
 def _checked(settings: Settings) -> Settings:
-    """Return settings from a file of any origin, without invalid parameters and units."""
+    """Return the settings from an untrusted file, without invalid parameters and units."""
     groups = ("parameters", "units")
     return {k: v for k, v in settings.items() if k not in groups or isinstance(v, Mapping)}
 
 
 def environment_of(settings: Settings, known: Known) -> tuple[Environment, dict[str, float]] | None:
-    """Return the recorded environment and its values; None if no known environment accepts them."""
+    """Return the recorded environment and its values; None if no known environment accepts these."""
     key, given = settings.get("environment"), settings.get("parameters")
     found = known.get(key) or environments.discover().get(key) if isinstance(key, str) else None
     with suppress(ParameterError):
@@ -90,7 +90,7 @@ def _estimator(spec: Any) -> list[str]:
 
 
 def _changes(log: Log, known: Known) -> list[str]:
-    """Return a line per change; the last line counts those that do not fit."""
+    """Return one line for each change; the last line states how many do not fit."""
     said = [(time, _change(before, after, known)) for (_, before), (time, after) in pairwise(log)]
     lines = [f"At {time:.2f} s: {words}" for time, words in said[:_MOST_CHANGES]]
     more = len(said) - _MOST_CHANGES
@@ -98,7 +98,7 @@ def _changes(log: Log, known: Known) -> list[str]:
 
 
 def _change(before: Settings, after: Settings, known: Known) -> str:
-    """Return the changed settings with old and new value; all settings of a new environment."""
+    """Return the changed settings with old and new values; for a new environment, all its settings."""
     if before.get("environment") != after.get("environment"):
         return scene(after, known)
     old, new = environment_of(before, known), environment_of(after, known)
@@ -114,7 +114,7 @@ def _change(before: Settings, after: Settings, known: Known) -> str:
 
 
 def _old_and_new(old: str, new: str) -> str:
-    """Join two values with one unit: "250 → 600 N/m"."""
+    """Join two values with one unit, as in "250 → 600 N/m"."""
     number, _, unit = old.partition(" ")
     return f"{number if unit and new.endswith(f' {unit}') else old} → {new}"
 

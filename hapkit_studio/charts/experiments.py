@@ -16,11 +16,11 @@ from hapkit_studio.formatting import number, on_screen, with_unit
 _SIZE = (760, 460)
 _HUES = "position", "applied", "velocity", "asked", "ok", "warn", "ink2", "danger"
 _MARKS, _DASHES = "osD^vP*X", ("solid", DASH, DOT, DASH_DOT)
-_SLOPE = 1.3  # of the Weibull function that comes closest to a comparison of noisy impressions
+_SLOPE = 1.3  # slope of the Weibull function that comes closest to a comparison of noisy impressions
 
 
 def interval_words(value: float, half: float, decimals: int, unit: str = "") -> str:
-    """Write an estimate with half of its 95 % interval; a dash without an estimate."""
+    """Format an estimate with half of its 95 % interval; a dash if there is no estimate."""
     if not math.isfinite(value):
         return "–"
     more = f" ± {number(half, decimals)}" if math.isfinite(half) else ""
@@ -71,7 +71,7 @@ def draw_pointing(figure: Any, c: Colors, found: Sequence[Line]) -> None:
 
 
 def threshold_words(found: Threshold) -> str:
-    """Write the threshold, the Weber fraction and their intervals in one sentence."""
+    """Return the threshold, the Weber fraction and their intervals as one sentence."""
     value, low, high = (on_screen(one, found.unit, 3) for one in found.threshold)
     weber = [number(100.0 * one, 0) for one in found.weber]
     name = found.parameter.replace("_", " ")
@@ -85,13 +85,13 @@ def threshold_words(found: Threshold) -> str:
 
 
 def threshold_figure(found: Threshold, path: str | Path) -> None:
-    """Write the staircase and the shares of right answers."""
+    """Write the figure with the staircase and the fractions of right answers."""
     caption = f"{threshold_words(found)} 95 % intervals; {with_unit(100.0 * CONVERGES, '%')} right at it."
     save(lambda figure, c: draw_threshold(figure, c, found), path, _SIZE, caption=caption)
 
 
 def draw_threshold(figure: Any, c: Colors, found: Threshold) -> None:
-    """Draw the step of every answer, and the share of right answers over the step."""
+    """Draw the step of every answer, and the fraction of right answers over the step."""
     left, right = figure.subplots(1, 2)
     steps = np.round(100.0 * np.array([one.step for one in found.answers]) / found.base, 6)
     good, low, high = np.array([one.right for one in found.answers]), *found.weber[1:]
@@ -118,7 +118,7 @@ def draw_threshold(figure: Any, c: Colors, found: Threshold) -> None:
 
 
 def _plain_ticks(axis: Any) -> None:
-    """Mark a logarithmic axis at 1, 2 and 5 times the powers of ten, without exponents."""
+    """Put ticks at 1, 2 and 5 times the powers of ten of a logarithmic axis, without exponents."""
     from matplotlib.ticker import LogLocator, NullLocator
 
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

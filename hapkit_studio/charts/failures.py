@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.failures.base import Chart, Evidence, Shown, Try
 
 _SIZE = (1080, 560)
-_LONG = 50  # longest verdict in characters beside the knob's name and value
-_LETTER = 6.6  # pt, width of a character of a title
+_LONG = 50  # characters of the longest verdict that fits next to the knob's name and value
+_LETTER = 6.6  # pt: width of a character of a title
 _ROOM = 0.08  # fraction of the height for each label at the top
-_LINE = 16.0  # pt, line height
-# labels of marks beyond this fraction of the axis are at their left
+_LINE = 16.0  # pt: line height
+# a mark beyond this fraction of the axis has its label at the left
 _RIGHT = 0.7
-_SHORT = 0.5  # s: shorter traces have an axis in ms
+_SHORT = 0.5  # s: the axis of a shorter trace is in ms
 _TRACE = 0.36  # fraction of the width for a trace's title
-_DECADES = 3.0  # on axes shorter than this, 2 and 5 have ticks, too
+_DECADES = 3.0  # a shorter axis also has ticks at 2 and 5
 _SMALL = 0.01  # smaller numbers are scaled by a power of ten
 _FEW = 50  # up to this many samples, a trace shows its points
-# look by role and rank within the role: colour token, dashes, marker
+# the look by role and by rank within the role: colour token, dashes, marker
 _LOOKS = {
     "theory": (("ink", (0, (3.2, 2.0)), ""), ("asked", (0, (5, 2)), ""), ("energy", (0, (5, 2, 1.2, 2)), "")),
     "measured": (("position", "none", "o"), ("velocity", "none", "s"), ("applied", "none", "^")),
@@ -44,15 +44,15 @@ def failure_figure(shown: "Shown", path: str | Path) -> None:
 
 
 def draw(figure: Any, c: style.Colors, shown: "Shown") -> "Knob | None":
-    """Draw two traces at the left, the curve at the right; return the knob, None if not the x axis."""
+    """Draw two traces at the left, the curve at the right; return the knob, None if x is different."""
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.2))
     for row, (word, one) in enumerate((("inside", shown.inside), ("outside", shown.outside))):
         axes = figure.add_subplot(grid[row, 0])
-        axes.set_navigate(False)  # no navigation in the small traces
+        axes.set_navigate(False)  # no zooming in the small traces
         _trace(axes, style.pale(c) if word in shown.old else c, shown, one, word)
         below = shown.outside and _time_label(shown.outside)
         if row == 0 and axes.get_xlabel() == below:
-            axes.set_xlabel("")  # the lower trace has the label
+            axes.set_xlabel("")  # the lower trace has the same label
     axes = figure.add_subplot(grid[:, 1])
     if shown.chart is None:
         axes.set_navigate(False)
@@ -64,7 +64,7 @@ def draw(figure: Any, c: style.Colors, shown: "Shown") -> "Knob | None":
 
 
 def clauses(words: str) -> list[str]:
-    """Split a sentence into its verdict and additions, each without full stop."""
+    """Split a sentence into its verdict and its additions, each without a full stop."""
     parts = [part.strip() for part in re.split("[;,] ", words)]
     return [part[:1].upper() + part[1:] for part in parts]
 
@@ -101,12 +101,12 @@ def _is_short(one: "Try") -> bool:
 
 
 def _time_label(one: "Try") -> str:
-    """Return the label of a trace's time axis; on low axes it includes the quantity drawn."""
+    """Return the label of a trace's time axis, which names the quantity that is drawn."""
     return f"{one.evidence.label} over time, {'ms' if _is_short(one) else 's'}"
 
 
 def scaled(y: np.ndarray) -> tuple[float, str]:
-    """Return the factor that makes very small numbers readable, and its inverse as text: "10⁻⁶" or ""."""
+    """Return the factor that makes small numbers readable, and its inverse as text, as in "10⁻⁶", or ""."""
     finite = np.asarray(y)[np.isfinite(y)]
     most = float(np.abs(finite).max()) if len(finite) else 0.0
     if not 0.0 < most < _SMALL:
@@ -152,7 +152,7 @@ def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
 
 
 def _limits(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
-    """Draw the stable and unstable ranges, the boundary and other limits, each with its label on top."""
+    """Draw the stable and unstable ranges, the boundary and other limits, each with its label at the top."""
     low, high = axes.get_ylim()
     share = _ROOM * len(chart.marks)
     axes.set_ylim(low, high * (high / low) ** share if chart.plot.log_y else high + share * (high - low))
@@ -189,7 +189,7 @@ class Knob:
         self.place(None, None)
 
     def place(self, value: float | None, measure: float | None) -> None:
-        """Move to a value in the knob's unit; ``measure``: the value measured there, None if not charted."""
+        """Move to a value in the knob's unit; ``measure`` is measured there, None if it is not charted."""
         x = math.nan if value is None else value * self._scale
         self._line.set_xdata([x, x])
         self._tip.set_data([x], [0.02])
@@ -197,6 +197,6 @@ class Knob:
 
 
 def measured_there(chart: "Chart | None", found: "Evidence") -> float | None:
-    """Return a trial's measured value if it is the quantity of the chart's y axis, else None."""
+    """Return a trial's measured value if the chart's y axis shows this quantity, else None."""
     same = chart is not None and chart.plot.y_label.endswith(f", {found.measure_unit}")
     return found.measure if same and math.isfinite(found.measure) else None

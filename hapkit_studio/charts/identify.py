@@ -12,7 +12,7 @@ from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, save, style_axes
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Identified, Part, Points
 
-# x axis by term: axis label, and its display unit per SI unit
+# for each term, the label of the x axis, and the number of its display units per SI unit
 AXES = {
     "stiffness": ("position, mm", 1e3),
     "damping": ("velocity, mm/s", 1e3),
@@ -26,15 +26,15 @@ AXES = {
 TITLES = {"rendered": "What was rendered", "handle": "What the handle is"}
 _MOST_PANELS = 3
 _SIZE = (1080, 500)
-# pt: smallest height with room for the residuals
+# pt: smallest height at which the residuals fit
 _BOTH = 270.0
 _STEPS = 60
 
 
 def identify_figure(found: "Identified", path: str | Path, source: Sequence[tuple[str, str]] = ()) -> None:
-    """Write rendered impedance and handle: one row of charts each, residuals and sentences below.
+    """Write rendered impedance and handle: a row of charts for each, residuals and sentences below.
 
-    Settings follow; source: device or file, as pairs of name and value.
+    The settings follow. ``source`` describes the device or file as pairs of name and value.
     """
     parts = [part for part in (found.rendered, found.handle) if part.points is not None] or [found.rendered]
 
@@ -51,7 +51,7 @@ def identify_figure(found: "Identified", path: str | Path, source: Sequence[tupl
 
 
 def draw(figure: Any, c: Colors, part: "Part", end: float) -> None:
-    """Draw a part's terms side by side, residuals below; end: origin of the time axis in s."""
+    """Draw a part's terms side by side, with residuals below; ``end`` is the origin of the time axis in s."""
     if part.points is None:
         return
     names = [name for name in part.points.names if name in AXES][:_MOST_PANELS]

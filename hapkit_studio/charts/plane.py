@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 _SIZE, _SMALL_SIZE = (1080, 700), (820, 600)
 _COLUMNS = 4
-_LOW_FIGURE = 6.0  # inches: lower figures show only the panel of the case
-# colour token and marker by outcome
+_LOW_FIGURE = 6.0  # inches: a lower figure shows only the panel of the case
+# colour token and marker for each outcome
 _POINTS = {
     "stable": ("ok", "o"),
     "bounded": ("warn", "D"),
@@ -50,7 +50,7 @@ class KnobPoint:
         self.artists = (self._ring, self._dot)
 
     def place(self, value: float | None) -> None:
-        """Move the point to a value of the knob; None hides it."""
+        """Move the point to a value of the knob; None hides the point."""
         x, y = (np.nan, np.nan) if value is None else self._plane.place(value)
         for artist in self.artists:
             artist.set_data([x], [y])

@@ -16,16 +16,16 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import number
 
 _SIZE = (792, 450)
-_LETTER = 0.016  # width of a character of a mark, as a fraction of the time axis
+_LETTER = 0.016  # width of a character in the label of a mark, as a fraction of the time axis
 _ROOM = 0.25  # free space above the lines for marks, as a fraction of the range
 
 _UNITS = {"position": "mm", "velocity": "mm/s"}
 _CURVES = {"position": theory.over_position, "velocity": theory.over_velocity}
-_CURVE_RANGE = 0.06  # m or m/s: range in which a law's curve is evaluated
+_CURVE_RANGE = 0.06  # m or m/s: largest value at which a law's curve is evaluated
 _LEAST_HALF = 2.5  # mm or mm/s: smallest half range of the law's curve
 _MORE_SIGHT = 0.1
 _OVER_LIMIT = 1.35  # largest force drawn, as a multiple of the force limit
-# free space beyond the forces as a fraction of their range; smallest range in N
+# free space beyond the forces, as a fraction of their range; smallest range of the axis in N
 _BESIDE, _LEAST_FORCE = 0.08, 0.5
 
 Mark = tuple[float, str]
@@ -34,7 +34,7 @@ Mark = tuple[float, str]
 
 @dataclass(frozen=True)
 class Past:
-    """An earlier part for comparison, (n,) each in SI units; colour token, dash pattern in line widths."""
+    """An earlier part for comparison: arrays (n,) in SI units, colour token, dash pattern in line widths."""
 
     words: str
     time: np.ndarray
@@ -55,8 +55,9 @@ def run_figure(
 ) -> None:
     """Write a run's position, velocity and force over time, and force over position or velocity.
 
-    known: environments besides the library's. over: "position" or "velocity"; else the one over which the law
-    has a curve. The caption contains the settings at the start and each change with its time.
+    ``known`` are environments in addition to those of the library. ``over`` is "position" or "velocity"; if
+    it is empty, the quantity over which the law has a curve is used. The caption contains the settings at the
+    start and each change with its time.
     """
     words = caption(run.log, known, run.date)
     save(lambda figure, c: draw(figure, c, run, marks, past, known, over), path, _SIZE, caption=words)
@@ -71,9 +72,9 @@ def draw(
     known: Known = MappingProxyType({}),
     over: str = "",
 ) -> None:
-    """Draw three quantities over time and force over ``over``, as ``run_figure``.
+    """Draw three quantities over time and force over ``over``, like ``run_figure``.
 
-    Earlier parts are drawn below. The law's curve and the force limit are those at the end.
+    Earlier parts are drawn below. The law's curve and the force limit are those at the end of the run.
     """
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
     upper, middle, lower = (figure.add_subplot(grid[i, 0]) for i in range(3))
@@ -114,7 +115,7 @@ def draw(
 
 
 def _curve_quantity(found: tuple[Environment, dict[str, float]] | None) -> str:
-    """Return the quantity of the law's curve: "velocity" if it declares one, else "position"."""
+    """Return the quantity of the law's curve: "velocity" if the law declares it, else "position"."""
     if found is None:
         return "position"
     environment, values = found
@@ -132,7 +133,7 @@ def _draw_theory(
     low, high = axes.get_xlim()
     middle, half = 0.5 * (low + high), max(0.5 * (high - low), _LEAST_HALF)
     low, high = middle - half, middle + half
-    beyond = _MORE_SIGHT * half  # beyond the visible range, so that no end of the curve is seen
+    beyond = _MORE_SIGHT * half  # extend the curve beyond the visible range, so that its ends are hidden
     curve = _CURVES[over](*found, 1e-3 * (low - beyond), 1e-3 * (high + beyond))
     if curve is None:
         return False
@@ -143,14 +144,15 @@ def _draw_theory(
     axes.set_xlim(low, high)
     axes.set_ylim(min(bottom, seen.min() - margin), max(top, seen.max() + margin))
     for token, width in (("edge", 8.8), ("theory", 6.4)):
-        for force in curve.force:  # reversed: matplotlib draws no sample of an ascending line beyond the axes
+        # reversed, because matplotlib omits the samples of an ascending line that are beyond the axes
+        for force in curve.force:
             axes.plot(1e3 * curve.x[::-1], force[::-1], color=getattr(c, token), linewidth=width, zorder=0.7)
     axes.lines[-1].set_label("theory")
     return True
 
 
 def _limit(settings: Mapping) -> float:
-    """Return the force limit in N, inf if none was recorded."""
+    """Return the force limit in N; inf if the recording contains none."""
     device = settings.get("device")
     found = settings.get("max_force_N", device.get("max_force") if isinstance(device, Mapping) else None)
     try:
@@ -160,7 +162,7 @@ def _limit(settings: Mapping) -> float:
 
 
 def _draw_limit(axes: Any, c: Colors, limit: float) -> None:
-    """Draw the force limit on both sides if it lies within the axes, with its label."""
+    """Draw the force limit and its label on both sides, if it lies within the axes."""
     bottom, top = axes.get_ylim()
     for level in (limit, -limit):
         if bottom < level < top:
@@ -173,7 +175,7 @@ def _draw_limit(axes: Any, c: Colors, limit: float) -> None:
 
 
 def _write_marks(axes: Any, c: Colors, marks: Sequence[Mark], begin: float, end: float) -> None:
-    """Label the marks along the top; a newer label hides older ones that it overlaps."""
+    """Label the marks along the top; a newer label hides older labels that it overlaps."""
     right, (low, high) = end, axes.get_ylim()
     axes.set_ylim(low, high + _ROOM * (high - low) * bool(marks))
     for when, words in reversed(marks):

@@ -16,12 +16,12 @@ from hapkit_studio.charts import style
 from hapkit_studio.formatting import number
 
 _SIZE = (972, 700)
-# colour tokens of DECAYS, BUZZES, GROWS
+# colour tokens of the classes DECAYS, BUZZES, GROWS
 _TOKENS = ("stable", "warnsoft", "unstable")
 _GROWS = 2
-_FAINT = "40"  # opacity of 25 %, as the last two digits of a colour
+_FAINT = "40"  # an opacity of 25 %, as the last two digits of a colour
 _HANDS = {"released": "-", "light": style.DASH, "medium": style.DASH_DOT, "firm": style.DOT}
-# pt: smallest distance between dot and boundary with room for the arrow's label
+# pt: distance between dot and boundary from which the arrow has room for its label
 _ROOM_FOR_WORDS = 40.0
 
 
@@ -29,8 +29,9 @@ _ROOM_FOR_WORDS = 40.0
 class Map:
     """A plane, its latest measurement, and further layers of the drawing.
 
-    others: boundaries measured earlier. hands: exact boundary (n,) of every hand over the plane's damping.
-    outdated: the measurement is for other conditions. dotted: the impedance can be shown as a dot.
+    ``others`` are boundaries that were measured earlier. ``hands`` contains the exact boundary (n,) of every
+    hand over the plane's damping. ``outdated`` tells that the measurement belongs to other conditions.
+    ``dotted`` tells that the impedance can be shown as a dot.
     """
 
     plane: Plane
@@ -41,7 +42,7 @@ class Map:
 
     @property
     def particular(self) -> Cells | None:
-        """Return measured cells that a boundary line cannot replace: dry friction or passivity control."""
+        """Return measured cells that no boundary line can replace: with dry friction or passivity control."""
         cells = None if self.outdated else self.plane.cells
         return cells if cells is not None and (cells.real or cells.controller) else None
 
@@ -51,7 +52,7 @@ class Map:
         return (*self.others, *([self.plane.points] if self.plane.points is not None else []))
 
     def lines(self) -> dict[str, tuple[str, str]]:
-        """Return the name and meaning of the lines available, by key."""
+        """Return name and meaning of the available lines, by key."""
         plane = self.plane
         there = {
             "exact": plane.setting.linear,
@@ -68,9 +69,9 @@ class Map:
 def stability_figure(
     plane: Plane, path: str | Path, device: str = "", dampings: Mapping[str, float] = MappingProxyType({})
 ) -> None:
-    """Write the plane with its verdict above and the conditions below; device: its name.
+    """Write the plane with its verdict above and the conditions below; ``device`` is the device's name.
 
-    dampings: each hand's limit in N·s/m for scenes without stiffness.
+    ``dampings`` contains each hand's limit in N·s/m for scenes without stiffness.
     """
     shown = Map(plane)
     real = any(found is not None and found.real for found in (plane.cells, plane.points))
@@ -98,12 +99,12 @@ def draw(figure: Any, c: style.Colors, shown: Map) -> "Dot":
     axes.set_xlim(0.0, plane.width)
     axes.set_ylim(0.0, plane.top)
     axes.locator_params(nbins=6)
-    axes.tick_params(axis="y", pad=7)  # room for the dot at zero damping beside the tick labels
+    axes.tick_params(axis="y", pad=7)  # leave room for the dot at zero damping, next to the tick labels
     _lines(axes, c, shown)
     _measured(axes, measured, shown)
     _regions(axes, c, measured, shown)
     style.legend(axes, c)
-    figure.draw_without_rendering()  # artists need their positions before labels can avoid them
+    figure.draw_without_rendering()  # labels can avoid artists only after these have positions
     for words in axes.texts:
         style.keep_clear(words, axes.lines)
     dot = Dot(axes, c)
@@ -148,7 +149,7 @@ def _lines(axes: Any, c: style.Colors, shown: Map) -> None:
 
 
 def _measured(axes: Any, c: style.Colors, shown: Map) -> None:
-    """Draw measured boundaries; points beyond the frame do not change the layout."""
+    """Draw measured boundaries; points outside the frame do not change the layout."""
     plane = shown.plane
     for points in shown.boundaries:
         seen = (points.stiffness <= plane.top) & (points.damping <= plane.width)
@@ -205,7 +206,7 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
 
 
 def _unstable_style(c: style.Colors, plane: Plane) -> dict[str, Any]:
-    """Return the style of the unstable side: not dangerous if the scene only pushes the handle out."""
+    """Return the style of the unstable side; it is harmless if the scene only pushes the handle out."""
     ground, hatch = (c.contact, c.ink3) if plane.pushes else (c.unstable, c.danger)
     return {"facecolor": ground, "edgecolor": hatch + _FAINT, "hatch": "//"}
 
@@ -247,7 +248,7 @@ class Dot:
             artist.set_in_layout(False)
 
     def place(self, plane: Plane, dotted: bool = True) -> None:
-        """Move to a plane's impedance; dotted: show it."""
+        """Move the dot to a plane's impedance; show it if ``dotted`` is true."""
         margin, c = plane.margin, self._c
         bad = not plane.said.calm if plane.said else not margin.stable and plane.setting.linear
         warned = bad and plane.said is not None and plane.said.sign[1] == "warn"

@@ -1,6 +1,6 @@
-"""Shared style of all figures: colours by token, quiet axes, legends above them, saving in light colours.
+"""The shared style of all figures: colours by token, quiet axes, legends above axes, saving in light colours.
 
-Labels are placed where they cover no line and no other label.
+Labels are placed so that they cover no line and no other label.
 """
 
 import io
@@ -23,12 +23,12 @@ Paint = Callable[[Any, Colors], object]
 
 TICK, TEXT, HEAD = 12, 13, 16
 DOT, DASH, DASH_DOT = (0, (1, 1.6)), (0, (5, 3.5)), (0, (7, 2.6, 1.6, 2.6))
-# pt for ticks and titles of an axis, generous as a tight width makes the layout slow; largest height fraction
-# of the legend
+# pt: width for ticks and titles of an axis, generous because a tight width makes the layout slow; largest
+# height of the legend, as a fraction.
 _TICKS, _MOST = 100.0, 0.34
-_LETTER = 6.4  # pt, width of a character of a caption
-_DPI, _PAD = 110, 0.12  # inches
-# tokens that do not fade while data are out of date
+_LETTER = 6.4  # pt: width of a character of a caption
+_DPI, _PAD = 110, 0.12  # dots per inch; inches
+# colour tokens that do not fade while the data are out of date
 _GROUND = {"surface", "plot", "grid", "line", "edge", "axis", "ink2", "ink3"}
 
 
@@ -48,7 +48,7 @@ def save(
 ) -> None:
     """Write a drawing of this size in points, in light colours, with title and caption.
 
-    The path's suffix selects the format. Raise ParameterError for a suffix without picture format.
+    The path's suffix selects the format. Raise ParameterError if the suffix is not that of a picture format.
     """
     figure, light = new_figure(path, (size[0] / 72.0, size[1] / 72.0)), colors()
     figure.get_layout_engine().set(w_pad=_PAD, h_pad=_PAD)
@@ -62,19 +62,19 @@ def save(
         )
         figure.supxlabel(words, size=TICK - 1, color=light.ink3, x=0.01, ha="left")
     paint(figure, light)
-    picture = io.BytesIO()  # writers of picture formats seek, which a pipe cannot
+    picture = io.BytesIO()  # writers of picture formats seek, which is impossible in a pipe
     figure.savefig(picture, format=ending(path), dpi=_DPI, facecolor=light.surface)
     with replacing(path) as part:
         part.write_bytes(picture.getvalue())
 
 
 def unbroken(parts: list[str]) -> str:
-    """Join conditions to a line that breaks only between them."""
+    """Join conditions in a line that breaks only between conditions."""
     return " · ".join(words.replace(" ", "\u00a0") for words in parts)
 
 
 def style_axes(axes: Any, c: Colors, across: str, up: str) -> None:
-    """Label the axes; set a quiet frame and grid."""
+    """Label the axes, and give them a quiet frame and grid."""
     axes.set_facecolor(c.plot)
     axes.set_xlabel(across, size=TICK, color=c.axis)
     axes.set_ylabel(up, size=TICK, color=c.axis)
@@ -89,7 +89,8 @@ def style_axes(axes: Any, c: Colors, across: str, up: str) -> None:
 def number_ticks(axis: Any) -> None:
     """Format an axis' ticks like the numbers in texts and in the window's plots: 1,000, −2, and 1, not 10⁰.
 
-    Call it again after a change of the axis' scale, which restores matplotlib's formats.
+    Call this function again after a change of the axis' scale, because the change restores matplotlib's
+    formats.
     """
     from hapkit_studio.charts.ticks import MinorTicks, Ticks
 
@@ -100,7 +101,7 @@ def number_ticks(axis: Any) -> None:
 
 
 def legend(axes: Any, c: Colors) -> None:
-    """Put the legend above the axes in as few rows as possible; hide it if it leaves too little room."""
+    """Put the legend above the axes in as few rows as possible; hide it if the axes become too small."""
     names = axes.get_legend_handles_labels()[1]
     box = axes.figure.bbox
     share = axes.get_subplotspec().get_position(axes.figure).width / 0.775
@@ -125,7 +126,7 @@ def text_outline(c: Colors) -> list:
 
 @dataclass(frozen=True)
 class Label:
-    """Text at a point; bold: must not cover a line."""
+    """A text at a point; a bold label must not cover a line."""
 
     x: float
     y: float
@@ -135,7 +136,7 @@ class Label:
 
 
 def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
-    """Place labels beside their points without overlap, with a leader line if far from it.
+    """Place labels near their points without overlap, with a leader line if the distance is large.
 
     The figure's layout must be final.
     """
@@ -154,8 +155,8 @@ def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
         taken.append(words.get_window_extent())
 
 
-_FAR = 20.0  # pt: labels farther from their point have a leader line
-_CLEAR = 3.0  # pt between a label and a line
+_FAR = 20.0  # pt: a label farther from its point has a leader line
+_CLEAR = 3.0  # pt: distance between a label and a line
 # candidate offsets of a label from its point in pt, nearest first
 _OFFSETS = sorted(
     ((dx, dy) for dx in (13, -13, 40, -40, 90, -90) for dy in range(-132, 133, 6)),
@@ -164,7 +165,7 @@ _OFFSETS = sorted(
 
 
 def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> None:
-    """Place a label where it covers no line or box, or beside its point if there is no such place."""
+    """Place a label where it covers no line or box; if there is no such place, next to its point."""
     from matplotlib.transforms import Bbox
 
     axes, points = words.axes, words.figure.dpi / 72.0
@@ -185,7 +186,7 @@ def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> N
 
 
 def new_figure(path: str | Path, size: tuple[float, float]) -> Any:
-    """Return an empty figure of this size in inches; raise ParameterError without a picture's suffix."""
+    """Return an empty figure of this size in inches; raise ParameterError for a suffix of no picture."""
     from matplotlib.figure import Figure
 
     check_picture(path)
@@ -196,12 +197,12 @@ PNG = "png"
 
 
 def ending(path: str | Path) -> str:
-    """Return the picture format of a path's suffix, PNG without one."""
+    """Return the picture format of a path's suffix; PNG if the path has no suffix."""
     return Path(path).suffix[1:].lower() or PNG
 
 
 def check_picture(path: str | Path) -> None:
-    """Raise ParameterError unless path has a picture's suffix."""
+    """Raise ParameterError unless the path has the suffix of a picture format."""
     from matplotlib.backend_bases import FigureCanvasBase
 
     found, known = ending(path), FigureCanvasBase.get_supported_filetypes()

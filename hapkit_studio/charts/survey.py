@@ -1,4 +1,4 @@
-"""Figure of a survey: stiffness limit over rate and over delay, median and lowest decile per estimator."""
+"""Figure of a survey: median and lowest decile of the stiffness limit over rate and over delay."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ _FEWEST = 5  # smallest number of points for a median
 
 
 def survey_figure(found: "tuple[Axes, np.ndarray]", path: str | Path) -> None:
-    """Write the stiffness limits over rate and over delay; cells not yet computed are ignored."""
+    """Write the stiffness limits over rate and over delay; cells that are not computed yet are ignored."""
     axes, limits = found
     known = np.mean(~np.isnan(limits))
     title = f"What rate buys and delay costs: {100.0 * known:.3g} % of {limits.size:,} loops computed"
@@ -44,7 +44,7 @@ def draw(figure: Any, c: Colors, axes: "Axes", limits: np.ndarray) -> None:
 
 
 def _quantiles(limits: np.ndarray) -> np.ndarray:
-    """Return median and lowest decile (2, n) of limits (n, ...), NaN with fewer than _FEWEST known ones."""
+    """Return median and lowest decile (2, n) of limits (n, ...); NaN with fewer than _FEWEST limits."""
     found = np.full((2, len(limits)), np.nan)
     for column, each in enumerate(limits):
         known = each[~np.isnan(each)]

@@ -8,7 +8,7 @@ from hapkit_studio.formatting import compact, tick_labels
 
 
 class Ticks(Formatter):
-    """Labels of an axis; on a linear one all have the same decimals."""
+    """Tick labels of an axis; on a linear axis all have the same number of decimals."""
 
     def __init__(self, linear: bool):
         self._linear = linear
@@ -23,7 +23,7 @@ class Ticks(Formatter):
 
 
 class MinorTicks(LogFormatter):
-    """Labels of the minor ticks of a logarithmic axis, where matplotlib finds that there is room for them."""
+    """Labels of the minor ticks of a logarithmic axis, if matplotlib finds room for them."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         return compact(x) if super().__call__(x, pos) else ""

@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 _SIZE = (792, 504)
 _ROOM = 1.18
-# pt, width of the bar above a point, narrower than its marker
+# pt: width of the bar above a point, narrower than the marker
 _BAND = 6.0
-# smallest axis limits while points arrive, N·s/m and N/m
+# smallest axis limits while points arrive, in N·s/m and N/m
 _RIGHT, _TOP = 10.0, 1000.0
 
 
 @dataclass(frozen=True)
 class Walls:
-    """Points so far with their dampings; linear limit (2, m).
+    """The points so far with their dampings, and the linear limit (2, m).
 
-    right, top: smallest axis limits. tried: the wall under test.
+    ``right`` and ``top`` are the smallest axis limits. ``tried`` is the wall under test.
     """
 
     points: "Sequence[tuple[float, Point]]" = ()
@@ -38,7 +38,7 @@ class Walls:
 
     @classmethod
     def of(cls, result: "ZWidth") -> "Walls":
-        """Return the walls of a result; above a point it buzzes, unless no stiffer wall was tried."""
+        """Return the walls of a result; above a point walls buzz, unless no stiffer wall was tried."""
         points = list(zip(result.damping.tolist(), result.points, strict=True))
         right = max(float(result.damping[-1]), 1.0)
         sure = all(point.ended != HIGHEST for point in result.points)
@@ -53,7 +53,7 @@ def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
 
 
 def draw(figure: Any, c: Colors, walls: Walls) -> None:
-    """Draw stiffness over damping; hollow: force limit reached; bar: only some walls settle."""
+    """Draw stiffness over damping; a hollow point reached the force limit, a bar shows the band."""
     axes = figure.add_subplot()
     tried = walls.tried or (0.0, 0.0)
     damping, points = [b for b, _ in walls.points], [point for _, point in walls.points]
