@@ -39,7 +39,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Measure methods, scenes or needs; draw them if requested."""
+    """Measure methods, scenes or needs; draw the results if requested."""
     if options.parameter and (len(options.environment) != 1 or options.needs):
         raise ParameterError("Parameters are of one environment: name it.")
     if options.thresholds and not options.needs:
@@ -87,7 +87,7 @@ def _scene_json(scene: SceneResult) -> dict[str, Any]:
 
 
 def _sheet(sheet: Sheet) -> str:
-    """Return a chart's best methods at each tolerance, and a line per point; * marks the Pareto front."""
+    """Return a chart's best methods for each tolerance, and a line per point; * marks the Pareto front."""
     cheapest, within = winner_columns(sheet)
     columns = [within, cheapest]
     if sheet.boarded:
@@ -133,7 +133,7 @@ def _option_marks(scene: SceneResult, option: Option) -> str:
 
 
 def _needs(found: Needs) -> str:
-    """Return the gains without law terms, then a line per term; * needed, † perceptible to a few people."""
+    """Return the gains without law terms and a line per term; * needed, † felt by only a few people."""
     columns = (
         Column("Without", lambda e: TERMS[e.term].word, right=False),
         *EFFECT_COLUMNS,

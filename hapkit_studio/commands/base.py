@@ -1,4 +1,4 @@
-"""The type of a command: texts, options, function; and options shared by several commands."""
+"""The type of a command: texts, options and function; and options that several commands share."""
 
 import argparse
 import contextlib
@@ -42,7 +42,7 @@ PLOT = option("--plot", metavar="PATH", help="write a picture")
 
 @dataclass(frozen=True)
 class Result:
-    """A command's result: text for a person, one object for ``--json``, and the exit code."""
+    """The result of a command: text for a person, one object for ``--json``, and the exit code."""
 
     text: str
     as_json: dict
@@ -50,13 +50,13 @@ class Result:
 
 
 def with_files(text: str, as_json: dict, written: Sequence[str], code: int = 0) -> Result:
-    """Return a result that also lists the files written."""
+    """Return a result that also lists the written files."""
     lines = [text, *(f"wrote {path}" for path in written)]
     return Result("\n".join(lines), {**as_json, "written": list(written)}, code)
 
 
 def drawn(plot: str | None, draw: Callable[[Any, str], object], found: Any) -> list[str]:
-    """Draw a result if a figure is requested; return the files written."""
+    """Draw a result if a figure is requested; return the written files."""
     if not plot:
         return []
     draw(found, plot)
@@ -65,7 +65,7 @@ def drawn(plot: str | None, draw: Callable[[Any, str], object], found: Any) -> l
 
 @dataclass(frozen=True)
 class Command:
-    """One command: its options besides ``--json``, and ``run``; aliases: former names."""
+    """A command: its options in addition to ``--json``, and ``run``; ``aliases`` are former names."""
 
     name: str
     help: str
@@ -76,7 +76,7 @@ class Command:
 
 
 def span(seconds: float) -> str:
-    """Format a duration roughly: "40 s", "3 min", "2.5 h"."""
+    """Format a duration with few digits, as in "40 s", "3 min" or "2.5 h"."""
     size, unit = next((u for u in ((3600.0, "h"), (60.0, "min")) if seconds >= 1.5 * u[0]), (1.0, "s"))
     return f"{seconds / size:.2g} {unit}"
 
@@ -86,7 +86,7 @@ def progress_line(what: str) -> Callable[[int, int], None]:
     begin, first = time.monotonic(), list[int]()
 
     def say(done: int, of: int) -> None:
-        first[:] = first or [done]  # resumed work is not counted in the speed
+        first[:] = first or [done]  # the cells that an earlier run computed do not count for the speed
         spent, new = time.monotonic() - begin, done - first[0]
         if spent < QUIET_SECONDS or not sys.stderr.isatty():
             return
@@ -104,7 +104,7 @@ ESTIMATOR_HELP = f"{', '.join(ESTIMATORS)}; options as iir:cutoff=20"
 def key_values(
     pairs: Sequence[str], what: str = "A parameter", like: str = "stiffness=400"
 ) -> dict[str, object]:
-    """Return {key: number or word} of KEY=VALUE pairs; raise ParameterError with ``what`` they are."""
+    """Return {key: number or word} of KEY=VALUE pairs; raise ParameterError, which names ``what``."""
     found: dict[str, object] = {}
     for pair in pairs:
         key, equals, value = pair.partition("=")
@@ -118,7 +118,7 @@ def key_values(
 
 
 def numbers(text: str, what: str, unit: str, like: str) -> tuple[float, ...]:
-    """Return the numbers of ``0,1,2``; raise ParameterError with ``what`` they are."""
+    """Return the numbers in a text such as ``0,1,2``; raise ParameterError, which names ``what``."""
     try:
         return tuple(float(word) for word in text.split(","))
     except ValueError:
@@ -126,7 +126,7 @@ def numbers(text: str, what: str, unit: str, like: str) -> tuple[float, ...]:
 
 
 def estimator_spec(text: str) -> Spec:
-    """Return an estimator of ``iir`` or ``iir:cutoff=20``; raise ParameterError."""
+    """Return the estimator that ``iir`` or ``iir:cutoff=20`` describes; raise ParameterError."""
     name, colon, options = text.partition(":")
     if not colon:
         return name
@@ -157,11 +157,11 @@ SETTING_OPTIONS = (
     option("--hand", metavar="GRIP", help=", ".join(GRIPS)),
     option("--controller", action="store_true", help="with the passivity controller"),
 )
-"""Options of a LoopSettings; None if not given."""
+"""Options of a LoopSettings; an option that is not given is None."""
 
 
 def of_options(options: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
-    """Return the given options by name, the estimator parsed; raise ParameterError."""
+    """Return the given options by name, with the estimator parsed; raise ParameterError."""
     found = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if "estimator" in found:
         found["estimator"] = estimator_spec(found["estimator"])
@@ -179,7 +179,7 @@ _PICTURE = ".png"
 
 
 def check_outputs(options: argparse.Namespace) -> None:
-    """Raise ParameterError if --csv or --plot cannot be written; a figure without suffix is a PNG."""
+    """Raise ParameterError if --csv or --plot cannot be written; a figure without a suffix is a PNG."""
     for name in _OUTPUTS:
         given = getattr(options, name, None)
         if given is None:
@@ -206,7 +206,7 @@ _SKETCHES = (".ino", ".pde", ".c", ".cpp", ".h")
 def environment_named(wanted: str, trusting: bool) -> Environment:
     """Return an environment by its key or its Python file; raise ParameterError, or LawError with the line.
 
-    An untrusted file is shown and executed only after consent at the terminal, or with ``trusting``.
+    An untrusted file is shown, and is executed only after consent at the terminal or with ``trusting``.
     """
     file = Path(wanted).expanduser().absolute()
     if file.suffix in _SKETCHES:
@@ -231,7 +231,7 @@ def environment_named(wanted: str, trusting: bool) -> Environment:
 
 
 def _consent(source: Source, trusting: bool) -> None:
-    """Raise LawError unless a file may be executed."""
+    """Raise LawError unless the user allows that a file is executed."""
     if is_trusted(source):
         return
     if not trusting:
@@ -242,12 +242,12 @@ def _consent(source: Source, trusting: bool) -> None:
         print(question, end="", file=sys.stderr, flush=True)
         if sys.stdin.readline().strip().lower() not in YES:
             raise LawError("not executed")
-    with contextlib.suppress(OSError):  # if trust cannot be stored, the next run asks again
+    with contextlib.suppress(OSError):  # if the consent cannot be stored, the next run asks again
         trust_source(source)
 
 
 def _try(source: Source) -> None:
-    """Raise LawError unless a file passes its trial, now or before."""
+    """Raise LawError unless a file passes its trial or has passed it before."""
     if trial.has_passed(source):
         return
     verdict = trial.check(source)

@@ -23,9 +23,9 @@ NO_HAND = (
     "{title} has no hand that could drive its handle: leave --device away, and give its loop with --rate, "
     "--delay, --mass and --viscous."
 )
-_HANDLE = "mass", "viscous", "coulomb", "quantum"  # options that a board sets itself
+_HANDLE = "mass", "viscous", "coulomb", "quantum"  # options of the handle, which a board sets itself
 _OTHERWISE = "--rate", "--hand"
-_PRINTED_EVERY = 3  # every third measured frequency is printed
+_PRINTED_EVERY = 3  # print only every third measured frequency
 _COLUMNS = tuple(
     Column(title, lambda row, index=index: with_unit(float(row[index])), unit=unit)  # type: ignore[misc]
     for index, (title, unit) in enumerate((
@@ -50,7 +50,8 @@ OPTIONS = (
 
 def run(options: argparse.Namespace) -> base.Result:
     """Measure the responses; draw them if requested."""
-    from hapkit_studio.analysis.bode import on_board, simulation  # imported here, because it takes seconds
+    # imported here because the import takes seconds
+    from hapkit_studio.analysis.bode import on_board, simulation
     from hapkit_studio.charts.bode import bode_figure
 
     scene = base.environment_named(options.environment, options.trust)
@@ -79,7 +80,7 @@ def _device(options: argparse.Namespace) -> Device:
 
 
 def _settings(options: argparse.Namespace, device: Device) -> list[LoopSettings]:
-    """Return the setting of each rate for the handle of a simulated device; raise ParameterError."""
+    """Return the settings for each rate, with the handle of a simulated device; raise ParameterError."""
     model = device.model or SimulatedHapkit()
     given = {
         "mass": model.mass, "viscous": model.viscous, "coulomb": model.coulomb_force,

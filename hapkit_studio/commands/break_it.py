@@ -27,7 +27,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Try one failure or all on both sides of their limits; draw them if requested."""
+    """Try one failure, or all failures, on both sides of the limit; draw the results if requested."""
     if options.failure is None and (options.given or options.at is not None):
         raise ParameterError("Options and --at belong to one failure: name it, e.g. break-it sampled_spring.")
     planes = [failure.key for failure in failures().values() if failure.plane]
@@ -70,7 +70,7 @@ def _limit(shown: Shown) -> str:
 
 
 def _table(results: list[Shown]) -> str:
-    """Return a block per failure: its theoretical limit, the result inside and outside."""
+    """Return a block for each failure: its theoretical limit, and the results inside and outside."""
     lines = []
     for shown in results:
         margin = f"{100.0 * shown.failure.margin:g} %"

@@ -1,4 +1,4 @@
-"""The command that shows a board's calibration, applies another, or measures its motor constant."""
+"""The command that shows a board's calibration, applies a different one, or measures the motor constant."""
 
 import argparse
 import contextlib
@@ -39,7 +39,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Apply settings and measure the motor if requested; show the settings in force; save if requested."""
+    """Apply settings and measure the motor if requested; show the settings in use; save if requested."""
     wanted = _wanted(options)
     strength = None
     with contextlib.closing(board_named(options.device)) as board:
@@ -69,7 +69,7 @@ def _wanted(options: argparse.Namespace) -> Board | None:
     if options.springs:
         from hapkit_studio.analysis.calibrate.motor import (
             check_springs,
-        )  # imported here, because it takes a second
+        )  # imported here because the import takes a second
 
         check_springs(options.springs)
         check_number(options.springs_known, "springs' tolerance", "%", high=50.0)
@@ -79,7 +79,7 @@ def _wanted(options: argparse.Namespace) -> Board | None:
 
 
 def _strength(board: Any, springs: list[float], known: float) -> "Strength":
-    """Measure the motor constant of an open board with springs in N/m; apply it."""
+    """Measure the motor constant of an open board with springs in N/m, and apply it."""
     from hapkit_studio.analysis.calibrate.calibration import Calibration
     from hapkit_studio.analysis.calibrate.motor import HOOKED
 
@@ -87,7 +87,7 @@ def _strength(board: Any, springs: list[float], known: float) -> "Strength":
     runner.read_settings()
     work = Calibration(runner)
     for stiffness in sorted(springs):
-        if not board.simulated_hand:  # a simulated board's springs are attached by the program
+        if not board.simulated_hand:  # the program itself attaches the springs of a simulated board
             hook = f"Hook the spring of {stiffness:g} N/m {HOOKED}."
             print(f"{hook} Hands off, then press Enter.", end=" ", file=sys.stderr, flush=True)
             if sys.stdin is None or not sys.stdin.readline():

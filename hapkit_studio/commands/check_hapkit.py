@@ -27,7 +27,7 @@ def board_named(key: str) -> Any:
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Run every check on the board; the exit code is DANGER after a dangerous fault."""
+    """Run every check on the board; after a dangerous fault the exit code is DANGER."""
     from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, run_all
     from hapkit_studio.analysis.calibrate.result import CheckResult
 

@@ -1,4 +1,4 @@
-"""The command that lists the devices, and probes them."""
+"""The command that lists the devices and probes them."""
 
 import argparse
 
@@ -11,7 +11,7 @@ OPTIONS = (
 
 
 def devices(options: argparse.Namespace) -> Result:
-    """List the available devices; with --probe, identify each."""
+    """List the available devices; with --probe, identify each of them."""
     entries = device_list.available()
     found: list[dict] = [{"key": e.key, "title": e.title} for e in entries]
     say = progress_line("Devices")

@@ -1,4 +1,4 @@
-"""Experiments with people: the results of pointing trials or of comparisons in a session."""
+"""Results of experiments with people: the pointing trials or the comparisons in a session."""
 
 import argparse
 from typing import Any
@@ -19,11 +19,11 @@ from hapkit_studio.formatting import number, plain
 from hapkit_studio.lessons import experiments
 
 EDITED = 2
-"""Exit code where a trial's samples say something else than the trial."""
+"""Exit code if the samples of a trial contradict its result."""
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Print the results of a session, or of a virtual person whose session is written first."""
+    """Print the results of a session, or those of a virtual person, whose session is written first."""
     written = []
     if options.virtual:
         if options.action == "pointing":

@@ -1,4 +1,4 @@
-"""The command for guided labs: list, new, check and play lessons; report on, review and grade them."""
+"""The command for guided labs: it lists, creates, checks and plays lessons, and grades and reviews them."""
 
 import argparse
 import re
@@ -89,7 +89,7 @@ def _report(options: argparse.Namespace) -> Result:
 
 
 def _review(options: argparse.Namespace) -> Result:
-    """Show the reviews of a session or a review's file; with --reviewer write one."""
+    """Show the reviews in a session or a review file; with --reviewer write a review."""
     path = Path(_target(options, "a handed-in session, or a review"))
     if path.suffix == review.SUFFIX:
         one = review.read(path)
@@ -126,7 +126,7 @@ _PLACE = re.compile(r"(?:(?P<time>\d+(?:\.\d+)?) s|step (?P<step>\d+)): *(?P<tex
 
 
 def _comment(words: str) -> Comment:
-    """Return a comment, which begins with "12.5 s:" or "step 2:" where it is about a time or a step."""
+    """Return a comment; it begins with "12.5 s:" or "step 2:" if it is about a time or a step."""
     found = _PLACE.fullmatch(words.strip())
     if found is None:
         return Comment(words.strip())
@@ -188,7 +188,7 @@ ACTIONS: dict[str, Callable[[argparse.Namespace], Result]] = {
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Do one of ACTIONS; raise a StudioError."""
+    """Run one of ACTIONS; raise StudioError."""
     return ACTIONS[options.action](options)
 
 

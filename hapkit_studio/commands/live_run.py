@@ -31,11 +31,11 @@ FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
 _AGAIN = "Check the USB cable, then try again."
 _REMARK_SECONDS = 0.005
-"""s without force that cause a remark."""
+"""s without force after which a remark is printed."""
 _MEASURING = 0.6
-"""s of zero force after connecting, in which the computer's delay is measured."""
+"""s of zero force after connecting, during which the computer's delay is measured."""
 _FEWEST_DELAYS = 100
-"""Smallest number of measured delays for a mean."""
+"""Smallest number of measured delays from which a mean is computed."""
 
 
 OPTIONS = (
@@ -46,7 +46,7 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Played:
-    """Result of a live run: rows, duration in s, figures of both renderers, remarks, fault and health."""
+    """The result of a live run: rows, duration in s, figures of both renderers, remarks, fault and health."""
 
     table: np.ndarray
     seconds: float
@@ -60,17 +60,17 @@ class Played:
 def run(
     engine: Engine, options: argparse.Namespace, hand: Hand | None, seconds: float, record: str | None = None
 ) -> Played:
-    """Start an engine, render for some seconds with the chosen renderer, close it; raise StudioError.
+    """Start an engine, render for some seconds with the chosen renderer, and close it; raise StudioError.
 
-    record: path of a session to write.
+    ``record`` is the path of a session to write.
     """
     reader = engine.reader()
     if engine.device.measures_delay:
-        of_spring(LoopSettings(), 300.0, 0.0)  # compile the link's check before the hand starts to move
+        of_spring(LoopSettings(), 300.0, 0.0)  # compile the check of the link before the hand starts to move
     with contextlib.closing(engine):
         engine.start()
         begin(engine, reader, options.render, options.board_rate)
-        engine.health()  # reset the counters
+        engine.health()  # reading the health resets its counters
         with _recorded(engine, record):
             table, took = play(engine, reader, hand, seconds, print_link_warning(engine))
         health, found = engine.health(), _figures(engine, table)
@@ -115,9 +115,9 @@ def _check_board(engine: Engine, where: str) -> None:
 
 
 def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = None) -> None:
-    """Wait for a condition; raise DeviceError if the loop ends, or ``late`` on time-out.
+    """Wait for a condition; raise DeviceError if the loop ends, or ``late`` after a time-out.
 
-    A link too slow for the computer may suit the board, and does not prevent the start.
+    A link that is too slow for the computer may be fast enough for the board, so it does not end the wait.
     """
     limit = time.monotonic() + _PATIENCE
     while not so():
@@ -141,7 +141,7 @@ def _is_final(fault: Fault | None) -> bool:
 
 
 def fault_words(fault: Fault) -> str:
-    """Return the reason why a run ended, and what to do before the next one."""
+    """Return why a run ended, and what to do before the next run."""
     if fault.code == SLOW_LINK:
         return f"{fault.text} Force is zero. Let the board render (--render board), or use a faster port."
     if fault.code == SLOW_LAW:
@@ -150,7 +150,7 @@ def fault_words(fault: Fault) -> str:
 
 
 def print_link_warning(engine: Engine) -> Callable[[float], None]:
-    """Return a callback for a run's time in s that prints the link's warning on stderr, once."""
+    """Return a callback that receives a run's time in s and once prints the link's warning on stderr."""
     done = False
 
     def look(now: float) -> None:
@@ -173,10 +173,10 @@ def play(
     seconds: float,
     look: Callable[[float], None] = lambda now: None,
 ) -> tuple[np.ndarray, float]:
-    """Run with the scripted hand; return the rows and the seconds run.
+    """Run with the scripted hand; return the rows and the duration of the run in s.
 
-    Ends early if the device disappears, its link is too slow, or on Ctrl+C, keeping the rows so far. look is
-    called regularly with the time.
+    The run ends early if the device disappears, its link is too slow, or on Ctrl+C; the rows so far are kept.
+    ``look`` is called regularly with the time.
     """
     begin, pieces = time.perf_counter(), []
     reader.read()
@@ -187,7 +187,7 @@ def play(
             pieces.append(reader.read())
             look(t)
             time.sleep(FRAME_SECONDS)
-    interrupts.listen()  # Ctrl+C ended the run only
+    interrupts.listen()  # Ctrl+C has ended only the run
     if hand is not None:
         engine.move_hand(None)
     pieces.append(reader.read())
@@ -195,7 +195,7 @@ def play(
 
 
 def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[str]:
-    """Return remarks on a lower board rate than requested, a motor that is off, or a spring too stiff."""
+    """Return remarks: the board's rate is below the requested one, the motor is off, a spring is too stiff."""
     said = []
     rate = found[BOARD]["rate_Hz"]
     if wish is not None and rate is not None and rate < wish:
@@ -221,7 +221,7 @@ def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[
 
 
 def _figures(engine: Engine, table: np.ndarray) -> dict[str, Any]:
-    """Return the figures of computer, board and link of an open device; table: the rows of the run."""
+    """Return the figures of computer, board and link of an open device; ``table`` contains the run's rows."""
     found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.missed_of("board")}
     for where in RENDERERS:
         delay = engine.delay_of(where)

@@ -25,7 +25,7 @@ OPTIONS = (
 
 
 def loop_test(options: argparse.Namespace) -> Result:
-    """Run the loop on a device with a hand pressing into the wall; measure lateness and period."""
+    """Run the loop on a device while a hand presses into the wall; measure lateness and period."""
     seconds = TEST_SECONDS.check(options.seconds)
     engine = Engine(device_list.named(options.device), options.environment)
     engine.set_loop(rate=options.rate)

@@ -65,7 +65,7 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
 
 
 def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, found: dict) -> api.Run:
-    """Return the rows as a Run like that of ``simulate``, with the device's own times."""
+    """Return the rows as a Run like that of ``simulate``, with the device's times."""
     settings = {
         **of_scene(engine.environment, engine.values),
         "hand": options.hand or "own",
@@ -107,7 +107,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Render an environment by its key or its Python file; write CSV, figure and session if requested."""
+    """Render an environment given by key or Python file; write CSV, figure and session if requested."""
     if options.record and Path(options.record).suffix != SUFFIX:
         raise ParameterError(f"A session's name ends in {SUFFIX}, unlike {options.record}.")
     chosen = base.environment_named(options.environment, options.trust)
@@ -169,7 +169,7 @@ def _of_run(done: api.Run, written: list[str], found: dict) -> base.Result:
 
 
 def demo(path: str) -> base.Result:
-    """Render a hand pressing into the wall and write its figure."""
+    """Render a hand that presses into the wall, and write the figure."""
     done = api.simulate("wall", {"stiffness": 400.0, "damping": 2.0}, hand="press", seconds=3.0)
     done.plot(path)
     return _of_run(done, [path], {})

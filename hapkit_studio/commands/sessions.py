@@ -1,4 +1,4 @@
-"""The command for recorded sessions: list, show, export, check, repair, rename; and their folder."""
+"""The command for recorded sessions: list, show, export, check, repair, rename, and choose their folder."""
 
 import argparse
 import math
@@ -31,7 +31,7 @@ def _list(options: argparse.Namespace) -> Result:
     for path in sorted(place.glob(f"*{SUFFIX}")):
         try:
             row = overview(path)
-        except OSError:  # the file was deleted meanwhile
+        except OSError:  # the file was deleted after the listing
             continue
         rows.append(row)
         if row.error:
@@ -96,10 +96,10 @@ def _rename(options: argparse.Namespace) -> Result:
 
 
 def _where(options: argparse.Namespace) -> Result:
-    """Print the folder into which the window records, or change it."""
+    """Print the folder into which the window records, or choose a different folder."""
     if options.path is not None:
         choose_folder(Path(options.path))
-    chosen_folder()  # raises if the stored choice cannot be read
+    chosen_folder()  # raise an error if the stored choice cannot be read
     return Result(str(folder()), {"folder": str(folder())})
 
 
@@ -129,7 +129,7 @@ def _line(session: Session) -> str:
 
 
 def _remarks(session: Session | Overview) -> list[str]:
-    """Return the damage found, and how to repair an unfinished recording."""
+    """Return the damage found, and how to repair a recording that was not finished."""
     return [*session.damage, *([session.unfinished] if session.unfinished else [])]
 
 

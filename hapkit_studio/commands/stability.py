@@ -1,4 +1,4 @@
-"""The command for stiffness limits of a loop: exact, passive, by rule and measured; margin and map."""
+"""The command for the stiffness limits of a loop: exact, passive, by rule, measured; margin and map."""
 
 import argparse
 import time
@@ -39,7 +39,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Judge a loop; measure if requested."""
+    """Judge a loop; measure the limits if requested."""
     _check(options)
     setting = base.setting_of(options)
     found = plane(setting, options.stiffness, options.damping, width=options.to)
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> base.Result:
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Raise ParameterError for a point or a width outside the plane."""
+    """Raise ParameterError if a point or a width is outside the plane."""
     damping = RENDERED_DAMPING.check(options.damping)
     if options.to is not None and WIDTH.check(options.to) <= damping:
         raise ParameterError(
@@ -117,7 +117,7 @@ def _text(found: Plane, seconds: float | None) -> str:
 
 
 def _hands(found: hands.Family, damping: float) -> list[str]:
-    """Return the worst hands at a damping, and the ranges considered."""
+    """Return the worst hands at a damping, and the ranges that they come from."""
     people = float(np.interp(damping, found.damping, found.people))
     worst = found.worst[int(np.abs(found.damping - damping).argmin())]
     mass, b, k = worst.mass, worst.damping, worst.stiffness
@@ -135,7 +135,7 @@ def _hands(found: hands.Family, damping: float) -> list[str]:
 def _table(found: Plane) -> list[str]:
     """Return the lines of a table of stiffness limits, at most COLUMNS of the map's damping values.
 
-    A row is a pair of indices: into the measured arrays, and into the arrays of the whole map.
+    A row is a pair of indices: one into the measured arrays, one into the arrays of the whole map.
     """
     step = max((len(found.damping) - 1) // (COLUMNS - 1), 1)
     passive, points = kb_plane.passive(found), found.points

@@ -1,4 +1,4 @@
-"""The command that computes the stiffness limits of millions of loops and resumes from its file."""
+"""The command that computes the stiffness limits of millions of loops and can resume from its file."""
 
 import argparse
 import threading
@@ -30,8 +30,8 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Compute the missing rows; draw them if requested."""
-    from hapkit_studio.analysis import survey  # imported here, because it takes seconds
+    """Compute the missing rows; draw the survey if requested."""
+    from hapkit_studio.analysis import survey  # imported here because the import takes seconds
     from hapkit_studio.charts.survey import survey_figure
 
     def draw() -> list[str]:
@@ -64,16 +64,17 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor]:
 def _programs(count: int) -> Iterator[Executor]:
     """Yield an executor with this many worker processes; Ctrl+C kills them at once.
 
-    Processes, as most of this work holds Python's lock; spawned, as a fork may copy locked locks.
+    Processes are used because most of this work holds Python's lock. They are spawned because a fork may copy
+    locked locks.
     """
     with ProcessPoolExecutor(count, get_context("spawn"), initializer=begin_worker) as pool:
         try:
             with interrupts.held_back():
                 for _ in range(count):
-                    pool.submit(int)  # starts a process per call
+                    pool.submit(int)  # each call starts a process
             yield pool
         except KeyboardInterrupt:
-            # the pool's thread fails once its processes have been killed
+            # the pool's thread raises an error after its processes were killed: ignore it
             threading.excepthook = lambda _: None
             for process in active_children():
                 process.kill()

@@ -27,7 +27,7 @@ from hapkit_studio.devices.base import Device
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.engine import Engine
 
-# options shared with a Setting; a board sets them itself
+# options shared with a Setting, which a board sets itself
 _HANDLE = ("mass", "viscous", "coulomb", "quantum")
 _SHORT = {"virtual": "virtual-board"}
 
@@ -51,7 +51,7 @@ OPTIONS = (
 def run(options: argparse.Namespace) -> base.Result:
     """Measure the Z-width; draw it if requested."""
     if options.plot:
-        new_figure(options.plot, (1.0, 1.0))  # check the path first: pressing takes a minute
+        new_figure(options.plot, (1.0, 1.0))  # check the path first, because the measurement takes a minute
     result = _on_device(options) if options.device else _simulated(options)
     return base.with_files(text(result), result.as_json(), base.drawn(options.plot, zwidth_figure, result))
 
@@ -66,7 +66,7 @@ def _simulated(options: argparse.Namespace) -> ZWidth:
 
 
 def _on_device(options: argparse.Namespace) -> ZWidth:
-    """Measure on a separate device; Ctrl+C also ends with a zero command."""
+    """Measure on a separate device; Ctrl+C also ends with a command of zero force."""
     hit = {"hit": options.speed} if options.speed is not None else {}
     limits = TrialLimits(**base.of_options(options, ("max_force", "push")), **hit)
     levels = dampings(options.damping, DEVICE_DAMPING)
@@ -94,7 +94,7 @@ def _device(options: argparse.Namespace) -> Device:
 
 
 def dampings(given: str | None, usual: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the dampings in N·s/m of ``0,1,2``; raise ParameterError."""
+    """Return the dampings in N·s/m in a text such as ``0,1,2``; raise ParameterError."""
     return usual if given is None else base.numbers(given, "Dampings", "N·s/m", "0,1,2,5")
 
 
