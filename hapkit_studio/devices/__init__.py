@@ -13,7 +13,7 @@ ENTRY_POINTS = "hapkit_studio.devices"
 
 @dataclass(frozen=True)
 class DeviceEntry:
-    """A row of the device list; ``make`` returns the device, not yet opened."""
+    """A row of the device list; ``make`` returns the device, which is not open yet."""
 
     key: str
     title: str
@@ -22,7 +22,7 @@ class DeviceEntry:
 
 @dataclass(frozen=True)
 class DeviceKind:
-    """A kind of device: its position in the list, its present entries, and the device for an unlisted key."""
+    """A kind of device: its position in the list, its present entries, and a device for an unlisted key."""
 
     order: int
     entries: Callable[[], Sequence[DeviceEntry]]
@@ -38,12 +38,12 @@ def kinds() -> tuple[DeviceKind, ...]:
 
 
 def available() -> list[DeviceEntry]:
-    """Return the devices available now, the included one first."""
+    """Return the devices that are available now; the simulated Hapkit is the first one."""
     return [entry for kind in kinds() for entry in kind.entries()]
 
 
 def named(key: str) -> Device:
-    """Return a new device by its key or, for a port that is not listed, its path; raise ParameterError."""
+    """Return a new device by its key, or by the path of an unlisted port; raise ParameterError."""
     entries = {e.key: e for e in available()}
     if key in entries:
         return entries[key].make()

@@ -35,7 +35,7 @@ _FOLDERS = {
         "%PROGRAMFILES(X86)%/Arduino/hardware/tools/avr/bin",
     ),
 }
-"""Folders of the Arduino IDE 2 (in the user's own folder) and 1; on macOS also of Homebrew."""
+"""Folders of the Arduino IDE 2 (in the user's home) and 1; on macOS also those of Homebrew."""
 
 _REMEDY = {
     "linux": "Run `sudo apt install avrdude` (Fedora: `sudo dnf install avrdude`)",
@@ -46,7 +46,7 @@ _REMEDY = {
 
 @dataclass(frozen=True)
 class Avrdude:
-    """An avrdude program, and its list of chips if it cannot find that itself."""
+    """An avrdude program, and its list of chips if the program cannot find the list."""
 
     program: Path
     chips: Path | None = None
@@ -58,13 +58,13 @@ class Avrdude:
 
 
 def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude:
-    """Return the given avrdude, or that of the path or the Arduino IDE; raise AvrdudeMissingError."""
+    """Return the given avrdude, or that on the PATH or in the Arduino IDE; raise AvrdudeMissingError."""
     if given is not None:
         found = shutil.which(os.path.expanduser(given))
         if found is None:
             raise AvrdudeMissingError(f"{given} is no program. Give the path of avrdude itself.")
         return _avrdude(Path(found))
-    folders: list[str | None] = [None]  # None: search the PATH
+    folders: list[str | None] = [None]  # None means the PATH
     for pattern in _FOLDERS.get(system, ()):
         versions = glob.glob(os.path.expandvars(os.path.expanduser(pattern)))
         # newest first, by version numbers: 6.10 is newer than 6.3
@@ -82,14 +82,14 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
 
 
 def _avrdude(program: Path) -> Avrdude:
-    # the Arduino IDE's avrdude searches its chips in the folder for which it was built
+    # the Arduino IDE's avrdude looks for its chips in the folder for which it was built
     beside = program.resolve().parent.parent / "etc" / "avrdude.conf"
     return Avrdude(program, beside if beside.is_file() else None)
 
 
 CONNECTING, WRITING, VERIFYING = "connecting", "writing", "verifying"
 Progress = Callable[[str, float], object]
-"""Called often with one of these stages and its fraction done, 0 to 1; may raise to abort."""
+"""A callback that often receives one of these stages and its completed fraction; it may raise to abort."""
 
 _BAR = 50
 _AGAIN = "Flash again; if it happens again, use another cable or another port."
@@ -105,7 +105,7 @@ _ANY_ERROR = re.compile(
 
 
 def not_there(port: str) -> PortGoneError:
-    """Return the error of a port that does not exist."""
+    """Return the error for a port that does not exist."""
     return PortGoneError(f"{port_errors.port_name(port)} is not there. Plug the board in, then flash again.")
 
 
@@ -117,7 +117,7 @@ _PORT = (
 
 
 class Output:
-    """Output of avrdude so far; ``feed`` reports progress."""
+    """The output of avrdude so far; ``feed`` reports progress."""
 
     def __init__(self, progress: Progress):
         self.text = ""
@@ -125,7 +125,7 @@ class Output:
         self._progress = progress
 
     def feed(self, text: str) -> None:
-        """Process more output; with an empty text, report again, as the callback may abort."""
+        """Process more output; with an empty text, report progress again, because the callback may abort."""
         self.text += text
         stage, part = self._where()
         if text and (stage, part) == (self.stage, self.part):
@@ -156,7 +156,7 @@ class Output:
         return stage, min(bar.count("#") / _BAR, 1.0)
 
     def error(self, port: str) -> DeviceError:
-        """Return the error with its remedy."""
+        """Return the error with what to do."""
         name = port_errors.port_name(port)
         if _MISMATCH.search(self.text):
             where = ""
@@ -182,7 +182,7 @@ class Output:
 
 
 def no_boot_loader(port: str, speeds: tuple[int, ...]) -> FlashError:
-    """Return the error of a board whose boot loader answers at none of the baud rates."""
+    """Return the error for a board whose boot loader answers at none of the baud rates."""
     tried, name = " or ".join(f"{speed:,}" for speed in speeds), port_errors.port_name(port)
     return FlashError(
         f"The boot loader on {name} does not answer at {tried} baud. Unplug the board, plug it in, flash "

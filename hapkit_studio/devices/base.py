@@ -6,14 +6,15 @@ from typing import Any
 from hapkit_studio.dynamics.hand import Grip
 
 SIMULATED, SERIAL = "simulated", "serial"
-"""Drivers: the loop simulates the device's ``model``; or samples and forces go through a port."""
+"""SIMULATED: the loop simulates the device's ``model``. SERIAL: samples and forces go through a port."""
 
 
 class Device:
-    """A device that the loop can run on. Subclasses override what differs.
+    """A device on which the loop can run. Subclasses override the parts that differ.
 
     Everything is known before ``open``, except for the properties of the handle and ``rate``, which a board
-    reports when it is opened. The defaults are the safe ones: with a motor, and with a delay to measure.
+    reports when it is opened. The defaults are the safe values: with a motor, and with a delay to be
+    measured.
     """
 
     title: str
@@ -23,7 +24,7 @@ class Device:
 
     # --- the handle
     mass: float
-    """kg at the handle."""
+    """Mass at the handle in kg."""
     viscous: float
     """Damping in N·s/m."""
     coulomb_force: float
@@ -35,37 +36,37 @@ class Device:
 
     # --- capabilities
     motor = True
-    """A motor moves: restored settings wait for *Render*."""
+    """True if a real motor moves the handle: restored settings then wait for *Render*."""
     simulated_hand = False
-    """Mouse, keys and scripts move a simulated hand; otherwise a person holds the handle."""
+    """True if mouse, keys and scripts move a simulated hand; otherwise a person holds the handle."""
     measures_delay = True
-    """The device reports when a force took effect; otherwise the delay is exactly the added delay."""
+    """True if the device reports when a force took effect; otherwise the delay is exactly the added delay."""
     own_clock = False
-    """The device samples at its own ``rate``; otherwise the user chooses the loop's rate."""
+    """True if the device samples at its own ``rate``; otherwise the user chooses the loop's rate."""
     has_board = False
-    """Its own processor can render laws."""
+    """True if the device's processor can render laws."""
     calibration = False
-    """It has settings and a zero that can be calibrated and tested."""
+    """True if the device has settings and a zero that can be calibrated and tested."""
     usb_chip = False
-    """A USB chip may delay frames: its latency timer and padding matter."""
+    """True if a USB chip may delay frames, so that its latency timer and padding matter."""
     port = ""
-    """Path of the serial port in use, "" without one."""
+    """Path of the serial port in use, "" if no port is used."""
     latency: Any = None
-    """The ``serial_ports.Latency`` of the port, None without a port."""
+    """The ``serial_ports.Latency`` of the port; None if no port is used."""
     padding = 0
     """Bytes to which every frame is padded."""
 
     @property
     def model(self) -> Any:
-        """Return the SimulatedHapkit that the loop moves, which gives true motion and hand force.
+        """Return the SimulatedHapkit that the loop moves, which provides true motion and hand force.
 
-        None for hardware.
+        Return None for hardware.
         """
         return None
 
     @property
     def rate(self) -> float | None:
-        """Return the rate in Hz of the device's own clock, None without one."""
+        """Return the rate in Hz of the device's own clock; None if the device has no clock."""
         return None
 
     @property
@@ -75,7 +76,7 @@ class Device:
 
     @property
     def flash_port(self) -> str:
-        """Return the port for writing firmware, "" without one."""
+        """Return the port for writing firmware; "" if there is none."""
         return ""
 
     def about(self) -> dict[str, Any]:
@@ -86,12 +87,12 @@ class Device:
         """Open, query and close the device: ``text`` for a person, ``ok``, and the numbers."""
         return {"ok": True, "text": "Always there: part of the studio."}
 
-    # --- commands, no-ops where the capability is missing
+    # --- commands; a device that lacks the capability ignores them
     def report_opening(self, say: Callable[[str], object]) -> None:
-        """Call ``say`` with the reason of a wait in ``open``, in the thread that opens."""
+        """Call ``say`` with the reason for a wait in ``open``, in the thread that opens the device."""
 
     def pad_frames(self, size: int) -> None:
-        """Pad every frame to ``size`` bytes, 0 for none; takes effect at once."""
+        """Pad every frame to ``size`` bytes at once; 0 means no padding."""
 
     def set_grip(self, grip: Grip | str | None) -> None:
         """Choose the grip of a simulated hand; raise ParameterError."""
@@ -100,8 +101,8 @@ class Device:
         """Move a simulated hand to a position in m; None lets go."""
 
     def hook_spring(self, stiffness: float | None) -> None:
-        """Replace a simulated hand by a spring in N/m between handle and middle; None removes it."""
+        """Replace a simulated hand by a spring in N/m between handle and middle; None removes the spring."""
 
     def unpaced(self) -> "Device":
-        """Return a device without real-time pacing; itself if its time cannot be accelerated."""
+        """Return a device without real-time pacing, or this device if its time cannot be accelerated."""
         return self

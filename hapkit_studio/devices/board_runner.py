@@ -1,4 +1,4 @@
-"""Run a board from plain Python: answer each sample with a limited force, zero after any fault."""
+"""Run a board from plain Python: answer each sample with a limited force, which is zero after any fault."""
 
 import contextlib
 import math
@@ -24,7 +24,7 @@ FULL_DUTY = 255.0
 _VELOCITY_CUTOFF = 30.0
 _NO_DELAY_KNOWN = 65_535
 _SLOWEST, _SPARE_SECONDS = 10.0, 30.0
-"""Time-out of a run: its board time × _SLOWEST + _SPARE_SECONDS, on the computer's clock."""
+"""The time-out of a run is its board time × _SLOWEST + _SPARE_SECONDS, on the computer's clock."""
 
 
 class StoppedError(DeviceError):
@@ -43,7 +43,7 @@ class AbortedError(DeviceError):
 
 
 class LateError(AbortedError):
-    """The computer was late and the board's watchdog switched the motor off; the kit has no fault."""
+    """The computer was late, so the board's watchdog switched the motor off; the kit has no fault."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -54,7 +54,7 @@ class LateError(AbortedError):
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a run: force N, distance from its start m, speed m/s."""
+    """The limits of a run: force in N, distance from its start in m, speed in m/s."""
 
     force: float = 0.0
     travel: float = math.inf
@@ -65,8 +65,9 @@ class Limits:
 class Track:
     """Recorded samples of a run, arrays (n,).
 
-    Board time in s from the first sample, counts, readings, signed duty of 255, flags, number of the sample,
-    number of the sample answered, and s from that one until its force took effect.
+    The columns are: board time in s from the first sample, counts, readings, signed duty of 255, flags, the
+    number of the sample, the number of the answered sample, and the time in s from the answered sample until
+    its force took effect.
     """
 
     time: np.ndarray
@@ -84,7 +85,7 @@ class Track:
 
     @property
     def position(self) -> np.ndarray:
-        """Return the handle's position (n,) in m by the settings in force."""
+        """Return the handle's position (n,) in m, according to the settings in force."""
         return self.count * self.settings.quantum
 
 
@@ -115,7 +116,7 @@ def motor_force(board: Board, pwm: np.ndarray) -> np.ndarray:
 
 
 class _Handle:
-    """Board time, position and filtered velocity, updated with each sample."""
+    """Board time, position and filtered velocity of the handle; each sample updates them."""
 
     def __init__(self, quantum: float):
         self._quantum = quantum
@@ -136,7 +137,7 @@ class _Handle:
         self.x, self._last = x, sample
 
     def was_cut(self, sample: Sample) -> bool:
-        """Return True if the board's watchdog has switched off a force that it had accepted."""
+        """Return True if the board's watchdog has switched off a force that the board had accepted."""
         off = bool(sample.flags & BoardFlag.WATCHDOG)
         cut = off and self._obeyed and self.driven
         self._obeyed = self._obeyed or not off
@@ -144,13 +145,16 @@ class _Handle:
 
 
 class BoardRunner:
-    """Own a board from open to close. One thread runs it; ``stop`` and ``cancel`` are thread-safe."""
+    """The owner of a board from open to close.
+
+    One thread runs the board; ``stop`` and ``cancel`` are thread-safe.
+    """
 
     def __init__(self, board: Any):
         self.board = board
         self.recent: deque[Sample] = deque(maxlen=RECENT_SAMPLES)
         self.progress = (0.0, 0.0)
-        """Elapsed time and duration in s of the present run; both 0 without one."""
+        """Elapsed time and duration in s of the present run; both are 0 if no run is active."""
         self._settings: Settings | None = None
         self._stop, self._cancel = threading.Event(), threading.Event()
 
@@ -169,7 +173,7 @@ class BoardRunner:
 
     @property
     def settings(self) -> Settings:
-        """Return the settings in force; DeviceError before open."""
+        """Return the settings in force; raise DeviceError before open."""
         if self._settings is None:
             raise DeviceError("The board is not open.")
         return self._settings
@@ -180,7 +184,7 @@ class BoardRunner:
         return self.settings
 
     def configure(self, **changes: Any) -> Settings:
-        """Change some of the settings in force, without saving; raise ParameterError or DeviceError."""
+        """Change some of the settings in force without saving them; raise ParameterError or DeviceError."""
         self._settings = self.board.configure(replace(of_settings(self.settings), **changes))
         return self.settings
 
@@ -190,7 +194,7 @@ class BoardRunner:
         return self.settings
 
     def stop(self) -> None:
-        """E-stop: end any run with zero force; nothing runs until ``release``."""
+        """E-stop: end any run with zero force; no run starts until ``release``."""
         self._stop.set()
 
     def release(self) -> None:
@@ -207,7 +211,7 @@ class BoardRunner:
         self._cancel.set()
 
     def begin_job(self) -> None:
-        """Clear a cancel that ended an earlier job."""
+        """Clear the cancel request that ended an earlier job."""
         self._cancel.clear()
 
     def check_stopped(self) -> None:
@@ -219,13 +223,13 @@ class BoardRunner:
             raise CancelledError
 
     def record(self, seconds: float) -> Track:
-        """Record with zero force; the E-stop does not end it. Raise CancelledError or DeviceError."""
+        """Record with zero force; an E-stop does not end the record. Raise CancelledError or DeviceError."""
         return self._run(None, seconds, Limits(), lambda: False)
 
     def run(
         self, motion: Motion, seconds: float, limits: Limits, until: Callable[[], bool] = lambda: False
     ) -> Track:
-        """Record while a motion drives the handle.
+        """Record while ``motion`` drives the handle.
 
         Raise StoppedError, CancelledError, AbortedError or another DeviceError.
         """
@@ -245,10 +249,10 @@ class BoardRunner:
     def samples(self, silence: float = 1.0) -> Generator[Sample, None, None]:
         """Read the settings, then yield samples and keep them as ``recent``; closing switches the motor off.
 
-        Raise NoDataError after ``silence`` s without samples. The start command is repeated, as a board may
-        miss it.
+        Raise NoDataError after ``silence`` s without samples. The start command is repeated, because a board
+        may miss it.
         """
-        self.read_settings()  # also discards bytes of an earlier stream
+        self.read_settings()  # this request also discards bytes of an earlier stream
         heard = False
         try:
             for last in (False, True):
@@ -284,7 +288,7 @@ class BoardRunner:
         return track_of(kept, of_settings(self.settings))
 
     def _answer(self, sample: Sample, motion: Motion | None, handle: _Handle, limits: Limits) -> None:
-        """Send the force that answers a sample; stop at once on a fault."""
+        """Send the force that answers a sample; stop at once after a fault."""
         force = 0.0
         if motion is not None:
             self.check_stopped()

@@ -1,4 +1,4 @@
-"""Calibrations as text: a board's settings with units, and TOML files in the user's folder."""
+"""Calibrations as text: the settings of a board with units, and TOML files in the user's folder."""
 
 import contextlib
 import itertools
@@ -47,7 +47,7 @@ _CHOICES: dict[str, tuple[str, dict[int, str]]] = {
     "sense": ("Counts grow to the", {1: "right", -1: "left"}),
     "direction": ("Direction pin high pushes to the", {1: "right", -1: "left"}),
 }
-# label, factor, unit, decimals
+# label, display units per SI unit, unit, decimals
 _NUMBERS = {
     "counts_per_flip": ("Counts from repeat to repeat", 1.0, "", 0),
     "quantum": ("Travel per count", 1e6, "µm", 2),
@@ -94,11 +94,11 @@ def checked_label(text: str) -> str:
 
 
 def write(board: Board, notes: dict[str, str], day: date | None = None) -> Path:
-    """Write a calibration with notes on each step to a new file; return its path; raise OSError."""
+    """Write a calibration with notes on each step to a new file and return its path; raise OSError."""
     name = re.sub(r"[^A-Za-z0-9]+", "-", board.label).strip("-").lower() or "hapkit"
     written = (day or date.today()).isoformat()
     folder().mkdir(parents=True, exist_ok=True)
-    for count in itertools.count(1):  # numbered from the second file on
+    for count in itertools.count(1):  # the second and later files of a day have a number
         path = folder() / f"{name} {written}{f' {count}' if count > 1 else ''}.toml"
         with contextlib.suppress(FileExistsError):
             path.touch(exist_ok=False)
@@ -110,7 +110,7 @@ def write(board: Board, notes: dict[str, str], day: date | None = None) -> Path:
 
 
 def read(path: str | Path) -> Board:
-    """Return the settings in a calibration; raise ParameterError with one line."""
+    """Return the settings in a calibration file; raise ParameterError with one line."""
     name = Path(path).name
     table = checked_table(read_toml(path).get("board"), f"{name}: board")
     wires = Board.layout()
@@ -118,7 +118,7 @@ def read(path: str | Path) -> Board:
 
 
 def _checked(table: dict[str, Any], wire: Wire, place: str) -> Any:
-    """Return a setting within the range of the board's message; raise FileError."""
+    """Return a setting within the range that the board's message allows; raise FileError."""
     if wire.name not in table:
         raise FileError(f"{place} is missing.")
     value = table[wire.name]
@@ -153,7 +153,7 @@ def _text(board: Board, notes: dict[str, str], written: str) -> str:
 
 
 def _value(value: Any) -> str:
-    """Format a value for TOML; text and lists as JSON."""
+    """Format a value for TOML; texts and lists are formatted as JSON."""
     if isinstance(value, float):
         return str(np.float32(value))
     return json.dumps(int(value) if isinstance(value, int) else value)

@@ -1,4 +1,4 @@
-"""Delays from a sample until its force takes effect, from the acknowledgements in samples."""
+"""Delays from a sample until its force takes effect, computed from the acknowledgements in samples."""
 
 from typing import NamedTuple
 
@@ -8,15 +8,15 @@ from hapkit_studio.dynamics.jit import compiled, internal
 
 OF_COMPUTER, OF_BOARD = 0, 1
 DELAYS_KEPT = 4096
-LONGEST_DELAY = 65.5e-3  # s: longer delays saturate the field
-FAR_BEHIND = 1024  # samples: an acknowledgement farther behind is invalid
+LONGEST_DELAY = 65.5e-3  # s: a longer delay saturates the field
+FAR_BEHIND = 1024  # samples: an acknowledgement that is farther behind is invalid
 
 
 class Delays(NamedTuple):
     """The last delays in s of computer and board, (2, DELAYS_KEPT), and their total numbers (2,).
 
-    last: number of the sample that the force in effect answered, and 1 if the next force answers the next
-    sample.
+    ``last`` contains the number of the sample that the force in effect answered, and 1 if the next force
+    answers the next sample.
     """
 
     values: np.ndarray
@@ -32,9 +32,9 @@ def new_delays() -> Delays:
 def note_force_age(
     delays: Delays, seq: int, answered: int, delay: float, period: float, follows: bool
 ) -> None:
-    """Record the age of the force in effect over the last period, in s, as reported by a board.
+    """Record the age in s of the force in effect over the last period, as a board reports it.
 
-    If all samples are answered, the time-averaged age of the force exceeds the delay by half a period: the
+    If all samples are answered, the time-averaged age of the force exceeds the delay by half a period, so the
     delay is stored. If answers are rare, a force that stays in effect is recorded with its increasing age.
     """
     behind, step = (seq - 1 - answered) & 0xFFFF, (answered - delays.last[0]) & 0xFFFF
@@ -47,14 +47,14 @@ def note_force_age(
 
 @internal
 def note_delay(delays: Delays, which: int, delay: float) -> None:
-    """Record one measured delay in s; 0 means none."""
+    """Record one measured delay in s; 0 means that there is no delay."""
     if delay > 0.0:
         delays.values[which, delays.counts[which] % DELAYS_KEPT] = delay
         delays.counts[which] += 1
 
 
 class MeasuredDelay(NamedTuple):
-    """Mean and standard deviation in s, and number of delays."""
+    """Mean and standard deviation of the delay in s, and the number of delays."""
 
     mean: float
     spread: float
@@ -62,7 +62,7 @@ class MeasuredDelay(NamedTuple):
 
 
 def measured_delay(delays: Delays, which: int, last: int = DELAYS_KEPT) -> MeasuredDelay | None:
-    """Return statistics of the last delays of the computer or the board, None without any."""
+    """Return statistics of the last delays of the computer or the board; None if there are no delays."""
     count = int(delays.counts[which])
     if count == 0:
         return None

@@ -26,13 +26,13 @@ FLASH_BYTES = 32256
 OLD_FLASH_BYTES = 30720
 """Bytes on boards from before 2010, which have a larger boot loader."""
 _HEX_BYTES = 1_000_000
-"""Limit of a .hex file in bytes; a full chip takes 90,000."""
+"""Largest size of a .hex file in bytes; that of a full chip has 90,000."""
 _DATA, _END, _SEGMENT, _HIGHER = 0, 1, 2, 4
-_HARMLESS = (3, 5)  # types of start-address records, which the chip does not need
+_HARMLESS = (3, 5)  # types of start-address records, which the chip ignores
 
 
 def read_image(path: Path) -> bytes:
-    """Return the bytes by address of an Intel hex file from 0 on, with gaps as 0xFF like erased flash.
+    """Return the bytes of an Intel hex file from address 0 on; gaps are 0xFF, like erased flash.
 
     Raise ParameterError with the fault in the file.
     """
@@ -75,14 +75,14 @@ SPEEDS = (115200, 57600)
 ROUNDS = 2
 """Attempts at each speed; a busy board may miss the first one."""
 SILENCE = 20.0
-"""s without output from avrdude until it is killed; a failed attempt takes 6 s."""
+"""s without output after which avrdude is killed; a failed attempt takes 6 s."""
 _LOOK = 0.2
 _PART = "m328p"
 
 
 @dataclass(frozen=True)
 class Flashed:
-    """Result of writing: bytes, the boot loader's speed, duration in s."""
+    """The result of writing: number of bytes, the boot loader's speed, duration in s."""
 
     size: int
     speed: int
@@ -95,7 +95,7 @@ def shipped() -> Path:
 
 
 def image_of(given: str | Path | None = None) -> tuple[Path, bytes]:
-    """Return path and checked bytes of the image, the shipped firmware by default; raise ParameterError."""
+    """Return path and checked bytes of the image, by default the shipped firmware; raise ParameterError."""
     path = shipped() if given is None else Path(given)
     if given is None and not path.exists():
         what = f"The studio's own firmware, {path.parent.name}/{path.name}, is missing."
@@ -111,17 +111,17 @@ def flash(
     speeds: tuple[int, ...] = SPEEDS,
     patience: float = 0.0,
 ) -> Flashed:
-    """Write an image, by default the shipped one, to the board on a port and verify it.
+    """Write an image, by default the shipped firmware, to the board on a port and verify it.
 
-    The port must not be open elsewhere; waits up to ``patience`` s for it. Raise ParameterError (image),
-    AvrdudeMissingError, the port's own errors or FlashError. Always safe to retry: neither the boot loader
-    nor the EEPROM with the kit's settings is written.
+    The port must not be open elsewhere; the function waits up to ``patience`` s for it. Raise ParameterError
+    (image), AvrdudeMissingError, the errors of the port, or FlashError. A retry is always safe: neither the
+    boot loader nor the EEPROM with the kit's settings is written.
     """
     begin = time.monotonic()
     found = avrdude.find(program)
     path, data = image_of(image)
     if len(data) > OLD_FLASH_BYTES:
-        # the image would overlap the old boot loader
+        # the image would overwrite part of the old boot loader
         speeds = tuple(speed for speed in speeds if speed != SPEEDS[1])
     progress(CONNECTING, 0.0)
     _wait_for_port(port, patience, progress)
@@ -143,7 +143,7 @@ def read_hello(port: str) -> Hello:
 
 
 def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
-    """Return when the port is free; raise DeviceError."""
+    """Wait until the port is free; raise DeviceError."""
     deadline = time.monotonic() + patience
     while True:
         try:
@@ -158,8 +158,8 @@ def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
 def try_port(port: str) -> None:
     """Open and close the port to detect other users; raise DeviceError.
 
-    avrdude ignores locks and does not name the program. A program without a lock, like cat, would receive
-    part of the boot loader's replies.
+    avrdude ignores locks and does not name the other program. A program without a lock, such as cat, would
+    receive part of the boot loader's replies.
     """
     if by := holder(port):
         raise port_errors.busy(port, by)
@@ -171,7 +171,7 @@ def try_port(port: str) -> None:
 
 
 def _run(words: list[str], port: str, said: Output) -> int:
-    """Run avrdude until it ends or one attempt fails; return its exit code."""
+    """Run avrdude until it ends or an attempt fails; return its exit code."""
     try:
         child = subprocess.Popen(
             words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
@@ -190,9 +190,9 @@ def _run(words: list[str], port: str, said: Output) -> int:
 
 
 def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
-    """Yield avrdude's output as it arrives, or "" while waiting; raise DeviceError on time-out.
+    """Yield avrdude's output as it arrives, or "" while waiting; raise DeviceError after a time-out.
 
-    avrdude itself reads for ever from a port that has disappeared.
+    Without the time-out, avrdude would read for ever from a port that has disappeared.
     """
     chunks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     assert child.stdout is not None

@@ -45,10 +45,10 @@ HANDSHAKE_TIME = 4.0
 """s to wait for Hello; opening the port resets a real board, whose boot loader takes up to 2 s."""
 
 SAVE_TIME = 2.0
-"""s to wait for Save: a byte of the EEPROM takes 3.4 ms to write."""
+"""s to wait after Save: the chip writes a byte of the EEPROM in 3.4 ms."""
 
 PACKET = 62
-"""Data bytes in a packet of an FTDI chip: a full one is sent without waiting for the latency timer."""
+"""Data bytes in a packet of an FTDI chip, which sends a full packet without waiting for the latency timer."""
 
 WRITE_TIME = 1.0
 READ_TIME = 0.05
@@ -75,21 +75,21 @@ _POSSIBLE: dict[str, tuple[float, float]] = {
     "watchdog_ms": (1, 1_000),
     "pwm_top": (1, 65_535),
 }
-"""Settings from which the firmware computes forces, for a recording."""
+"""Settings from which the firmware computes forces; a recording contains them."""
 
 
 Reply = TypeVar("Reply", bound=Message)
 
 
 class HapkitBoard(Device):
-    """A board with the firmware on a serial port; all constants come from the board."""
+    """A board with the firmware on a serial port; the board provides all constants."""
 
     mass = nominal.MASS
-    """kg at the handle, the kit's usual value."""
+    """Mass at the handle in kg; the kit's nominal value."""
     viscous = nominal.VISCOUS
-    """N·s/m at the handle, usual value."""
+    """Damping at the handle in N·s/m; nominal value."""
     coulomb_force = nominal.COULOMB_FORCE
-    """N at the handle, usual value."""
+    """Coulomb friction at the handle in N; nominal value."""
     driver = SERIAL
     own_clock = has_board = calibration = usb_chip = True
     patience = 0.0
@@ -106,7 +106,7 @@ class HapkitBoard(Device):
 
     @property
     def hello(self) -> Hello:
-        """The board's Hello; DeviceError before open."""
+        """The board's Hello; raise DeviceError before open."""
         if self._hello is None:
             raise DeviceError(f"{self.title} is not open.")
         return self._hello
@@ -121,12 +121,12 @@ class HapkitBoard(Device):
 
     @property
     def rate(self) -> float:
-        """Samples per second, set by the board's clock."""
+        """Samples per second, which the board's clock determines."""
         return float(self.hello.sample_rate)
 
     @property
     def full_force(self) -> float:
-        """Force at full duty in N; at duty d it is full_force * d² (torque = C * duty²)."""
+        """Force at full duty in N; at duty d the force is full_force * d² (torque = C * duty²)."""
         return full_force(self.hello)
 
     @property
@@ -163,8 +163,8 @@ class HapkitBoard(Device):
             self.start_stream()
 
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
-        """Open the port and read Hello; raise the matching DeviceError. Motor off, samples off."""
-        if self.identity.vendor is not None:  # the board may have a different port now
+        """Open the port and read Hello; raise the matching DeviceError. Motor and samples are off."""
+        if self.identity.vendor is not None:  # a USB board may have moved to a different port
             found = serial_ports.find_same_board(self.identity, serial_ports.ports())
             if found is None:
                 raise gone(self.port)
@@ -180,8 +180,8 @@ class HapkitBoard(Device):
             )
         except (serial.SerialException, OSError) as error:
             raise unopened(self.port, error) from error
-        # Exclusive access: another reader would take half of the frames and reset the board; pyserial's own
-        # lock is advisory.
+        # Request exclusive access: another reader would take half of the frames and reset the board.
+        # pyserial's lock is only advisory.
         self._set_exclusive("TIOCEXCL")
         try:
             self.latency = shorten_latency(self._serial, self.port, self.identity)
@@ -211,16 +211,16 @@ class HapkitBoard(Device):
         raise not_a_hapkit(self.port, heard)
 
     def _received(self) -> bytes:
-        """Return received bytes, waiting up to READ_TIME."""
+        """Return the received bytes, waiting up to READ_TIME for the first one."""
         return self._serial.read(max(1, self._serial.in_waiting))
 
     def _send_after_delimiter(self, message: Message) -> None:
-        """Send a message after a delimiter, which ends any partial frame; if the buffer is full, drop it."""
+        """Send a message after a delimiter, which ends any partial frame; drop it if the buffer is full."""
         with contextlib.suppress(serial.SerialTimeoutException):
             self._serial.write(DELIMITER + encode(message))
 
     def _drain(self, seconds: float) -> None:
-        """Discard input until the line is quiet, at most for ``seconds``: a stream may be on."""
+        """Discard input until the line is quiet, at most for ``seconds``, because a stream may be running."""
         quiet, end = time.monotonic() + _SILENCE, time.monotonic() + seconds
         while (now := time.monotonic()) < min(quiet, end):
             if self._received():
@@ -233,7 +233,7 @@ class HapkitBoard(Device):
         return self._serial.fileno()
 
     def read(self, seconds: float) -> bytes:
-        """Return received bytes, waiting up to ``seconds`` for the first; raise OSError."""
+        """Return the received bytes, waiting up to ``seconds`` for the first one; raise OSError."""
         if self._serial.timeout != seconds:
             self._serial.timeout = seconds
         first = self._serial.read(1)
@@ -245,15 +245,15 @@ class HapkitBoard(Device):
 
     # --- samples, outside the loop
     def start_stream(self, padded: int | None = None) -> None:
-        """Start the samples, each padded to ``padded`` bytes, by default ``padding``; raise PortGoneError."""
+        """Start samples of ``padded`` bytes each, by default ``padding``; raise PortGoneError."""
         self.send_messages(Stream(1, self.padding if padded is None else padded))
 
     def stop_stream(self) -> None:
-        """Set the force to zero and stop samples and motor; raise PortGoneError."""
+        """Set the force to zero, and stop the samples and the motor; raise PortGoneError."""
         self.send_messages(Force(0, 0, 0.0), Stream(0, 0))
 
     def samples(self, silence: float = 1.0) -> Iterator[Sample]:
-        """Yield samples after start_stream; raise NoDataError after ``silence`` s without any."""
+        """Yield samples after start_stream; raise NoDataError after ``silence`` s without samples."""
         silence = max(silence, self.patience)
         decoder, deadline = Decoder(), time.monotonic() + silence
         with self._port_guard():
@@ -274,7 +274,7 @@ class HapkitBoard(Device):
     def request(self, message: Message, reply: type[Reply], seconds: float = 1.0) -> Reply:
         """Return the board's reply of this type, repeating the request once; raise DeviceError.
 
-        A second reply to a repeated request is discarded, so that it is not mistaken for a later one.
+        A second reply to a repeated request is discarded, so that it is not mistaken for a later reply.
         """
         decoder, seconds = Decoder(), max(seconds, self.patience)
         with self._port_guard() as line:
@@ -295,7 +295,7 @@ class HapkitBoard(Device):
         return self._store_paddle(self.request(SettingsRequest(), Settings))
 
     def configure(self, board: Board) -> Settings:
-        """Apply settings without saving; raise ParameterError if the board rejects them."""
+        """Apply settings without saving them; raise ParameterError if the board rejects them."""
         answer = self.request(of_settings(board), Settings)
         if answer.refused:
             raise ParameterError(
@@ -315,7 +315,7 @@ class HapkitBoard(Device):
         return self.request(Save(), Settings, SAVE_TIME)
 
     def close(self) -> None:
-        """Set the force to zero and close the port; never fails, may be called twice."""
+        """Set the force to zero and close the port; this never fails and may be repeated."""
         if self._serial is None:
             return
         with contextlib.suppress(DeviceError):
@@ -323,7 +323,7 @@ class HapkitBoard(Device):
         self._release_port()
 
     def _set_exclusive(self, request: str) -> None:
-        """Claim or release exclusive access to the port, where the system supports it; root is exempt."""
+        """Claim or release exclusive access to the port if the system supports it; root is exempt."""
         if sys.platform == "win32":  # Windows ports are always exclusive
             return
         import fcntl
@@ -334,7 +334,7 @@ class HapkitBoard(Device):
 
     def _release_port(self) -> None:
         with contextlib.suppress(serial.SerialException, OSError):
-            self._set_exclusive("TIOCNXCL")  # a pseudo-terminal would stay exclusive
+            self._set_exclusive("TIOCNXCL")  # otherwise a pseudo-terminal would stay exclusive
             self._serial.close()
         self._serial = None
         self._hello = None
@@ -352,7 +352,7 @@ class HapkitBoard(Device):
 
 
 def _checked(body: bytes, port: str) -> Hello:
-    """Return the Hello in a body of our version and size with plausible numbers; raise DeviceError."""
+    """Return the Hello in a body of this version and size with plausible numbers; raise DeviceError."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
         words = f"Firmware speaks version {version}; this studio needs {PROTOCOL_VERSION}."
@@ -382,7 +382,7 @@ def entries() -> list[DeviceEntry]:
 
 
 def unlisted(key: str) -> HapkitBoard | None:
-    """Return a board at an unlisted path, such as a pseudo-terminal, or None if key is not a path."""
+    """Return a board at an unlisted path, such as a pseudo-terminal; None if the key is not a path."""
     return HapkitBoard(key) if serial_ports.is_path(key) else None
 
 

@@ -1,4 +1,4 @@
-"""Effect of padding frames to a whole USB packet on the delay, measured by the board's clock."""
+"""How padding frames to a whole USB packet changes the delay, measured by the board's clock."""
 
 import time
 from collections import deque
@@ -15,23 +15,26 @@ MEASURED_SECONDS = 1.0
 _SETTLING = 50
 _LEFT_OVER_SECONDS, _QUIET_SECONDS = 1.0, 1.0
 _SLOWEST = 10.0
-"""Time-out of a measurement in multiples of its board time."""
+"""Time-out of a measurement, as a multiple of its board time."""
 
 
 class Padding(NamedTuple):
-    """Delays in s from a sample to its force: with plain frames, and with frames padded to PACKET bytes."""
+    """Delays in s from a sample to its force, with plain frames and with frames padded to PACKET bytes."""
 
     plain: float
     padded: float
 
     @property
     def better(self) -> int:
-        """Return the better padding; it must gain 5 %, as it costs bandwidth."""
+        """Return the better padding; padding must reduce the delay by 5 %, because it costs bandwidth."""
         return PACKET if self.padded < 0.95 * self.plain else 0
 
 
 def measure_padding(board: HapkitBoard, seconds: float = MEASURED_SECONDS) -> Padding:
-    """Answer samples with zero force, plain and padded; raise DeviceError. Leaves the stream off."""
+    """Answer samples with zero force, plain and padded, and return the delays; raise DeviceError.
+
+    The stream is off afterwards.
+    """
     return Padding(*(_delay(board, padded, seconds) for padded in (0, PACKET)))
 
 
@@ -53,7 +56,7 @@ def _delay(board: HapkitBoard, padded: int, seconds: float) -> float:
 
 
 def _answered(board: HapkitBoard, seconds: float) -> list[Sample]:
-    """Answer the newest sample of every chunk, as the loop does, for ``seconds`` of board time."""
+    """Answer the newest sample of every chunk, like the loop, for ``seconds`` of board time."""
     decoder, taken = Decoder(), deque[Sample]()
     quiet = max(_QUIET_SECONDS, board.patience)
     silent, end = time.monotonic() + quiet, time.monotonic() + _SLOWEST * seconds + quiet
@@ -77,7 +80,7 @@ def _read(board: HapkitBoard) -> bytes:
 
 
 def effective_delay(samples: Iterable[Sample], period: float) -> float | None:
-    """Return the delay in s of the force in effect, period in s; None if no force arrived."""
+    """Return the delay in s of the force in effect, for a period in s; None if no force arrived."""
     found, before = delays.new_delays(), None
     for sample in samples:
         follows = before is not None and (sample.seq - before) & 0xFFFF == 1

@@ -23,12 +23,12 @@ RULES = "/etc/udev/rules.d/60-hapkit.rules"
 
 
 def permission_remedy(path: str, port: Port | None) -> tuple[str, str]:
-    """Return the remedy as text, and a shell command for this port and user, which may be ""."""
+    """Return the remedy as text, and a shell command for this port and user; the command may be ""."""
     if sys.platform != "linux":
         return "Ask for the right to use it.", ""
     group = _group(path)
     if not group:
-        # udev rule: access for the user at the computer
+        # the udev rule gives access to the user at the computer
         vendor = port.identity.vendor if port else None
         which = f', ATTRS{{idVendor}}=="{vendor:04x}"' if vendor else ', KERNEL=="ttyUSB*|ttyACM*"'
         rule = f'SUBSYSTEM=="tty"{which}, MODE="0660", TAG+="uaccess"'
@@ -40,7 +40,7 @@ def permission_remedy(path: str, port: Port | None) -> tuple[str, str]:
 
 
 def _group(path: str) -> str:
-    """Return the group with access to a port; "" if only root has access."""
+    """Return the group that has access to a port; "" if only root has access."""
     try:
         mode, group = Path(path).stat().st_mode, Path(path).group()
     except (KeyError, OSError, NotImplementedError):
@@ -50,7 +50,7 @@ def _group(path: str) -> str:
 
 
 def _needs_new_login(group: str) -> bool:
-    """Return True if Linux lists this user in a group that this login does not have yet."""
+    """Return True if Linux lists this user in a group that the present login does not have yet."""
     import grp
 
     try:
@@ -61,18 +61,18 @@ def _needs_new_login(group: str) -> bool:
 
 
 FLASH = "flash"
-"""Next steps that a window can offer, see DeviceError.step."""
+"""Next steps that a window can offer; they are values of DeviceError.step."""
 
 _BUSY = {errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK}
 _GONE = {errno.ENOENT, errno.ENXIO, errno.ENODEV, errno.EIO}
 _FORBIDDEN = {errno.EACCES, errno.EPERM}
 _TEXT_SHARE = 0.9
 _BANNER = 120
-"""Characters of a banner besides its buttons."""
+"""Number of characters that fit in a banner next to its buttons."""
 
 
 def gone(port: str) -> PortGoneError:
-    """Return the error of a port that disappeared."""
+    """Return the error for a port that disappeared."""
     title = f"Hapkit on {port_name(port)} is gone. Force is zero."
     return PortGoneError(
         f"{title} Plug it in, then try again.",
@@ -81,7 +81,7 @@ def gone(port: str) -> PortGoneError:
 
 
 def not_there(port: str) -> PortGoneError:
-    """Return the error of opening a port that does not exist."""
+    """Return the error for a port that does not exist when it is opened."""
     return PortGoneError(
         f"{port_name(port)} is not there. Plug the board in, or see `hapkit-studio devices`.",
         brief=gone(port).brief,
@@ -89,13 +89,13 @@ def not_there(port: str) -> PortGoneError:
 
 
 def busy(port: str, by: str = "") -> PortBusyError:
-    """Return the error of a port in use by another program."""
+    """Return the error for a port that another program uses."""
     by = by or holder(port) or "another program"
     return PortBusyError(f"{port_name(port)} is used by {by}. Close it, then try again.")
 
 
 def forbidden(port: str) -> PortPermissionError:
-    """Return the error of a port without permission, with the command that grants it."""
+    """Return the error for a port without permission, with the command that grants permission."""
     words, command = permission_remedy(port, serial_ports.at(port))
     title = f"You may not open {port_name(port)}."
     if not command:
@@ -106,11 +106,11 @@ def forbidden(port: str) -> PortPermissionError:
 
 
 def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
-    """Return the error of a port without Hapkit, from the bytes received, if any."""
+    """Return the error for a port without a Hapkit, based on the received bytes, if any."""
     name, known = port_name(port), serial_ports.at(port)
     if known is not None and known.role is Role.OTHER:
         return NotAHapkitError(f"{name} is a port of another kind: {known.words}. Choose another port.")
-    if by := holder(port):  # two readers share the bytes, so both receive fragments
+    if by := holder(port):  # with two readers, each receives only some of the bytes
         return busy(port, by)
     what = f"{name} answers, but not as a Hapkit." if heard else f"{name} does not answer."
     if known is None or known.role is not Role.KIT:
@@ -122,7 +122,7 @@ def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
 
 
 def no_answer(port: str, question: str, seconds: float) -> NoDataError:
-    """Return the error of a board that did not reply to a request."""
+    """Return the error for a board that did not reply to a request."""
     return NoDataError(
         f"The Hapkit on {port_name(port)} did not answer {question} within {seconds:g} s. "
         "Check the USB cable, then try again."
@@ -130,7 +130,7 @@ def no_answer(port: str, question: str, seconds: float) -> NoDataError:
 
 
 def no_data(port: str, seconds: float) -> NoDataError:
-    """Return the error of a board that sent Hello but no samples."""
+    """Return the error for a board that sent Hello but no samples."""
     return NoDataError(
         f"The Hapkit on {port_name(port)} says hello, but no sample came for {seconds:g} s. "
         "Press the board's reset button, then try again."
@@ -138,9 +138,9 @@ def no_data(port: str, seconds: float) -> NoDataError:
 
 
 def unopened(port: str, error: OSError) -> DeviceError:
-    """Return the error for an OSError on opening a port."""
+    """Return the error for an OSError that occurred when a port was opened."""
     number = error.errno
-    if number is None and sys.platform == "win32":  # pyserial stores only the text there
+    if number is None and sys.platform == "win32":  # on Windows pyserial stores only the text
         return busy(port) if "PermissionError" in str(error) else not_there(port)
     if number in _BUSY:
         return busy(port)

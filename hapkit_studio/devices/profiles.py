@@ -1,4 +1,4 @@
-"""Known kits, each with its board's settings; individual differences are calibrated."""
+"""Known kits, each with its board's settings; a calibration measures individual differences."""
 
 import math
 from dataclasses import dataclass, replace
@@ -28,14 +28,14 @@ class Kit:
 
 
 def readings(raw: np.ndarray, sensor: int) -> np.ndarray:
-    """Return raw readings (n,) as signed for an encoder, which counts both ways from its start."""
+    """Return raw readings (n,), signed for an encoder, which counts up and down from its start."""
     return (raw + 2**15) % 2**16 - 2**15 if sensor == Sensor.QUADRATURE else raw
 
 
 def quantum_of(board: Board) -> float:
-    """Return the handle's travel per count in m from the radii: turn * rp / rs * rh / counts."""
+    """Return the handle's travel per count in m, from the radii: turn * rp / rs * rh / counts."""
     gear = board.pulley_radius / board.sector_radius
-    # the magnetoresistive sensor repeats every half turn of the motor, the others every full turn
+    # the magnetoresistive sensor repeats every half turn of the motor, the other sensors every full turn
     repeat = math.pi if board.sensor == Sensor.MAGNETORESISTIVE else 2.0 * math.pi
     return repeat * gear * board.handle_radius / board.counts_per_flip
 
@@ -46,7 +46,7 @@ def full_force(board: Board | Hello) -> float:
 
 
 def _board(number: int, **changes: object) -> Board:
-    """Return the settings of a kit that differs from the usual one by ``changes``."""
+    """Return the settings of a kit; ``changes`` are its differences from the default kit."""
     usual = Board(
         profile=number, pins=Pins.D5_D8, sensor=Sensor.MAGNETORESISTIVE, motor_map=MotorMap.SQUARE,
         direction=1, sense=1, counts_per_flip=MR_COUNTS, zero=0, quantum=0.0, max_force=3.0,
@@ -102,11 +102,11 @@ KITS = (
         ),
     ),
 )  # fmt: skip
-"""Constants from class templates and student programs of 2013 to 2025; first, the firmware's own."""
+"""Constants from class templates and student programs of 2013 to 2025; the firmware's kit is the first."""
 
 
 def nearest_kit(board: Board) -> tuple[Kit, float]:
-    """Return the kit of the board's sensor with the most similar scale, and the ratio of the scales."""
+    """Return the kit with this sensor whose scale is most similar, and the ratio of the scales."""
     ratios = [(kit, board.quantum / kit.board.quantum) for kit in KITS if kit.board.sensor == board.sensor]
     return min(ratios, key=lambda found: abs(math.log(found[1])))
 
@@ -125,10 +125,10 @@ def named(key: str) -> Kit:
 
 
 def numbered(profile: int) -> Kit | None:
-    """Return the kit with the profile number of a board's settings, None for an unknown one."""
+    """Return the kit with the profile number of a board's settings; None if the number is unknown."""
     return next((kit for kit in KITS if kit.board.profile == profile), None)
 
 
 def of_settings(settings: Board) -> Board:
-    """Return settings as the message that applies them again."""
+    """Return settings as a Board message, with which they can be applied again."""
     return Board(**{field.name: getattr(settings, field.name) for field in Board.layout()})

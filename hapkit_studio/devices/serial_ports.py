@@ -1,4 +1,4 @@
-"""The serial ports of this computer: chip, likelihood of a Hapkit, current user, latency."""
+"""The serial ports of this computer: chip, likelihood of a Hapkit, present user, latency."""
 
 import contextlib
 import os
@@ -20,11 +20,11 @@ class Role(IntEnum):
     """A chip of known kits."""
     UNKNOWN = 1
     OTHER = 2
-    """Certainly something else."""
+    """A device that is certainly not a Hapkit."""
 
 
 class Chip(NamedTuple):
-    """Description of a USB vendor and product number; without a product, of all others of the vendor."""
+    """The description of a USB vendor and product; without a product, of all other products of the vendor."""
 
     words: str
     role: Role
@@ -63,7 +63,7 @@ _NAMES = {
 
 
 class Identity(NamedTuple):
-    """Identity of a board that survives a change of port; vendor None: no USB port."""
+    """The identity of a board, which survives a change of port; vendor is None if the port is not USB."""
 
     vendor: int | None = None
     product: int | None = None
@@ -91,23 +91,23 @@ class Port:
 
 
 def port_name(path: str) -> str:
-    """Return the short name of a port: ttyUSB0, COM3."""
+    """Return the short name of a port, such as ttyUSB0 or COM3."""
     return path.removeprefix("/dev/")
 
 
 def is_path(key: str) -> bool:
-    """Return True if a key looks like a port's path, listed or not."""
+    """Return True if a key looks like the path of a port, whether the port is listed or not."""
     return "/" in key or key.upper().startswith("COM")
 
 
 def ports() -> list[Port]:
-    """Return the ports with hardware, likely ones first, then by path."""
+    """Return the ports with hardware: likely kits first, then by path."""
     found = [_port(p) for p in list_ports.comports() if p.hwid and p.hwid != "n/a"]
     return sorted(found, key=lambda port: (port.role, port.path))
 
 
 def at(path: str) -> Port | None:
-    """Return the system's information on a path; None for unlisted ones, e.g. a pseudo-terminal."""
+    """Return what the system knows of a path; None if it is not listed, such as a pseudo-terminal."""
     return next((port for port in ports() if port.path == path), None)
 
 
@@ -135,13 +135,13 @@ def _port(info: Any) -> Port:
 
 PROCESSES = Path("/proc")
 STUDIO = "Hapkit Studio"
-"""Name of the studio, whose process is a python."""
+"""Name shown for the studio, because its process is called python."""
 
 
 def holder(port: str) -> str:
-    """Return name and process id of another program with a port open; "" if unknown.
+    """Return name and process id of another program that has the port open; "" if unknown.
 
-    Linux lists the open files of the user's own programs.
+    Linux lists only the open files of the user's programs.
     """
     real, own = os.path.realpath(port), str(os.getpid())
     for process in _listed(PROCESSES):
@@ -151,7 +151,7 @@ def holder(port: str) -> str:
 
 
 def _listed(folder: Path) -> list[Path]:
-    """Return a folder's entries; empty for another user's folder."""
+    """Return a folder's entries; the list is empty if the folder belongs to another user."""
     try:
         return list(folder.iterdir())
     except OSError:
@@ -167,11 +167,11 @@ def _has_open(process: Path, real: str) -> bool:
 
 
 def _program_name(process: Path) -> str:
-    """Return a program's name, without its folder, and its process id."""
+    """Return a program's name without its folder, and the process id."""
     try:
         line = (process / "cmdline").read_bytes().decode("utf-8", "replace").split("\0")
         name = Path(line[0]).name or (process / "comm").read_text().strip()
-        # started as ``-m hapkit_studio`` or by its own script
+        # the studio was started as ``-m hapkit_studio`` or by its script
         if "hapkit_studio" in line or {Path(word).name for word in line} & {
             "hapkit-studio",
             "hapkit-studio.exe",
@@ -183,10 +183,10 @@ def _program_name(process: Path) -> str:
 
 
 # An FTDI chip sends a packet after 62 bytes or when its latency timer ends: 16 ms by default (FTDI
-# AN232B-04). It is reduced to 1 ms, without root where the system allows it.
+# AN232B-04). The timer is set to 1 ms, without root if the system allows this.
 FTDI = 0x0403
 USUAL_TIMER, SHORT_TIMER = 0.016, 0.002
-"""s: default of an FTDI chip; longest value without a warning."""
+"""s: default of an FTDI chip; largest value that causes no warning."""
 
 TIMERS = Path("/sys/bus/usb-serial/devices")
 _IOSSDATALAT = 0x80085400  # macOS IOKit
@@ -195,7 +195,7 @@ _REGISTRY = r"SYSTEM\CurrentControlSet\Enum\FTDIBUS\VID_{0:04X}+PID_{1:04X}+{2}A
 
 @dataclass(frozen=True)
 class Latency:
-    """Latency timer of a port: seconds, None without one; known: read from the system, not assumed."""
+    """The latency timer of a port in s, None without a timer; ``known`` if the system reported it."""
 
     timer: float | None = None
     known: bool = True
@@ -203,12 +203,12 @@ class Latency:
 
     @property
     def long(self) -> bool:
-        """Return True if the latency needs a remedy."""
+        """Return True if the latency is too long."""
         return self.timer is not None and self.timer > SHORT_TIMER
 
     @property
     def words(self) -> str:
-        """Return the latency as text with the remedy, if any; "" without a timer."""
+        """Return the latency as text with a remedy if needed; "" without a timer."""
         if self.timer is None:
             return ""
         said = f"USB latency timer {1e3 * self.timer:.0f} ms"
@@ -223,10 +223,10 @@ class Latency:
 
 
 def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:
-    """Set the shortest latency of an open port; return the resulting one. Never fails."""
-    with contextlib.suppress(Exception):  # systems and drivers raise various errors, all harmless
+    """Set the shortest latency of an open port; return the resulting latency. This never fails."""
+    with contextlib.suppress(Exception):  # systems and drivers raise various errors, which are all harmless
         line.set_low_latency_mode(True)
-    if sys.platform == "darwin":  # receive latency of the driver in µs; it cannot be read back
+    if sys.platform == "darwin":  # receive latency of the driver in µs, which cannot be read back
         import fcntl
 
         with contextlib.suppress(OSError, AttributeError):
@@ -238,7 +238,7 @@ def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:
 
 
 def _timer(port: str, identity: Identity) -> float | None:
-    """Return the timer in s if the system shows it."""
+    """Return the timer in s if the system reports it."""
     try:
         if sys.platform == "win32":
             import winreg

@@ -1,7 +1,7 @@
 """The simulated Hapkit: exact paddle between samples, command delay, and a hand on the handle.
 
-Its terms are named, so that a scene can omit those it does not need. The compiled functions work on two flat
-arrays of ``new_state``, which the real-time loop owns.
+Its terms have names, so that a scene can omit the terms that it does not need. The compiled functions work on
+two flat arrays of ``new_state``, which belong to the real-time loop.
 """
 
 import math
@@ -19,13 +19,15 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import check_number
 
 END_STOPS = 0.055  # m on either side: travel of the paddle in the window
-# kg: mass of the handle if only the hand's mass counts; not 0, since the equations divide by it
+# kg: mass of the handle if only the hand's mass counts; it is not 0, because the equations divide by the mass
 NO_MASS = 1e-13
 
 
 @dataclass(frozen=True)
 class Term:
-    """A term: key, label, field of the device ("": belongs to the loop), value that switches it off."""
+    """A term: key, label, field of the device ("" if the term belongs to the loop), and the value that switches
+    it off.
+    """
 
     key: str
     word: str
@@ -46,8 +48,9 @@ TERMS: dict[str, Term] = {
         Term("filter", "velocity estimate"),
     )
 }
-# Terms that a live loop may omit. Required: the mass of a released handle, sensor steps for plots and
-# velocity filters, the force limit for safety; sampling, delay and filter are the user's settings.
+# Terms that a live loop may omit. The others are required: a released handle needs its mass, plots and
+# velocity filters need sensor steps, and safety needs the force limit. Sampling, delay and filter are the
+# user's settings.
 OPTIONAL = ("viscous", "coulomb")
 MODELLED = ("mass", *OPTIONAL, "quantization")
 
@@ -64,7 +67,7 @@ _MASS, _DAMPING, _COULOMB, _HAND_DAMPING, _HAND_STIFFNESS = 3, 4, 5, 6, 7
 _PERIOD, _DELAY, _WHOLE, _REST, _SAMPLE = 8, 9, 10, 11, 12
 _EARLY_MAP, _LATE_MAP = 16, 24
 _WIDTH = 64
-# flush smaller numbers to 0: processors are ten times slower with denormals
+# smaller numbers are set to 0, because denormals slow processors down by a factor of ten
 _FLUSH_BELOW = 1e-150
 
 
@@ -72,8 +75,8 @@ _FLUSH_BELOW = 1e-150
 class SimulatedHapkit(Device):
     """A paddle with mass kg, damping N·s/m, Coulomb friction N, sensor quantum m and force limit N.
 
-    quantum=0: ideal sensor; max_force=inf: no limit. The paddle stops without bouncing at ``end_stops`` m on
-    either side. Raise ParameterError for impossible values.
+    quantum=0 means an ideal sensor, and max_force=inf no limit. The paddle stops without bouncing at
+    ``end_stops`` m on either side. Raise ParameterError for impossible values.
     """
 
     mass: float = nominal.MASS
@@ -106,18 +109,18 @@ class SimulatedHapkit(Device):
 
     @property
     def viscous(self) -> float:  # type: ignore[override]
-        """Return the paddle's own damping in N·s/m."""
+        """Return the paddle's damping in N·s/m."""
         return self.damping
 
     def without(self, terms: Iterable[str]) -> "SimulatedHapkit":
-        """Return this device without the named terms, as far as they are its own; raise ParameterError."""
+        """Return this device without the named terms that belong to the device; raise ParameterError."""
         gone = [term(key) for key in terms]
         return replace(self, **{t.field: t.off for t in gone if t.field})
 
     def reduced(self, needs: Iterable[str]) -> "SimulatedHapkit":
-        """Return the device that a scene needs: damping and friction only if it lists them.
+        """Return the device that a scene needs: damping and friction are kept only if ``needs`` lists them.
 
-        Other terms stay. A scene without a list gets everything. Raise ParameterError.
+        Other terms stay. A scene without a list gets all terms. Raise ParameterError.
         """
         needed = {term(key).key for key in needs}
         return self.without(key for key in OPTIONAL if key not in needed) if needed else self
@@ -130,13 +133,13 @@ def new_state(
     dev = np.zeros(_WIDTH)
     dev[X], dev[V], dev[_STOP] = position, velocity, end_stops
     size = 1 << (max(int(periods), 1) + 1).bit_length()
-    # the second half is a buffer for retiming pending commands without allocation
+    # the second half is a buffer in which pending commands are retimed without allocation
     return dev, np.zeros(2 * size)
 
 
 @compiled
 def quantise(position: float, quantum: float) -> float:
-    """Return the reading of a sensor of ``quantum`` m; 0 is an ideal sensor."""
+    """Return the reading of a sensor of ``quantum`` m; 0 means an ideal sensor."""
     return quantum * math.floor(position / quantum) if quantum > 0.0 else position
 
 
@@ -153,9 +156,9 @@ def configure(
     period: float,
     delay: float,
 ) -> None:
-    """Set new constants; motion and pending commands are kept. A hand of zeros is released.
+    """Set new constants; motion and pending commands are kept. For a released handle the hand is all zeros.
 
-    delay: any time in s from a sample to its force, limited by the queue's size.
+    ``delay`` is any time in s from a sample to its force; the queue's size limits it.
     """
     delay = min(max(delay, 0.0), (queue.size // 2 - 2) * period)
     if dev[_PERIOD] > 0.0 and (period != dev[_PERIOD] or delay != dev[_DELAY]):
@@ -181,7 +184,7 @@ def _store(dev, at, m):
 
 @internal
 def _retime(dev, queue, period, delay):
-    """Keep the pending forces' times, to within a period, when period or delay changes."""
+    """Keep the times of the pending forces, to within a period, when period or delay changes."""
     size = queue.size // 2
     now = int(dev[_SAMPLE])
     pending = int(delay / period) + 2
@@ -195,7 +198,7 @@ def _retime(dev, queue, period, delay):
 
 @compiled
 def command(dev: np.ndarray, queue: np.ndarray, force: float) -> None:
-    """Issue a force in N at the present sample; it acts one delay later."""
+    """Issue a force in N at the present sample; it takes effect one delay later."""
     queue[int(dev[_SAMPLE]) & (queue.size // 2 - 1)] = force
 
 
@@ -206,7 +209,7 @@ def _map(dev, at):
 
 @internal
 def _stopped(motion, stop):
-    """Return (x, v) at end stops ± stop m, which are fully inelastic."""
+    """Return (x, v) after end stops at ± stop m, which are fully inelastic."""
     x, v = motion
     if abs(x) > stop:
         return math.copysign(stop, x), 0.0
@@ -217,7 +220,7 @@ def _stopped(motion, stop):
 def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) -> None:
     """Move to the next sample while the hand's target moves linearly from target0 to target1 in m.
 
-    Without a new ``command``, the last one is held. dev[EFFECT] is the mean motor force over the period.
+    Without a new ``command``, the last command is held. dev[EFFECT] is the mean motor force over the period.
     """
     x, v, mass, damping, coulomb = dev[X], dev[V], dev[_MASS], dev[_DAMPING], dev[_COULOMB]
     grip, stiffness = dev[_HAND_DAMPING], dev[_HAND_STIFFNESS]

@@ -21,15 +21,15 @@ from hapkit_studio.dynamics.hand import ARRIVES, LEADS, Grip, grip_named
 from hapkit_studio.errors import DeviceError
 
 START_TIME = 10.0
-"""s, time-out of a reply; a loaded machine may take a while to start a program."""
+"""s: time-out of a reply; a busy computer may need a while to start a program."""
 END_TIME = 5.0
-"""s for writing the log and counters at the end; the EEPROM is written at every change."""
+"""s: time for writing the log and counters at the end; the EEPROM is written at every change."""
 
 
 class BoardProgram:
-    """The virtual board's process: commands in, lines out, both with a time-out.
+    """The process of the virtual board: it receives commands and sends lines, both with a time-out.
 
-    Runs from construction to ``end``; raise DeviceError with the program's own message if it fails.
+    It runs from construction to ``end``. If it fails, raise DeviceError with the message of the program.
     """
 
     def __init__(self, words: Sequence[str]):
@@ -60,7 +60,7 @@ class BoardProgram:
             return False
 
     def reply(self, word: str, seconds: float = START_TIME) -> str:
-        """Return the rest of the next line that begins with a word; raise DeviceError."""
+        """Return the rest of the next line that begins with ``word``; raise DeviceError."""
         deadline = time.monotonic() + seconds
         while True:
             for at, line in enumerate(self._lines):
@@ -84,7 +84,7 @@ class BoardProgram:
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
     def end(self) -> str:
-        """End the program; return its summary, a JSON object, or "". May be called twice."""
+        """End the program; return its summary, a JSON object, or "". This may be repeated."""
         if self._errors.closed:
             return self._summary
         self.send("quit")
@@ -111,9 +111,9 @@ TRUTH_COLUMNS = (
 
 MODES = ("paced", "lockstep", "fast")
 PATIENCE = 10.0
-"""s, time-out of a reply: a busy machine simulates slowly, and never loses a byte."""
+"""s: time-out of a reply; a busy computer simulates slowly, but never loses a byte."""
 HAND_PERIOD = 1.0 / 60.0
-"""s in which the hand moves to a new target: the duration of a frame of the window."""
+"""s in which the hand moves to a new target, equal to the duration of a frame of the window."""
 HOOK_PERIOD = 0.5
 """s in which an attached spring moves the handle to the middle."""
 
@@ -126,7 +126,7 @@ def program() -> Path:
 
 
 def firmware() -> Path:
-    """Return the firmware to run: the one built next to the program, else the shipped one."""
+    """Return the firmware to run: the one next to the program if it exists, else the shipped one."""
     beside = program().with_name("hapkit.elf")
     return beside if beside.is_file() else resources.path("firmware", "hapkit.hex")
 
@@ -137,19 +137,19 @@ def built() -> bool:
 
 
 def truth(path: str | Path) -> np.ndarray:
-    """Return the truth log as a record array, fields TRUTH_COLUMNS; a row per sample of the sensor."""
+    """Return the truth log as a record array with fields TRUTH_COLUMNS, one row per sample of the sensor."""
     data = np.fromfile(path, "<f8")
     whole = data[: len(data) // len(TRUTH_COLUMNS) * len(TRUTH_COLUMNS)]
     return whole.view([(name, "<f8") for name in TRUTH_COLUMNS]).view(np.recarray)
 
 
 class VirtualBoard(HapkitBoard):
-    """A board in a separate process, started by open and ended by close.
+    """A board in a separate process, which ``open`` starts and ``close`` ends.
 
-    mode: "paced" follows the clock; "lockstep" waits for every reply and otherwise runs at full speed; "fast"
-    never waits. In lockstep a lone delimiter counts as a reply and is not passed to the chip. log: path of
-    the truth log. script: path of commands by board time. options: further command-line options of the
-    program.
+    The modes are: "paced" follows the clock; "lockstep" waits for every reply and otherwise runs at full
+    speed; "fast" never waits. In lockstep a lone delimiter counts as a reply and is not passed to the chip.
+    ``log`` is the path of the truth log. ``script`` is the path of commands by board time. ``options`` are
+    further command-line options of the program.
     """
 
     simulated_hand, usb_chip = True, False
@@ -185,7 +185,7 @@ class VirtualBoard(HapkitBoard):
             raise
 
     def close(self) -> None:
-        """Set the force to zero, end the board and store its counters in ``summary``; never fails."""
+        """Set the force to zero, end the board and store its counters in ``summary``; this never fails."""
         super().close()
         self.end()
 
@@ -211,14 +211,14 @@ class VirtualBoard(HapkitBoard):
             raise
 
     def end(self) -> None:
-        """End the program; its counters are in ``summary`` afterwards. May be called twice."""
+        """End the program; its counters are in ``summary`` afterwards. This may be repeated."""
         if self._program is not None:
             self.summary = json.loads(self._program.end() or "{}")
             self._program = None
 
     @property
     def pid(self) -> int:
-        """Process id of the running program; DeviceError if there is none."""
+        """Process id of the running program; raise DeviceError if there is none."""
         return self._running().pid
 
     def _running(self) -> BoardProgram:
@@ -242,7 +242,7 @@ class VirtualBoard(HapkitBoard):
         self._move()
 
     def move_hand(self, target: float | None) -> None:
-        """Move the hand to a position in m, as fast as the window's simulated one; None lets go."""
+        """Move the hand to a position in m, as fast as the window's simulated hand; None lets go."""
         self._target = target
         self._move()
 
@@ -255,14 +255,14 @@ class VirtualBoard(HapkitBoard):
         self.send("hand " + " ".join(str(float(number)) for number in numbers))
 
     def hook_spring(self, stiffness: float | None) -> None:
-        """Attach a spring in N/m between handle and middle in place of the hand; None detaches it."""
+        """Attach a spring in N/m between handle and middle instead of the hand; None detaches it."""
         if stiffness is None:
             self._move()
         else:
             self.send(f"hand 0 {stiffness} 0 0 {HOOK_PERIOD}")
 
     def unplug(self) -> None:
-        """Unplug the cable: the port hangs up for its user; the firmware runs on."""
+        """Unplug the cable: the port hangs up for the computer, and the firmware keeps running."""
         self.send("unplug")
 
     def plug(self) -> None:
