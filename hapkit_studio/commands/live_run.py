@@ -195,7 +195,7 @@ def play(
 
 
 def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[str]:
-    """Return remarks: the board's rate is below the requested one, the motor is off, a spring is too stiff."""
+    """Return remarks: the board's rate is lower than requested, the motor is off, a spring is too stiff."""
     said = []
     rate = found[BOARD]["rate_Hz"]
     if wish is not None and rate is not None and rate < wish:

@@ -25,8 +25,9 @@ NO_MASS = 1e-13
 
 @dataclass(frozen=True)
 class Term:
-    """A term: key, label, field of the device ("" if the term belongs to the loop), and the value that switches
-    it off.
+    """A term: key, label, field of the device, and the value that switches the term off.
+
+    ``field`` is "" if the term belongs to the loop.
     """
 
     key: str
