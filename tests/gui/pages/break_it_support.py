@@ -1,4 +1,4 @@
-"""Failures made up for the page's tests: a swing whose growth is known, one that is slow, one that raises."""
+"""Invented failures for the page's tests: an oscillation of known growth, a slow one, one that raises."""
 
 import math
 import threading
@@ -22,7 +22,7 @@ def limit(case):
 
 
 def probe(stiffness, case):
-    """Return a swing that grows by the share of the limit that is too much, or decays."""
+    """Return an oscillation whose growth is proportional to the stiffness above the limit."""
     rate = stiffness / limit(case) - 1.0
     time = np.linspace(0.0, SECONDS, 400)
     words = f"{'decays' if rate < 0.0 else 'grows'} by {abs(rate):.3g} 1/s; in truth it decays by 1 1/s"
@@ -50,7 +50,7 @@ def live(stiffness, case):
 
 
 def made(**given):
-    """Return the made-up failure, parts of it replaced."""
+    """Return the invented failure with some parts replaced."""
     words = {"summary": "Above a stiffness it grows", "formula": "K < 100 b_h", "explanation": "So it is."}
     parts = {"key": "grows", "title": "A spring too stiff", "knob": KNOB, "limit": limit, "probe": probe}
     parts |= {"plot": PLOT, "options": (DAMPING, Choice("hand", "Hand", ("none", "firm"))), "live": live}
@@ -58,7 +58,7 @@ def made(**given):
 
 
 def plane(case):
-    """Return a map whose stable half lies below 100 N/m per N·s/m."""
+    """Return a map that is stable below 100 N/m per N·s/m."""
     grid = np.geomspace(10.0, 1000.0, 20)
     z = np.where(grid < 100.0, 0.5, 3.0) * np.ones((20, 1))
     return Plane(
@@ -68,7 +68,7 @@ def plane(case):
 
 
 class Gate:
-    """A plot that waits until it is let go, then says its progress."""
+    """A chart function that waits until it is released, then reports progress."""
 
     def __init__(self):
         self.begun, self.go_on = threading.Event(), threading.Event()
@@ -81,12 +81,12 @@ class Gate:
 
 
 def refuse(case):
-    """Raise as an analysis does that cannot take a case."""
+    """Raise the error of an analysis that rejects a case."""
     raise ParameterError("Damping of 2 N·s/m has no limit here: choose 1 N·s/m or less.")
 
 
 def library(gate):
-    """Return failures by key: ordinary, slow, refusing, mapped, and one felt nowhere over a step in s."""
+    """Return failures by key: ordinary, slow, refusing, with a map, and one that cannot be felt."""
     step = Parameter("step", "Step", "s", 1e-3, 1e-5, 0.2, "Of the loop", "dt")
     return {
         "grows": made(),
@@ -106,10 +106,10 @@ def library(gate):
 
 
 def measured(page, qtbot):
-    """Wait until the failure in sight was measured."""
+    """Wait until the chosen failure is measured."""
     qtbot.waitUntil(lambda: page.record.complete and not page.job.running)
 
 
 def settled(page, qtbot):
-    """Wait until what the knob stands at was tried."""
+    """Wait until the knob's value is tried."""
     qtbot.waitUntil(lambda: "here" not in page.record.old)

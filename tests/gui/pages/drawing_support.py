@@ -1,11 +1,11 @@
-"""A drawing in the window, for tests: drawn now, pointed at, clicked and dragged in the units of its axes."""
+"""Support for tests of drawings: draw at once, point, click and drag in the units of the axes."""
 
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 
 def drawn(drawing):
-    """Draw now if anything is to be drawn; return the axes."""
+    """Draw at once if necessary; return the axes."""
     if drawing._old or drawing._ground is None:
         drawing.redraw()
         drawing.canvas.draw()
@@ -13,21 +13,21 @@ def drawn(drawing):
 
 
 def spot(drawing, x, y, axes=0) -> QPoint:
-    """Return where a point is, in pixels of the canvas."""
+    """Return the pixel position of a point on the canvas."""
     ratio = drawing.canvas.device_pixel_ratio
     across, up = drawn(drawing)[axes].transData.transform((x, y)) / ratio
     return QPoint(round(across), round(drawing.canvas.height() - up))
 
 
 def point(drawing, x, y, axes=0):
-    """Bring the pointer to a point; from elsewhere, so that it moves."""
+    """Move the pointer to a point, from another position."""
     place = spot(drawing, x, y, axes)
     QTest.mouseMove(drawing.canvas, place + QPoint(3, 3))
     QTest.mouseMove(drawing.canvas, place)
 
 
 def leave(drawing):
-    """Take the pointer out of the axes."""
+    """Move the pointer out of the axes."""
     QTest.mouseMove(drawing.canvas, QPoint(1, 1))
 
 
@@ -37,7 +37,7 @@ def click(drawing, x, y, button=Qt.MouseButton.LeftButton, axes=0):
 
 
 def words(drawing) -> list[str]:
-    """Return the words that are drawn, legends and ticks included."""
+    """Return all drawn texts, including legends and ticks."""
     from matplotlib.text import Text
 
     drawn(drawing)
@@ -45,7 +45,7 @@ def words(drawing) -> list[str]:
 
 
 def outside(drawing) -> list[str]:
-    """Return what leaves the figure: axes with their titles and ticks, and words."""
+    """Return the axes and texts that extend beyond the figure."""
     from matplotlib.text import Text
 
     drawn(drawing)
@@ -61,7 +61,7 @@ def outside(drawing) -> list[str]:
 
 
 def hidden(text) -> bool:
-    """Say whether words belong to a legend that is not shown."""
+    """Return whether a text belongs to a hidden legend."""
     legends = [axes.get_legend() for axes in text.figure.axes]
     return any(legend and not legend.get_visible() and text in legend.get_texts() for legend in legends)
 

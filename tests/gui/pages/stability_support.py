@@ -1,4 +1,4 @@
-"""What the tests of the stability tab share: the page in sight, its newest lines, made-up measurements."""
+"""Support for tests of the stability page: the visible page, its newest lines, invented measurements."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from tests.gui.window_support import PATIENCE_MS
 
 
 def follow(page, qtbot):
-    """Wait until the page shows the lines of what is in force; return their plane."""
+    """Wait until the page shows the lines of the present settings; return their plane."""
 
     def there() -> bool:
         wanted, lines = page.question(), page.lines
@@ -23,7 +23,7 @@ def follow(page, qtbot):
 
 
 def made_up(setting, real=False, axes=(12.0, 2000.0)) -> Measured:
-    """Return a measurement: at rest below, a buzz between, growing above, in 4 × 3 cells."""
+    """Return a measurement in 4 × 3 cells: at rest below, buzzing in the middle, growing above."""
     classes = np.array([[0, 0, 0], [0, 0, 1], [1, 2, 2], [2, 2, 2]], dtype=np.int8)
     damping = np.array([2.0, 6.0, 10.0])
     cells = Cells(damping, np.array([250.0, 750.0, 1250.0, 1750.0]), classes, real, setting.controller)

@@ -1,4 +1,4 @@
-"""Speed and accuracy: three parts, each with its sentence; a method is used and undone; cells in words."""
+"""Speed and accuracy: three parts with an answer each; using a method can be undone; explained cells."""
 
 import pytest
 from matplotlib.figure import Figure
@@ -21,7 +21,7 @@ from tests.gui.shell.test_layout import cut_off, resize
 
 
 def sheet() -> Sheet:
-    """Return a chart whose answer is known: Verlet at 1 ms, 4 µs, off by 0.2 %; nothing is cheaper."""
+    """Return a chart with a known answer: Verlet at 1 ms, 4 µs, with an error of 0.2 %, is the cheapest."""
     numbers = [("verlet", 1e-3, 0.002, 4000.0, 5e6), ("verlet", 5e-4, 0.0005, 8000.0, 9e6)]
     numbers += [("rk4", 1e-3, 2e-6, 12_000.0, 14e6), ("rk4", 5e-4, 0.0, 24_000.0, 28e6)]
     points = tuple(
@@ -35,7 +35,7 @@ def sheet() -> Sheet:
 
 @pytest.fixture
 def page(shared_window, monkeypatch):
-    """Return the page in sight; nothing is measured by itself."""
+    """Return the visible page; nothing is measured automatically."""
     shown = shared_window.views.page("accuracy")
     for part in shown.pages:
         monkeypatch.setattr(part.job, "_needs", "")
@@ -50,7 +50,7 @@ def show(page, index):
 
 
 @pytest.mark.slow
-def test_methods_answer_in_one_sentence_on_the_computer_and_on_the_board(page, qapp, shared_window):
+def test_methods_answer_in_one_sentence_for_computer_and_board(page, qapp, shared_window):
     part = show(page, 0)
     part.show_result(Accuracy(sheets=(sheet(),)))
     resize(qapp, shared_window, (1280, 720))
@@ -66,7 +66,7 @@ def test_methods_answer_in_one_sentence_on_the_computer_and_on_the_board(page, q
 
 
 @pytest.mark.parametrize("index", [0, 1, 2])
-def test_bar_and_answer_stand_at_the_top_before_there_is_a_result(page, qapp, shared_window, index):
+def test_run_bar_and_answer_are_at_the_top_before_there_is_a_result(page, qapp, shared_window, index):
     part = show(page, index)
     if index == 0:
         part._found.clear()
@@ -78,7 +78,7 @@ def test_bar_and_answer_stand_at_the_top_before_there_is_a_result(page, qapp, sh
 
 
 @pytest.mark.slow
-def test_errors_come_first_and_then_their_parts(page, shared_window, qtbot):
+def test_total_errors_are_shown_before_their_parts(page, shared_window, qtbot):
     part, studio = show(page, 1), shared_window.studio
     studio.adopt(studio.environments["damping"])
     studio.reset_values()
@@ -94,7 +94,7 @@ def test_errors_come_first_and_then_their_parts(page, shared_window, qtbot):
 
 
 @pytest.mark.slow
-def test_another_method_is_known_at_once_and_use_it_is_undone(page, shared_window, qtbot):
+def test_another_method_is_known_at_once_and_using_it_can_be_undone(page, shared_window, qtbot):
     part, studio = show(page, 1), shared_window.studio
     studio.adopt(studio.environments["friction"])
     studio.reset_values()
@@ -121,7 +121,7 @@ def test_another_method_is_known_at_once_and_use_it_is_undone(page, shared_windo
 
 
 @pytest.mark.slow
-def test_the_lower_chart_stands_where_there_is_room_and_no_words_overlap():
+def test_the_lower_chart_is_shown_if_it_fits_and_no_texts_overlap():
     friction = discover()["friction"]
     question = SceneRequest(friction, friction.values(), places=(this_scene.ON_BOARD,))
     found = this_scene.split(this_scene.compute(question))
@@ -138,7 +138,7 @@ def test_the_lower_chart_stands_where_there_is_room_and_no_words_overlap():
 
 
 @pytest.mark.slow
-def test_a_row_is_chosen_and_used_and_what_is_recommended_is_the_default(page, shared_window):
+def test_a_chosen_row_is_used_and_the_recommended_one_is_the_default(page, shared_window):
     part, studio = show(page, 1), shared_window.studio
     studio.adopt(studio.environments["friction"])
     studio.reset_values()
@@ -157,7 +157,7 @@ def test_a_row_is_chosen_and_used_and_what_is_recommended_is_the_default(page, s
 
 
 def made_up(scene: str) -> Needs:
-    """Return a judgement in which each term is felt 0.3 JND less than the one before, the last not at all."""
+    """Return a result in which each term is felt 0.3 JND less than the previous one, the last not at all."""
     felt = [2.1 - 0.3 * k for k in range(len(TERMS) - 1)] + [0.0]
     effects = tuple(
         Effect(scene, key, jnd, "force", "press", 4.0 / 3.0 * jnd)
@@ -166,7 +166,7 @@ def made_up(scene: str) -> Needs:
     return Needs(scene, effects, tuple(TERMS)[:4], effects[-1], ())
 
 
-def test_a_cell_is_told_in_words_by_keys_and_clicks(page, qapp, shared_window, tmp_path):
+def test_a_cell_is_explained_after_keys_and_clicks(page, qapp, shared_window, tmp_path):
     part = show(page, 2)
     assert part.table.texts()[1] == ("Free\nnot run", *[""] * len(TERMS))
     part.show_result(Accuracy(needs=tuple(made_up(key) for key in discover())))

@@ -1,4 +1,4 @@
-"""The Bode view: the scene in force in the loop in force, out of date once either is another."""
+"""The Bode view: measures the present scene and loop; out of date after a change."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from hapkit_studio.gui.pages.bode import SIMULATION
 
 @pytest.fixture
 def page(kept_window):
-    """Return the view beside a wall of 300 N/m; nothing is measured by itself."""
+    """Return the view with a wall of 300 N/m; nothing is measured automatically."""
     kept_window.studio.choose("wall")
     kept_window.studio.set_value("stiffness", 300.0)
     shown = kept_window.views.page("bode")
@@ -21,7 +21,7 @@ def page(kept_window):
 
 
 @pytest.mark.slow
-def test_it_measures_the_scene_in_force_and_says_once_that_is_another(page, kept_window, qtbot, tmp_path):
+def test_it_measures_the_present_scene_and_is_out_of_date_after_a_change(page, kept_window, qtbot, tmp_path):
     with qtbot.waitSignal(page.job.finished, timeout=20_000):
         page.bar.run.click()
     (curve,) = page.found.curves
@@ -39,7 +39,7 @@ def test_it_measures_the_scene_in_force_and_says_once_that_is_another(page, kept
 
 
 @pytest.mark.slow
-def test_the_amplitude_that_is_asked_for_is_kept(page, qtbot, monkeypatch):
+def test_the_chosen_amplitude_is_used(page, qtbot, monkeypatch):
     asked = []
     real = simulation.measure
     monkeypatch.setattr(

@@ -1,4 +1,4 @@
-"""The page Break it: choosing, the knob, other conditions, cancelling, what cannot be tried, Export."""
+"""The page Break it: choice, knob, conditions, cancelling, errors, export."""
 
 import json
 import math
@@ -19,17 +19,17 @@ from tests.gui.shell.test_layout import cut_off, settle
 
 @pytest.fixture
 def page(break_it_page):
-    """Return the page, its first failure measured."""
+    """Return the page with its first failure measured."""
     return break_it_page
 
 
 def spoken(page):
-    """Return what a reader of the screen says of the chosen row."""
+    """Return what a screen reader says for the chosen row."""
     return page.list.currentItem().data(Qt.ItemDataRole.AccessibleTextRole)
 
 
 @pytest.mark.slow
-def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit_and_exported(page, tmp_path):
+def test_the_chosen_failure_is_tried_on_both_sides_of_its_limit_and_exported(page, tmp_path):
     record = page.record
     assert (record.limit, record.signs) == (200.0, (True, False))
     assert (record.inside.value, record.outside.value) == pytest.approx((198.0, 202.0))
@@ -56,7 +56,7 @@ def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit_and_exported(p
 
 
 @pytest.mark.slow
-def test_buttons_slider_box_and_chart_turn_the_knob_and_other_conditions_move_the_limit(page, qtbot):
+def test_buttons_slider_box_and_chart_turn_the_knob_and_conditions_move_the_limit(page, qtbot):
     QTest.keyClick(page.knob.outside, Qt.Key.Key_Return)
     settled(page, qtbot)
     assert page.record.here.value == pytest.approx(202.0)
@@ -142,7 +142,7 @@ def test_tiny_traces_have_ticks_that_can_be_read():
 
 
 @pytest.mark.slow
-def test_cancel_ends_the_work_and_keeps_what_had_come(page, gate, qtbot):
+def test_cancel_ends_the_work_and_keeps_partial_results(page, gate, qtbot):
     page.list.choose("slow")
     qtbot.waitUntil(gate.begun.is_set)
     qtbot.waitUntil(lambda: page.record.signs == (True, False))
@@ -156,13 +156,13 @@ def test_cancel_ends_the_work_and_keeps_what_had_come(page, gate, qtbot):
     assert not page.bar.export.isEnabled()
     for comes_back in (lambda: page.set_shown(True), lambda: page.choose("slow")):
         comes_back()
-        assert not page._settle.isActive()  # what was cancelled begins again only when a person says so
+        assert not page._settle.isActive()  # a cancelled measurement starts again only on request
     page.bar.run.click()
     qtbot.waitUntil(lambda: page.record.complete)
 
 
 @pytest.mark.slow
-def test_what_cannot_be_tried_is_said_in_one_line(page, qtbot):
+def test_a_failure_that_cannot_be_tried_shows_one_line(page, qtbot):
     page.list.choose("refuses")
     assert page.knob.row.box.text() == ""
     qtbot.waitUntil(lambda: bool(page.record.wrong) and not page.job.running)
@@ -201,14 +201,14 @@ def test_in_the_window_nothing_is_cut_off_and_space_presses_no_button(gate, idle
             settle(qapp, idle_window, size)
             assert outside(page.detail.chart) == [], (size, key)
             qtbot.waitUntil(lambda: not page.job.running)
-            qtbot.waitUntil(lambda: cut_off(idle_window) == [])  # also of what came meanwhile
+            qtbot.waitUntil(lambda: cut_off(idle_window) == [])  # also with results that arrived meanwhile
         assert idle_window.rect().contains(page.mapTo(idle_window, page.rect().bottomRight()))
         bars = page.detail.verticalScrollBar(), page.detail.horizontalScrollBar()
         assert [bar.maximum() for bar in bars] == [0, 0]
 
 
 @pytest.mark.slow
-def test_the_map_is_drawn_in_place_of_the_curve_and_exported(page, qtbot, tmp_path):
+def test_the_map_replaces_the_curve_and_is_exported(page, qtbot, tmp_path):
     detail = page.detail
     assert not detail.which.isVisibleTo(page)
     page.choose("mapped")

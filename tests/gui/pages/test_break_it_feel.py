@@ -1,4 +1,4 @@
-"""Feel it: a failure goes into the window, follows the knob, and one press takes everything back."""
+"""Feel it: a failure is put into the window, follows the knob, and can be taken back with one press."""
 
 import numpy as np
 import pytest
@@ -10,20 +10,20 @@ from tests.gui.pages.break_it_support import live, measured, settled
 
 
 def state(studio):
-    """Return everything a failure may change."""
+    """Return all settings that a failure may change."""
     values = {key: studio.values_of(key) for key in studio.environments}
     return studio.environment.key, values, studio.loop, studio.grip
 
 
 @pytest.fixture
 def window(kept_window):
-    """Return the window whose simulated device runs."""
+    """Return the window with the running simulated device."""
     return kept_window
 
 
 @pytest.fixture
 def felt(gate, window, qtbot):
-    """Return the page on a running simulated Hapkit, its first failure in sight and measured."""
+    """Return the page on a running simulated Hapkit, with its first failure measured."""
     window.views.show("break_it")
     page = window.views.page("break_it")
     page.list.choose("grows")
@@ -35,9 +35,7 @@ def felt(gate, window, qtbot):
 
 
 @pytest.mark.slow
-def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_everything(
-    felt, window, qtbot, monkeypatch
-):
+def test_feel_it_applies_the_failure_and_take_back_restores_everything(felt, window, qtbot, monkeypatch):
     studio = window.studio
     studio.choose("spring")
     studio.set_values({"stiffness": 77.0, "damping": 1.5})
@@ -49,7 +47,7 @@ def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_eve
     assert not felt.verdict.back.isVisible()
     felt.verdict.feel.setFocus()
     felt.verdict.feel.click()
-    assert window.focusWidget() is felt.verdict.back  # no number box, which would take the next digit
+    assert window.focusWidget() is felt.verdict.back  # a number box would take the next digit
     assert studio.environment.key == "spring"
     assert studio.values["stiffness"] == pytest.approx(198.0)
     assert studio.values["damping"] == 2.0
@@ -75,7 +73,7 @@ def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_eve
     felt.turn(1.3)
     settled(felt, qtbot)
     assert state(studio) == before
-    # every failure of the library, and one into an environment that is still compiled
+    # every failure of the library, and one in an environment that is still compiling
     before, feel, ready = state(studio), Feel(studio), []
     for key, failure in failures().items():
         if failure.live is not None:
@@ -95,9 +93,7 @@ def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_eve
 
 
 @pytest.mark.slow
-def test_what_a_person_changes_takes_the_failure_out_and_what_is_refused_changes_nothing(
-    felt, window, qtbot, monkeypatch
-):
+def test_a_person_takes_the_failure_out_and_a_refusal_changes_nothing(felt, window, qtbot, monkeypatch):
     studio, before = window.studio, state(window.studio)
     for change in (
         lambda: studio.set_value("stiffness", 50.0),
@@ -127,8 +123,8 @@ def test_what_a_person_changes_takes_the_failure_out_and_what_is_refused_changes
     felt.list.choose("step")
     assert felt.verdict.back.isVisible()
     felt.verdict.back.click()
-    assert state(studio) == ("puck", *before[1:])  # the scene that was chosen since stays
-    # a loop that refuses, and a device that is not simulated
+    assert state(studio) == ("puck", *before[1:])  # the scene chosen meanwhile stays
+    # a loop that refuses, and a device with a motor
     felt.list.choose("grows")
     before = state(studio)
     wrong = live(300.0, {"damping": 2.0})
@@ -148,7 +144,7 @@ def test_what_a_person_changes_takes_the_failure_out_and_what_is_refused_changes
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("share", "swings"), [(0.99, False), (1.9, True)])
-def test_a_spring_pulled_and_let_go_does_what_the_advice_says(window, qtbot, share, swings):
+def test_a_pulled_and_released_spring_behaves_as_the_advice_says(window, qtbot, share, swings):
     failure, studio = failures()["sampled_spring"], window.studio
     case = failure.case()
     live = failure.live(share * failure.limit(case), case)
@@ -162,7 +158,7 @@ def test_a_spring_pulled_and_let_go_does_what_the_advice_says(window, qtbot, sha
         return seen
 
     studio.move_hand(0.035)
-    # against the motor's 3 N a medium grip stays 15 mm behind
+    # against the motor's 3 N a medium grip lags 15 mm behind
     qtbot.waitUntil(lambda: max(places(), default=0.0) > 0.0195)
     studio.move_hand(None)
     start = len(places())

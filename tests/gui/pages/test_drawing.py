@@ -1,4 +1,4 @@
-"""A drawing in the window: in the theme's colours, drawn while it is seen, pointed at and dragged."""
+"""A drawing in the window: theme colours, drawn while visible, pointer, clicks and drags."""
 
 import subprocess
 import sys
@@ -15,7 +15,7 @@ from tests.gui.pages.drawing_support import click, drawn, point, spot
 
 @pytest.fixture
 def drawing(qtbot):
-    """Return a shown drawing of 0..10 by 0..100 whose one point can be moved."""
+    """Return a visible drawing of 0..10 by 0..100 with one animated point."""
     made = Drawing("Chart of up over across")
     qtbot.addWidget(made)
     made.resize(640, 420)
@@ -35,13 +35,13 @@ def drawing(qtbot):
 
 
 def seen(drawing, x, y):
-    """Return the colour at a point as it is on the screen."""
+    """Return the colour on the screen at a point."""
     place = spot(drawing, x, y)
     return drawing.canvas.grab().toImage().pixelColor(place).name().upper()
 
 
 @pytest.mark.slow
-def test_matplotlib_waits_for_a_view():
+def test_matplotlib_is_imported_with_the_first_view():
     code = "import sys, hapkit_studio.gui.shell.window, hapkit_studio.gui.pages as t; t.discover()"
     code += "; print('matplotlib' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -49,7 +49,7 @@ def test_matplotlib_waits_for_a_view():
 
 
 @pytest.mark.slow
-def test_it_is_drawn_in_the_colours_of_the_theme(drawing):
+def test_it_is_drawn_in_the_theme_colours(drawing):
     for mode in ("light", "dark", "contrast"):
         theme.set_mode(mode)
         drawn(drawing)
@@ -58,14 +58,14 @@ def test_it_is_drawn_in_the_colours_of_the_theme(drawing):
 
 
 @pytest.mark.slow
-def test_out_of_date_it_is_paler(drawing):
+def test_an_outdated_drawing_is_paler(drawing):
     drawing.fade()
     drawn(drawing)
     assert seen(drawing, 5.0, 50.0) not in (table("light")["danger"], table("light")["plot"])
 
 
 @pytest.mark.slow
-def test_nobody_looks_nothing_is_drawn(drawing, qapp, capfd):
+def test_a_hidden_drawing_is_not_drawn(drawing, qapp, capfd):
     drawing.hide()
     before = drawing.count
     theme.set_mode("dark")
@@ -79,7 +79,7 @@ def test_nobody_looks_nothing_is_drawn(drawing, qapp, capfd):
 
 
 @pytest.mark.slow
-def test_what_moves_is_drawn_alone(drawing):
+def test_only_animated_artists_are_redrawn(drawing):
     before = drawing.count
     drawing.moving[0].set_data([2.0], [20.0])
     drawing.follow()
@@ -91,7 +91,7 @@ def test_what_moves_is_drawn_alone(drawing):
     assert picture.pixelColor(at) == theme.color("danger")
 
 
-def test_a_click_comes_in_the_units_of_the_axes(drawing):
+def test_a_click_is_emitted_in_axis_units(drawing):
     heard = []
     drawing.clicked.connect(lambda x, y: heard.append((x, y)))
     click(drawing, 5.0, 50.0)
@@ -101,7 +101,7 @@ def test_a_click_comes_in_the_units_of_the_axes(drawing):
     assert len(heard) == 1
 
 
-def test_a_drag_goes_on_in_the_axes_of_its_press_and_ends_at_their_edge(drawing):
+def test_a_drag_continues_in_the_axes_of_its_press_and_ends_at_their_edge(drawing):
     heard = []
     drawing.dragged.connect(lambda x, y: heard.append((x, y)))
     begin, end = spot(drawing, 5.0, 50.0), spot(drawing, 5.0, 60.0)
@@ -118,7 +118,7 @@ def test_a_drag_goes_on_in_the_axes_of_its_press_and_ends_at_their_edge(drawing)
     assert heard[-1] == pytest.approx((5.0, 100.0), rel=0.02)
 
 
-def test_the_point_within_reach_is_told(drawing):
+def test_the_point_within_reach_is_found(drawing):
     heard = []
     drawing.pointed.connect(
         lambda event: heard.append(event and drawing.near(event, [1.0, 5.0], [10.0, 50.0]))

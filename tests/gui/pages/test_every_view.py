@@ -1,4 +1,4 @@
-"""Every view: its tab, its menu entry with the key of its place, and its name in a lesson."""
+"""Every view: its tab, its menu entry with a shortcut, and its name in a lesson."""
 
 import pytest
 from PySide6.QtCore import Qt
@@ -14,7 +14,7 @@ PLACES = range(2, 9)  # Ctrl+1 shows Live, Ctrl+9 the law
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", VIEWS)
-def test_it_is_shown_by_its_tab_its_menu_entry_and_its_key_if_one_is_left(kept_idle_window, key):
+def test_every_view_has_a_tab_a_menu_entry_and_a_key_if_one_is_left(kept_idle_window, key):
     window, view, place = kept_idle_window, VIEWS[key], 2 + list(VIEWS).index(key)
     action, tabs = window.actions_by_key.qt[f"view.tab.{key}"], window.header.tabs
     assert tabs.tabText(place - 1) == action.text() == view.title
@@ -32,5 +32,5 @@ def test_it_is_shown_by_its_tab_its_menu_entry_and_its_key_if_one_is_left(kept_i
     assert view.title in {place for place, _words in texts._of_widgets(view.title, window.views.shown)}
 
 
-def test_a_lesson_may_name_each():
+def test_a_lesson_may_name_every_view():
     assert views() == ("live", *sorted(VIEWS))

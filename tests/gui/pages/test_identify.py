@@ -1,4 +1,4 @@
-"""The Identify view: the newest piece with the settings in force, both parts, a hand that shakes."""
+"""The Identify view: newest samples with the present settings, both parts, and the shaking hand."""
 
 import json
 import math
@@ -23,7 +23,7 @@ LEFT_OVER = "time, s (residual: the force that no term explains)"
 
 @pytest.fixture(autouse=True)
 def nothing_compiled(monkeypatch):
-    """Compile nothing in another program."""
+    """Prevent compiling in another program."""
     monkeypatch.setattr(prepare, "begin", lambda *_, **__: None)
 
 
@@ -48,7 +48,7 @@ def found():
         (599.6, 0.5, None, "info", "Stiffness: 599.6 ± 0.5 N/m."),
     ],
 )
-def test_a_tick_is_shown_only_where_the_interval_contains_what_was_set(
+def test_a_check_mark_requires_that_the_interval_contains_the_set_value(
     page, found, value, half, asked, sign, said
 ):
     one = Estimate("stiffness", value, half, asked, asked)
@@ -58,7 +58,7 @@ def test_a_tick_is_shown_only_where_the_interval_contains_what_was_set(
 
 
 @pytest.mark.slow
-def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
+def test_each_part_shows_its_terms_and_before_that_an_instruction(page, found):
     assert page.answer.words.text() == "Move the handle or press Shake, then identify what was rendered."
     assert "press Identify" in page.how.text()
     page.press()
@@ -103,7 +103,7 @@ def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
 
 
 @pytest.mark.slow
-def test_before_anything_was_identified_an_example_invites(page, found, qtbot):
+def test_before_the_first_result_an_example_is_shown(page, found, qtbot):
     qtbot.waitUntil(page.chart.isVisible)
     assert page.how.isVisible()
     assert "example" in page.how.text()
@@ -121,7 +121,7 @@ def test_before_anything_was_identified_an_example_invites(page, found, qtbot):
 
 
 @pytest.mark.slow
-def test_words_fit_and_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
+def test_texts_fit_and_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
     studio = idle_window.studio
     idle_window.resize(1280, 720)
     page._fresh.begin()
@@ -149,7 +149,7 @@ def test_words_fit_and_a_result_of_other_settings_is_out_of_date(page, found, id
 
 
 @pytest.mark.slow
-def test_it_is_saved_and_a_low_window_keeps_the_upper_axes(page, found, idle_window, qapp, tmp_path):
+def test_it_is_exported_and_a_low_window_keeps_the_upper_axes(page, found, idle_window, qapp, tmp_path):
     page.show_result(found)
     write(tmp_path / "found.json", *page.exports())
     written = json.loads((tmp_path / "found.json").read_text())
@@ -167,7 +167,7 @@ def test_it_is_saved_and_a_low_window_keeps_the_upper_axes(page, found, idle_win
 
 
 @pytest.mark.slow
-def test_shaking_ends_in_what_was_rendered(window, qtbot):
+def test_shaking_ends_with_a_result(window, qtbot):
     window.live.start()
     window.studio.choose("spring")
     qtbot.waitUntil(lambda: window.studio.environment.key == "spring")
@@ -184,17 +184,17 @@ def test_shaking_ends_in_what_was_rendered(window, qtbot):
     assert page.found.rendered["damping"].value == pytest.approx(-0.1, abs=0.02)
     assert page.found.handle["mass"].value == pytest.approx(0.094, rel=0.05)
     assert page.shaking.text() == "Shake"
-    # what comes after the piece was taken is no part of it, however late the thread begins
+    # rows that arrive after the samples were taken are not included, however late the thread starts
     take = newest_samples(window.studio, window.live, 2.0)
     first, reader = take(), window.studio.engine.reader()
     qtbot.waitUntil(lambda: len(reader.read()) > 0)
     np.testing.assert_array_equal(take().position, first.position)
     np.testing.assert_array_equal(take().time, first.time)
-    # rows from before a change of settings are another piece
+    # rows before a change of settings are not included
     window.studio.set_values({"stiffness": 100.0})
     with pytest.raises(StudioError, match=r"Only 0\.\d s since the settings changed"):
         newest_samples(window.studio, window.live, math.inf)()
-    # nobody has held the handle since
+    # no hand has held the handle since
     window.live.tick()
     qtbot.waitUntil(lambda: window.live.history.now > window.live.history.changes[-1] + 0.5)
     assert (first.setup.grip, newest_samples(window.studio, window.live, 0.3)().setup.grip) == (MEDIUM, None)
@@ -214,13 +214,13 @@ PADDLE = Handle(0.044, 0.5, 0.1)
         (Setup(handle=PADDLE, grip=MEDIUM), True, "N/m, and let go"),
     ],
 )
-def test_the_hand_is_named_as_it_was(setup, released, hand):
-    """A real Hapkit's is not known, unless a person says that there is none."""
+def test_the_grip_of_the_samples_is_named(setup, released, hand):
+    """A real Hapkit's hand is unknown unless the user states that there is none."""
     assert hand in dict(conditions(setup, released))["Hand"]
 
 
 @pytest.mark.slow
-def test_the_hand_shakes_about_the_surface_until_a_stop_or_another_view_lets_go(window, qtbot):
+def test_the_hand_shakes_at_the_surface_until_a_stop_or_another_view(window, qtbot):
     window.views.show("identify")
     page = window.views.page("identify")
     places = np.array([page.hand_target(t) for t in np.arange(0.0, 10.0, 0.01)])

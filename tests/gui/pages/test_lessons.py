@@ -1,4 +1,4 @@
-"""The view Lessons: the list, a step's scene and locks, checks on live data, answers, and what is kept."""
+"""The view Lessons: list, scene and locks of a step, checks on live data, answers, stored progress."""
 
 import itertools
 
@@ -74,7 +74,7 @@ text = "What did you feel?"
 
 @pytest.fixture
 def page(kept_window, home):
-    """Return the page of lessons in a running window, in its list."""
+    """Return the list of lessons in a running window."""
     kept_window.views.show("lessons")
     found = kept_window.views.page("lessons")
     found.choose_folder("")
@@ -86,7 +86,7 @@ def page(kept_window, home):
 
 @pytest.fixture
 def small(page, home):
-    """Return the page with a lesson of the instructor's folder open."""
+    """Return the page with an open lesson from the instructor's folder."""
     folder = home / "own"
     folder.mkdir()
     (folder / "small.md").write_text(SMALL, encoding="utf-8")
@@ -96,7 +96,7 @@ def small(page, home):
 
 
 def move_until(window, qtbot, done):
-    """Move the simulated hand 24 mm to and fro until something holds."""
+    """Move the simulated hand 24 mm back and forth until ``done()``."""
     targets = itertools.cycle([0.012] * 20 + [-0.012] * 20)
 
     def moved():
@@ -116,7 +116,7 @@ def test_every_lesson_has_a_row_that_opens_it(page, kept_window):
 
 
 @pytest.mark.parametrize("key", library().lessons)
-def test_each_step_of_each_lesson_is_shown_with_its_scene_in_force(page, kept_window, key):
+def test_each_step_of_each_lesson_shows_its_scene(page, kept_window, key):
     page.open(key)
     studio = kept_window.studio
     for at, step in enumerate(page.player.lesson.steps):
@@ -131,7 +131,7 @@ def test_formulas_are_pictures_and_html_in_a_lesson_is_text(small):
     assert not [text for text in texts if "<code" in text or "<b>no" in text]
 
 
-def test_what_a_step_locks_and_hides_is_locked_and_hidden_until_it_is_left(small, kept_window):
+def test_locks_and_hidden_parts_of_a_step_last_until_it_is_left(small, kept_window):
     window, studio = kept_window, kept_window.studio
     with pytest.raises(ParameterError, match="locked by the lesson"):
         studio.set_value("stiffness", 100.0)
@@ -149,10 +149,10 @@ def test_what_a_step_locks_and_hides_is_locked_and_hidden_until_it_is_left(small
     assert window.panel.parameters.isVisible()
     window.views.show("stability")
     assert window.views.key == "stability"
-    assert small.isVisible()  # an open lesson stays beside every view
+    assert small.isVisible()  # an open lesson stays visible beside every view
 
 
-def test_leaving_a_lesson_puts_everything_back(page, kept_window):
+def test_leaving_a_lesson_restores_everything(page, kept_window):
     studio = kept_window.studio
     studio.set_value("stiffness", 420.0)
     studio.set_loop(delay=0.003, hand="firm")
@@ -185,8 +185,8 @@ def test_answers_are_judged_in_a_sentence(small):
     assert number.words.text() == "305 N/m: correct."
 
 
-def test_a_check_is_evaluated_on_what_comes_and_its_interval_is_marked(small, kept_window, qtbot):
-    """The words before say what is missing; nothing has to be pressed to record."""
+def test_a_check_uses_live_data_and_marks_its_interval(small, kept_window, qtbot):
+    """A text says what is missing; the user does not have to press Record."""
     window, task = kept_window, small.tasks["1.1"]
     move_until(window, qtbot, lambda: "correct" in task.words.text())
     assert task.words.text().startswith("Travel ")
@@ -199,7 +199,7 @@ def test_a_check_is_evaluated_on_what_comes_and_its_interval_is_marked(small, ke
     assert file_of(small.player.lesson).exists()
 
 
-def test_answers_step_and_checks_are_there_again_after_a_restart(small, kept_window, qtbot):
+def test_answers_step_and_checks_are_restored_after_a_restart(small, kept_window, qtbot):
     window = kept_window
     small.tasks["1.2"].options[1].click()
     move_until(window, qtbot, lambda: "correct" in small.tasks["1.1"].words.text())
@@ -217,7 +217,7 @@ def test_answers_step_and_checks_are_there_again_after_a_restart(small, kept_win
     assert "correct" in small.tasks["1.1"].words.text()
 
 
-def test_a_lesson_with_a_mistake_is_one_line_and_the_others_stay(page, home):
+def test_an_invalid_lesson_shows_one_line_and_the_others_stay(page, home):
     (home / "wrong.md").write_text(SMALL.replace('measure = "travel"', 'measure = "taste"'), encoding="utf-8")
     (home / "right.md").write_text(SMALL, encoding="utf-8")
     page.choose_folder(str(home))
@@ -240,7 +240,7 @@ def test_next_and_back_have_keys(small, kept_window):
     assert not window.actions_by_key.qt["teach.lesson_next"].isEnabled()
 
 
-def test_tab_goes_through_a_step_in_its_order(small):
+def test_tab_follows_the_order_of_a_step(small):
     wanted = [
         small.back_to_list, *small.dots, *small.tasks["1.2"].options, small.tasks["1.3"].field,
         small.again, small.next,
@@ -253,7 +253,7 @@ def test_tab_goes_through_a_step_in_its_order(small):
     assert found[: len(wanted)] == wanted
 
 
-def test_closing_the_window_in_a_lesson_stores_the_settings_from_before(make_window, qtbot, home):
+def test_closing_the_window_in_a_lesson_stores_the_previous_settings(make_window, qtbot, home):
     from tests.gui.window_support import SIMULATED
 
     window = make_window()

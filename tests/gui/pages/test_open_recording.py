@@ -15,7 +15,7 @@ from tests.gui.window_support import sheets
 
 @pytest.fixture(autouse=True)
 def nothing_compiled(monkeypatch):
-    """Compile nothing in another program."""
+    """Prevent compiling in another program."""
     monkeypatch.setattr(prepare, "begin", lambda *_, **__: None)
 
 
@@ -29,14 +29,14 @@ def window(kept_idle_window):
 
 @pytest.fixture
 def lab(tmp_path):
-    """Return a recording of another program: 210 N/m about 2 mm, force in mN."""
+    """Return a foreign recording of a spring of 210 N/m with its centre at 2 mm, force in mN."""
     path = tmp_path / "lab.csv"
     path.write_text(foreign())
     return path
 
 
 def choose(window, path):
-    """Choose a file in the dialog that asks for one."""
+    """Choose a file in the open file dialog."""
     dialog = next(d for d in window.findChildren(QFileDialog) if d.isVisible())
     assert not dialog.isModal()
     dialog.fileSelected.emit(str(path))
@@ -44,14 +44,14 @@ def choose(window, path):
 
 
 def columns_sheet(window, qtbot):
-    """Return the dialog on columns once it is there."""
+    """Return the dialog of the columns once it is open."""
     found = lambda: [sheet for sheet in sheets(window) if isinstance(sheet, ColumnsDialog)]  # noqa: E731
     qtbot.waitUntil(lambda: bool(found()))
     return found()[-1]
 
 
 @pytest.mark.slow
-def test_a_table_of_another_program_is_held_in_the_plots_once_its_columns_are_named(window, qtbot, lab):
+def test_a_foreign_table_is_held_in_the_plots_after_naming_its_columns(window, qtbot, lab):
     window.views.show("identify")
     window.actions_by_key.run("view.hold_file")
     choose(window, lab)
@@ -71,20 +71,20 @@ def test_a_table_of_another_program_is_held_in_the_plots_once_its_columns_are_na
     assert trace.time[[0, -1]] == pytest.approx([-2.999, 0.0], abs=2e-3)
     t = trace.time + 2.999
     x = 8e-3 * np.sin(2.0 * np.pi * 0.83 * t) + 4e-3 * np.sin(2.0 * np.pi * 2.37 * t + 1.0)
-    assert trace.values["position"] == pytest.approx(x, abs=2e-4)  # of a column's width
+    assert trace.values["position"] == pytest.approx(x, abs=2e-4)  # tolerance: width of a column
     v = trace.values["velocity"]
     assert trace.values["applied_force"] == pytest.approx(
         -210.0 * (trace.values["position"] - 2e-3) - 1.5 * v, abs=0.03
     )
     low, high = next(c for c in window.centre.time.canvases if c.plot_of.key == "force").view.viewRange()[1]
     assert low < trace.values["applied_force"].min() < trace.values["applied_force"].max() < high
-    # chosen once, the same columns need not be named again
+    # the same columns need not be named again
     window.opener.open(str(lab))
     qtbot.waitUntil(lambda: bool([sheet for sheet in sheets(window) if isinstance(sheet, ColumnsDialog)]))
     assert str(columns_sheet(window, qtbot).columns["force"]) == "F:mN"
 
 
-def test_four_samples_of_the_studios_own_names_are_held_without_asking(window, qtbot, tmp_path):
+def test_a_table_with_the_studio_column_names_is_held_without_asking(window, qtbot, tmp_path):
     path = tmp_path / "few.csv"
     path.write_text("time_s,position_m,force_applied_N\n0,0,0\n0.001,0.0001,-0.03\n0.002,0.0002,-0.06\n")
     window.opener.open(str(path))
@@ -101,7 +101,7 @@ def test_four_samples_of_the_studios_own_names_are_held_without_asking(window, q
         ("nothing", "bad.csv has 0 rows of numbers"),
     ],
 )
-def test_what_cannot_be_read_is_said_in_a_banner(window, qtbot, tmp_path, text, words):
+def test_an_unreadable_file_is_reported_in_a_banner(window, qtbot, tmp_path, text, words):
     path = tmp_path / "bad.csv"
     path.write_text(text)
     window.opener.open(str(path))
@@ -112,7 +112,7 @@ def test_what_cannot_be_read_is_said_in_a_banner(window, qtbot, tmp_path, text, 
     assert not window.centre.held.traces
 
 
-def test_the_dialog_opens_only_once_each_column_is_chosen_and_none_twice(window, qtbot, tmp_path):
+def test_the_dialog_opens_the_file_only_once_each_column_is_chosen_once(window, qtbot, tmp_path):
     path = tmp_path / "odd.csv"
     path.write_text("a;b;c\n0;1;2\n1;2;3\n")
     window.opener.open(str(path))
@@ -136,7 +136,7 @@ def test_the_dialog_opens_only_once_each_column_is_chosen_and_none_twice(window,
 
 
 @pytest.mark.slow
-def test_a_file_is_identified_whatever_is_set_in_the_window(window, qtbot, lab, tmp_path):
+def test_a_file_is_identified_independently_of_the_window_settings(window, qtbot, lab, tmp_path):
     window.views.show("identify")
     page = window.views.page("identify")
     assert page.released.isHidden()
@@ -156,7 +156,7 @@ def test_a_file_is_identified_whatever_is_set_in_the_window(window, qtbot, lab, 
     window.resize(1280, 720)
     window.grab()
     assert cut_off(page) == cut_off(page.side) == []
-    # no setting of the window was in force
+    # no setting of the window is used
     window.studio.set_value("stiffness", 123.0)
     assert page.answer.words.text().startswith("Stiffness: 210.")
     # of the handle it tells something once no hand holds it
@@ -167,7 +167,7 @@ def test_a_file_is_identified_whatever_is_set_in_the_window(window, qtbot, lab, 
     qtbot.waitUntil(lambda: page.found is not first)
     assert page.found.handle.estimates
     page.released.click()
-    # a session, with what was set then
+    # a session, with its settings
     hs.simulate("spring", {"stiffness": 300.0}, hand="shake", seconds=2.0).save(tmp_path / "felt.hapkit")
     page.opener.open(str(tmp_path / "felt.hapkit"))
     qtbot.waitUntil(lambda: page.side.words.text() == "From “felt.hapkit”.")
@@ -177,7 +177,7 @@ def test_a_file_is_identified_whatever_is_set_in_the_window(window, qtbot, lab, 
 
 
 @pytest.mark.slow
-def test_why_a_file_cannot_be_identified_is_said_beside_the_button(window, qtbot, tmp_path):
+def test_a_file_that_cannot_be_identified_gives_the_reason_beside_the_button(window, qtbot, tmp_path):
     window.views.show("identify")
     page = window.views.page("identify")
     path = tmp_path / "few.csv"

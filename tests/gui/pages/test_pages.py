@@ -1,4 +1,4 @@
-"""The views beside Live: built when shown, room and panel shared, work in a thread that can be cancelled."""
+"""The views beside Live: built when first shown, side panels, and jobs that can be cancelled."""
 
 import json
 import threading
@@ -17,7 +17,7 @@ from hapkit_studio.gui.state.background import Job
 
 
 class Plain(Page):
-    """A page with a side of its own that counts how often it comes and goes."""
+    """A page with its own side panel that counts how often it is shown and hidden."""
 
     def __init__(self, studio, live):
         super().__init__()
@@ -33,7 +33,7 @@ class Plain(Page):
         self.ended = True
 
 
-def test_a_page_is_built_when_it_is_first_shown_and_ends_with_the_window(monkeypatch, make_window):
+def test_a_page_is_built_when_first_shown_and_ends_with_the_window(monkeypatch, make_window):
     library = {
         "first": View("first", "First", 1, Plain),
         "second": View("second", "Second", 2, Plain, scene=False),
@@ -72,7 +72,7 @@ def test_a_page_is_built_when_it_is_first_shown_and_ends_with_the_window(monkeyp
     assert page.ended
 
 
-def test_a_tab_pressed_gives_the_keyboard_to_what_it_shows(monkeypatch, make_window):
+def test_pressing_a_tab_moves_the_focus_to_its_page(monkeypatch, make_window):
     monkeypatch.setattr(pages, "discover", lambda: {"alone": View("alone", "Alone", 1, Plain, scene=False)})
     window = make_window()
     for index, part in ((1, lambda: window.views.page("alone")), (0, lambda: window.centre.scene)):
@@ -89,7 +89,7 @@ def job(qtbot):
     made.end()
 
 
-def test_work_tells_its_progress_and_hands_over_its_result(job, qtbot):
+def test_a_job_reports_progress_and_delivers_its_result(job, qtbot):
     heard = []
     job.progressed.connect(lambda done, of: heard.append((done, of)))
     with qtbot.waitSignal(job.finished) as result:
@@ -100,7 +100,7 @@ def test_work_tells_its_progress_and_hands_over_its_result(job, qtbot):
 
 
 @pytest.mark.parametrize("newer", [False, True], ids=["cancelled", "replaced"])
-def test_work_that_is_over_ends_at_its_next_word_and_delivers_nothing(job, qtbot, qapp, newer):
+def test_a_cancelled_job_ends_at_its_next_progress_and_delivers_nothing(job, qtbot, qapp, newer):
     go_on, ended, heard = threading.Event(), threading.Event(), []
 
     def work(progress):
@@ -127,7 +127,7 @@ def test_work_that_is_over_ends_at_its_next_word_and_delivers_nothing(job, qtbot
     assert heard == ["new"] * newer
 
 
-def test_an_error_is_said_and_a_defect_too(job, qtbot, capsys):
+def test_errors_and_defects_of_a_job_are_reported(job, qtbot, capsys):
     def refuse(progress):
         raise ParameterError("The rate must be more than 0 Hz.")
 
@@ -156,7 +156,7 @@ def test_the_same_button_runs_and_cancels(job, qtbot):
     assert bar.export.isEnabled()
 
 
-def test_many_words_take_a_line_of_their_own_and_enter_presses(job, shared_window):
+def test_a_long_status_has_its_own_line_and_enter_presses_the_button(job, shared_window):
     bar, heard = RunBar(job), []
     bar.setParent(shared_window)
     bar.resize(700, bar.sizeHint().height())
@@ -173,7 +173,7 @@ def test_many_words_take_a_line_of_their_own_and_enter_presses(job, shared_windo
     bar.deleteLater()
 
 
-def test_the_e_stop_is_within_reach_while_a_file_is_named(shared_window):
+def test_the_e_stop_can_be_reached_while_a_file_dialog_is_open(shared_window):
     page = shared_window.views.page("accuracy").needs
     page.export()
     dialog = page.findChild(QFileDialog)
@@ -185,9 +185,7 @@ def test_the_e_stop_is_within_reach_while_a_file_is_named(shared_window):
     shared_window.studio.release_stop()
 
 
-def test_a_file_is_written_in_a_thread_and_what_went_wrong_is_said(
-    shared_window, monkeypatch, qtbot, tmp_path
-):
+def test_a_file_is_written_in_a_thread_and_errors_are_shown(shared_window, monkeypatch, qtbot, tmp_path):
     page, taken = shared_window.views.page("accuracy").needs, []
     monkeypatch.setattr(measuring, "choose_file", lambda *given, save_as: taken.append((given[3], save_as)))
     monkeypatch.setattr(page, "exports", lambda: (lambda path: None, lambda: {"found": 1.5}))

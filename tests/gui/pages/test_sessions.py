@@ -1,4 +1,4 @@
-"""The page of sessions: found again, looked at, exported, deleted; what cannot be read is said in its row."""
+"""The page Sessions: listing, viewing, exporting, deleting; unreadable files are explained in their rows."""
 
 import json
 import os
@@ -33,7 +33,7 @@ from tests.sessions.test_overview import motion, write
 
 @pytest.fixture
 def page(shared_window, qtbot, home):
-    """Return the page in sight with three sessions, of which one cannot be read, and another file."""
+    """Return the visible page with three sessions, one of them unreadable, and another file."""
     folder().mkdir()
     write(folder() / "friction in the lab.hapkit", motion(2.0))
     write(folder() / "Wall to its limit.hapkit", motion(1.0))
@@ -43,7 +43,7 @@ def page(shared_window, qtbot, home):
     shown.search.clear()
     shown._others.clear()
     shared_window.views.show("sessions")
-    shown.load()  # what the folder holds now, also where the page was in sight already
+    shown.load()  # reads the folder again if the page was visible already
     qtbot.waitUntil(lambda: not shown._reading.running)
     yield shown
     shared_window.views.show("live")
@@ -54,14 +54,14 @@ def listed(page):
 
 
 def choose(page, name):
-    """Choose a row by a click."""
+    """Select a row with a click."""
     row = [texts[0] for texts in page.table.texts()[1:]].index(name)
     if page.table.currentIndex().row() != row:
         place = page.table.visualRect(page.table.model().index(row, 0)).center()
         QTest.mouseClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
 
 
-def test_the_folder_is_listed_and_what_cannot_be_read_says_why(page):
+def test_the_folder_is_listed_and_unreadable_files_say_why(page):
     assert listed(page) == {"friction in the lab", "Wall to its limit", "broken"}
     choose(page, "broken")
     assert page.side.words.text() == "broken.hapkit is no session of the studio."
@@ -79,7 +79,7 @@ def test_the_folder_is_listed_and_what_cannot_be_read_says_why(page):
     assert page.chart.isVisible()
 
 
-def test_a_search_finds_what_has_every_word_and_only_what_is_new_is_read_again(page, qtbot, monkeypatch):
+def test_a_search_needs_every_word_and_only_new_files_are_read(page, qtbot, monkeypatch):
     whole = {"friction in the lab", "Wall to its limit"}
     for words, found in (
         ("LIMIT wall", {"Wall to its limit"}),
@@ -140,14 +140,14 @@ def test_an_export_holds_the_samples_with_the_decimal_mark_that_was_chosen(page,
     assert page.status.property("role") == "error"
 
 
-def test_a_session_from_anywhere_joins_the_list_and_is_chosen(page, qtbot, tmp_path):
+def test_a_session_from_any_folder_joins_the_list_and_is_chosen(page, qtbot, tmp_path):
     write(tmp_path / "from a friend.hapkit", motion(1.0))
     page.open_other(str(tmp_path / "from a friend.hapkit"))
     qtbot.waitUntil(lambda: page.chosen is not None and page.chosen.path.stem == "from a friend")
     assert len(listed(page)) == 4
 
 
-def test_sessions_from_elsewhere_are_found_again_while_they_are_there(page, tmp_path):
+def test_existing_sessions_from_other_folders_are_listed_again(page, tmp_path):
     kept = [tmp_path / f"{number}.hapkit" for number in range(12)]
     for path in kept:
         path.touch()
@@ -158,7 +158,7 @@ def test_sessions_from_elsewhere_are_found_again_while_they_are_there(page, tmp_
 
 @pytest.mark.slow
 @pytest.mark.parametrize("way", ["button", "double click", "enter"])
-def test_a_replay_begins_in_the_live_view(page, shared_window, qtbot, way):
+def test_a_replay_starts_in_the_live_view(page, shared_window, qtbot, way):
     choose(page, "friction in the lab")
     if way == "button":
         QTest.mouseClick(page.replay, Qt.MouseButton.LeftButton)
@@ -177,15 +177,15 @@ def test_a_replay_begins_in_the_live_view(page, shared_window, qtbot, way):
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [pytest.param((1920, 1080), marks=pytest.mark.slow), (800, 560)])
 def test_nothing_is_cut_off(page, shared_window, qapp, size):
-    QTest.keyClicks(page.search, "wall")  # also of the field's clear button, which fades away late
+    QTest.keyClicks(page.search, "wall")  # also the field's clear button, which fades out slowly
     resize(qapp, shared_window, size)
     assert cut_off(shared_window) == []
     assert all(button.isVisible() for button in page.findChildren(QPushButton) if button.text())
     resize(qapp, shared_window, (1440, 900))
 
 
-def test_what_happened_ends_between_two_lines(page, shared_window, qapp):
-    """Twenty lines, which are one form, are more than there is room for."""
+def test_the_list_of_events_ends_between_two_lines(page, shared_window, qapp):
+    """Twenty lines in one form are higher than the panel."""
     page.happened.show_pairs([(f"{number} s", "stiffness 300 → 350 N/m") for number in range(20)])
     bottom = page.side.viewport()
     for height in range(720, 760, 4):  # a line is about 20 high
@@ -199,7 +199,7 @@ def test_what_happened_ends_between_two_lines(page, shared_window, qapp):
     resize(qapp, shared_window, (1440, 900))
 
 
-def test_what_is_deleted_goes_to_the_bin_and_from_the_list(page, shared_window, qtbot, monkeypatch):
+def test_a_deleted_session_is_moved_to_the_trash_and_leaves_the_list(page, shared_window, qtbot, monkeypatch):
     def to_bin(name):
         (folder() / name.rpartition("/")[2]).rename(folder().parent / "bin")
         return True
@@ -218,11 +218,11 @@ def dialog_of(window, kind):
 
 
 def finished(page, qtbot):
-    """Wait until what was begun is done, and the list read again."""
+    """Wait until the job is done and the list is read again."""
     qtbot.waitUntil(lambda: not (page._changing.running or page._reading.running))
 
 
-def test_a_session_is_renamed_by_f2_and_stays_chosen(page, shared_window, qtbot):
+def test_a_session_is_renamed_with_f2_and_stays_chosen(page, shared_window, qtbot):
     choose(page, "friction in the lab")
     for name, said in (("Wall to its limit", "exists already"), ("a/b", "A name holds none of")):
         shared_window.activateWindow()
@@ -245,7 +245,7 @@ def test_a_session_is_renamed_by_f2_and_stays_chosen(page, shared_window, qtbot)
 
 
 def kill(name):
-    """Leave the files of a recording whose program was killed in the folder; return what was recorded."""
+    """Leave the files of a recording whose program was killed in the folder; return the recorded data."""
     elsewhere = folder().parent / "killed"
     elsewhere.mkdir()
     made = written(elsewhere / name, 5, close=False)
@@ -255,7 +255,7 @@ def kill(name):
 
 
 @pytest.mark.slow
-def test_a_recording_that_was_not_ended_says_so_and_is_saved_as_one_complete_file(
+def test_an_unfinished_recording_says_so_and_can_be_saved_as_a_complete_file(
     page, shared_window, qtbot, tmp_path, monkeypatch
 ):
     made = kill("killed.hapkit")
@@ -293,7 +293,7 @@ def test_a_recording_that_was_not_ended_says_so_and_is_saved_as_one_complete_fil
 
 
 @pytest.mark.slow
-def test_files_that_are_damaged_hide_no_other(page, qtbot):
+def test_damaged_files_hide_no_other_file(page, qtbot):
     whole = (folder() / "Wall to its limit.hapkit").read_bytes()
     for seed in range(40):
         (folder() / f"{seed}.hapkit").write_bytes(whole)
@@ -301,7 +301,7 @@ def test_files_that_are_damaged_hide_no_other(page, qtbot):
     name = f"esc{ESCAPES}.hapkit"
     (folder() / name).write_bytes(whole)
     set_value(folder() / name, "event", 1, "what", json.dumps({"device": ESCAPES + 200 * "W"}))
-    os.utime(folder() / name, (1e11, 1e11))  # in the year 5138, or what the file system makes of it
+    os.utime(folder() / name, (1e11, 1e11))  # in the year 5138, or what the file system stores instead
     page.load()
     finished(page, qtbot)
     assert len(listed(page)) == 3 + 40 + 1
@@ -313,7 +313,7 @@ def test_files_that_are_damaged_hide_no_other(page, qtbot):
 
 
 @pytest.mark.slow
-def test_long_words_from_a_file_leave_room_for_the_others(page, shared_window, qtbot, qapp):
+def test_long_words_from_a_file_leave_space_for_others(page, shared_window, qtbot, qapp):
     path = folder() / f"{'W' * 120}.hapkit"
     write(path, motion(1.0))
     set_value(path, "event", 1, "what", json.dumps({"device": "D" * 200}))
@@ -332,7 +332,7 @@ def test_long_words_from_a_file_leave_room_for_the_others(page, shared_window, q
 
 
 @pytest.mark.slow
-def test_more_lines_than_anyone_reads_are_counted(page):
+def test_events_beyond_the_limit_are_counted(page):
     path = folder() / "many.hapkit"
     write(path, motion(1.0))
     with closing(SessionWriter.reopen(path)) as writer:
@@ -345,7 +345,7 @@ def test_more_lines_than_anyone_reads_are_counted(page):
 
 
 @pytest.mark.slow
-def test_open_is_an_action_from_any_view_that_lists_the_file(page, shared_window, qtbot, tmp_path):
+def test_open_lists_the_file_from_any_view(page, shared_window, qtbot, tmp_path):
     write(tmp_path / "from a friend.hapkit", motion(1.0))
     shared_window.views.show("live")
     assert not shared_window.actions_by_key.qt["session.rename"].isEnabled()
@@ -360,9 +360,7 @@ def test_open_is_an_action_from_any_view_that_lists_the_file(page, shared_window
     assert shared_window.actions_by_key.qt["session.rename"].isEnabled()
 
 
-def test_the_folder_that_is_recorded_into_is_chosen_in_the_window_and_kept(
-    page, shared_window, qtbot, tmp_path
-):
+def test_the_recording_folder_is_chosen_in_the_window_and_stored(page, shared_window, qtbot, tmp_path):
     usual, chosen = folder(), tmp_path / "Gruppe 3"
     chosen.mkdir()
     write(chosen / "ours.hapkit", motion(1.0))
@@ -384,7 +382,7 @@ def test_the_folder_that_is_recorded_into_is_chosen_in_the_window_and_kept(
     assert listed(page) == {"friction in the lab", "Wall to its limit", "broken"}
 
 
-def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
+def test_without_sessions_the_page_says_how_to_record_one(shared_window, qtbot, home):
     page = sessions.SessionsPage(shared_window.studio, shared_window.live)
     qtbot.addWidget(page)
     page._others.clear()
@@ -399,7 +397,7 @@ def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
 
 
 @pytest.mark.slow
-def test_a_note_is_kept_in_the_file_found_by_the_search_and_shown(page, shared_window, qtbot, capsys):
+def test_a_note_is_stored_in_the_file_and_found_by_the_search(page, shared_window, qtbot, capsys):
     path = folder() / "friction in the lab.hapkit"
     date = path.stat().st_mtime_ns
     choose(page, path.stem)

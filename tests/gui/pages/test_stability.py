@@ -1,4 +1,4 @@
-"""The stability map in the window: a dot that follows, clicks that set sliders, measuring."""
+"""The stability map in the window: the dot follows, clicks set sliders, measuring."""
 
 from dataclasses import replace
 
@@ -32,20 +32,20 @@ from tests.gui.window_support import PATIENCE_MS, put_back
 
 @pytest.fixture
 def window(kept_window):
-    """Return the window whose simulated device runs."""
+    """Return the window with the running simulated device."""
     return kept_window
 
 
 @pytest.fixture
 def wall_page(window, qtbot):
-    """Return the page in sight, with the wall and the loop that the window begins with."""
+    """Return the visible page with the wall and the loop of a new window."""
     page = window.views.page("stability")
     page.job._needs = ""
     page.hands.show_index(0)
     page.real.setChecked(False)
     page.lines, page.results.all = None, []
-    page._worker.forget()  # the same question may be asked again
-    page._worker._waiting.setInterval(PATIENCE_MS)  # on a busy machine answers come late
+    page._worker.forget()  # allows the same request again
+    page._worker._waiting.setInterval(PATIENCE_MS)  # answers are late on a busy machine
     page.bar.say("")
     page.chart.show_drawing(lambda _figure, _colors: ())
     window.views.show("stability")
@@ -54,21 +54,21 @@ def wall_page(window, qtbot):
 
 
 def in_force(window):
-    """Put a wall at 620 N/m and 2 N·s/m in force, iir, no delay."""
+    """Set a wall of 620 N/m and 2 N·s/m with the IIR filter and no delay."""
     window.studio.set_loop(estimator="iir")
     window.studio.set_values({"stiffness": 620.0, "damping": 2.0, "damping_mode": 1.0})
 
 
 @pytest.fixture
 def page(window, qtbot, request):
-    """Return the page in sight, with another wall and loop."""
+    """Return the visible page with a different wall and loop."""
     in_force(window)
     return request.getfixturevalue("wall_page")
 
 
 @pytest.fixture
 def alone(window, qtbot):
-    """Return a page by itself, which nobody sees and so draws nothing."""
+    """Return a page on its own, which is hidden and draws nothing."""
     in_force(window)
     made = stability.StabilityPage(window.studio, window.live)
     made.job._needs = ""
@@ -81,13 +81,13 @@ def alone(window, qtbot):
 
 
 def axes_of(page):
-    """Return the ends of the map's axes, across and up."""
+    """Return the upper ends of the map's axes."""
     (axes,) = drawn(page.chart)
     return axes.get_xlim()[1], axes.get_ylim()[1]
 
 
 @pytest.mark.slow
-def test_it_judges_the_loop_in_force_and_the_dot_follows_the_sliders(page, window, qtbot):
+def test_it_judges_the_present_loop_and_the_dot_follows_the_sliders(page, window, qtbot):
     setting, column = LoopSettings(estimator="iir"), page.verdict_column
     limits = hands(setting, 2.0)
     assert (page.lines.plane.setting, page.lines.plane.hands) == (setting, limits)
@@ -111,7 +111,7 @@ def test_it_judges_the_loop_in_force_and_the_dot_follows_the_sliders(page, windo
 
 
 @pytest.mark.slow
-def test_a_click_brings_both_sliders_there_and_undo_brings_both_back(page, window, qtbot):
+def test_a_click_sets_both_sliders_and_undo_restores_both(page, window, qtbot):
     studio, (width, top) = window.studio, axes_of(page)
     click(page.chart, 0.5 * width, 0.25 * top)
     assert studio.values["damping"] == pytest.approx(0.5 * width, abs=0.06 + 0.005 * width)
@@ -125,7 +125,7 @@ def test_a_click_brings_both_sliders_there_and_undo_brings_both_back(page, windo
 
 
 @pytest.mark.slow
-def test_the_pointer_reads_the_limit_and_dragging_takes_the_sliders_along_up_to_the_frame(page, window):
+def test_the_pointer_reads_the_limit_and_dragging_sets_the_sliders_up_to_the_frame(page, window):
     plane = page.lines.plane
     limit = float(plane.exact[60])
     here, there = reading(page.lines, float(plane.damping[60]), 0.5 * limit)
@@ -144,7 +144,7 @@ def test_the_pointer_reads_the_limit_and_dragging_takes_the_sliders_along_up_to_
 
 
 @pytest.mark.slow
-def test_its_sliders_are_hatched_as_the_panels_are(page, window, qtbot):
+def test_its_sliders_are_hatched_like_those_of_the_panel(page, window, qtbot):
     studio = window.studio
     studio.set_loop(estimator="difference", rate=300.0)
     studio.choose("spring")
@@ -161,7 +161,7 @@ def test_its_sliders_are_hatched_as_the_panels_are(page, window, qtbot):
 
 
 def damper_grows(setting, damping):
-    """Return whether a released handle grows with a sampled damper of N·s/m, from its exact discrete map."""
+    """Return whether a released handle grows with a sampled damper in N·s/m, from its exact discrete map."""
     dt, mass, own = setting.period, setting.mass, setting.viscous
     keeps = np.exp(-own * dt / mass)
     rolls = (1.0 - keeps) * mass / own  # m a m/s
@@ -194,7 +194,7 @@ def test_without_stiffness_the_limits_are_those_of_the_damping(wall_page, window
     assert "has no stiffness or damping to set" in wall_page.side.try_words.text()
 
 
-def test_every_limit_stands_beside_the_map_as_the_theory_has_it(wall_page):
+def test_every_limit_beside_the_map_agrees_with_theory(wall_page):
     setting, told = wall_page.lines.plane.setting, dict(wall_page.verdict_column.limits.pairs)
     bare = replace(setting, hand="released")
     (passive,), (held,) = passivity_line(bare, np.zeros(1)), friction_boundary(bare, np.zeros(1))
@@ -224,7 +224,7 @@ def test_which_parameters_a_click_sets(key, stiffness, damping):
 
 
 @pytest.mark.slow
-def test_a_puck_has_the_limits_of_handle_and_object_and_says_that_the_map_has_not(wall_page, window, qtbot):
+def test_a_puck_shows_the_limits_of_handle_and_object_which_the_map_does_not_have(wall_page, window, qtbot):
     window.studio.choose("puck")
     plane = follow(wall_page, qtbot)
     values, column = window.studio.values, wall_page.verdict_column
@@ -237,7 +237,7 @@ def test_a_puck_has_the_limits_of_handle_and_object_and_says_that_the_map_has_no
 
 
 @pytest.mark.slow
-def test_an_adaptive_window_has_no_exact_limit_and_can_be_measured(page, window, qtbot):
+def test_an_adaptive_window_has_no_exact_limit_but_can_be_measured(page, window, qtbot):
     window.studio.set_loop(estimator="foaw")
     follow(page, qtbot)
     assert "there is no exact limit" in page.verdict_column.out.text()
@@ -260,9 +260,7 @@ def test_without_a_device_nothing_is_judged(shared_window):
     assert not page.job.running
 
 
-def test_a_device_that_goes_leaves_the_map_paler_and_out_of_sight_nothing_is_asked(
-    alone, window, qtbot, monkeypatch
-):
+def test_a_lost_device_pales_the_map_and_a_hidden_page_requests_nothing(alone, window, qtbot, monkeypatch):
     page = alone
     with monkeypatch.context() as gone:
         gone.setattr(window.studio.device, "engine", None)
@@ -282,9 +280,7 @@ def test_a_device_that_goes_leaves_the_map_paler_and_out_of_sight_nothing_is_ask
 
 
 @pytest.mark.slow
-def test_every_hand_has_its_boundary_nothing_is_cut_off_and_the_conditions_stay_within_reach(
-    page, window, qapp, qtbot
-):
+def test_every_hand_has_a_boundary_and_nothing_is_cut_off(page, window, qapp, qtbot):
     page.hands.button(1).click()
     medium = follow(page, qtbot)
     assert medium.setting.hand == medium.margin.hand == "medium"
@@ -309,7 +305,7 @@ def test_every_hand_has_its_boundary_nothing_is_cut_off_and_the_conditions_stay_
 # measuring
 
 
-def test_what_is_measured_is_the_exact_boundary_and_progress_reaches_the_end():
+def test_the_measured_boundary_is_the_exact_one_and_progress_reaches_the_end():
     told = []
     setting = LoopSettings(viscous=0.18, delay=1e-3)
     found = measuring(setting, False, (4.0, 3000.0), side=4)(lambda done, of: told.append((done, of)))
@@ -323,7 +319,7 @@ def test_what_is_measured_is_the_exact_boundary_and_progress_reaches_the_end():
 
 
 @pytest.mark.slow
-def test_a_measurement_pales_where_other_conditions_hold(wall_page, window, qtbot):
+def test_a_measurement_pales_under_other_conditions(wall_page, window, qtbot):
     page = wall_page
     page.show_result(made_up(page.lines.plane.setting, axes=(12.0, 3000.0)))
     assert page.bar.status.text() == "4 × 3 cells, 3.1 s"
@@ -347,7 +343,7 @@ def test_a_measurement_pales_where_other_conditions_hold(wall_page, window, qtbo
 
 
 @pytest.mark.slow
-def test_before_and_after_the_controller_stand_side_by_side(wall_page, window, qtbot):
+def test_measurements_with_and_without_the_controller_are_shown_together(wall_page, window, qtbot):
     page = wall_page
     plain = page.lines.plane.setting
     controlled = replace(plain, controller=True)
@@ -369,7 +365,7 @@ def test_before_and_after_the_controller_stand_side_by_side(wall_page, window, q
     assert not page.side.controller.isChecked()
 
 
-def test_measuring_before_the_lines_are_there_begins_with_them(alone, qtbot, monkeypatch):
+def test_a_measurement_waits_for_the_lines(alone, qtbot, monkeypatch):
     page = alone
     monkeypatch.setattr(stability, "measuring", lambda *args: lambda _progress: made_up(args[0]))
     lines, page.lines = page.lines, None
@@ -380,7 +376,7 @@ def test_measuring_before_the_lines_are_there_begins_with_them(alone, qtbot, mon
 
 
 @pytest.mark.slow
-def test_the_handle_is_pulled_and_let_go(alone, window, qtbot, monkeypatch):
+def test_the_handle_is_pulled_and_released(alone, window, qtbot, monkeypatch):
     page = alone
     put_back(window)
     follow(page, qtbot)
@@ -407,7 +403,7 @@ def test_the_handle_is_pulled_and_let_go(alone, window, qtbot, monkeypatch):
 
 
 @pytest.mark.slow
-def test_picture_and_numbers_are_those_in_sight(alone, tmp_path, monkeypatch):
+def test_picture_and_numbers_are_those_shown(alone, tmp_path, monkeypatch):
     page = alone
     page.show_result(made_up(page.lines.plane.setting))
     taken = []

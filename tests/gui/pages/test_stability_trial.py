@@ -1,4 +1,4 @@
-"""The verdict in words, and letting go: how far the trial goes, and what is said of what it showed."""
+"""Releasing the handle: distance of the trial, and the report on its outcome."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ CALM, LIVELY, FLUID = (
 MIDDLE, SURFACE = Centre(0.0, 0.0), Centre(0.0, 0.0, returns=False)
 
 
-def test_a_trial_begins_beyond_what_settles_and_within_its_reach():
+def test_a_trial_starts_beyond_the_settling_push_and_within_its_limits():
     assert starting_distance(LIVELY) > 1.5 * LIVELY.push
     assert starting_distance(Behaviour(0.015, SWING, SWING)) == MOST
     assert starting_distance(Behaviour(0.0, SWING, SWING)) == LEAST
@@ -54,10 +54,11 @@ def test_a_trial_begins_beyond_what_settles_and_within_its_reach():
         (0.003, 0.02, LIVELY, SURFACE, "A wall pushes the handle away, and nothing brings it back."),
     ],
 )
-def test_what_happened_in_words(begin, end, does, centre, said):
-    """A swing of 10 Hz from begin to end in m over 1.5 s: its last peaks are at 1.425 s and 1.475 s.
+def test_the_outcome_is_described(begin, end, does, centre, said):
+    """An oscillation of 10 Hz from begin to end in m over 1.5 s, with its last peaks at 1.425 s and 1.475 s.
 
-    Of 3 to 20 mm these are 18.2 and 19.4 mm; of 10 to 2 mm, the largest of the last 0.4 s, 3.0 and 2.8 mm.
+    From 3 to 20 mm these are 18.2 and 19.4 mm; from 10 to 2 mm the largest of the last 0.4 s are 3.0 and 2.8
+    mm.
     """
     time = np.arange(1500) * 1e-3
     size = begin * (end / begin) ** (time / 1.5)
@@ -66,8 +67,8 @@ def test_what_happened_in_words(begin, end, does, centre, said):
     assert outcome_words(Released(np.empty(0), np.empty(0)), held) == ""
 
 
-def test_where_springs_are_stable_again_the_verdict_and_the_map_s_reading_say_so():
-    """A handle of 0.044 kg and 0.5 N·s/m behind 5 Hz of second order."""
+def test_a_spring_that_is_stable_again_is_reported_by_verdict_and_map():
+    """A handle of 0.044 kg and 0.5 N·s/m with a second-order filter of 5 Hz."""
     slow = LoopSettings(estimator=("butterworth", {"cutoff": 5.0}))
     found = plane(slow, 80.0, 2.25, width=4.0, top=1000.0)
     low, high = found.margin.again[0]
@@ -89,7 +90,7 @@ def judged(stiffness, damping, controller=False, measured=None):
     return verdict(replace(found, said=of_spring(setting, stiffness, damping)), measured)
 
 
-def test_the_column_says_what_the_handle_does_and_what_was_measured_there():
+def test_the_column_states_the_behaviour_and_the_measurement_there():
     said = judged(2000.0, 0.0)
     assert (said.headline, said.sign) == ("Buzzes when let go", ("triangle", "warn"))
     sentence = (
@@ -106,7 +107,7 @@ def test_the_column_says_what_the_handle_does_and_what_was_measured_there():
     assert said.more.endswith("Measured of an ideal handle: comes to rest.")
 
 
-def test_a_class_is_that_of_its_cell_and_none_is_told_beyond_the_axes():
+def test_a_class_is_that_of_its_cell_and_none_outside_the_axes():
     measured = made_up(LoopSettings())
     for row, stiffness in enumerate(measured.cells.stiffness):
         for column, damping in enumerate(measured.cells.damping):
@@ -117,7 +118,7 @@ def test_a_class_is_that_of_its_cell_and_none_is_told_beyond_the_axes():
 
 
 @pytest.mark.slow
-def test_it_is_said_below_the_button_and_forgotten_when_something_changes(window, qtbot):
+def test_the_report_is_cleared_after_a_change(window, qtbot):
     window.studio.choose("spring")
     window.studio.set_values({"stiffness": 1800.0, "damping": 0.0})
     window.views.show("stability")

@@ -1,4 +1,4 @@
-"""The Z-width view: simulated and on the running device, points as they come, ended in every way."""
+"""The Z-width view: simulated and on the running device, points one by one, all ways of ending."""
 
 import json
 from dataclasses import replace
@@ -32,13 +32,13 @@ def made_up(capped=False, clamped=True):
 
 @pytest.fixture
 def window(kept_window):
-    """Return the window whose simulated device runs."""
+    """Return the window with the running simulated device."""
     return kept_window
 
 
 @pytest.fixture
 def page(window):
-    """Return its view as at first; nothing is compiled in another program, nor measured by itself."""
+    """Return the view in its initial state; nothing is compiled or measured automatically."""
     window.studio.set_value("stiffness", 321.0)
     shown = window.views.page("zwidth")
     shown.begun.add("simulation")
@@ -52,7 +52,7 @@ def page(window):
 
 @pytest.fixture
 def begun(page, window, qtbot):
-    """Return the view with a device on which a wall has just been tried."""
+    """Return the view on a device after a first tried wall."""
     window.studio.choose("spring")
     page.where.show_index(DEVICE)
     page.bar.run.click()
@@ -61,7 +61,7 @@ def begun(page, window, qtbot):
 
 
 def assert_over(page, window, environment="spring"):
-    """Check that nothing is measured any more and the device renders what the window shows."""
+    """Check that no measurement is running and that the device renders the settings of the window."""
     page.job.wait()
     studio, engine = window.studio, window.studio.engine
     assert not page.job.running
@@ -73,7 +73,7 @@ def assert_over(page, window, environment="spring"):
 
 
 @pytest.mark.slow
-def test_the_simulation_begins_by_itself_once_and_a_device_waits_for_a_person(page, window, qtbot):
+def test_the_simulation_starts_automatically_once_and_a_device_waits_for_the_user(page, window, qtbot):
     window.studio.set_loop(hand="released")
     window.views.show("live")
     page.begun.clear()
@@ -102,11 +102,11 @@ def test_the_simulation_begins_by_itself_once_and_a_device_waits_for_a_person(pa
 
 
 @pytest.mark.slow
-def test_points_appear_as_they_come(page):
+def test_points_appear_one_by_one(page):
     page.show_result(made_up())
     page._begin("Simulating hits on walls…")
     assert page.chart.pale
-    page.job._wanted = object()  # as while it measures
+    page.job._wanted = object()  # as during a measurement
     points = [(0.0, Point(500.0, BUZZES, False)), (1.0, Point(900.0, BUZZES, True, 909.0, 920.0))]
     for new in points:
         page.arrived.emit(*new)
@@ -121,7 +121,7 @@ def test_points_appear_as_they_come(page):
 
 
 @pytest.mark.slow
-def test_what_was_found_is_told_in_words_table_and_numbers(page, tmp_path):
+def test_the_result_is_shown_as_text_table_and_numbers(page, tmp_path):
     page.show_result(made_up(capped=True))
     said = "At b = 2 N·s/m, let go, all walls tried up to at least 1,340 N/m come to rest."
     assert page.answer.words.text() == said
@@ -168,7 +168,7 @@ def test_a_result_of_another_loop_is_out_of_date(page, window):
 
 
 @pytest.mark.slow
-def test_where_nothing_was_measured_nothing_is_shown_and_what_was_is_not_cut_off(page, window, qapp):
+def test_without_a_result_nothing_is_shown_and_a_result_is_not_cut_off(page, window, qapp):
     page.show_result(made_up())
     resize(qapp, window, (1280, 720))
     assert outside(page.chart) == cut_off(window) == []
@@ -183,7 +183,7 @@ def test_where_nothing_was_measured_nothing_is_shown_and_what_was_is_not_cut_off
 
 
 @pytest.mark.slow
-def test_the_scene_shows_the_wall_that_is_tried(begun, window):
+def test_the_scene_shows_the_wall_being_tried(begun, window):
     assert window.studio.environment.key == "wall"
     begun.show_trial()
     assert begun.answer.words.text() == "Trying 200 N/m at b = 0 N·s/m"
@@ -193,7 +193,7 @@ def test_the_scene_shows_the_wall_that_is_tried(begun, window):
     assert_over(begun, window)
 
 
-def test_the_stop_stays_in_force_and_ends_it(begun, window, qtbot):
+def test_an_e_stop_ends_the_measurement_and_stays_latched(begun, window, qtbot):
     with qtbot.waitSignal(begun.job.failed):
         window.studio.stop()
     assert begun.answer.words.text() == "Stopped. Force is zero. Release the E-stop, then measure again."
@@ -206,7 +206,7 @@ def test_the_stop_stays_in_force_and_ends_it(begun, window, qtbot):
 
 
 @pytest.mark.slow
-def test_another_loop_view_or_scene_ends_it(begun, window, qtbot):
+def test_another_loop_view_or_scene_ends_the_measurement(begun, window, qtbot):
     window.studio.set_loop(delay=2e-3)
     assert begun.bar.status.text() == "Ended: the loop changed."
     assert_over(begun, window)
@@ -219,11 +219,11 @@ def test_another_loop_view_or_scene_ends_it(begun, window, qtbot):
     begun.bar.run.click()
     qtbot.waitUntil(lambda: window.studio.engine.values.get("stiffness") == 200.0)
     window.studio.choose("damping")
-    assert_over(begun, window, "damping")  # what was chosen meanwhile is kept
+    assert_over(begun, window, "damping")  # the scene chosen meanwhile stays
 
 
 @pytest.mark.slow
-def test_a_person_is_told_what_to_do(page, window):
+def test_an_instruction_is_shown_to_the_user(page, window):
     page.job._wanted = object()
     page.said.emit("Press gently into the wall and hold.")
     page._mode = DEVICE

@@ -1,4 +1,4 @@
-"""The line that says what the simulated device models, and its switch."""
+"""The line that states what the simulated device models, and its switch."""
 
 from dataclasses import replace
 
@@ -39,20 +39,20 @@ def line(qtbot):
         ((), "scene", WHOLE, "not known what Free needs"),
     ],
 )
-def test_says_what_is_modelled_and_what_is_left_out(line, needs, model, words, tip):
+def test_modelled_and_omitted_terms_are_stated(line, needs, model, words, tip):
     line.show_model(scene(*needs), {}, model, modelled=True)
     assert line.words.text() == words
     assert tip in line.toolTip()
 
 
-def test_a_real_device_is_not_modelled(line):
+def test_a_real_device_shows_no_model(line):
     line.show_model(scene("mass"), {}, "everything", modelled=True)
     assert line.switch.index == 1
     line.show_model(scene("mass"), {}, "scene", modelled=False)
     assert line.isHidden()
 
 
-def test_a_person_switches_and_showing_does_not(kept_window):
+def test_only_the_user_changes_the_model_not_the_display(kept_window):
     line, studio = kept_window.loop.model, kept_window.studio
     studio.choose("free")
     line.show_model(studio.environment, studio.values, "everything", modelled=True)
@@ -65,14 +65,14 @@ def test_a_person_switches_and_showing_does_not(kept_window):
 @pytest.mark.parametrize(
     ("stiffness", "words"), [(None, "Modelled: mass, damping and sensor steps"), (100.0, WHOLE)]
 )
-def test_at_other_parameters_everything_is_modelled(line, stiffness, words):
-    """What a scene needs was judged with those that it starts with; a softer one may show friction."""
+def test_with_other_parameters_everything_is_modelled(line, stiffness, words):
+    """The terms a scene needs were judged with its default parameters; a softer one may need friction."""
     wall = replace(environments.named("wall"), needs=("mass", "viscous"))
     line.show_model(wall, wall.values({"stiffness": stiffness} if stiffness else {}), "scene", modelled=True)
     assert line.words.text() == words
 
 
-def test_a_swing_with_and_without_friction_is_one_click_apart_and_one_undo_back(kept_window):
+def test_friction_can_be_switched_off_with_one_click_and_undone(kept_window):
     window, studio = kept_window, kept_window.studio
     studio.choose("spring")
     facts, button = window.stability.facts, window.loop.model.switch.button(2)
@@ -80,4 +80,4 @@ def test_a_swing_with_and_without_friction_is_one_click_apart_and_one_undo_back(
     assert studio.loop.model == "frictionless"
     assert (studio.engine.modelled.coulomb_force, facts.setting().coulomb) == (0.0, 0.0)
     window.history.undo()
-    assert (studio.loop.model, facts.setting().coulomb) == ("scene", 0.10)  # N, the usual Hapkit's
+    assert (studio.loop.model, facts.setting().coulomb) == ("scene", 0.10)  # N, of the usual Hapkit

@@ -1,4 +1,4 @@
-"""Parameters at the panel: what is typed, dragged, stepped and reset reaches the loop, nothing bad does."""
+"""Parameters in the panel: valid input reaches the loop by every way, invalid input does not."""
 
 import re
 
@@ -17,7 +17,7 @@ from hapkit_studio.parameters import Choice
 
 @pytest.fixture
 def window(kept_window):
-    """Return the window whose simulated device runs."""
+    """Return the window with the running simulated device."""
     return kept_window
 
 
@@ -60,7 +60,7 @@ def test_every_parameter_of_every_environment_has_a_row_named_with_value_and_uni
 
 
 @pytest.mark.slow
-def test_a_number_typed_is_in_force_after_enter_or_leaving_and_not_before(window):
+def test_a_typed_number_is_applied_after_enter_or_focus_out(window):
     row, values = rows(window)["stiffness"], lambda: window.studio.engine.values
     write(row, "400")
     assert values()["stiffness"] == 250.0
@@ -80,7 +80,7 @@ def test_a_number_typed_is_in_force_after_enter_or_leaving_and_not_before(window
     assert values()["position"] == -0.010
 
 
-def test_what_is_bad_stays_in_the_box_and_the_loop_keeps_the_last_good_value(window):
+def test_an_invalid_number_stays_in_the_box_and_the_loop_keeps_the_last_valid_one(window):
     row = rows(window)["stiffness"]
     for letters in ("nan", "inf"):
         enter(row, letters)
@@ -102,7 +102,7 @@ def test_what_is_bad_stays_in_the_box_and_the_loop_keeps_the_last_good_value(win
     assert window.studio.engine.loop.rate == 1000.0
 
 
-def test_after_enter_keys_are_the_scenes_again_unless_the_number_was_refused(window):
+def test_after_enter_the_scene_has_the_focus_unless_the_number_was_refused(window):
     row = rows(window)["stiffness"]
     enter(row, "9000")
     assert QApplication.focusWidget() is row.box
@@ -119,7 +119,7 @@ def test_after_enter_keys_are_the_scenes_again_unless_the_number_was_refused(win
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", ["slider", "box"])
-def test_keys_go_by_steps_of_ten_and_are_in_force_at_once(window, part):
+def test_keys_change_the_value_in_steps_at_once(window, part):
     row, key = rows(window)["stiffness"], Qt.Key
     widget = getattr(row, part)
     widget.setFocus()
@@ -160,7 +160,7 @@ def test_slider_double_click_and_reset(window):
         assert not row.reset.isVisible()
 
 
-def test_a_choice_reaches_the_loop_and_tab_stops_at_the_chosen_option_alone(window):
+def test_a_choice_reaches_the_loop_and_tab_stops_only_at_the_chosen_option(window):
     row = rows(window)["damping_mode"]
     assert isinstance(row, ChoiceRow)
     for index in (1, 0):
@@ -170,7 +170,7 @@ def test_a_choice_reaches_the_loop_and_tab_stops_at_the_chosen_option_alone(wind
         assert stops == [index == 0, index == 1, False]
 
 
-def test_an_environment_is_found_again_as_it_was_left(window):
+def test_an_environment_keeps_its_last_values(window):
     enter(rows(window)["stiffness"], "777")
     window.studio.choose("spring")
     assert window.studio.engine.environment.key == "spring"
@@ -207,7 +207,7 @@ def test_the_loop_unfolds_and_sets_rate_delay_estimator_and_grip(window):
 
 
 @pytest.mark.slow
-def test_what_of_the_loop_is_folded_is_remembered_and_enter_folds(make_window, qtbot):
+def test_folds_of_the_loop_are_stored_and_enter_toggles_them(make_window, qtbot):
     first = make_window()
     assert (first.loop.folded, first.loop.more.text()) == (True, "More")
     for link in (first.loop.fold, first.loop.more):
@@ -218,7 +218,7 @@ def test_what_of_the_loop_is_folded_is_remembered_and_enter_folds(make_window, q
     assert again.loop.rate.isVisible()
 
 
-def test_the_panel_of_another_environment_begins_at_its_title(window):
+def test_the_panel_scrolls_to_the_title_of_another_environment(window):
     window.resize(1280, 720)
     window.studio.choose("friction")
     QApplication.processEvents()
@@ -229,7 +229,7 @@ def test_the_panel_of_another_environment_begins_at_its_title(window):
     assert bar.value() == 0
 
 
-def test_one_sentence_explains_at_first_and_all_of_it_on_demand(shared_window):
+def test_the_first_sentence_is_shown_and_the_whole_explanation_on_request(shared_window):
     studio, title = shared_window.studio, shared_window.panel.title
     for key, environment in studio.environments.items():
         studio.choose(key)
@@ -276,7 +276,7 @@ def test_neither_x_nor_the_question_mark_moves_a_control(shared_window, qapp):
             window.two.forget()
 
 
-def test_a_number_without_effect_is_locked_says_why_and_keeps_its_value(window):
+def test_a_parameter_without_effect_is_locked_with_a_reason_and_keeps_its_value(window):
     window.studio.choose("hard_surface")
     enter(rows(window)["frequency"], "77")
     pick(rows(window)["material"], "Aluminium")
@@ -301,7 +301,7 @@ def test_a_choice_can_be_locked_too(qtbot):
     assert row.toolTip().startswith("<p>Not used by bands. Where it stands.</p>")
 
 
-def test_options_read_as_names_are_written_and_symbols_in_a_formula_are_slanted(shared_window):
+def test_option_names_and_formula_symbols_are_formatted(shared_window):
     shared_window.studio.choose("wall")
     title = shared_window.panel.title
     assert not title.formula.font().italic()
@@ -313,14 +313,14 @@ def test_options_read_as_names_are_written_and_symbols_in_a_formula_are_slanted(
     assert [picker.itemText(i) for i in range(picker.count())][:6] == euler
 
 
-def test_a_choice_of_one_has_a_row(qtbot):
+def test_a_choice_with_one_option_has_a_row(qtbot):
     row = ChoiceRow(Choice("kind", "Kind", ("only",)))
     qtbot.addWidget(row)
     assert [button.property("segment") for button in row.picker.buttons] == ["first"]
 
 
 def shown_rows(window):
-    """Return top and bottom in the view of every row that is in sight, and the view's height."""
+    """Return top and bottom of every visible row, and the view's height."""
     upper = window.panel.upper
     rows = [
         r
@@ -332,13 +332,13 @@ def shown_rows(window):
 
 
 def uncovered(window):
-    """Return where the view's last row of pixels that is not covered is."""
+    """Return the last pixel row of the view that is not covered."""
     upper = window.panel.upper
     return upper._cover.mapTo(upper, QPoint()).y()
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1366, 768)])
-def test_the_view_ends_between_two_rows_wherever_it_is_scrolled(window, qapp, size):
+def test_the_view_ends_between_two_rows_at_every_scroll_position(window, qapp, size):
     window.resize(*size)
     window.loop.set_folded(False)
     qapp.processEvents()
@@ -353,7 +353,7 @@ def test_the_view_ends_between_two_rows_wherever_it_is_scrolled(window, qapp, si
     assert cut, "nothing had to be covered at any place"
 
 
-def test_what_a_person_unfolds_comes_into_sight(window, qapp):
+def test_an_unfolded_part_is_scrolled_into_view(window, qapp):
     window.resize(1280, 720)
     qapp.processEvents()
     loop, bar = window.loop, window.panel.upper.verticalScrollBar()
@@ -367,8 +367,8 @@ def test_what_a_person_unfolds_comes_into_sight(window, qapp):
     assert loop.folded
 
 
-def test_a_row_unfolded_in_a_narrow_panel_is_no_wider_than_it(make_window, qapp):
-    """A number box that was never laid out must not ask for the room of a wide one."""
+def test_an_unfolded_row_in_a_narrow_panel_is_not_too_wide(make_window, qapp):
+    """A number box before its first layout must not ask for the width of a wide one."""
     window = make_window(size=(1280, 720))
     window.loop.set_folded(False)
     assert window.loop.delay.minimumSizeHint().width() <= window.panel.upper.viewport().width() - 2 * SIDE

@@ -1,4 +1,4 @@
-"""The switch between computer and board, and its facts."""
+"""The switch between computer and board, and its table."""
 
 import re
 
@@ -26,7 +26,7 @@ def test_the_simulated_hapkit_has_no_switch(kept_window):
     assert "no board" in kept_window.studio.engine.decision().refusal
 
 
-def test_a_board_has_one_and_the_engine_follows_it(board_window):
+def test_a_board_has_a_switch_and_the_engine_follows_it(board_window):
     switch, engine = board_window.loop.where, board_window.studio.engine
     assert switch.isVisibleTo(board_window)
     assert engine.where == "computer"
@@ -37,7 +37,7 @@ def test_a_board_has_one_and_the_engine_follows_it(board_window):
     assert engine.where == "computer"
 
 
-def test_the_boards_rate_is_chosen_beside_it(board_window, qtbot):
+def test_the_board_rate_is_chosen_beside_it(board_window, qtbot):
     switch, studio = board_window.loop.where, board_window.studio
     studio.set_loop(where="board")
     switch.rate.changed.emit("board_rate", 8.0)
@@ -47,7 +47,7 @@ def test_the_boards_rate_is_chosen_beside_it(board_window, qtbot):
     assert board_window.loop.summary().startswith("Board 500 Hz")
 
 
-def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, qtbot):
+def test_the_panel_shows_the_board_rate_for_each_law_and_method(board_window, qtbot):
     studio, loop = board_window.studio, board_window.loop
     studio.set_loop(where="board")
     rates = []
@@ -72,7 +72,7 @@ def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, q
 
 
 @pytest.mark.slow
-def test_what_is_too_much_for_the_board_says_by_how_much_and_what_feels_the_same(board_window, qtbot):
+def test_a_law_too_large_for_the_board_states_the_excess_and_an_alternative(board_window, qtbot):
     switch, studio = board_window.loop.where, board_window.studio
     studio.set_loop(where="board")
     studio.choose("mass_spring_damper")
@@ -92,7 +92,7 @@ def test_what_is_too_much_for_the_board_says_by_how_much_and_what_feels_the_same
     assert "needs" not in switch.note.text()
 
 
-def test_what_was_known_stays_in_sight_until_the_board_has_answered(board_window, qtbot, monkeypatch):
+def test_known_facts_stay_visible_until_the_board_has_answered(board_window, qtbot, monkeypatch):
     switch, studio = board_window.loop.where, board_window.studio
     before = column(board_window, 1)
     monkeypatch.setattr(BackgroundPlanner, "plan", lambda self, planner, request: planner.known(request))
@@ -107,7 +107,7 @@ def test_what_was_known_stays_in_sight_until_the_board_has_answered(board_window
 
 
 @pytest.mark.slow
-def test_what_the_board_does_not_do_is_said(board_window, qtbot):
+def test_settings_that_the_board_ignores_are_stated(board_window, qtbot):
     studio, note = board_window.studio, board_window.loop.where.note
     studio.set_loop(estimator="butterworth", delay=0.002, controller=True, where="board")
     answered(board_window, qtbot)
@@ -123,7 +123,7 @@ def test_what_the_board_does_not_do_is_said(board_window, qtbot):
 
 
 @pytest.mark.slow
-def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
+def test_delay_and_limit_of_both_renderers_are_shown_side_by_side(board_window, qtbot):
     studio = board_window.studio
     delays = studio.engine.driver.conn.delays
     for which, delay in ((0, 1.0e-3), (1, 0.2e-3)):
@@ -144,7 +144,7 @@ def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("where", ["computer", "board"])
-def test_table_and_card_say_one_delay(board_window, qtbot, where):
+def test_table_and_card_show_the_same_delay(board_window, qtbot, where):
     studio, card = board_window.studio, board_window.stability
     conn, index = studio.engine.driver.conn, RENDERERS.index(where)
     studio.set_loop(where=where)
@@ -165,7 +165,7 @@ def test_table_and_card_say_one_delay(board_window, qtbot, where):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("where", RENDERERS)
-def test_a_small_window_has_room_for_every_loop(board_window, qtbot, where):
+def test_every_loop_fits_a_small_window(board_window, qtbot, where):
     window, studio = board_window, board_window.studio
     window.resize(1280, 720)
     window.show()
@@ -184,7 +184,7 @@ def test_a_small_window_has_room_for_every_loop(board_window, qtbot, where):
 @pytest.mark.parametrize(
     ("hands", "name"), [(("released", "press"), "press"), (("sweep", "released"), "sweep"), ((), "press")]
 )
-def test_the_movement_is_one_of_the_scenes_own(hands, name):
+def test_the_comparison_uses_a_movement_of_the_scene(hands, name):
     from hapkit_studio.dynamics.hand import hand_named
 
     assert movement(hands) is hand_named(name)

@@ -1,4 +1,4 @@
-"""The stability card: the limit of the loop in force, in words, on the map and in the status bar."""
+"""The stability card: verdict and limit in the card, on the map and in the status bar."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -20,7 +20,7 @@ SPRING, WALL = environments.named("spring"), environments.named("wall")
 
 @pytest.fixture
 def window(kept_window):
-    """Return the window whose simulated device runs."""
+    """Return the window with the running simulated device."""
     return kept_window
 
 
@@ -30,13 +30,13 @@ def asked(stiffness, damping=0.0, setting=None, environment=SPRING):
 
 
 def said(window):
-    """Return headline and words of the card, and what the status bar says."""
+    """Return the card's headline and text, and the status bar's text."""
     card, field = window.stability, window.status.margin
     sign = field.sign.name, field.sign.token
     return card.verdict.text, card.words.text(), field.words.text(), sign
 
 
-def test_the_boundary_passes_through_the_limit_at_the_questions_damping():
+def test_the_boundary_passes_through_the_limit_at_the_requested_damping():
     found = answer(asked(250.0, 4.0))
     assert dict(found.edge)[4.0] == found.verdict.margins["released"].limit
     assert dict(found.friction)[4.0] > dict(found.edge)[4.0]
@@ -44,7 +44,7 @@ def test_the_boundary_passes_through_the_limit_at_the_questions_damping():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scale", [1.0, 1.5])
-def test_the_ring_of_a_dot_at_no_damping_covers_no_number(window, scale):
+def test_the_ring_of_a_dot_at_zero_damping_covers_no_number(window, scale):
     canvas = StabilityMap()
     theme.set_scale(scale)
     canvas.resize(round(240 * scale), canvas.height())
@@ -58,7 +58,7 @@ def test_the_ring_of_a_dot_at_no_damping_covers_no_number(window, scale):
 
 
 @pytest.mark.slow
-def test_the_card_and_the_status_bar_say_what_the_handle_does_without_a_banner(window, qtbot):
+def test_card_and_status_bar_state_the_verdict_without_a_banner(window, qtbot):
     studio = window.studio
     studio.choose("spring")
     studio.set_value("stiffness", 900.0)
@@ -79,7 +79,7 @@ def test_the_card_and_the_status_bar_say_what_the_handle_does_without_a_banner(w
 
 
 def test_each_hand_has_its_own_sign(window):
-    """1,800 N/m a millisecond late: a light grip holds it, let go it buzzes from a fraction of a nudge on."""
+    """1,800 N/m with 1 ms delay: stable in a light grip; released, it buzzes after a tiny push."""
     card = window.stability
     card.show_answer(answer(asked(1800.0, 0.0, LoopSettings(delay=1e-3, hand="light"))))
     seen = [(line.sign.token, line.words.property("ink")) for line in card.verdict.lines]
@@ -91,8 +91,8 @@ def test_each_hand_has_its_own_sign(window):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("environment", "hand"), [(SPRING, "released"), (WALL, "medium")])
-def test_the_map_is_that_of_the_hand_that_the_verdict_depends_on(window, environment, hand):
-    """A handle that is let go leaves a wall, so the wall's map is that of a handle pressed into it."""
+def test_the_map_belongs_to_the_hand_that_determines_the_verdict(window, environment, hand):
+    """A released handle leaves a wall, so the wall's map belongs to a handle pressed into it."""
     card, setting = window.stability, LoopSettings(delay=1e-3, hand="medium")
     found = answer(asked(1800.0, 0.0, setting, environment))
     card.show_answer(found)
@@ -103,7 +103,7 @@ def test_the_map_is_that_of_the_hand_that_the_verdict_depends_on(window, environ
     assert card.calm == (limit > 1800.0)
 
 
-def test_no_stiffness_no_limit_in_newtons_per_metre(window):
+def test_without_stiffness_there_is_no_stiffness_limit(window):
     card, damping = window.stability, environments.named("damping")
     for strength, want in ((4.0, False), (50.0, True)):
         scene = VerdictInput(damping, damping.values({"damping": strength}), LoopSettings(delay=1e-3))
@@ -112,7 +112,7 @@ def test_no_stiffness_no_limit_in_newtons_per_metre(window):
         assert ("the damping is too high" in card.words.text()) == want
 
 
-def test_what_has_no_limit_is_judged_by_simulation(window, qtbot):
+def test_a_scene_without_a_limit_is_judged_by_simulation(window, qtbot):
     studio = window.studio
     studio.set_loop(controller=True)
     qtbot.waitUntil(
@@ -129,8 +129,8 @@ def test_what_has_no_limit_is_judged_by_simulation(window, qtbot):
 
 
 @pytest.mark.slow
-def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window, monkeypatch):
-    """61 µm and 5 N·s/m: 3628 N/m by eigenvalues, and 5 µm 9553 N/m; the card takes the device's quantum."""
+def test_the_limit_with_a_kalman_filter_uses_the_device_quantum(window, monkeypatch):
+    """With 5 N·s/m: 3628 N/m for 61 µm and 9553 N/m for 5 µm, by eigenvalues."""
     for quantum, want in ((61e-6, 3628.0), (5e-6, 9553.0)):
         setting = LoopSettings(quantum=quantum, estimator=("kalman", {"q": 1e-2}))
         found = answer(asked(300.0, 5.0, setting))
@@ -141,16 +141,16 @@ def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window
     assert window.stability.facts.setting().quantum == 61e-6
 
 
-def test_a_scene_is_judged_as_it_is_modelled(window, monkeypatch):
+def test_a_scene_is_judged_with_its_model(window, monkeypatch):
     facts, bare = window.panel.stability.facts, replace(SPRING, needs=("mass", "viscous"))
     window.studio.choose("spring")
-    for environment, friction, step in ((SPRING, 0.10, 20.7e-6), (bare, 0.0, 20.7e-6)):  # the usual Hapkit's
+    for environment, friction, step in ((SPRING, 0.10, 20.7e-6), (bare, 0.0, 20.7e-6)):  # of the usual Hapkit
         monkeypatch.setattr(type(window.studio.engine), "environment", environment)
         assert (facts.setting().coulomb, facts.setting().quantum) == (friction, step)
 
 
-def test_an_old_verdict_is_taken_back_where_the_next_is_late(window, qtbot):
-    """As with a student's law that takes seconds: neither words nor hatching stand beside other values."""
+def test_an_old_verdict_is_cleared_if_the_next_is_late(window, qtbot):
+    """For example with a student's slow law: no old text or hatching beside new values."""
     studio, card, page = window.studio, window.stability, window.views.page("stability")
     studio.choose("spring")
     card.show_answer(answer(asked(2000.0)))
@@ -169,7 +169,7 @@ def test_an_old_verdict_is_taken_back_where_the_next_is_late(window, qtbot):
 
 
 @pytest.mark.parametrize(("stiffness", "ring"), [(250.0, False), (2000.0, True)])
-def test_the_dot_stands_at_its_values_ringed_beyond_the_limit(window, stiffness, ring):
+def test_the_dot_is_at_its_values_with_a_ring_beyond_the_limit(window, stiffness, ring):
     shown = window.stability.map
     window.stability.show_answer(answer(asked(stiffness, 0.0)))
     picture, place = shown.viewport().grab().toImage(), shown.pixel(0.0, stiffness)
@@ -179,7 +179,7 @@ def test_the_dot_stands_at_its_values_ringed_beyond_the_limit(window, stiffness,
 
 
 @pytest.mark.slow
-def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, monkeypatch):
+def test_a_fault_before_the_first_delay_is_not_shown_as_measuring(board_window, qtbot, monkeypatch):
     card, engine = board_window.stability, board_window.studio.engine
     fault = SimpleNamespace(text="Fault: no sensor frame for 20 ms.", detail="", code=1)
     qtbot.waitUntil(lambda: card.verdict.text == "Measuring the delay", timeout=PATIENCE_MS)

@@ -1,4 +1,4 @@
-"""A and B on one key, named and blind."""
+"""Settings A and B, switched with one key and compared blind."""
 
 import random
 
@@ -20,7 +20,7 @@ SOFT, STIFF = {"stiffness": 300.0}, {"stiffness": 900.0}
 
 @pytest.fixture
 def window(kept_idle_window):
-    """Return the file's window with nothing kept and nothing to undo."""
+    """Return the file's window with no stored settings and an empty undo history."""
     kept_idle_window.two.forget()
     kept_idle_window.history.forget()
     return kept_idle_window
@@ -28,7 +28,7 @@ def window(kept_idle_window):
 
 @pytest.fixture
 def compared(window):
-    """Return a window with A soft and B stiff, and a list that gets every value rendered blind."""
+    """Return a window with a soft A and a stiff B, and a list of all rendered values."""
     for values in (SOFT, STIFF):
         window.studio.set_values(values)
         window.two.step()
@@ -46,13 +46,13 @@ def compared(window):
 
 
 @pytest.mark.slow
-def test_one_key_keeps_a_then_b_then_switches_values_and_loop(window):
+def test_one_key_stores_a_then_b_then_switches_values_and_loop(window):
     studio, row, action = window.studio, window.panel.two, window.actions_by_key.qt["teach.switch"]
     assert row.isHidden()
     assert action.text() == "Store as A"
     press(window, Qt.Key.Key_X)
     press(window, Qt.Key.Key_X)
-    assert len(window.two.stored) == 1  # the same settings are not kept twice
+    assert len(window.two.stored) == 1  # the same settings are not stored twice
     assert (row.words.text(), row.button.isEnabled()) == ("A is active", False)
     studio.set_values(STIFF)
     studio.set_loop(delay=0.002)
@@ -63,16 +63,16 @@ def test_one_key_keeps_a_then_b_then_switches_values_and_loop(window):
         press(window, Qt.Key.Key_X)
         assert (studio.values["stiffness"], studio.loop.delay) == (stiffness, delay)
         assert row.words.text() == f"{sign} is active"
-    assert window.history.stack.count() == steps  # switching is no step of undo
+    assert window.history.stack.count() == steps  # switching is no undo step
     studio.choose("spring")
     assert row.isHidden()
     studio.choose("wall")
     studio.set_value("damping", 1.0)
-    press(window, Qt.Key.Key_X)  # from neither back to the one that was in force last
+    press(window, Qt.Key.Key_X)  # from neither back to the last active one
     assert row.words.text() == "A is active"
 
 
-def test_which_is_in_force_is_seen_in_the_least_window(window, qapp):
+def test_the_active_settings_are_visible_in_the_smallest_window(window, qapp):
     window.stability.show_answer(answer(asked(900.0, environment=WALL)))
     window.resize(1280, 720)
     press(window, Qt.Key.Key_X)
@@ -83,7 +83,7 @@ def test_which_is_in_force_is_seen_in_the_least_window(window, qapp):
     assert row.mapTo(panel, QPoint()).y() >= panel.upper.geometry().bottom()
 
 
-def test_what_differs_is_listed_and_another_loop_is_not_compared_blind(window):
+def test_differences_are_listed_and_different_loops_are_not_compared_blind(window):
     window.two.step()
     window.studio.set_values(STIFF)
     window.studio.set_loop(delay=0.002)
@@ -102,8 +102,8 @@ def test_what_differs_is_listed_and_another_loop_is_not_compared_blind(window):
     assert window.two.stored == []
 
 
-def test_blind_the_answers_are_counted_and_nothing_shows_which_it_is(compared):
-    """The truth is what was rendered: seven of eight answers follow it."""
+def test_blind_answers_are_counted_and_nothing_reveals_the_settings(compared):
+    """The truth is the rendered stiffness: seven of eight answers follow it."""
     window, rendered = compared
     before = settings_of(window.studio)
     window.blind.begin(random.Random(15))
@@ -121,7 +121,7 @@ def test_blind_the_answers_are_counted_and_nothing_shows_which_it_is(compared):
         words = [part.text() for part in window.findChildren(QLabel) if part.isVisible()]
         assert not [text for text in words if "300" in text or "900" in text]
         page.choices[stiffer if number != 4 else 1 - stiffer].click()
-    assert set(first) == {300.0, 900.0}  # mixed
+    assert set(first) == {300.0, 900.0}  # shuffled
     page.end_button.click()
     assert rendered[-1] is None
     assert settings_of(window.studio) == before
@@ -131,7 +131,7 @@ def test_blind_the_answers_are_counted_and_nothing_shows_which_it_is(compared):
 
 
 @pytest.mark.slow
-def test_blind_a_device_renders_what_is_hidden_also_after_a_reconnect(make_window, qtbot):
+def test_a_device_renders_hidden_values_also_after_a_reconnect(make_window, qtbot):
     window = make_window()
     studio = window.studio
     for values in (SOFT, STIFF):
@@ -152,7 +152,7 @@ def test_blind_a_device_renders_what_is_hidden_also_after_a_reconnect(make_windo
     assert window.centre.scene.accessibleName() == "Scene: Wall"
 
 
-def test_while_hidden_no_path_changes_a_setting(compared):
+def test_hidden_settings_cannot_be_changed(compared):
     window, _ = compared
     studio, run = window.studio, window.actions_by_key.run
     window.blind.begin(random.Random(1))
@@ -164,7 +164,7 @@ def test_while_hidden_no_path_changes_a_setting(compared):
     ):
         with pytest.raises(ParameterError, match="hidden during the blind comparison"):
             change()
-    studio.set_loop(rate=studio.loop.rate)  # what changes nothing is no change
+    studio.set_loop(rate=studio.loop.rate)  # an unchanged value is not refused
     press(window, "1")
     for key in ("environment.reset", "edit.undo", "view.tab.stability"):
         run(key)
@@ -181,12 +181,12 @@ def test_while_hidden_no_path_changes_a_setting(compared):
     assert studio.values["stiffness"] == 400.0
 
 
-def test_a_demo_ends_where_a_comparison_begins_or_one_line_says_why_it_does_not(compared):
+def test_a_demo_ends_when_a_comparison_starts_or_one_line_gives_the_reason(compared):
     window, rendered = compared
     before = settings_of(window.studio)
     step = Step(0.0, before | {("value", "wall", "stiffness"): 100.0}, "", ())
     window.demos.play(Demo("Soft", 9.0, (step,)))
-    window.demos._apply(step)  # as soon as a device is there
+    window.demos._apply(step)  # as soon as there is a device
     window.blind.begin(random.Random(3))
     assert (window.demos.demo, rendered[-1] in (300.0, 900.0)) == (None, True)
     assert window.blind.page.isVisible()
@@ -206,5 +206,5 @@ def test_a_demo_ends_where_a_comparison_begins_or_one_line_says_why_it_does_not(
     ("right", "answers", "words"),
     [(0, 0, "No answer was given."), (2, 3, "2 of 3 right; guessing gives 1.5.")],
 )
-def test_the_score_says_what_guessing_gives(right, answers, words):
+def test_the_score_states_the_average_of_guessing(right, answers, words):
     assert score(right, answers) == words

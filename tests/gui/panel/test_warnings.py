@@ -1,4 +1,4 @@
-"""What cannot be rendered well is said below the parameters, and only while it is so."""
+"""Warnings about rendering are shown below the parameters while they apply."""
 
 from dataclasses import replace
 
@@ -38,7 +38,7 @@ def studio(lines, kept_window):
 
 
 def moving(seconds_ago, speed):
-    """Return a history of 20 s whose handle went at a speed once, some seconds before its end."""
+    """Return a history of 20 s in which the handle once moved at a speed, some seconds before its end."""
     table = np.zeros((2001, rows.ROW_WIDTH))
     table[:, rows.TICK] = np.arange(2001)
     table[:, rows.HOST_TIME] = 0.01 * np.arange(2001)
@@ -49,7 +49,7 @@ def moving(seconds_ago, speed):
 
 
 @pytest.mark.slow
-def test_it_follows_values_and_loop_and_says_nothing_without_a_reason(lines, studio):
+def test_warnings_follow_values_and_loop(lines, studio):
     assert (lines.texts, lines.isHidden()) == ([], True)
     studio.set_value("stiffness", 301.0)
     assert lines.texts == ["Too stiff at 1000 Hz"]
@@ -62,7 +62,7 @@ def test_it_follows_values_and_loop_and_says_nothing_without_a_reason(lines, stu
 
 
 @pytest.mark.slow
-def test_it_remembers_the_speed_for_a_while(lines):
+def test_the_recent_speed_is_remembered_for_a_while(lines):
     lines.watch(highest_speed(moving(0.9 * LATELY_SECONDS, 0.51)))
     assert lines.texts == ["Too fast: 0.51 m/s"]
     for calm in (moving(1.1 * LATELY_SECONDS, 0.51), LiveHistory(60.0)):
@@ -70,7 +70,7 @@ def test_it_remembers_the_speed_for_a_while(lines):
         assert lines.texts == []
 
 
-def test_nothing_is_judged_without_a_device(qtbot):
+def test_without_a_device_nothing_is_judged(qtbot):
     studio = Studio(list)
     studio.environment = replace(LIBRARY["wall"], warnings=complain)
     made = WarningLines(studio, LoopFacts(studio))
@@ -79,12 +79,12 @@ def test_nothing_is_judged_without_a_device(qtbot):
     assert made.texts == []
 
 
-def test_what_is_rendered_with_is_the_device_and_loop_in_force(kept_window, qtbot):
+def test_the_conditions_are_those_of_the_present_device_and_loop(kept_window, qtbot):
     studio, lines = kept_window.studio, kept_window.panel.warnings
     studio.set_loop(delay=1e-3, estimator="iir")
 
     def late() -> bool:
-        kept_window.live.refresh()  # the loop takes the new delay at its next tick
+        kept_window.live.refresh()  # the loop uses the new delay from its next tick on
         return lines.conditions.delay == 1e-3
 
     qtbot.waitUntil(late, timeout=PATIENCE_MS)
@@ -94,7 +94,7 @@ def test_what_is_rendered_with_is_the_device_and_loop_in_force(kept_window, qtbo
     assert lines.conditions.estimator == known[3]
 
 
-def test_a_line_says_what_stands_before_the_first_stop_and_its_tooltip_all(qtbot):
+def test_a_line_shows_the_first_sentence_and_its_tooltip_everything(qtbot):
     line = WarningLine("Above 0.05 m/s a ridge is missed; the handle moved at 0.1 m/s.")
     qtbot.addWidget(line)
     assert line.words.text() == "Above 0.05 m/s a ridge is missed …"
@@ -104,7 +104,7 @@ def test_a_line_says_what_stands_before_the_first_stop_and_its_tooltip_all(qtbot
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("size", "mapped"), [((1024, 640), False), ((1280, 900), True)])
-def test_warnings_and_verdict_stay_in_sight_the_map_where_there_is_room(
+def test_warnings_and_verdict_stay_visible_and_the_map_if_it_fits(
     lines, studio, kept_window, qapp, qtbot, size, mapped
 ):
     panel, card = kept_window.panel, kept_window.panel.stability
