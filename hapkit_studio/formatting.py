@@ -82,6 +82,8 @@ def tick_labels(values: Sequence[float]) -> list[str]:
     """Format the ticks of a linear axis (n,) with the decimals that their smallest distance needs."""
     size = min(np.diff(values)) if len(values) > 1 else abs(values[0]) if len(values) else 1.0
     decimals = max(0, -math.floor(math.log10(size) + 1e-9)) if size > 0 else 0
+    if abs(size - round(size, decimals)) > 1e-6 * size:  # 0.25
+        decimals += 1
     return [number(value, decimals) for value in values]
 
 

@@ -66,6 +66,9 @@ def test_tick_labels_have_a_true_minus_and_the_decimals_of_their_distance():
     assert tick_labels([-100.0, 0.0, 100.0]) == ["−100", "0", "100"]
     assert tick_labels([-20000.0, 0.0, 20000.0]) == ["−20,000", "0", "20,000"]
     assert tick_labels([1234.5, 1235.0]) == ["1,234.5", "1,235.0"]
+    assert tick_labels([0.25, 0.5, 0.75]) == ["0.25", "0.50", "0.75"]
+    assert tick_labels([0.0, 2.5, 5.0]) == ["0.0", "2.5", "5.0"]
+    assert tick_labels([0.7, 0.8, 0.9]) == ["0.7", "0.8", "0.9"]
 
 
 def test_units_follow_the_number_and_length_and_time_use_display_units():
