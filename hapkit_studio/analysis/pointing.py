@@ -8,6 +8,7 @@ trials is removed.
 """
 
 import math
+from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import product
@@ -31,6 +32,9 @@ START_WIDTH = 0.004  # m: width of the area in which a movement begins
 REST_SECONDS, REST_RANGE = 0.3, 0.0005  # s, m: a handle rests if it stays within this range for this time
 SLOWEST = 0.005  # m/s: a motion with a slower peak is not a movement
 LONGEST = 6.0  # s: longest time of a movement
+HOLD = 0.6, 1.2  # s: range of the random time for which the start is held before the target is shown
+_LEFT = 0.25  # fraction of the distance after which the handle has left the start
+_GAP = 0.1  # s: longest time between two samples
 EFFECTIVE = 4.133  # width that contains 96 % of a normal distribution, in standard deviations
 FEWEST_CELLS = 3  # pairs of distance and width; a line through two points has no confidence interval
 _MOST_TRIALS = 10_000  # largest number of trials in a file
@@ -218,6 +222,65 @@ def trial(target: Target, time: np.ndarray, position: np.ndarray) -> Trial | Non
         one.name, one.model, one.force, target.distance, target.width, start, target.middle, found.seconds,
         found.end, float(time[0]), float(time[-1]),
     )  # fmt: skip
+
+
+class Run:
+    """Leads through targets: hold the start, then go to the target, which is shown only then.
+
+    going: the target is shown. done: the trials so far. A trial that takes longer than LONGEST, or during
+    which samples are missing, is repeated; the former at the end.
+    """
+
+    def __init__(self, targets: Sequence[Target], seed: int | None = None):
+        self._left, self._chance = deque(targets), np.random.default_rng(seed)
+        self.done: list[Trial] = []
+        self.count = len(targets)
+        self.restart()
+
+    @property
+    def target(self) -> Target | None:
+        """Return the next target, None after the last one."""
+        return self._left[0] if self._left else None
+
+    def restart(self) -> None:
+        """Begin the present trial again."""
+        self.going = False
+        self._wait = float(self._chance.uniform(*HOLD))
+        self._time, self._place = np.empty(0), np.empty(0)
+
+    def feed(self, time: np.ndarray, place: np.ndarray) -> Trial | None:
+        """Take new samples (n,) in s and m; return the trial that they end, if any."""
+        target = self.target
+        if target is None or not len(time):
+            return None
+        if len(self._time) and time[0] - self._time[-1] > _GAP:
+            self.restart()
+        self._time, self._place = np.append(self._time, time), np.append(self._place, place)
+        if self.going:
+            return self._end(target)
+        kept = self._time >= self._time[-1] - self._wait
+        held = float(self._time[-1] - self._time[0]) >= self._wait
+        self._time, self._place = self._time[kept], self._place[kept]
+        self.going = held and bool((np.abs(self._place - target.start) <= 0.5 * START_WIDTH).all())
+        return None
+
+    def _end(self, target: Target) -> Trial | None:
+        """Return the trial if its movement has ended."""
+        if self._time[-1] - self._time[0] > LONGEST:
+            self._left.rotate(-1)
+            self.restart()
+            return None
+        way = np.abs(self._place - self._place[0])
+        if way.max() < _LEFT * target.distance or not rests(self._time, self._place):
+            return None
+        if abs(self._place[-1] - self._place[0]) < _LEFT * target.distance:  # back at the start
+            return None
+        found = trial(target, self._time, self._place)
+        if found is not None:
+            self.done.append(found)
+            self._left.popleft()
+        self.restart()
+        return found
 
 
 # --- events

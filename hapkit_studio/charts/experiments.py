@@ -9,9 +9,9 @@ import numpy as np
 
 from hapkit_studio.analysis.discrimination import CONVERGES, Threshold, right_share
 from hapkit_studio.analysis.pointing import Interval, Line
-from hapkit_studio.charts.style import DASH, DASH_DOT, DOT, Colors, legend, save, style_axes
+from hapkit_studio.charts.style import DASH, DASH_DOT, DOT, Colors, legend, number_ticks, save, style_axes
 from hapkit_studio.columns import Column
-from hapkit_studio.formatting import number, on_screen, with_unit
+from hapkit_studio.formatting import interval, number, on_screen, with_unit
 
 _SIZE = (760, 460)
 _HUES = "position", "applied", "velocity", "asked", "ok", "warn", "ink2", "danger"
@@ -19,16 +19,13 @@ _MARKS, _DASHES = "osD^vP*X", ("solid", DASH, DOT, DASH_DOT)
 _SLOPE = 1.3  # slope of the Weibull function that comes closest to a comparison of noisy impressions
 
 
-def interval_words(value: float, half: float, decimals: int, unit: str = "") -> str:
+def interval_words(found: Interval, decimals: int, factor: float = 1.0) -> str:
     """Format an estimate with half of its 95 % interval; a dash if there is no estimate."""
-    if not math.isfinite(value):
+    if not math.isfinite(found.value):
         return "–"
-    more = f" ± {number(half, decimals)}" if math.isfinite(half) else ""
-    return f"{number(value, decimals)}{more} {unit}".rstrip()
-
-
-def _throughput(found: Interval) -> str:
-    return interval_words(found.value, found.half, 1)
+    if not math.isfinite(found.half):
+        return number(factor * found.value, decimals)
+    return interval(factor * found.value, factor * found.half, decimals)
 
 
 def pointing_columns() -> tuple[Column, ...]:
@@ -37,13 +34,13 @@ def pointing_columns() -> tuple[Column, ...]:
         Column("Condition", lambda r: r.condition, right=False),
         Column("Friction", lambda r: number(r.force, 1), unit="N"),
         Column("Trials", lambda r: str(r.count)),
-        Column("a", lambda r: interval_words(1e3 * r.intercept.value, 1e3 * r.intercept.half, 0), unit="ms"),
-        Column("b", lambda r: interval_words(1e3 * r.slope.value, 1e3 * r.slope.half, 0), unit="ms/bit"),
+        Column("a", lambda r: interval_words(r.intercept, 0, 1e3), unit="ms"),
+        Column("b", lambda r: interval_words(r.slope, 0, 1e3), unit="ms/bit"),
         Column("r²", lambda r: number(r.fit, 2) if math.isfinite(r.fit) else "–"),
-        Column("Throughput", lambda r: _throughput(r.throughput), unit="bit/s"),
+        Column("Throughput", lambda r: interval_words(r.throughput, 1), unit="bit/s"),
         Column("Missed", lambda r: number(100.0 * r.missed / r.count, 0), unit="%"),
         Column(
-            "Time", lambda r: interval_words(100.0 * r.change.value, 100.0 * r.change.half, 0), unit="% more"
+            "Time", lambda r: interval_words(r.change, 0, 100.0), unit="% more"
         ),
     )  # fmt: skip
 
@@ -118,9 +115,9 @@ def draw_threshold(figure: Any, c: Colors, found: Threshold) -> None:
 
 
 def _plain_ticks(axis: Any) -> None:
-    """Put ticks at 1, 2 and 5 times the powers of ten of a logarithmic axis, without exponents."""
+    """Put ticks at 1, 2 and 5 times the powers of ten of a logarithmic axis."""
     from matplotlib.ticker import LogLocator, NullLocator
 
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter("{x:,g}")
+    number_ticks(axis)

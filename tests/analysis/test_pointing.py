@@ -192,3 +192,71 @@ def test_a_handle_is_at_rest_after_a_time_without_motion():
     assert not pointing.rests(time[:250], np.zeros(250))
     assert pointing.rests(time, np.zeros(400))
     assert not pointing.rests(time, np.linspace(0.0, 0.004, 400))
+
+
+def fed(run, place, begin=0.0, step=16):
+    """Feed a run with positions (n,) at 1 kHz, as many at once as a frame has; return the trials."""
+    time, found = begin + np.arange(len(place)) / 1000.0, []
+    for at in range(0, len(place), step):
+        found.append(run.feed(time[at : at + step], place[at : at + step]))
+    return [trial for trial in found if trial is not None]
+
+
+def path_to(target, seconds=0.4, wait=1300, after=400):
+    share = np.clip((np.arange(wait + round(1000 * seconds) + after) - wait) / (1000.0 * seconds), 0.0, 1.0)
+    return target.start + (target.middle - target.start) * share**3 * (10 - 15 * share + 6 * share**2)
+
+
+TARGETS = [Target(NONE, 0.020, 0.004, 1), Target(NONE, 0.030, 0.004, -1)]
+
+
+def test_a_run_shows_the_target_once_the_start_is_held_and_ends_at_rest():
+    run = pointing.Run(TARGETS, seed=0)
+    assert not fed(run, np.full(550, TARGETS[0].start))
+    assert not run.going  # held too briefly
+    assert not fed(run, np.full(700, TARGETS[0].start), begin=0.55)
+    assert run.going
+    place = path_to(TARGETS[0], wait=100)
+    (first,) = fed(run, place, begin=1.25)
+    assert first.seconds == pytest.approx(0.4, abs=0.01)
+    assert (first.start, first.end) == pytest.approx((-0.010, 0.010), abs=1e-4)
+    assert run.target == TARGETS[1]
+    assert not run.going
+    (second,) = fed(run, path_to(TARGETS[1]), begin=3.0)
+    assert second.deviation == pytest.approx(0.0, abs=1e-4)
+    assert run.target is None
+    assert run.done == [first, second]
+
+
+def test_a_run_waits_for_who_leaves_the_start_too_soon():
+    run = pointing.Run(TARGETS, seed=0)
+    place = np.full(3000, TARGETS[0].start)
+    place[::500] += 0.003  # 3 mm aside, beyond the half width of 2 mm
+    fed(run, place)
+    assert not run.going
+
+
+def test_a_trial_that_takes_too_long_is_repeated_at_the_end():
+    run = pointing.Run(TARGETS, seed=0)
+    fed(run, np.full(round(1000 * (pointing.LONGEST + 1.5)), TARGETS[0].start))
+    assert run.target == TARGETS[1]
+    assert run.done == []
+    fed(run, path_to(TARGETS[1]), begin=20.0)
+    assert run.target == TARGETS[0]
+
+
+def test_a_trial_with_missing_samples_begins_again():
+    run = pointing.Run(TARGETS, seed=0)
+    fed(run, np.full(1300, TARGETS[0].start))
+    assert run.going
+    run.feed(np.array([2.0]), np.array([TARGETS[0].start]))
+    assert not run.going
+    assert run.target == TARGETS[0]
+
+
+def test_a_small_start_is_no_movement():
+    """A tenth of the way and rest: the trial goes on."""
+    run = pointing.Run(TARGETS, seed=0)
+    fed(run, np.full(1300, TARGETS[0].start))
+    assert not fed(run, np.full(600, TARGETS[0].start + 0.002), begin=1.3)
+    assert run.going

@@ -99,17 +99,18 @@ class Views(QObject):
             self._studio.refused.emit(f"{self._studio.hidden}.")
         self.take_focus()
 
-    def cover(self, side: QWidget | None, page: Page | None = None) -> None:
+    def cover(self, side: QWidget | None, page: Page | None = None, scene: bool = False) -> None:
         """Allow only Live, with another widget in place of the panel; None ends this.
 
-        page, if any, replaces the plots; the scene stays above it only if the simulated hand moves in it.
+        page, if any, replaces the plots; the scene stays above it if ``scene``, or if the simulated hand
+        moves in it.
         """
         self._bar.setCurrentIndex(self._index(LIVE))
         self.covered = side is not None
         if page is not None:
             self._centre.add_page(page)
         self._bar.setEnabled(side is None)
-        self._centre.show_page(page, scene=page is None or self._studio.hand_is_ours)
+        self._centre.show_page(page, scene=scene or page is None or self._studio.hand_is_ours)
         self._show_side(side, fixed=self.covered)
         self.take_focus()
 

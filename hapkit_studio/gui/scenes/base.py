@@ -5,6 +5,7 @@ from collections import defaultdict, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF
@@ -36,6 +37,26 @@ class Motion:
     trail: deque[float] = field(default_factory=lambda: deque(maxlen=12))
     force_text: str = "0.00 N"
     position_text: float = 0.0
+
+
+class Zone(NamedTuple):
+    """A range in m to move the handle into; token: its colour."""
+
+    low: float
+    high: float
+    name: str
+    token: str
+
+
+def draw_zone(stage: Stage, zone: Zone) -> None:
+    """Draw a range from the rail to the top, with its name."""
+    u, left, right = stage.u, stage.x(1e3 * zone.low), stage.x(1e3 * zone.high)
+    box = QRectF(left, stage.top, right - left, stage.rail - stage.top)
+    stage.p.fillRect(box, theme.color(zone.token, 0.22))
+    for x in (left, right):
+        stage.line(x, stage.top, x, stage.rail, stage.pen(zone.token, 2.0))
+    places = [(right + 7 * u, stage.rail - 8 * u, 1), (left - 7 * u, stage.rail - 8 * u, -1)]
+    stage.write(zone.name, places, zone.token, 12, 600, must=True)
 
 
 def handle(stage: Stage, mm: float, tip: float | None = None, alpha: float = 1.0) -> None:

@@ -11,7 +11,9 @@ from hapkit_studio.gui.scenes.base import (
     Motion,
     Scene,
     Values,
+    Zone,
     beyond,
+    draw_zone,
     hand_label,
     hand_ring,
     handle,
@@ -64,6 +66,8 @@ class SceneView(QWidget):
         self._dragging = self._preparing = self._paused = False
         self._fraction: float | None = None
         self._words, self._frames = ReadOut(), QElapsedTimer()
+        self._zone: Zone | None = None
+        self._shows_force = True
         self._set_least_size()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -86,6 +90,17 @@ class SceneView(QWidget):
         self._scene = named(environment.scene)
         self.setAccessibleName(f"Scene: {environment.title}")
         self.set_values(values)
+
+    def show_force(self, on: bool) -> None:
+        """Show the force arrow and its number, or hide them where they would reveal hidden values."""
+        self._shows_force = on
+        self.update()
+
+    def set_zone(self, zone: Zone | None) -> None:
+        """Mark a range to move into; None: no range."""
+        if zone != self._zone:
+            self._zone = zone
+            self.update()
 
     @property
     def wanted_height(self) -> int:
@@ -126,7 +141,8 @@ class SceneView(QWidget):
         motion.clamped, motion.stopped, motion.state = clamped, stopped, self._scene.state(state)
         motion.trail.append(motion.position)
         if self._words.refresh(motion):
-            said = f"{number(motion.position, 2, sign=True)} mm, force {motion.force_text}"
+            said = f"{number(motion.position, 2, sign=True)} mm"
+            said += f", force {motion.force_text}" if self._shows_force else ""
             self.setAccessibleDescription(f"Handle at {said}. {_HELP}")
         self.update()
 
@@ -221,13 +237,16 @@ class SceneView(QWidget):
 
     def _play(self, stage: Stage) -> None:
         scene, values, motion = self._scene, self._values, self._motion
+        if self._zone is not None:
+            draw_zone(stage, self._zone)
         scene.moving(stage, values, motion)
         hand_ring(stage, motion)
         if beyond(stage, motion):
             hand_label(stage, motion)
             return
         handle(stage, motion.position, scene.tip(stage, values, motion) if scene.tip else None)
-        force(stage, motion, scene.per_newton)
+        if self._shows_force:
+            force(stage, motion, scene.per_newton)
         if self._hint and self._hand_enabled:
             x, half = stage.x(motion.position), stage.knob_width / 2 + 13 * stage.u
             y = stage.knob_middle + 4.8 * stage.u

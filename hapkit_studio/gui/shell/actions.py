@@ -63,6 +63,10 @@ def _may_ask(window: MainWindow) -> bool:
     return not (window.demos.demo or window.projector.on) and window.quiz.parameter is not None
 
 
+def _may_experiment(window: MainWindow) -> bool:
+    return not (window.demos.demo or window.projector.on) and window.pointing.possible
+
+
 def _has_law(window: MainWindow) -> bool:
     return window.editor.path is not None
 
@@ -404,6 +408,10 @@ _CLASSROOM = (
         enabled=lambda w: _shows_values(w) and w.two.comparable,
     ),
     Action("teach.quiz", "Quiz: find the hidden value", lambda w: w.quiz.begin(), enabled=_may_ask),
+    Action(
+        "teach.pointing", "Experiment: pointing with friction…", lambda w: w.pointing.show_settings(),
+        enabled=_may_experiment, rule=True,
+    ),
 )  # fmt: skip
 
 

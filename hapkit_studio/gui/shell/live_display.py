@@ -15,7 +15,7 @@ from hapkit_studio.gui.live.live import KEPT_SECONDS, Live
 from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.shell.status_bar import StatusBar
-from hapkit_studio.gui.state.permissions import BLIND
+from hapkit_studio.gui.state.permissions import BARE_SCENE
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.haptics import rows
 
@@ -226,7 +226,8 @@ class LiveDisplay(QObject):
         left_out = self._studio.permissions.left_out
         self._centre.phase.hide_theory(bool(self._studio.hidden) or "theory" in left_out)
         self._centre.toolbar.hold.setEnabled(not self._studio.hidden)  # its name would reveal the settings
-        if self._studio.hidden == BLIND:
+        self._centre.scene.show_force(self._studio.hidden not in BARE_SCENE)
+        if self._studio.hidden in BARE_SCENE:
             environment, values = self._studio.environments["free"], {}
         self._centre.scene.set_environment(environment, values)
         self._centre.lay_out()
@@ -237,7 +238,7 @@ class LiveDisplay(QObject):
         if not self._may_change:
             return
         environment, values = self._studio.environment, self._studio.values
-        if self._studio.hidden == BLIND:
+        if self._studio.hidden in BARE_SCENE:
             return
         self._centre.scene.set_values(values)
         self._centre.trigger.set_environment(environment)

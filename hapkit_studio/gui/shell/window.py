@@ -52,6 +52,7 @@ from hapkit_studio.gui.teach.blind import BlindComparison
 from hapkit_studio.gui.teach.demo_player import CaptionBar, DemoPlayer
 from hapkit_studio.gui.teach.demos import read as read_demo
 from hapkit_studio.gui.teach.lock_dialog import LockDialog
+from hapkit_studio.gui.teach.pointing import PointingExperiment
 from hapkit_studio.gui.teach.quiz import Quiz
 from hapkit_studio.gui.widgets.canvas import Canvas
 from hapkit_studio.gui.widgets.dialogs import text_dialog
@@ -91,6 +92,7 @@ class MainWindow(QMainWindow):
     two: TwoSettings
     blind: BlindComparison
     quiz: Quiz
+    pointing: PointingExperiment
     display: LiveDisplay
     demos: DemoPlayer
     projector: Projector
@@ -165,6 +167,7 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self.blind = BlindComparison(studio, self.two, self.views, self)
         self.quiz = Quiz(studio, self.stability, self.views, self)
+        self.pointing = PointingExperiment(studio, self.live, self.views, self.centre.scene, self)
         self.projector = Projector(
             self, self.body, studio, self.settings, self.header, self.centre, self.views
         )
@@ -404,7 +407,7 @@ class MainWindow(QMainWindow):
             signal.connect(lambda why: self.banners.warn("undo", "Nothing was changed.", why))
         for taken in (self.centre.scene.grabbed, self.display.releasing):
             taken.connect(self.demos.end)
-        for part in (self.demos, self.projector, self.quiz):
+        for part in (self.demos, self.projector, self.quiz, self.pointing):
             self.closed.connect(part.end)
         self.replay.changed.connect(self._show_replay)
         self.replay.failed.connect(

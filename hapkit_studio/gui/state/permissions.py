@@ -10,7 +10,10 @@ from hapkit_studio.gui.state.lock import Lock, Place
 LOCKED, BY_LESSON = "Locked by the instructor", "Locked by the lesson"
 HIDDEN_BY_LESSON = "Hidden by the lesson"
 BLIND, QUIZ = "Hidden during the blind comparison", "Hidden during the quiz"
-"""Reasons for hidden values: BLIND also hides scene and plots, QUIZ shows them."""
+POINTING, THRESHOLD = "Hidden during the pointing experiment", "Hidden during the threshold experiment"
+"""Reasons for hidden values."""
+BARE_SCENE = (BLIND, POINTING, THRESHOLD)
+"""Reasons for which the scene shows only the handle."""
 
 
 class Permissions(QObject):

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -37,6 +37,7 @@ class Recording(QObject):
         self._recorder: Recorder | None = None
         self._ended: Progress | None = None  # the recording whose unexpected end was reported
         self.newest: tuple[Path, int] | None = None
+        self._end_wanted = False
         self._turn = self._job("Recording failed.")
         self._save = self._job("Nothing was saved.")
         self._poll = QTimer(self, interval=POLL_MS)
@@ -69,6 +70,13 @@ class Recording(QObject):
         else:
             self._turn.start(lambda _progress: _written(recorder.stop()))
 
+    def end(self) -> None:
+        """End the present recording, also one that is just being started."""
+        if self._turn.running:
+            self._end_wanted = True
+        elif self.progress is not None:
+            self.toggle()
+
     def save_kept(self) -> None:
         """Write the buffered past into a new file."""
         recorder, key = self._recorder, self._environment()
@@ -84,8 +92,12 @@ class Recording(QObject):
 
     def mark(self, text: str, when: float) -> None:
         """Add a marker at a time in s of the rows' clock."""
+        self.note(MARKER, {"text": text}, when)
+
+    def note(self, kind: str, what: dict[str, Any], when: float | None = None) -> None:
+        """Add an event at a time in s of the rows' clock, by default now."""
         if self._recorder is not None:
-            self._recorder.note(MARKER, {"text": text}, when)
+            self._recorder.note(kind, what, when)
 
     def close(self) -> None:
         """End the recording with a complete file, and close the recorder."""
@@ -114,6 +126,9 @@ class Recording(QObject):
 
     def _finish(self, written: tuple[Path, int] | None) -> None:
         self.newest = written
+        if self._end_wanted:
+            self._end_wanted = False
+            self.end()
         self.changed.emit()
 
     def _refresh(self) -> None:

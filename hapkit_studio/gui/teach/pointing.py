@@ -1,0 +1,258 @@
+"""The pointing experiment: targets in the scene, hidden friction, and the results as movement times."""
+
+import random
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtWidgets import QComboBox, QFrame, QProgressBar, QPushButton, QWidget
+
+from hapkit_studio.analysis import pointing
+from hapkit_studio.analysis.pointing import BY_MODEL, CONDITIONS, POINTING, ROUNDS, START_WIDTH, Run
+from hapkit_studio.charts.experiments import draw_pointing, pointing_columns
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.pages.base import Page, SidePanel
+from hapkit_studio.gui.pages.views import Views
+from hapkit_studio.gui.scenes import SceneView
+from hapkit_studio.gui.scenes.base import Zone
+from hapkit_studio.gui.state import permissions
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.teach.experiment import RecordedTrials, ResultDialog
+from hapkit_studio.gui.widgets.dialogs import FormDialog, text_dialog
+from hapkit_studio.gui.widgets.parts import hbox, hint, label, primary, vbox
+from hapkit_studio.haptics import rows
+
+if TYPE_CHECKING:
+    from hapkit_studio.haptics.rows import RingReader
+
+TITLE = "Pointing with friction"
+_ABOUT = (
+    "Move to a target as fast as you can while you still hit it. Friction is rendered with "
+    "different strengths or by different models, in random order and hidden from you. "
+    "Every trial is recorded. Stop at any time: what was measured until then is evaluated."
+)
+_HOW = (
+    "Hold the handle in the range named start until the target appears. Then move into the target "
+    "at once and stop there. A trial ends when the handle rests. With the mouse, keep the button "
+    "pressed."
+)
+_SETS = (("None, low and high friction", CONDITIONS), ("No friction and every model", BY_MODEL))
+_ROUNDS = (1, 2, ROUNDS, 8)
+
+
+class PointingDialog(FormDialog):
+    """Asks for conditions and the number of rounds; ``begun`` is emitted with the planned targets."""
+
+    begun = Signal(object)
+
+    def __init__(self, parent: QWidget):
+        super().__init__(TITLE, _ABOUT, parent)
+        self.conditions, self.rounds = QComboBox(), QComboBox()
+        for name, found in _SETS:
+            self.conditions.addItem(name, found)
+        self.add_fields([("Conditions", self.conditions, None), ("Rounds", self.rounds, None)])
+        self.start = QPushButton("Start")
+        self.start.setDefault(True)
+        self.add_buttons(self.start)
+        self.conditions.currentIndexChanged.connect(self._fill)
+        self.start.clicked.connect(self._start)
+        self._fill()
+
+    def _fill(self) -> None:
+        """List the number of trials for each number of rounds."""
+        chosen = max(self.rounds.currentIndex(), 0) if self.rounds.count() else _ROUNDS.index(ROUNDS)
+        cells = len(self.conditions.currentData()) * len(pointing.DISTANCES) * len(pointing.WIDTHS)
+        self.rounds.clear()
+        for count in _ROUNDS:
+            self.rounds.addItem(f"{count} round{'s' * (count != 1)}, {cells * count} trials", count)
+        self.rounds.setCurrentIndex(chosen)
+
+    def _start(self) -> None:
+        targets = pointing.plan(self.conditions.currentData(), rounds=self.rounds.currentData())
+        self.close()
+        self.begun.emit(targets)
+
+
+class PointingPage(Page):
+    """Leads through the trials below the scene; ``ended`` is emitted when nothing is hidden any more."""
+
+    ended = Signal()
+
+    def __init__(self, studio: Studio, live: Live, scene: SceneView, run: Run):
+        super().__init__()
+        self._studio, self._live, self._scene = studio, live, scene
+        self.run = run
+        self.trials: RecordedTrials | None = None
+        self._reader: RingReader | None = None
+        self.sign, self.count, self.last = label(role="verdict"), label(wrap=False), hint()
+        self.bar, self.stop = QProgressBar(maximum=run.count), QPushButton("Stop and evaluate")
+        self._arrange()
+        self.stop.clicked.connect(self.finish)
+        live.frame.connect(self._take)
+        for changed in (studio.stop_changed, studio.engine_changed):
+            changed.connect(self._restart)
+        studio.hidden_changed.connect(self._refresh)
+
+    def begin(self) -> None:
+        """Render the first condition and record; raise ParameterError if a setting is locked."""
+        self._restart()
+        self._render()
+        self.trials = RecordedTrials(self._studio.recording)
+
+    def finish(self) -> None:
+        """Render the values that the window shows, which ends the experiment."""
+        self._studio.hide_values(None)
+
+    def end(self) -> None:
+        self._scene.set_zone(None)
+
+    def _restart(self) -> None:
+        """Read the rows of the present device, and begin the present trial again."""
+        engine = self._studio.engine
+        self._reader = None if engine is None else engine.reader()
+        self.run.restart()
+        self._show()
+
+    def _take(self) -> None:
+        """Pass new samples on, and show what to do."""
+        if self._reader is None or self._studio.stopped or self._studio.fault is not None:
+            return
+        new = self._reader.read()
+        bad = rows.STOPPED | rows.FAULT | rows.STALE | rows.GAP
+        if len(new) and (new[:, rows.FLAGS].astype(np.int64) & bad).any():
+            self.run.restart()
+        else:
+            found = self.run.feed(new[:, rows.HOST_TIME], new[:, rows.POSITION])
+            if found is not None:
+                assert self.trials is not None
+                self.trials.note(POINTING, pointing.event(found), found.stop)
+                hit = "missed" if found.missed else "hit"
+                self.last.setText(f"Last trial: {1e3 * found.seconds:.0f} ms, {hit}.")
+                if self.run.target is None:
+                    self.finish()
+                    return
+                self._render()
+        self._show()
+
+    def _render(self) -> None:
+        target = self.run.target
+        if target is not None:
+            self._studio.hide_values(target.condition.values, permissions.POINTING)
+
+    def _show(self) -> None:
+        """Mark where to go."""
+        target = self.run.target
+        if target is None:
+            return
+        half = 0.5 * (target.width if self.run.going else START_WIDTH)
+        middle = target.middle if self.run.going else target.start
+        name, token = ("target", "ok") if self.run.going else ("start", "accent")
+        self._scene.set_zone(Zone(middle - half, middle + half, name, token))
+        self.sign.setText("Go!" if self.run.going else "Hold the start")
+        done = len(self.run.done)
+        self.count.setText(f"Trial {done + 1} of {self.run.count}")
+        self.bar.setValue(done)
+
+    def _refresh(self) -> None:
+        if not self._studio.hidden:
+            self._live.frame.disconnect(self._take)
+            self._studio.hidden_changed.disconnect(self._refresh)
+            self.end()
+            self.ended.emit()
+
+    def _arrange(self) -> None:
+        card = QFrame()
+        card.setProperty("card", True)
+        self.sign.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self.last.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self.bar.setTextVisible(False)
+        self.bar.setAccessibleName("Trials done")
+        middle = hbox(None, self.count, None)
+        vbox(None, self.sign, middle, self.bar, self.last, None, into=card, margins=(40, 16, 40, 16), gap=14)
+        self.column.addWidget(card)
+        self.side = SidePanel(TITLE, _HOW)
+        self.side.add(primary(self.stop))
+
+
+class PointingExperiment(QObject):
+    """Asks for the conditions, shows the page, and the results when it ends."""
+
+    def __init__(self, studio: Studio, live: Live, views: Views, scene: SceneView, window: QWidget):
+        super().__init__(window)
+        self._studio, self._live, self._views, self._scene = studio, live, views, scene
+        self._window = window
+        self.page: PointingPage | None = None
+        self._targets: list[pointing.Target] = []
+        studio.environment_changed.connect(self._begin_waiting)
+
+    @property
+    def possible(self) -> bool:
+        """Return whether an experiment can begin."""
+        studio = self._studio
+        return self.page is None and studio.engine is not None and not studio.hidden and not studio.temporary
+
+    def show_settings(self) -> None:
+        """Open the dialog of the conditions."""
+        dialog = PointingDialog(self._window)
+        dialog.begun.connect(self.begin)
+        dialog.show()
+
+    def begin(self, targets: list[pointing.Target]) -> None:
+        """Begin with these targets as soon as the environment *Friction* is in force."""
+        if not self.possible:
+            return
+        self._targets = list(targets)
+        if self._studio.environment.key == pointing.ENVIRONMENT:
+            self._begin_waiting()
+        else:
+            self._studio.choose(pointing.ENVIRONMENT)
+
+    def _begin_waiting(self) -> None:
+        targets, self._targets = self._targets, []
+        if not targets or self._studio.environment.key != pointing.ENVIRONMENT or not self.possible:
+            return
+        run = Run(targets, random.randrange(1 << 32))
+        page = PointingPage(self._studio, self._live, self._scene, run)
+        try:
+            page.begin()
+        except ParameterError as error:  # friction is locked
+            page.end()
+            page.deleteLater()
+            self._studio.refused.emit(str(error))
+            return
+        self.page = page
+        page.ended.connect(self._end)
+        self._live.set_paused(False)
+        self._views.cover(page.side, page, scene=True)
+
+    def end(self) -> None:
+        """End a running experiment."""
+        if self.page is not None:
+            self._studio.hide_values(None)
+
+    def _end(self) -> None:
+        page, self.page = self.page, None
+        if page is None or page.side is None or page.trials is None:
+            return
+        name = page.trials.end()
+        self._views.cover(None)
+        page.side.deleteLater()
+        page.deleteLater()
+        show_results(page.run.done, name, self._window)
+
+
+def show_results(done: list[pointing.Trial], name: str, window: QWidget) -> None:
+    """Open the dialog of the results of some trials; name: of the recording."""
+    if not done:
+        text_dialog(TITLE, ["No trial was completed."], window).show()
+        return
+    lines = pointing.evaluate(done)
+    words = [
+        f"Movement time MT = a + b·ID over the index of difficulty, with 95 % intervals. {len(done)} trials."
+    ]
+    if name:
+        words.append(f"Recorded in {name}: hapkit-studio experiment pointing evaluates it again.")
+    ResultDialog(
+        TITLE, words, lambda figure, c: draw_pointing(figure, c, lines), pointing_columns(), lines, window
+    ).show()
