@@ -1,4 +1,4 @@
-"""A mass between two springy walls at ± reach, with the contact force sampled or located; all SI."""
+"""A mass between two springy walls at ± reach, with a sampled contact force or a located contact; SI."""
 
 import math
 
@@ -9,7 +9,7 @@ from hapkit_studio.dynamics.jit import compiled
 
 @compiled
 def spring(x, reach, rate):
-    """Return the acceleration in m/s² by a wall; rate: its stiffness over the mass, 1/s²."""
+    """Return the acceleration in m/s² that a wall causes; ``rate`` is its stiffness over the mass in 1/s²."""
     if x > reach:
         return -rate * (x - reach)
     return -rate * (x + reach) if x < -reach else 0.0
@@ -17,7 +17,7 @@ def spring(x, reach, rate):
 
 @compiled
 def held(times: int, h: float, mass: float, wall: float, reach: float, x: np.ndarray, v: np.ndarray) -> None:
-    """Simulate ``times`` steps into x, v (n,) with the wall's force held between samples."""
+    """Simulate ``times`` steps into x, v (n,); the wall's force is held between samples."""
     for _ in range(times):
         for n in range(x.size - 1):
             a = spring(x[n], reach, wall / mass)
@@ -28,7 +28,7 @@ def held(times: int, h: float, mass: float, wall: float, reach: float, x: np.nda
 def located(
     times: int, h: float, mass: float, wall: float, reach: float, x: np.ndarray, v: np.ndarray
 ) -> None:
-    """Simulate ``times`` steps into x, v (n,) by Verlet, with steps split at contact and release."""
+    """Simulate ``times`` steps into x, v (n,) by Verlet; steps are split at contact and release."""
     rate = wall / mass
     for _ in range(times):
         for n in range(x.size - 1):
@@ -41,7 +41,7 @@ def located(
                 end = q + left * (u + 0.5 * left * a)
                 crosses = (abs(end) <= reach) if inside else (abs(end) > reach)
                 if crosses and q != level:
-                    # smaller root of q + u t + a t²/2 = level, in a form without cancellation
+                    # the smaller root of q + u t + a t²/2 = level, in a form without cancellation
                     root = math.sqrt(max(u * u + 2.0 * a * (level - q), 0.0))
                     span = min(2.0 * (level - q) / (u + math.copysign(root, level - q)), left)
                 end = q + span * (u + 0.5 * span * a)

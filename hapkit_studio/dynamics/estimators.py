@@ -1,13 +1,14 @@
 """Velocity from sampled positions: one entry per method, designed in Python, stepped in compiled code.
 
-To add one: a design function, a code and a branch in ``step``, an entry in the table. A design takes the rate
-in Hz, the sensor's quantum in m and its method's options, and returns float64[8]. A response takes these, the
-period in s and complex z, and returns the transfer function. A method's memory is kept between samples.
+To add a method, write a design function, a code with a branch in ``step``, and an entry in the table. A
+design takes the rate in Hz, the sensor's quantum in m and the options of its method, and returns float64[8].
+A response takes these coefficients, the period in s and complex z, and returns the transfer function. The
+memory of a method is kept between samples.
 
 First-order adaptive windowing uses the longest line that fits the newest samples (Janabi-Sharifi, Hayward and
-Chen, IEEE Trans. Control Systems Technology 8(6), 2000, the best-fit variant): a least-squares line from
-which no sample deviates by more than the sensor's noise. It is long and smooth at low speed, short and fast
-at an impact. Samples have time stamps, so that a late one does not tilt the line.
+Chen, IEEE Trans. Control Systems Technology 8(6), 2000, the best-fit variant). This is a least-squares line
+from which no sample deviates by more than the sensor's noise. The line is long and smooth at low speed, and
+short and fast at an impact. Samples have time stamps, so that a late sample does not tilt the line.
 """
 
 import math
@@ -24,26 +25,27 @@ from hapkit_studio.parameters import Parameter, check_number, resolve
 
 Spec = str | tuple[str, dict[str, float]]
 
-# default of the window: small error in most motions, see ``accuracy``
+# default of the window: its error is small in most motions (see ``accuracy``)
 USUAL = "kalman"
-# m, assumed for an ideal sensor: without noise the Kalman filter has no design
+# m: assumed for an ideal sensor, because the Kalman filter cannot be designed without noise
 USUAL_QUANTUM = nominal.QUANTUM
-# highest cutoff as a fraction of the rate: the bilinear transform ends at half the rate
+# highest cutoff as a fraction of the rate; the bilinear transform ends at half the rate
 HIGHEST_SHARE = 0.45
-# beta of the noise-free limit, in which the correction equals the innovation
+# beta in the limit without noise, in which the correction equals the innovation
 _LARGEST_BETA = 3.0 - math.sqrt(3.0)
 _HALVINGS = 60
-# samples after which the response to one count has passed its peak
+# number of samples after which the response to one count has passed its peak
 _RESPONSE_SAMPLES = 256
 
 MEMORY = 48
 COEFFICIENTS = 8
 DIFFERENCE, IIR, BUTTERWORTH, FOAW, KALMAN = range(5)
 _POSITION, _VELOCITY, _RAW, _OLDER_RAW, _OLDER, _ESTIMATE, _WINDOW = range(7)
-# memory of adaptive windowing, after the common part: initialised flag, samples, ages
-LONGEST = 16  # periods in its window
+# memory of adaptive windowing, after the part that all methods share: a flag whether it is initialised,
+# samples, ages
+LONGEST = 16  # length of the window in periods
 _BEGUN, _SAMPLES, _AGES = 0, 1, 2 + LONGEST
-# samples of a quantised motion often lie exactly at the tolerance: reject them despite rounding
+# samples of a quantised motion often lie exactly at the tolerance: reject them despite rounding errors
 _TIE = 1.0 - 1e-9
 
 
@@ -60,9 +62,10 @@ def _fits(memory, count, mean_age, mean, falling, tolerance):
 
 @internal
 def _foaw(coefs, full, position, period):
-    """Return the velocity of the longest line that fits its samples; coefs are periods, tolerance in m.
+    """Return the velocity of the longest line that fits its samples.
 
-    The window is initialised with a steady motion.
+    coefs contains the window in periods and the tolerance in m. The window is initialised with a steady
+    motion.
     """
     window, tolerance, memory = int(coefs[0]), coefs[1], full[_WINDOW:]
     if memory[_BEGUN] == 0.0:
@@ -93,13 +96,13 @@ def _foaw(coefs, full, position, period):
 
 @compiled
 def reset(memory: np.ndarray, position: float) -> None:
-    """Initialise as if the handle had rested at ``position``."""
+    """Initialise the memory as if the handle had rested at ``position``."""
     resume(memory, position, 0.0)
 
 
 @compiled
 def resume(memory: np.ndarray, position: float, velocity: float) -> None:
-    """Initialise at ``position`` with a steady ``velocity``, for a change of method without a jump."""
+    """Initialise the memory at ``position`` with a steady ``velocity``; a change of method makes no jump."""
     memory[:] = 0.0
     memory[_POSITION] = memory[_ESTIMATE] = position
     memory[_VELOCITY] = memory[_RAW] = memory[_OLDER_RAW] = memory[_OLDER] = velocity
@@ -107,16 +110,16 @@ def resume(memory: np.ndarray, position: float, velocity: float) -> None:
 
 @compiled
 def step(code: int, coefs: np.ndarray, memory: np.ndarray, position: float, period: float) -> float:
-    """Process one measured position, ``period`` s after the last; return the velocity estimate in m/s."""
+    """Process a measured position, ``period`` s after the previous one; return the velocity in m/s."""
     raw, before = (position - memory[_POSITION]) / period, memory[_VELOCITY]
     velocity = raw
     if code == IIR:
         velocity = before + coefs[0] * (raw - before)
-    elif code == BUTTERWORTH:  # two poles; coefs are b0, a1, a2
+    elif code == BUTTERWORTH:  # two poles; coefs contains b0, a1, a2
         velocity = coefs[0] * (raw + 2.0 * memory[_RAW] + memory[_OLDER_RAW])
         velocity -= coefs[1] * before + coefs[2] * memory[_OLDER]
         memory[_OLDER_RAW], memory[_RAW], memory[_OLDER] = memory[_RAW], raw, before
-    elif code == KALMAN:  # alpha-beta filter: prediction with constant velocity, then correction
+    elif code == KALMAN:  # alpha-beta filter: predict with constant velocity, then correct
         guess = memory[_ESTIMATE] + period * before
         surprise = position - guess
         memory[_ESTIMATE] = guess + coefs[0] * surprise
@@ -168,10 +171,10 @@ def foaw(rate: float, quantum: float, window: float, noise: float) -> np.ndarray
 
 
 def kalman(rate: float, quantum: float, q: float) -> np.ndarray:
-    """Return alpha, beta of the steady-state filter with constant velocity and white acceleration q.
+    """Return alpha and beta of the steady-state filter with constant velocity and white acceleration q.
 
-    Measurement noise: R = quantum^2 / 12. The steady-state Riccati equation gives alpha^2 = beta (2 - alpha)
-    - beta^2 / 6, and beta^2 / (1 - alpha), which increases with beta, equals q T^3 / R.
+    The measurement noise is R = quantum^2 / 12. The steady-state Riccati equation gives alpha^2 = beta (2 -
+    alpha) - beta^2 / 6. The value beta^2 / (1 - alpha) increases with beta and equals q T^3 / R.
     """
     noise = (quantum or USUAL_QUANTUM) ** 2 / 12.0
     wanted = q / (rate**3 * noise)
@@ -195,8 +198,8 @@ def kalman_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarr
 class Estimator:
     """A velocity estimator.
 
-    ``design(rate, quantum, **options)`` returns its coefficients, float64[8]; ``response(coefs, period, z)``
-    its transfer function from position to velocity at complex z, None for a nonlinear method.
+    ``design(rate, quantum, **options)`` returns the coefficients, float64[8]. ``response(coefs, period, z)``
+    returns the transfer function from position to velocity at complex z; it is None for a nonlinear method.
     """
 
     key: str
@@ -242,9 +245,9 @@ ESTIMATORS: dict[str, Estimator] = {method.key: method for method in _METHODS}
 
 
 def parse(spec: Spec) -> tuple[Estimator, dict[str, float]]:
-    """Return the estimator and its checked options for "iir" or ("iir", {"cutoff": 20.0}).
+    """Return the estimator and the checked options of a spec such as "iir" or ("iir", {"cutoff": 20.0}).
 
-    Raise ParameterError for an unknown method or option, or an option out of range.
+    Raise ParameterError if a method or an option is unknown, or if an option is out of range.
     """
     pair = (spec, {}) if isinstance(spec, str) else spec
     if not (isinstance(pair, tuple | list) and len(pair) == 2 and isinstance(pair[1], Mapping)):
@@ -262,7 +265,7 @@ def parse(spec: Spec) -> tuple[Estimator, dict[str, float]]:
 def design(spec: Spec, rate: float, quantum: float = 0.0) -> tuple[int, np.ndarray]:
     """Return (code, float64[8]) for ``step`` at ``rate`` Hz and a sensor of ``quantum`` m.
 
-    Raise ParameterError as ``parse``, and for an invalid rate or a negative quantum.
+    Raise ParameterError like ``parse``, and for an invalid rate or a negative quantum.
     """
     check_number(rate, "rate", "Hz", above=True)
     check_number(quantum, "quantum", "m")
@@ -280,10 +283,10 @@ def _run(code, coefs, memory, position, period, velocity):
 def estimate_velocity(
     position: np.ndarray, rate: float, estimator: Spec = "difference", quantum: float = nominal.QUANTUM
 ) -> np.ndarray:
-    """Return the velocity (n,) in m/s of positions (n,) in m sampled at ``rate`` Hz, its first value 0.
+    """Return the velocity (n,) in m/s of positions (n,) in m sampled at ``rate`` Hz; its first value is 0.
 
-    quantum: the resolution in m of the positions, for the estimator's design; they are not rounded again.
-    Raise ParameterError.
+    ``quantum`` is the resolution of the positions in m, for the design of the estimator. The positions are
+    not rounded again. Raise ParameterError.
     """
     try:
         samples = np.ascontiguousarray(position, dtype=np.float64)
@@ -299,7 +302,7 @@ def estimate_velocity(
 
 
 def count_response(estimator: Spec, rate: float, quantum: float) -> np.ndarray:
-    """Return the velocity response (n,) in m/s to one count of motion after a rest, from that sample on."""
+    """Return the velocity (n,) in m/s that follows one count of motion after a rest, from this sample on."""
     position = np.full(_RESPONSE_SAMPLES, quantum)
     position[0] = 0.0
     return estimate_velocity(position, rate, estimator, quantum)[1:]

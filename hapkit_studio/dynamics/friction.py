@@ -1,6 +1,6 @@
-"""Dry friction shared by laws and simulations: written in the law language, compiled for both.
+"""Dry friction that laws and simulations share: written in the law language, compiled for both.
 
-Forces act on the sliding body and are in N, positive to the right; a limit is the largest static friction.
+Forces in N act on the sliding body and are positive to the right. A limit is the largest static friction.
 """
 
 import math
@@ -10,7 +10,7 @@ from hapkit_studio.dynamics.jit import compiled
 
 @compiled
 def projected(velocity, limit):
-    """Return the velocity after dry friction that can change it by up to `limit` m/s: reduced, or exactly 0.
+    """Return the velocity after dry friction that changes it by at most `limit` m/s: reduced, or exactly 0.
 
     With limit = F_c dt / m this is the implicit step of dry friction (Kikuuwe et al. 2006).
     """
@@ -21,9 +21,10 @@ def projected(velocity, limit):
 
 @compiled
 def tether(x, anchor, stiffness, limit):
-    """Return (force, anchor): a spring to an anchor that is dragged along once the force reaches ``limit``.
+    """Return (force, anchor) of a spring to an anchor that is dragged when the force reaches ``limit``.
 
-    stiffness N/m > 0, limit N >= 0. While it holds, the anchor stays exactly the same: no drift.
+    stiffness is in N/m and positive, limit in N and not negative. While the spring holds, the anchor stays
+    exactly the same, without drift.
     """
     stretch, longest = anchor - x, limit / stiffness
     if abs(stretch) <= longest:
@@ -33,16 +34,17 @@ def tether(x, anchor, stiffness, limit):
 
 @compiled
 def stribeck(velocity, static, kinetic, stribeck_velocity):
-    """Return the friction in N >= 0 at a speed: from static at rest down to kinetic (Stribeck)."""
+    """Return the friction in N at a speed: it falls from static at rest to kinetic (Stribeck)."""
     ratio = velocity / stribeck_velocity
     return kinetic + (static - kinetic) * math.exp(-ratio * ratio)
 
 
 @compiled
 def bristle(bend, moved, level, stiffness):
-    """Return the bristle deflection in m after its root moved, which approaches level / stiffness.
+    """Return the bristle deflection in m after its root has moved; it approaches level / stiffness.
 
-    Dahl's and LuGre's law, exact for a level in N that is constant during the step; stiffness N/m > 0.
+    This is the law of Dahl and LuGre, exact for a level in N that is constant during the step. stiffness is
+    in N/m and positive.
     """
     if level <= 0.0:
         return 0.0
@@ -52,11 +54,11 @@ def bristle(bend, moved, level, stiffness):
 
 @compiled
 def sticking_tether(x, before, anchor, slides, stiffness, damping, static, kinetic, dt):
-    """Return (force, anchor, slides): a spring and damper to an anchor that sticks up to ``static`` N.
+    """Return (force, anchor, slides) of a spring and damper to an anchor that sticks up to ``static`` N.
 
-    Beyond that it slides with ``kinetic`` N > 0 until it reverses; then it sticks to a new anchor, at a
-    spring force of ``kinetic``. slides has the sign of the force while sliding, else 0; x and before in m,
-    stiffness N/m > 0, damping N·s/m.
+    Beyond this force the anchor slides with ``kinetic`` N (positive) until the motion reverses. Then it
+    sticks to a new anchor, at a spring force of ``kinetic``. slides has the sign of the force while sliding,
+    else 0. x and before are in m, stiffness in N/m (positive), damping in N·s/m.
     """
     if slides != 0.0:
         if (before - x) * slides >= 0.0:
@@ -72,7 +74,7 @@ def sticking_tether(x, before, anchor, slides, stiffness, damping, static, kinet
 def banded(x, v, anchor, stiffness, static, kinetic, band):
     """Return (force, anchor, slides) by Karnopp's rule: sticking within a band of speed, sliding beyond it.
 
-    It enters the band with a slack tether, as a taut one would add energy.
+    The body enters the band with a slack tether, because a taut one would add energy.
     """
     if abs(v) < band:
         hold, anchor = tether(x, anchor, stiffness, static)

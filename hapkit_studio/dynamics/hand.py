@@ -12,10 +12,10 @@ from hapkit_studio.parameters import check_number
 
 @dataclass(frozen=True)
 class Hand:
-    """A hand: force k (target - x) + b (target' - v); its mass is added to the handle's.
+    """A hand with the force k (target - x) + b (target' - v); its mass is added to that of the handle.
 
-    mass kg, damping N·s/m, stiffness N/m; target(t) in m, also for arrays of times if ``vectorised``;
-    release: time in s at which it lets go.
+    mass is in kg, damping in N·s/m, stiffness in N/m. target(t) is in m; if ``vectorised`` is true, it also
+    accepts arrays of times. release is the time in s at which the hand lets go.
     """
 
     mass: float = 0.0
@@ -35,14 +35,14 @@ class Hand:
 
 @dataclass(frozen=True)
 class Prescribed:
-    """Motion imposed on the handle with any force necessary: position(t) in m."""
+    """A motion that is imposed on the handle with any force necessary: position(t) in m."""
 
     position: Callable[[float], float]
 
 
 @dataclass(frozen=True)
 class Grip:
-    """Impedance of a hand: mass kg, damping N·s/m, stiffness N/m."""
+    """The impedance of a hand: mass in kg, damping in N·s/m, stiffness in N/m."""
 
     mass: float
     damping: float
@@ -56,52 +56,52 @@ GRIPS: dict[str, Grip | None] = {
     "firm": Grip(0.10, 8.0, 400.0),
 }
 
-# m/s: speed at which a hand approaches the pointer, and at which it then follows it
+# m/s: the speed at which a hand approaches the pointer, and the speed at which it then follows the pointer
 ARRIVES, LEADS = 0.10, 1.0
 
 
 def grip_named(name: str) -> Grip | None:
-    """Return a grip, None for "released"; raise ParameterError."""
+    """Return a grip by its name, None for "released"; raise ParameterError."""
     if name not in GRIPS:
         raise ParameterError(f"The grip is one of {', '.join(GRIPS)}, not {name!r}.")
     return GRIPS[name]
 
 
-# movements take one time in s or an array of times
+# every movement takes one time in s or an array of times
 
 
 def _ramp(t, start: float, seconds: float):
-    """Rise from 0 to 1 with a level start and end (cosine)."""
+    """Rise from 0 to 1 as a cosine, with a level start and end."""
     return 0.5 - 0.5 * np.cos(math.pi * np.clip((t - start) / seconds, 0.0, 1.0))
 
 
 def _there_and_back(t, reach: float, speed: float):
-    """Triangle wave between -reach and +reach at constant speed, starting at 0 to the right."""
+    """Return a triangle wave between -reach and +reach at constant speed, which starts at 0 to the right."""
     quarter = reach / speed
     phase = np.fmod(t + quarter, 4.0 * quarter) / quarter
     return reach * np.where(phase < 2.0, phase - 1.0, 3.0 - phase)
 
 
 def _tap(t):
-    """A tap every 0.8 s: 15 mm to the right and back at 0.1 m/s."""
+    """Tap every 0.8 s: move 15 mm to the right and back at 0.1 m/s."""
     since = np.fmod(t, 0.8) - 0.1
     return np.minimum(np.maximum(0.0, 0.1 * since), np.maximum(0.0, 0.1 * (0.3 - since)))
 
 
 def _sweep(t):
-    """To the left end within 0.5 s, then across at 0.07 m/s, then at rest."""
+    """Move to the left end within 0.5 s, then across at 0.07 m/s, then rest."""
     return -0.035 * _ramp(t, 0.0, 0.5) + np.clip(0.07 * (t - 0.6), 0.0, 0.070)
 
 
 def _shake(t):
-    """An oscillation of 0.5 Hz whose frequency rises by 1 Hz per second up to 6 Hz."""
+    """Oscillate at 0.5 Hz first; the frequency rises by 1 Hz per second up to 6 Hz."""
     rising = np.minimum(t, 5.5)
     cycles = 0.5 * rising + 0.5 * rising * rising + 6.0 * (t - rising)
     return 0.012 * np.sin(2.0 * math.pi * cycles)
 
 
 def _fur(t, speed: float):
-    """From the middle to the head at 30 mm on the left, then strokes of 60 mm there and back."""
+    """Move from the middle to the head at 30 mm on the left, then stroke over 60 mm to and fro."""
     return _there_and_back(t + 2.0 * 0.030 / speed, 0.030, speed)
 
 
@@ -111,7 +111,7 @@ def gripping(
     grip: str = "medium",
     release: float = math.inf,
 ) -> Hand:
-    """Return a hand with a named grip that follows target(t) in m, t a time in s or an array of times."""
+    """Return a hand with a named grip that follows target(t) in m; t is a time in s or an array of times."""
     g = grip_named(grip) or Grip(0.0, 0.0, 0.0)
     return Hand(g.mass, g.damping, g.stiffness, target, release, summary, vectorised=True)
 

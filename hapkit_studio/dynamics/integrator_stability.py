@@ -1,7 +1,7 @@
 """Stability of integrators for a mass on a spring: spectral radius of one step, and longest stable step.
 
-Dimensionless: step is ω dt, ratio is the damping ratio ζ = b / (2 m ω). The closed forms follow from the
-characteristic polynomials of one step.
+All quantities are dimensionless: step is ω dt, and ratio is the damping ratio ζ = b / (2 m ω). The closed
+forms follow from the characteristic polynomials of one step.
 """
 
 import math
@@ -16,7 +16,7 @@ def _one_step(amplification: Callable[[np.ndarray], np.ndarray]) -> Callable:
 
     def radius(step: np.ndarray, ratio: np.ndarray) -> np.ndarray:
         root = np.sqrt(np.asarray(ratio * ratio - 1.0, complex))
-        eigenvalues = -ratio + root, -ratio - root  # of x″ = −x − 2 ratio x′
+        eigenvalues = -ratio + root, -ratio - root  # eigenvalues of x″ = −x − 2 ratio x′
         return np.maximum(*(np.abs(amplification(step * value)) for value in eigenvalues))
 
     return radius
@@ -29,14 +29,20 @@ def _quadratic(trace: np.ndarray, determinant: np.ndarray) -> np.ndarray:
 
 
 def _verlet(step: np.ndarray, ratio: np.ndarray) -> np.ndarray:
-    """x1 = x + h v + h² a / 2 and v1 = v + h (a + a1) / 2 with a1 = −x1 − 2 ratio v1, solved for v1."""
+    """Return the spectral radius of x1 = x + h v + h² a / 2, v1 = v + h (a + a1) / 2.
+
+    a1 = −x1 − 2 ratio v1 is inserted, and the second equation is solved for v1.
+    """
     square, loss = step * step, ratio * step
     trace = 1.0 - 0.5 * square + ((1.0 - loss) - 0.5 * step * (step - loss * step)) / (1.0 + loss)
     return _quadratic(trace, (1.0 - loss) / (1.0 + loss))
 
 
 def _lecture(step: np.ndarray, ratio: np.ndarray) -> np.ndarray:
-    """z³ + (h²/4 + ratio h − 2) z² + (1 + h²/2) z + (h²/4 − ratio h) = 0, by its companion matrices."""
+    """Return the spectral radius from the companion matrices of the characteristic polynomial.
+
+    The polynomial is z³ + (h²/4 + ratio h − 2) z² + (1 + h²/2) z + (h²/4 − ratio h).
+    """
     quarter = 0.25 * step * step
     companion = np.zeros((*np.broadcast(step, ratio).shape, 3, 3))
     companion[..., 0, 0] = 2.0 - quarter - ratio * step
@@ -65,24 +71,24 @@ _RADIUS: dict[str, Callable] = {
 def spectral_radius(method: str, step: ArrayLike, ratio: ArrayLike) -> np.ndarray:
     """Return the largest growth factor of one step; above 1 the motion grows.
 
-    method: one of INTEGRATORS; step and ratio broadcast together.
+    method is one of INTEGRATORS. step and ratio broadcast together.
     """
     return _RADIUS[method](np.asarray(step, float), np.asarray(ratio, float))
 
 
 def _rk4_limit(ratio: float) -> float:
-    """Return the step at which the spectral radius exceeds 1; above ratio 1 the faster mode decides."""
-    from scipy.optimize import brentq  # imported here, because it is slow
+    """Return the step at which the spectral radius exceeds 1; for a ratio above 1 the faster mode decides."""
+    from scipy.optimize import brentq  # imported here because it is slow
 
     damped = min(ratio, 1.0)
     limit = float(brentq(lambda h: float(spectral_radius("rk4", h, damped)) - 1.0, 1.0, 4.0, xtol=1e-13))
     return limit / (ratio + math.sqrt(ratio * ratio - 1.0)) if ratio > 1.0 else limit
 
 
-# functions of the damping ratio r, in 1 / ω
+# functions of the damping ratio r that return the longest step in 1 / ω
 _LONGEST: dict[str, Callable[[float], float]] = {
     "explicit_euler": lambda r: 2.0 * r if r <= 1.0 else 2.0 / (r + math.sqrt(r * r - 1.0)),
-    # (1 + 2 r² − sqrt(1 + 4 r⁴)) / r, in a form without cancellation for small r
+    # this is (1 + 2 r² − sqrt(1 + 4 r⁴)) / r in a form without cancellation for small r
     "lecture": lambda r: 4.0 * r / (1.0 + 2.0 * r**2 + math.sqrt(1.0 + 4.0 * r**4)),
     "semi_implicit": lambda r: 2.0 / (math.sqrt(1.0 + r * r) + r),
     "verlet": lambda r: 2.0,
@@ -93,7 +99,7 @@ _LONGEST: dict[str, Callable[[float], float]] = {
 def longest_step(method: str, mass: float, damping: float, stiffness: float) -> float:
     """Return the longest step in s at which a mass on a spring (> 0 N/m) and damper gains no energy.
 
-    inf for unconditionally stable INTEGRATORS.
+    Return inf for a method that is unconditionally stable.
     """
     if method not in _LONGEST:
         return math.inf

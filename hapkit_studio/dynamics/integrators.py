@@ -1,6 +1,6 @@
-"""Integrators of a moving mass: single steps for laws, and ``integrate``; all SI.
+"""Integrators of a moving mass: single steps for laws, and ``integrate``; all in SI units.
 
-The last eleven arguments of every step are those of ``moving_mass``; now is the acceleration at (x, v).
+The last eleven arguments of every step are those of ``moving_mass``. ``now`` is the acceleration at (x, v).
 """
 
 from collections.abc import Mapping
@@ -25,8 +25,8 @@ def verlet(x, v, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wa
     touching, _, beyond = place(x, v, touch, side, speed, reach)
     closing = 0.0
     if pad > 0.0:
-        # the force decreases with speed, so its sign at equal speeds shows on which side the new velocity
-        # lies
+        # the force decreases with speed, so the sign of the excess at equal speeds shows on which side the
+        # new velocity lies
         level = acceleration(x, speed, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
         closing = 1.0 if side * (speed - base - half * level) > 0.0 else 0.0
     damping, stiffness, force = linear(
@@ -60,8 +60,8 @@ def excess(u, base, x, h, m, b, k, f, touch, side, speed, contact, pad, reach, w
 def implicit(base, x, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
     """Return the velocity u = base + h x''(x + h u, u), solved exactly.
 
-    The excess is piecewise linear between four velocities: its signs there bracket the solution. If the
-    damper's jump at contact skips the solution, the object ends at the surface.
+    The excess is piecewise linear between four velocities. Its signs at these velocities bracket the
+    solution. If the damper's jump at contact skips the solution, the object ends at the surface.
     """
     touching, closing, beyond = 0.0, 0.0, 0.0
     meeting = (touch - x) / h
@@ -98,7 +98,7 @@ INTEGRATORS = (
 _EXPLICIT_EULER, _LECTURE, _SEMI_IMPLICIT, _VERLET, _RK4, _IMPLICIT_EULER, _TRAPEZOID, _EXACT = map(
     float, range(len(INTEGRATORS))
 )
-# flush smaller numbers to 0: processors are ten times slower with denormals
+# smaller numbers are set to 0, because denormals slow processors down by a factor of ten
 _FLUSH_BELOW = 1e-150
 
 
@@ -106,7 +106,7 @@ _FLUSH_BELOW = 1e-150
 def advanced(method, x, v, before, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
     """Return (x, v) after h seconds by any method except exact, and dx/dv in s.
 
-    before and now are the accelerations one step earlier and at (x, v).
+    ``before`` and ``now`` are the accelerations one step earlier and at (x, v).
     """
     half = 0.5 * h
     if method == _EXPLICIT_EULER:
@@ -133,11 +133,11 @@ def advanced(method, x, v, before, now, h, m, b, k, f, touch, side, speed, conta
 
 @compiled
 def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
-    """Return (x, v) after h seconds, and the acceleration before them.
+    """Return (x, v) after h seconds, and the acceleration at the start of the step.
 
-    method: its number in INTEGRATORS; before: the acceleration one step earlier, for the lecture's rule.
-    Coulomb friction in N reduces the velocity at the step's end, down to 0 at most; the exact method locates
-    the stop.
+    method is the number of a method in INTEGRATORS. ``before`` is the acceleration one step earlier, for the
+    lecture's rule. Coulomb friction in N reduces the velocity at the end of the step, at most to 0; the exact
+    method locates the stop.
     """
     now = acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
     if method == _EXACT:
@@ -161,7 +161,7 @@ def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, cont
 def glide(h, m, b, k, force, x, v):
     """Simulate x, v (n,) from their first values by one exact map per step, without contact.
 
-    force (n,) is held for a step.
+    force (n,) is held during a step.
     """
     whole, q, u = transition(m, b, k, h), x[0], v[0]
     for n in range(x.size - 1):
@@ -172,7 +172,7 @@ def glide(h, m, b, k, force, x, v):
 
 @dataclass(frozen=True)
 class Body:
-    """Parameters of an object in the order of ``moving_mass``, without force and handle; SI units."""
+    """The parameters of an object in the order of ``moving_mass``, without force and handle; SI units."""
 
     mass: float
     damping: float = 0.0
@@ -190,9 +190,10 @@ class Body:
 
 @compiled
 def drive(method, times, h, body, force, touch, x, v):
-    """Simulate ``times`` steps into x, v (n,); force and touch (n,) are held for a step.
+    """Simulate ``times`` steps into x, v (n,); force and touch (n,) are held during a step.
 
-    body: the numbers of Body. At rest static friction applies, in motion the kinetic one.
+    body contains the numbers of Body. Static friction acts on a body at rest, kinetic friction on a moving
+    one.
     """
     m, b, k, contact = body[0], body[1], body[2], body[3]
     reach, wall, static, kinetic = body[4], body[5], body[6], body[7]
@@ -236,12 +237,12 @@ _MOST_STEPS = 100_000_000
 
 
 def checked(given: Mapping[str, object]) -> dict[str, float]:
-    """Return a motion's quantities by name as validated numbers; raise ParameterError."""
+    """Return the quantities of a motion by name as validated numbers; raise ParameterError."""
     return {key: _QUANTITIES[key].check(value) for key, value in given.items()}
 
 
 def instants(seconds: float, dt: float) -> np.ndarray:
-    """Return a motion's times (n,) in s with both ends; raise ParameterError for too many."""
+    """Return the times (n,) in s of a motion, with both ends; raise ParameterError if there are too many."""
     count = round(seconds / dt) + 1
     if count > _MOST_STEPS:
         raise ParameterError(f"A motion has up to {_MOST_STEPS:g} steps, not {seconds:g} s by {dt:g} s.")
@@ -262,8 +263,9 @@ def integrate(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (t, x, v), each (n,), of m x'' = force - damping x' - stiffness x by one of INTEGRATORS.
 
-    mass kg, damping N·s/m, stiffness N/m, x0 m, v0 m/s, dt and seconds s, force N. Row k is at t = k dt, row
-    0 the start; n = round(seconds / dt) + 1. A diverging motion ends as inf or NaN. Raise ParameterError.
+    mass is in kg, damping in N·s/m, stiffness in N/m, x0 in m, v0 in m/s, dt and seconds in s, force in N.
+    Row k is at t = k dt, and row 0 is the start; n = round(seconds / dt) + 1. A diverging motion ends as inf
+    or NaN. Raise ParameterError.
     """
     number = _METHOD.check(method)
     given = {"mass": mass, "damping": damping, "stiffness": stiffness, "force": force}

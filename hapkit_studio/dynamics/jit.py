@@ -1,7 +1,7 @@
-"""numba options: cached, without the GIL, nothing that can raise.
+"""numba options: cached, without the GIL, and without anything that can raise.
 
-Without numba's reference counting: compiled code allocates nothing, and counting a loop's arrays at each call
-took ten times as long as a tick. No C wrapper is made, as none is used.
+numba's reference counting is off: compiled code allocates nothing, and counting a loop's arrays at each call
+took ten times as long as a tick. No C wrapper is made, because none is used.
 """
 
 import atexit
@@ -23,7 +23,7 @@ from hapkit_studio import program
 from hapkit_studio.resources import PACKAGE, sources_stamp
 
 UNUSED_SECONDS = 60 * 86_400.0  # after which machine code of other sources is removed
-# folders of the package with compiled functions; a law's file is named by its hash
+# folders of the package with compiled functions; the file of a law is named by its hash
 _COMPILED = ("analysis", "devices", "dynamics", "haptics", "laws", "protocol")
 
 
@@ -32,10 +32,10 @@ def _probe():
 
 
 def forget_outdated(package: Path = PACKAGE) -> None:
-    """Remove compiled code of other sources, next to the source.
+    """Remove compiled code of outdated sources next to the sources.
 
-    numba checks a function's own file only: after an update it would call an outdated version of another
-    file, or fail on a missing module.
+    numba checks only the file of the function itself. After an update it would call an outdated version from
+    another file, or fail because of a missing module.
     """
     kept = package / "__pycache__"
     mark = kept / f"compiled-{sources_stamp(*_COMPILED, package=package)}"
@@ -48,7 +48,7 @@ def forget_outdated(package: Path = PACKAGE) -> None:
         for old in package.rglob("__pycache__/*.nb[ci]"):
             old.unlink(missing_ok=True)
     except OSError:
-        return  # already checked, or read-only, and numba's cache is elsewhere
+        return  # this was done already, or the folder is read-only, and numba's cache is elsewhere
 
 
 class ShippedCacheLocator(caching._CacheLocator):
@@ -136,10 +136,10 @@ def allow_unsaved() -> None:
 
 
 def find_cache() -> None:
-    """Set a temporary cache folder for numba if none of its own is writable.
+    """Set a temporary cache folder for numba if none of numba's folders is writable.
 
-    Otherwise it caches compiled code next to the source or in the user's cache. Child processes inherit the
-    folder.
+    Otherwise numba caches compiled code next to the source or in the user's cache. Child processes inherit
+    the folder.
     """
     try:
         njit(cache=True)(_probe)
@@ -153,9 +153,9 @@ def _no_blas() -> None:
 
 
 def skip_blas() -> None:
-    """Keep numba from importing scipy's linear algebra, which saves 0.1 s of each start.
+    """Keep numba from importing scipy's linear algebra, which makes each start 0.1 s faster.
 
-    Functions that need it import it at compile time.
+    Functions that need linear algebra import it when they are compiled.
     """
     linalg.ensure_blas, ensure = _no_blas, linalg.ensure_blas
     import numba.np.arraymath  # noqa: F401
@@ -176,9 +176,9 @@ find_cache()
 _options = partial(njit, cache=True, nogil=True, error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
 
 compiled = _options()
-# for functions called from compiled code only: a Python wrapper costs as much compile time as the function
+# for functions that only compiled code calls: a Python wrapper takes as long to compile as the function
 internal = _options(no_cpython_wrapper=True)
-# for functions called in every tick: passing the loop's arrays costs about a hundred words per call
+# for functions that every tick calls: passing the loop's arrays copies about a hundred words per call
 inlined = _options(forceinline=True, no_cpython_wrapper=True)
-# the same for functions that Python calls, too
+# the same for functions that Python also calls
 inlined_and_called = _options(forceinline=True)

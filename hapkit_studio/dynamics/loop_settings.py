@@ -1,4 +1,4 @@
-"""Settings of a loop and of its device: one type, and one schema for all files that contain them."""
+"""The settings of a loop and its device: one type, and one schema for all files that contain them."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -16,9 +16,9 @@ from hapkit_studio.quantity import Quantity
 
 RENDERERS = COMPUTER, BOARD = "computer", "board"
 MODELS = ("scene", "everything", "frictionless")
-"""Terms of a simulated device: those that the scene needs, all, or all without dry friction."""
+"""The modelled terms of a simulated device: those that the scene needs, all, or all except dry friction."""
 
-# range that a user may set; analysis accepts every possible device and loop (POSSIBLE)
+# the range that a user may set; an analysis accepts every possible device and loop (POSSIBLE)
 RATE = Parameter(
     "rate", "Servo rate", "Hz", 1000.0, 100.0, 10_000.0,
     "How many times per second the force is computed. In between, the force stays the same, so a "
@@ -47,7 +47,7 @@ GRIP = Choice(
 CONTROLLER = Choice("controller", "Passivity controller", ("off", "on"))
 MODEL = Choice("model", "Model", MODELS)
 WHERE = Choice("where", "Rendered by", RENDERERS)
-_RATES = range(4000, 499, -500)  # Hz: rates offered to users; the board's own steps are finer
+_RATES = range(4000, 499, -500)  # Hz: rates offered to users; the board itself supports finer steps
 BOARD_RATE = Choice(
     "board_rate", "Board's rate", ("fastest", *map(str, _RATES)), "fastest",
     (
@@ -74,7 +74,7 @@ MOST_LATE = 2000.0
 
 
 def check_delay(rate: float, delay: float) -> None:
-    """Raise ParameterError for a delay in s of more than MOST_LATE periods at a rate in Hz."""
+    """Raise ParameterError if a delay in s exceeds MOST_LATE periods at a rate in Hz."""
     if rate * delay > MOST_LATE:
         raise ParameterError(
             f"A delay of {delay:g} s at {rate:,g} Hz is {rate * delay:,g} periods; "
@@ -84,18 +84,19 @@ def check_delay(rate: float, delay: float) -> None:
 
 @dataclass(frozen=True)
 class LoopSettings:
-    """Settings of a loop, the hand and the device; raise ParameterError for impossible values.
+    """The settings of a loop, the hand and the device; raise ParameterError for impossible values.
 
-    rate Hz, delay s from a sample to its force; estimator: of velocity, "iir" or ("iir", {"cutoff": 20.0});
-    controller: the passivity controller is on; hand: name of a grip; own_grip: a grip without a name instead.
-    Device: mass kg, viscous N·s/m, coulomb N, sensor quantum m, force limit max_force N. model: modelled
-    terms of a simulated device; where: computer or board; board_rate: Hz, None for the fastest that the law
+    rate is in Hz, and delay in s from a sample to its force. estimator is that of the velocity: "iir" or
+    ("iir", {"cutoff": 20.0}). controller tells whether the passivity controller is on. hand is the name of a
+    grip; own_grip replaces it by a grip without a name. The device has mass in kg, viscous in N·s/m, coulomb
+    in N, the sensor quantum in m, and the force limit max_force in N. model selects the modelled terms of a
+    simulated device. where is computer or board. board_rate is in Hz, None for the fastest that the law
     allows.
     """
 
     rate: float = RATE.default
     delay: float = DELAY.default
-    # its options are a dictionary, which has no hash
+    # the options are a dictionary, which has no hash
     estimator: Spec = field(default="difference", hash=False)
     controller: bool = False
     hand: str = "released"
@@ -134,7 +135,7 @@ class LoopSettings:
 
     @property
     def grip(self) -> Grip | None:
-        """Return the hand's impedance, None for a released handle."""
+        """Return the hand's impedance; None for a released handle."""
         return self.own_grip or grip_named(self.hand)
 
     @property
@@ -149,17 +150,17 @@ class LoopSettings:
 
     @property
     def held_stiffness(self) -> float:
-        """Return the hand's stiffness in N/m, 0 for a released handle."""
+        """Return the hand's stiffness in N/m; 0 for a released handle."""
         return self.grip.stiffness if self.grip else 0.0
 
     @property
     def method(self) -> str:
-        """Return the velocity estimator's name without its options."""
+        """Return the name of the velocity estimator without its options."""
         return self.estimator if isinstance(self.estimator, str) else self.estimator[0]
 
     @property
     def options(self) -> dict[str, float]:
-        """Return the velocity estimator's options that were given or differ from its defaults."""
+        """Return the options of the velocity estimator that were given or differ from the defaults."""
         return {} if isinstance(self.estimator, str) else dict(self.estimator[1])
 
     @property
@@ -168,7 +169,7 @@ class LoopSettings:
         return parse(self.estimator)[0].response is not None
 
     def changed(self, **changes: Any) -> Self:
-        """Return the settings with some changed within a user's limits; raise ParameterError.
+        """Return the settings with some changes within a user's limits; raise ParameterError.
 
         Only the changes are checked.
         """
@@ -184,7 +185,7 @@ USUAL_LOOP = LoopSettings(estimator=ESTIMATOR.default_option, hand=GRIP.default_
 
 
 def estimator_words(spec: Spec) -> tuple[str, str]:
-    """Format a velocity estimator with its options: for programs as on the command line, and for people."""
+    """Format a velocity estimator with its options: for programs, as on the command line, and for people."""
     method, options = parse(spec)
     numbers = [f"{key}={value:g}" for key, value in options.items()]
     given = f"{method.key}:{','.join(numbers)}" if numbers else method.key
@@ -196,7 +197,7 @@ def estimator_words(spec: Spec) -> tuple[str, str]:
 
 
 class Difference(NamedTuple):
-    """A changed setting as text: its name, both values, their unit."""
+    """A changed setting as text: name, old and new value, and their unit."""
 
     name: str
     old: str
@@ -209,7 +210,7 @@ class Difference(NamedTuple):
 
 
 def difference(parameter: AnyParameter, old: Any, new: Any) -> Difference:
-    """Return two values of a parameter as text; options of a choice by index or by name."""
+    """Return two values of a parameter as text; an option of a choice is given by index or by name."""
     if isinstance(parameter, Choice):
         before, after = (parameter.word(parameter.check(value)) for value in (old, new))
         return Difference(parameter.label, before, after, "")
@@ -225,7 +226,7 @@ class Field:
     parameter: AnyParameter
     recorded: str
     attribute: str = ""
-    """Attribute of LoopSettings, if it differs from the parameter's key."""
+    """Name of the attribute in LoopSettings if it differs from the parameter's key, else ""."""
 
     @property
     def key(self) -> str:
@@ -254,7 +255,7 @@ class Field:
         return self.parameter.check(value)
 
     def difference(self, old: Any, new: Any) -> Difference:
-        """Return two values as text; an estimator without options if the method has changed."""
+        """Return two values as text; an estimator has no options in the text if the method has changed."""
         match self.parameter.key:
             case "estimator":
                 (one, given), (other, wanted) = (_method_and_options(value) for value in (old, new))
@@ -296,19 +297,19 @@ FIELDS = {
 }
 """Settings that a user may change, by their name in LoopSettings."""
 WITH_SCENE = ("rate", "delay", "estimator", "controller", "model", "hand")
-"""Settings in presets and demos; where to render depends on the device, so it is not included."""
+"""Settings in presets and demos. ``where`` is not included, because it depends on the device."""
 OPTIONS = "options"
 """Key of the velocity estimator's options in a file."""
 Reject = Callable[[ParameterError], object]
-"""Called with the error of each rejected value."""
+"""A callback that receives the error of each rejected value."""
 
 
 def ignore(_error: ParameterError) -> None:
-    """Leave out an invalid value silently."""
+    """Ignore an invalid value."""
 
 
 def to_table(settings: LoopSettings, keys: Iterable[str] = FIELDS) -> dict[str, Any]:
-    """Return the settings for a file, in SI units, with choices by name."""
+    """Return the settings for a file, in SI units; choices are given by name."""
     table: dict[str, Any] = {}
     for key in keys:
         value = getattr(settings, key)
@@ -324,10 +325,11 @@ def from_table(
     reject: Reject = ignore,
     only: Iterable[str] | None = None,
 ) -> dict[str, Any]:
-    """Return the valid settings of a table by their names in LoopSettings; ``reject`` gets the errors.
+    """Return a table's valid settings by their names in LoopSettings; ``reject`` receives the errors.
 
-    Keys are those of ``to_table`` or of a session, such as rate_Hz. usual: its estimator owns options in a
-    table without an estimator. only: permitted settings; other keys are errors.
+    The keys are those of ``to_table`` or of a session, such as rate_Hz. If the table has options but no
+    estimator, they belong to the estimator of ``usual``. ``only`` lists the permitted settings; other keys
+    are errors.
     """
     fields = FIELDS.values() if only is None else [FIELDS[key] for key in only]
     names = {name: field for field in fields for name in (field.recorded, field.parameter.key)}
@@ -352,7 +354,7 @@ def from_table(
 
 
 def recorded(settings: LoopSettings) -> dict[str, Any]:
-    """Return settings for sessions and table headers: keys with units, SI values."""
+    """Return settings for sessions and table headers: keys with units, values in SI units."""
     keys = ("hand", "where", "rate", "delay", "estimator", "controller")
     return {FIELDS[key].recorded: getattr(settings, key) for key in keys} | {
         "max_force_N": settings.max_force
@@ -360,7 +362,7 @@ def recorded(settings: LoopSettings) -> dict[str, Any]:
 
 
 def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:
-    """Return the settings that differ, as text; only those that both tables contain are compared."""
+    """Return as text the settings that differ; only settings in both tables are compared."""
     return [
         field.difference(before[key], after[key])
         for key, field in FIELDS.items()

@@ -1,13 +1,14 @@
 """A moving mass with a spring, a damper, a handle that touches it, and two walls.
 
-m x'' = f - b x' - k x; in contact with the handle also contact (touch - x), while approaching each other pad
-(speed - x'); beyond +-reach the spring ``wall``. touch: position of the object at first contact; side: +1 if
-the handle is on its left, -1 on its right; speed: the handle's. Every function takes these eleven numbers, or
-some of them, in this order after its own. All SI; written in the law language.
+m x'' = f - b x' - k x. In contact with the handle, contact (touch - x) is added, and while handle and object
+approach each other also pad (speed - x'). Beyond +-reach the spring ``wall`` acts. touch is the position of
+the object at first contact. side is +1 if the handle is on the left of the object, -1 if it is on the right.
+speed is that of the handle. After its first arguments, every function takes these eleven numbers, or some of
+them, in this order. All are in SI units; the functions are written in the law language.
 
-``exact`` simulates it without error: piecewise linear, with an exact map for each piece and located events. A
-piece ends when the object meets or leaves the handle or a wall, when their speeds are equal (the contact's
-damper acts on approach only), and when the object reverses.
+``exact`` simulates the object without error: the motion is piecewise linear, with an exact map for each piece
+and located events. A piece ends when the object meets or leaves the handle or a wall, when the speeds are
+equal (the contact's damper acts on approach only), and when the object reverses.
 """
 
 import math
@@ -16,10 +17,10 @@ from hapkit_studio.dynamics.friction import projected
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.dynamics.paddle import transition
 
-# position of an absent handle or wall
+# position of a handle or wall that does not exist
 FAR = 1e100
 _FARTHEST, _FASTEST = 1.0, 1e4
-# zeros of velocity or acceleration are at least pi / omega apart: a shorter piece has at most one
+# zeros of velocity or acceleration are at least pi / omega apart, so a shorter piece has at most one zero
 _PIECE_ANGLE = 3.0
 _POSITION, _VELOCITY, _ACCELERATION = 0.0, 1.0, 2.0
 _NONE, _TURN, _STOP, _MEET, _WALL = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -39,7 +40,7 @@ def place(x, v, touch, side, speed, reach):
 
 @compiled
 def linear(touching, closing, beyond, b, k, f, touch, speed, contact, pad, reach, wall):
-    """Return (damping, stiffness, force) of the linear piece of a state."""
+    """Return (damping, stiffness, force) of the linear piece that a state belongs to."""
     if touching > 0.0:
         k += contact
         f += contact * touch
@@ -67,7 +68,7 @@ def acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall
 def pushed(x, v, touch, side, speed, contact, pad):
     """Return the force in N of the handle on an object at x with velocity v, positive to the right.
 
-    The damper acts on approach only; if it is 0, a board does not compute the direction.
+    The damper acts on approach only. If its damping is 0, a board does not compute the direction.
     """
     depth = touch - x
     if side * depth <= 0.0:
@@ -83,21 +84,21 @@ def pushed(x, v, touch, side, speed, contact, pad):
 def flown_apart(x, v):
     """Return 1 if an object is more than 1 m away, faster than 10 km/s or not finite, else 0.
 
-    A method that adds energy causes this; the scene then restarts, without a force in between.
+    A method that adds energy causes such a motion. The scene then restarts, and renders no force in between.
     """
     return 0.0 if abs(x) <= _FARTHEST and abs(v) <= _FASTEST else 1.0
 
 
 @compiled
 def moved(x, v, t, m, damping, stiffness, force):
-    """Return (x, v) after t seconds of m x'' = force - damping x' - stiffness x."""
+    """Return (x, v) of m x'' = force - damping x' - stiffness x after t seconds."""
     a, b, c, d, g0, _, g1, _ = transition(m, damping, stiffness, t)
     return a * x + b * v + g0 * force, c * x + d * v + g1 * force
 
 
 @compiled
 def measured(what, x, v, m, damping, stiffness, force):
-    """Return position, velocity or acceleration, and its rate of change."""
+    """Return position, velocity or acceleration, as ``what`` selects, and its rate of change."""
     a = (force - damping * v - stiffness * x) / m
     if what == _POSITION:
         return x, v
@@ -110,8 +111,8 @@ def measured(what, x, v, m, damping, stiffness, force):
 def until(what, level, x, v, span, end, m, damping, stiffness, force):
     """Return (t, x, v) at the crossing of ``level`` on the way to ``end`` after ``span`` seconds.
 
-    There is one crossing. Newton's method in a shrinking bracket; the time of a reversal only splits a piece,
-    so it needs less accuracy.
+    There is exactly one crossing. Newton's method is used in a shrinking bracket. The time of a reversal only
+    splits a piece, so it is computed with less accuracy.
     """
     enough = (1e-6 if what == _ACCELERATION else 1e-15) * span
     start, _ = measured(what, x, v, m, damping, stiffness, force)
@@ -142,10 +143,11 @@ def until(what, level, x, v, span, end, m, damping, stiffness, force):
 
 @compiled
 def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touch, side, speed, pad, reach):
-    """Return (t, x, v, event) at the end of a piece: after ``span``, or at the first event before.
+    """Return (t, x, v, event) at the end of a piece: after ``span``, or at the first earlier event.
 
-    Each search shortens the span for the next. In a piece the velocity has at most one zero. It may equal the
-    handle's twice, so if it comes within ``swing`` of it, the piece is split at the extremum.
+    Each search shortens the span for the next search. In a piece the velocity has at most one zero. It may
+    equal the handle's velocity twice, so a piece in which both come within ``swing`` is split at the
+    extremum.
     """
     event = _NONE
     q, u = moved(x, v, span, m, b, k, f)
@@ -175,7 +177,7 @@ def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touc
 
 @compiled
 def approaching(v, side, speed, pull, friction):
-    """Return 1 if object and handle approach each other, else 0; at equal speed by the force."""
+    """Return 1 if object and handle approach each other, else 0; at equal speed the force decides."""
     rate = side * (speed - v)
     if rate == 0.0:
         rate = -side * (projected(pull, friction) if v == 0.0 else pull - math.copysign(friction, v))

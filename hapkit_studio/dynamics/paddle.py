@@ -1,18 +1,18 @@
 """The paddle's physics, exact: mass, damper, spring and Coulomb friction with a force linear in time.
 
-m x'' + c x' + k x = F + F' t - (Coulomb friction). Accurate for any step and damping: the linear part is its
-exact discrete map; friction is event-driven (stop, stick, break away).
+m x'' + c x' + k x = F + F' t - (Coulomb friction). The solution is accurate for any step and damping: the
+linear part is its exact discrete map, and friction is event-driven (stop, stick, break away).
 """
 
 import math
 
 from hapkit_studio.dynamics.jit import compiled, internal
 
-# zeros of the acceleration are at least pi / omega apart, so a shorter piece has at most one
+# zeros of the acceleration are at least pi / omega apart, so a shorter piece has at most one zero
 _PIECE_ANGLE = 3.0
 _MAX_EVENTS = 256
 _SERIES_REACH = 0.5
-_TERMS = 13  # 0.5¹³ / 16! is below the last digit of 1 / 3!
+_TERMS = 13  # 0.5¹³ / 16! is smaller than the last digit of 1 / 3!
 _SERIES = tuple(1.0 / math.factorial(n + 3) for n in reversed(range(_TERMS)))
 _SMALL = 1e-9  # for smaller x, log(1 + x) equals the first two terms of its series
 
@@ -21,7 +21,8 @@ _SMALL = 1e-9  # for smaller x, log(1 + x) equals the first two terms of its ser
 def _responses(alpha, beta, t):
     """Return the velocity impulse response b(t) and its first and second integrals, by series.
 
-    b solves b' + alpha b + beta (integral of b) = 1, b(0) = 0; valid for alpha t + sqrt(beta) t <= 0.5.
+    b solves b' + alpha b + beta (integral of b) = 1 with b(0) = 0. The series is valid for alpha t +
+    sqrt(beta) t <= 0.5.
     """
     before, term = 0.0, 1.0 / 6.0
     b, once, twice = 1.0, 0.5, term
@@ -39,9 +40,9 @@ def _responses(alpha, beta, t):
 def transition(mass: float, damping: float, stiffness: float, h: float) -> tuple[float, ...]:
     """Return the exact map (a, b, c, d, g0, h0, g1, h1) of m x'' + c x' + k x = F + F' t over h seconds.
 
-    x1 = a x + b v + g0 F + h0 F', v1 = c x + d v + g1 F + h1 F'. Series on h / 2^s, then s doublings of the
-    map minus the identity, which preserves the digits of slow modes in stiff systems. Loops are bounded, as
-    laws use it, too.
+    x1 = a x + b v + g0 F + h0 F', v1 = c x + d v + g1 F + h1 F'. The series is evaluated for h / 2^s. Then
+    the map minus the identity is doubled s times, which preserves the digits of slow modes in stiff systems.
+    All loops are bounded, because laws also use this function.
     """
     alpha, beta = damping / mass, stiffness / mass
     fastest = alpha + math.sqrt(beta)
@@ -77,7 +78,7 @@ def transition(mass: float, damping: float, stiffness: float, h: float) -> tuple
 
 @internal
 def _part(mass, damping, stiffness, h):
-    """Return ``transition`` over a part of a sample: without a spring by one faster series."""
+    """Return ``transition`` over a part of a sample; without a spring, a faster series is used."""
     a = damping / mass * h
     if stiffness != 0.0 or a > _SERIES_REACH:
         return transition(mass, damping, stiffness, h)
@@ -125,7 +126,8 @@ def _break_away(net, rate, coulomb):
 def _sign_change(order, before, x, v, push, rate, mass, damping, stiffness, low, high):
     """Return the first sign change of velocity (order 0) or acceleration (order 1) in [low, high].
 
-    before: its sign at low. Newton's method in a shrinking bracket with exactly one sign change.
+    ``before`` is the sign at low. Newton's method is used in a shrinking bracket with exactly one sign
+    change.
     """
     limit = 4e-16 * high
     t = 0.5 * (low + high)
@@ -163,10 +165,11 @@ def _too_fast(x, v, push, rate, mass, damping, stiffness, h):
 
 @internal
 def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
-    """Return when a slide in direction ``sign`` first stops within h, inf without a stop.
+    """Return when a slide in direction ``sign`` first stops within h; inf if it does not stop.
 
-    0: a start from rest was lost in rounding. h is short enough for one zero of the acceleration. Without a
-    spring, the velocity under a constant force is monotonic: the stop has a closed form.
+    Return 0 if a start from rest was lost in rounding. h is so short that the acceleration has at most one
+    zero. Without a spring, the velocity under a constant force is monotonic, and the time of the stop has a
+    closed form.
     """
     if stiffness == 0.0 and rate == 0.0 and v != 0.0:
         if sign * v1 > 0.0:
@@ -193,7 +196,7 @@ def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
 
 @internal
 def _advance_with_friction(x, v, force, rate, coulomb, mass, damping, stiffness, h, whole):
-    """Return (x, v) after h, event by event: slide, stop, stick, break away."""
+    """Return (x, v) after h, computed from event to event: slide, stop, stick, break away."""
     left = h
     longest = _PIECE_ANGLE * math.sqrt(mass / stiffness) if stiffness > 0.0 else math.inf
     for _ in range(_MAX_EVENTS):

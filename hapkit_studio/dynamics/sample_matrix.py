@@ -1,7 +1,7 @@
 """The whole loop from one sample to the next as a matrix: handle, hold, delay, estimator and a linear law.
 
-For cases outside the characteristic equation of ``sampled_loop``: laws with state, and varying periods and
-delays.
+It covers cases beyond the characteristic equation of ``sampled_loop``: laws with state, and varying periods
+and delays.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,26 +15,29 @@ from hapkit_studio.dynamics.moving_mass import FAR
 from hapkit_studio.dynamics.paddle import apply, transition
 
 Law = Callable[[np.ndarray, float, float, float], tuple[float, Sequence[float]]]
-"""Linear in state (k,), position m and velocity m/s; also takes the elapsed s; returns N and state."""
+"""A function of state (k,), position in m, velocity in m/s and elapsed s; it returns N and the state.
 
-_ESTIMATOR = 6  # state size of a linear estimator, the last position first
-_LAW = 2 + _ESTIMATOR  # offset of the law's state, followed by the commands, newest first
+It is linear in state, position and velocity.
+"""
+
+_ESTIMATOR = 6  # size of the state of a linear estimator; the last position is the first value
+_LAW = 2 + _ESTIMATOR  # offset of the law's state, which is followed by the commands, newest first
 
 
 def spring(stiffness: float, damping: float) -> Law:
-    """Return the law of a spring and damper to the ground, without state."""
+    """Return the law of a spring and damper to the ground, which has no state."""
     return lambda memory, x, v, dt: (-stiffness * x - damping * v, ())
 
 
 COUPLED = 5
-"""State of a coupled object: position, speed, last acceleration, the handle's last two values."""
+"""Size of a coupled object's state: its position, speed and last acceleration, the handle's last x and v."""
 
 
 def coupled(integrator: float, mass: float, own: tuple[float, float], coupling: tuple[float, float]) -> Law:
-    """Return the law of an object coupled to the handle by a spring and damper, pulling as well as pushing.
+    """Return the law of an object that a spring and damper couple to the handle, pulling and pushing.
 
-    own and coupling: a stiffness N/m and a damping N·s/m each. As in the scenes, the object moves over the
-    past sample with the handle held at its old position, then the coupling acts.
+    ``own`` and ``coupling`` contain a stiffness in N/m and a damping in N·s/m each. As in the scenes, the
+    object moves during the past sample while the handle is held at its old position; then the coupling acts.
     """
     (k, b), (contact, pad) = own, coupling
 
@@ -53,9 +56,9 @@ def coupled(integrator: float, mass: float, own: tuple[float, float], coupling: 
 def without_law(loop: LoopSettings, remembered: int, period: float, late: float) -> np.ndarray:
     """Return the map (s + 1, s) from just after one sample to just after the next, ``period`` s later.
 
-    A command acts ``late`` s after its sample, plus the whole periods of the loop's delay. State: x, v,
-    states of estimator and law, commands newest first. Entries for the law are 0; the last row is the
-    velocity passed to it. The loop's own virtual damping is ignored.
+    A command acts ``late`` s after its sample, plus the whole periods of the loop's delay. The state contains
+    x, v, the states of estimator and law, and the commands, newest first. Entries for the law are 0. The last
+    row is the velocity passed to the law. The virtual damping of the loop is ignored.
     """
     m, c, k = loop.moving_mass, loop.total_viscous, loop.held_stiffness
     first, second = transition(m, c, k, late), transition(m, c, k, period - late)
@@ -75,7 +78,7 @@ def without_law(loop: LoopSettings, remembered: int, period: float, late: float)
 
 
 def sample_matrix(free: np.ndarray, law: Law, remembered: int, period: float) -> np.ndarray:
-    """Return the whole map (s, s): a map of ``without_law`` with this law, ``period`` s elapsed."""
+    """Return the whole map (s, s): a map of ``without_law`` closed with this law, ``period`` s later."""
     kept = slice(_LAW, _LAW + remembered)
     felt = np.vstack([np.eye(free.shape[1])[kept], free[0], free[-1]])
     answers = (law(unit[:-2], unit[-2], unit[-1], period) for unit in np.eye(remembered + 2))
@@ -86,7 +89,7 @@ def sample_matrix(free: np.ndarray, law: Law, remembered: int, period: float) ->
 
 
 def used(matrices: np.ndarray) -> np.ndarray:
-    """Return the maps (n, s, s) without states that affect no other state."""
+    """Return the maps (n, s, s) without the states that affect no other state."""
     others = matrices * (1.0 - np.eye(matrices.shape[-1]))
     kept = np.flatnonzero((others != 0.0).any(axis=(0, 1)))
     return matrices[:, kept[:, np.newaxis], kept]

@@ -1,12 +1,13 @@
-"""Exact limits of stiffness and damping: where roots of the sampled loop cross the unit circle.
+"""Exact limits of stiffness and damping, at which roots of the sampled loop cross the unit circle.
 
-The loop: exact paddle, force held between samples and delayed by any time, u = -(K x + B v^) with the linear
-velocity estimate v^ = H(z) x, a hand as a spring and damper to the ground with its mass added. No
-quantisation, no Coulomb friction, no force limit. The characteristic equation 1 + (K + B H) P = 0 has a root
-on the unit circle if K = -1/P - B H is real at z = e^jw. The inside of the circle maps to the left of that
-curve: where it crosses the real axis upwards, a pair of roots leaves the circle as K passes; where it crosses
-downwards, a pair returns (D-decomposition, Neimark 1948). There may be several stable intervals: a filter can
-turn damping against a spring that oscillates slowly, and not against a stiffer one.
+The loop consists of the exact paddle, a force that is held between samples and delayed by any time, u = -(K x
++ B v^) with the linear velocity estimate v^ = H(z) x, and a hand as a spring and damper to the ground with
+its mass added. There is no quantisation, no Coulomb friction, no force limit. The characteristic equation 1 +
+(K + B H) P = 0 has a root on the unit circle if K = -1/P - B H is real at z = e^jw. The inside of the circle
+maps to the left of this curve. If the curve crosses the real axis upwards, a pair of roots leaves the circle
+as K passes; if it crosses downwards, a pair returns (D-decomposition, Neimark 1948). There may be several
+stable intervals: with a filter, damping may drive a slow oscillation on a soft spring but damp the faster one
+on a stiffer spring.
 """
 
 import math
@@ -23,19 +24,19 @@ from hapkit_studio.errors import ParameterError
 
 _SLOWEST = 1e-7
 _MOST_STEPS, _CLOSE = 50, 1e-14
-# dampings per batch: amortises Python's overhead and fits the processor's cache
+# number of dampings per batch; it amortises Python's overhead and fits the processor's cache
 _BATCH = 32
 
 # maps angles w per sample (m,) and their columns (m,) to complex values (m,)
 Curve = Callable[[np.ndarray, np.ndarray], np.ndarray]
-# stable intervals (low, high) in N/m, lowest first
+# stable intervals (low, high) in N/m, the lowest first
 Intervals = tuple[tuple[float, float], ...]
 
 
 def _inverse_plant(loop: LoopSettings, w: np.ndarray) -> np.ndarray:
-    """Return 1 / P(e^jw): command to sampled position, with hold and delay.
+    """Return 1 / P(e^jw); P is the transfer from command to sampled position, with hold and delay.
 
-    In terms of z - 1, without cancellation at low frequencies.
+    The expression uses z - 1, which avoids cancellation at low frequencies.
     """
     m, c, k = loop.moving_mass, loop.total_viscous, loop.held_stiffness
     period = 1.0 / loop.rate
@@ -53,9 +54,9 @@ def _inverse_plant(loop: LoopSettings, w: np.ndarray) -> np.ndarray:
 
 
 def _frequencies(loop: LoopSettings) -> np.ndarray:
-    """Return angles in rad per sample from nearly 0 to pi, dense enough for every turn of the delay's phase.
+    """Return angles in rad per sample from nearly 0 to pi, dense enough for the turns of the delay's phase.
 
-    Without delay or hand the crossing is near sqrt(2 b T / m), so the range starts well below that.
+    Without delay or hand the crossing is near sqrt(2 b T / m), so the range starts well below this angle.
     """
     turns = loop.delay * loop.rate + 2.0
     slowest = min(_SLOWEST, 0.1 * math.sqrt(loop.total_viscous / (loop.moving_mass * loop.rate))) or _SLOWEST
@@ -66,17 +67,17 @@ def _frequencies(loop: LoopSettings) -> np.ndarray:
 def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return crossings of complex curves on [w[0], pi] with the positive real axis: all (k,), unordered.
 
-    Column, value, and number of roots leaving the unit circle as the value is passed: 2, -2 for returning
-    ones, 1 or -1 at pi.
+    The results are the column, the value, and the number of roots that leave the unit circle as the value is
+    passed: 2, or -2 if they return; at pi 1 or -1.
     """
     values = curve(w, np.arange(columns)[:, np.newaxis])
     negative = np.signbit(values.imag)
-    negative[:, -1] = negative[:, -2]  # the value at pi is real; its imaginary part is a rounding error
+    negative[:, -1] = negative[:, -2]  # the value at pi is real, and its imaginary part is a rounding error
     column, place = np.nonzero(negative[:, :-1] != negative[:, 1:])
     low, high, below = w[place], w[place + 1], negative[column, place]
     at_low, at_high = values.imag[column, place], values.imag[column, place + 1]
     middle, was_left, found = low, np.full(len(low), -1), np.zeros(len(low), bool)
-    # Illinois rule: secant method, halving the weight of an end that is kept twice
+    # Illinois rule: the secant method, in which the weight of an end is halved if the end is kept twice
     for _ in range(_MOST_STEPS):
         last = middle  # columns that have converged do not change
         middle = np.where(found, last, high - at_high * (high - low) / (at_high - at_low))
@@ -108,7 +109,10 @@ def _velocity_of(loop: LoopSettings) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def _damping_crossings(loop: LoopSettings) -> tuple[np.ndarray, np.ndarray]:
-    """Return (dampings at which roots cross the unit circle with nearly no stiffness, roots leaving it)."""
+    """Return the dampings at which roots cross the unit circle, and the number of roots that leave it.
+
+    The stiffness is nearly 0.
+    """
     velocity = _velocity_of(loop)
 
     def curve(w: np.ndarray, column: np.ndarray) -> np.ndarray:
@@ -118,14 +122,14 @@ def _damping_crossings(loop: LoopSettings) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _roots_outside(loop: LoopSettings, damping: np.ndarray) -> np.ndarray:
-    """Return the number of roots (n,) outside the unit circle at virtual damping (n,) and no stiffness."""
+    """Return the number of roots (n,) outside the unit circle at virtual damping (n,) and stiffness 0."""
     value, leaving = _damping_crossings(loop)
     return (value < damping[:, np.newaxis]) @ leaving
 
 
 @lru_cache(maxsize=64)
 def damping_limit(loop: LoopSettings) -> float:
-    """Return the largest stable virtual damping in N·s/m without stiffness, inf if unlimited.
+    """Return the largest stable virtual damping in N·s/m at stiffness 0; inf if it is unlimited.
 
     Raise ParameterError for a nonlinear estimator.
     """
@@ -157,17 +161,17 @@ def stable_intervals(loop: LoopSettings, damping: np.ndarray) -> list[Intervals]
 
 
 def first_end(intervals: Intervals) -> float:
-    """Return the end in N/m of the stable interval at 0; 0 if the softest spring is unstable."""
+    """Return the end in N/m of the stable interval that starts at 0; 0 if the softest spring is unstable."""
     return intervals[0][1] if intervals and intervals[0][0] == 0.0 else 0.0
 
 
 def stiffness_limits(loop: LoopSettings, damping: np.ndarray) -> np.ndarray:
-    """Return the limit (n,) in N/m for each damping: ``first_end`` of the ``stable_intervals``."""
+    """Return the limit (n,) in N/m for each damping, the ``first_end`` of the ``stable_intervals``."""
     return np.array([first_end(each) for each in stable_intervals(loop, damping)])
 
 
 def stable(loop: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Return True for stiffness (m,) in N/m stable at virtual damping (n,) in N·s/m: bool (m, n)."""
+    """Return whether stiffness (m,) in N/m is stable at virtual damping (n,) in N·s/m, as bool (m, n)."""
     found = np.zeros((len(stiffness), len(damping)), dtype=bool)
     for column, intervals in enumerate(stable_intervals(loop, damping)):
         for low, high in intervals:

@@ -1,8 +1,8 @@
-"""Stick-slip: a mass with dry friction, pulled by a spring whose end moves, for all friction models.
+"""Stick-slip: a spring whose end moves pulls a mass with dry friction, for all friction models.
 
-A model's step takes the velocity v in m/s to the next one; the applied force is known, as in a simulation.
-memory: anchor, bristle deflection and last position in m, 0 while sticking. Options are numbers in the order
-of the model's parameters.
+The step of a model maps the velocity v in m/s to the next one. The applied force is known, as in a
+simulation. ``memory`` contains the anchor, the bristle deflection and the last position in m, which is 0
+while sticking. Options are numbers in the order of the model's parameters.
 """
 
 import math
@@ -44,7 +44,7 @@ def _hayward_armstrong(x, memory, static, kinetic, stiffness):
 
 @internal
 def _strained(model, x, v, memory, static, kinetic, options, dt):
-    """Return the friction in N, against positive motion, of the models with an elastic strain."""
+    """Return the friction in N of the models with an elastic strain, for positive motion."""
     if model == TETHER:
         drag, memory[_ANCHOR], memory[_SLIDES] = sticking_tether(
             x, memory[_BEFORE], memory[_ANCHOR], memory[_SLIDES], options[0], options[1], static, kinetic, dt
@@ -64,11 +64,11 @@ def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
     """Return the velocity after a step."""
     step = dt / mass
     slid = v + step * (pull - math.copysign(kinetic, v))
-    # at rest, breaking away against the kinetic friction
+    # the mass rests, or breaks away against the kinetic friction
     held = 0.0 if abs(pull) <= static else v + step * (pull - math.copysign(kinetic, pull))
-    if model == COULOMB:  # by the sign of the velocity only
+    if model == COULOMB:  # uses only the sign of the velocity
         return slid if v != 0.0 else step * (pull - math.copysign(min(abs(pull), static), pull))
-    if model == KARNOPP:  # a state machine: sticks when the velocity would change its sign
+    if model == KARNOPP:  # a state machine, which sticks when the velocity would change its sign
         if v == 0.0:
             return held
         return slid if slid * v > 0.0 else 0.0
@@ -88,7 +88,7 @@ def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
 def run(model, times, applied, mass, spring, viscous, static, kinetic, options, dt, memory, x, v):
     """Simulate ``times`` steps into x, v (n,) by the semi-implicit rule.
 
-    m x'' = applied - spring x - viscous v - friction; the new velocity moves the mass.
+    m x'' = applied - spring x - viscous v - friction. The new velocity moves the mass.
     """
     for _ in range(times):
         memory[_ANCHOR], memory[_BEND], memory[_BEFORE], memory[_SLIDES] = x[0], 0.0, x[0], 0.0
@@ -102,7 +102,7 @@ _UNITS = {"stiffness": "N/m", "damping": "N·s/m"}
 
 
 def _options(**defaults: float) -> tuple[Parameter, ...]:
-    """Return a model's options besides its friction levels; speeds unless specified."""
+    """Return a model's options in addition to its friction levels; they are speeds unless a unit is given."""
     found = []
     for key, default in defaults.items():
         words, low = key.replace("_", " ").capitalize(), 0.0 if key == "damping" else TINY
@@ -110,7 +110,7 @@ def _options(**defaults: float) -> tuple[Parameter, ...]:
     return tuple(found)
 
 
-# options in the order of a step's arguments
+# the options are in the order of a step's arguments
 MODELS: dict[str, tuple[int, tuple[Parameter, ...]]] = {
     "coulomb": (COULOMB, ()),
     "smoothed": (SMOOTHED, _options(smoothing=0.01, stribeck_velocity=0.03)),
@@ -141,7 +141,7 @@ def slide(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (t, x, v), each (n,), of a mass with friction and a fixed spring under forces (n,) in N.
 
-    Row k is at t = k dt, row 0 the start; applied[k] acts from row k to the next one. Models and their
+    Row k is at t = k dt, and row 0 is the start. applied[k] acts from row k to the next row. Models and their
     options are in MODELS. Raise ParameterError.
     """
     if not isinstance(model, str) or model not in MODELS:
@@ -180,11 +180,11 @@ def stick_slip(
     seconds: float,
     **options: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return (t, x, v, force), each (n,): a mass at rest pulled by an initially slack spring.
+    """Return (t, x, v, force), each (n,), of a mass at rest that an initially slack spring pulls.
 
-    speed: of the spring's end in m/s. force: the spring's on the mass in N. mass kg, spring N/m, static and
-    kinetic friction N, viscous N·s/m, dt and seconds s; row k is at t = k dt, n = round(seconds / dt) + 1.
-    Models and their options are in MODELS. Raise ParameterError.
+    speed is that of the spring's end in m/s. force is that of the spring on the mass in N. mass is in kg,
+    spring in N/m, static and kinetic friction in N, viscous in N·s/m, dt and seconds in s. Row k is at t = k
+    dt; n = round(seconds / dt) + 1. Models and their options are in MODELS. Raise ParameterError.
     """
     number = checked({"spring": spring, "speed": speed, "dt": dt, "seconds": seconds})
     drawn = number["spring"] * number["speed"] * instants(number["seconds"], number["dt"])
@@ -193,7 +193,7 @@ def stick_slip(
     return t, x, v, drawn - number["spring"] * x
 
 
-# N, smallest force amplitude of stick-slip; number of first cycles ignored
+# N: smallest force amplitude that counts as stick-slip; number of ignored first cycles
 _SMALLEST_AMPLITUDE, _IGNORED_CYCLES = 0.05, 2
 
 
@@ -205,9 +205,9 @@ def exact_period(mass: float, spring: float, static: float, kinetic: float, spee
 
 
 def period_error(t: np.ndarray, force: np.ndarray, period: float) -> float:
-    """Return the relative error of the mean period between downward crossings of the force's (n,) middle.
+    """Return the relative error of the mean period between downward crossings of the force's middle.
 
-    inf without crossings.
+    force is (n,). Return inf if there are no crossings.
     """
     late = force[len(force) // 4 :]
     if not np.isfinite(force).all() or np.ptp(late) < _SMALLEST_AMPLITUDE:
