@@ -16,16 +16,17 @@ from hapkit_studio.laws.machine import EQUAL, FIRST, GREATER, LESS, UNORDERED, V
 from hapkit_studio.laws.translate import CheckedLaw, checked
 
 _SMALL = (60, 14, 6)
-"""Operations up to which functions are inlined at every call; smaller values if code space is short."""
+"""Largest numbers of operations of functions that are inlined at every call; tried until the code fits."""
 
 
 @dataclass(frozen=True)
 class Program:
-    """A law for the board; parameter values change constants only, not the code.
+    """A law for the board; parameter values change only constants, not the code.
 
-    states: number of state values. given: initial values of the slots from FIRST on: state, constants,
-    tables. slots: their total number. most: worst-case cycles of a call. lines: source line of each
-    instruction. tables: bytes of the tables.
+    ``states`` is the number of state values. ``given`` contains the initial values of the slots from FIRST
+    on: state, constants, tables. ``slots`` is the total number of slots. ``most`` is the worst-case number of
+    cycles of a call. ``lines`` contains the source line of each instruction. ``tables`` is the number of
+    bytes in tables.
     """
 
     code: bytes
@@ -38,12 +39,12 @@ class Program:
 
     @property
     def usual(self) -> float:
-        """Return the mean cycles of a call for the imposed motion with the highest mean."""
+        """Return the mean cycles of a call, for the imposed motion that has the highest mean."""
         return machine.mean_cycles(self.code, self.slots, self.given)[0]
 
     @property
     def rest(self) -> int:
-        """Return the typical cycles of a tick in addition to the law, more if the law reads the velocity."""
+        """Return the typical cycles of a tick without the law; a law that reads the velocity adds some."""
         reads = any(
             kind == "s" and self.code[at + 1 + i] == machine.V
             for at, operation, _ in instructions(self.code)
@@ -52,7 +53,7 @@ class Program:
         return machine.REST + (machine.ESTIMATE if reads else 0)
 
     def cycles_by_line(self) -> dict[int, float]:
-        """Return the mean cycles of each source line in a call, for the same motion."""
+        """Return the mean cycles of each source line in a call, for the same motion as ``usual``."""
         found: dict[int, float] = {}
         counts = machine.mean_cycles(self.code, self.slots, self.given)[1]
         for (_, operation, _), line, count in zip(instructions(self.code), self.lines, counts, strict=True):
@@ -71,11 +72,11 @@ class Program:
 
 @dataclass
 class Code:
-    """An instruction before layout: operands are variables, labels or numbers."""
+    """An instruction before layout; its operands are variables, labels or numbers."""
 
     name: str
     operands: tuple = ()
-    mask: int = 0  # mask of the compare-and-jump instructions
+    mask: int = 0  # outcomes at which a compare-and-jump instruction jumps
     line: int = 0  # line in the source
 
 
@@ -97,11 +98,11 @@ _OUTCOMES = {
 _ALL = LESS | EQUAL | GREATER | UNORDERED
 _MIRROR = {LESS: GREATER, GREATER: LESS}
 _OPERATIONS = {o.name: o for o in machine.OPERATIONS}
-# instructions that preserve A
+# instructions that leave A unchanged
 _PRESERVE_A = frozenset(("STORE", "COMPARE", "TEST", "STORE_AT", "LABEL"))
 _ENDING = frozenset(("RETURN", "JUMP"))
 _FORWARD = frozenset(("JUMP", "TEST", "COMPARE"))
-# instructions whose only effect is a new value in A
+# instructions that only load a new value into A
 _LOAD_ONLY = frozenset(("LOAD", *_UNARY.values()))
 
 
@@ -113,7 +114,7 @@ def _trees(law: Law) -> CheckedLaw:
 def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0) -> Program:
     """Compile a law for the board, with parameter values by key and the period in s; raise LawError.
 
-    Functions are inlined as long as the code fits ``room`` bytes; otherwise the smallest code is returned.
+    Functions are inlined as long as the code fits in ``room`` bytes; otherwise the smallest code is returned.
     """
     known = {i: float(values[p.key]) for i, p in enumerate(law.parameters)}
     found: list[Program] = []
@@ -132,7 +133,7 @@ def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0)
 
 
 def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
-    """Return the code of a specialised law with initial state ``start``; raise LawError if too large."""
+    """Return the program of a specialised law with initial state ``start``; raise LawError if too large."""
     sections = [_Section(f) for f in law.functions]
     main = _Section(None, law.body)
     _lay_out([*sections, main])
@@ -173,12 +174,12 @@ def _single(value: float) -> float:
 
 
 class _Section:
-    """Code of one function, or of the law's body, before its variables have slots."""
+    """The code of one function, or of the law's body, before its variables have slots."""
 
     def __init__(self, function: t.Function | None, body: list[t.Statement] | None = None):
         self.function = function
         self.code: list[Code] = []
-        self.counter = 0  # loop counters in use here or below
+        self.counter = 0  # number of loop counters used here or in callees
         self.depth = 0  # call depth below this section
         self.places: dict[str, int] = {}
         self.base = self.top = 0
@@ -189,7 +190,7 @@ class _Section:
         self._numbers: dict[str, int] = {}  # bit positions of variables
         self._ends: dict[int, Label] = {}
         self._loops: list[tuple[Label, Label]] = []
-        self._starts: dict[int, Label] = {}  # keyed by LOOP instruction
+        self._starts: dict[int, Label] = {}  # keyed by the LOOP instruction
         self._extra = self._line = 0
         if function is None:
             assert body is not None
@@ -208,7 +209,7 @@ class _Section:
             self._held = set()
 
     def label(self, label: Label) -> None:
-        """Emit a label; keep only what is known of A on every path to it."""
+        """Emit a label; keep only the knowledge of A that holds on every path to the label."""
         brought = self._at_label.get(label)
         if self.code and self.code[-1].name in _ENDING:
             self._held = set(brought or ())
@@ -262,7 +263,7 @@ class _Section:
                 self.put("CALL", function)
 
     def branch(self, test: t.Test, then: list[t.Statement], other: list[t.Statement]) -> None:
-        """Emit a branch; an empty side costs no jump."""
+        """Emit a branch; an empty side needs no jump."""
         if not then:
             test, then, other = t.Not(test), other, then
         no, end = Label(), Label()
@@ -294,7 +295,7 @@ class _Section:
 
     # --- tests
     def jump(self, test: t.Test, label: Label, when: bool) -> None:
-        """Emit a jump taken if the test's outcome is ``when``."""
+        """Emit a jump that is taken if the test's outcome is ``when``."""
         match test:
             case t.Not(inner):
                 self.jump(inner, label, not when)
@@ -336,7 +337,7 @@ class _Section:
         if value in self._held:
             return
         match value:
-            case t.Num(number) if abs(number) > t.MOST_FLOAT:  # infinite in single precision
+            case t.Num(number) if abs(number) > t.MOST_FLOAT:  # this number is infinite in single precision
                 self.load(t.literal(math.copysign(3e38, number)))
                 self.put("MULTIPLY", t.literal(3e38))
             case t.Num(number) if not t.is_single(number):
@@ -383,19 +384,19 @@ class _Section:
 
     # --- optimisation
     def optimise(self) -> None:
-        """Optimise jumps and remove dead code until nothing changes."""
+        """Optimise jumps and remove dead code until the code stays the same."""
         size = -1
         while size != len(self.code):
             size = len(self.code)
             self._thread_jumps()
             self._drop_dead()
-            # a loop whose end is unreachable runs once
+            # a loop whose end is unreachable runs only once
             turned = {id(c.operands[-1]) for c in self.code if c.name == "NEXT"}
             self.code = [c for c in self.code if c.name != "LOOP" or id(self._starts[id(c)]) in turned]
             self._coalesce_copies()
 
     def _thread_jumps(self) -> None:
-        """Jump threading; remove unreachable code and jumps to the next instruction."""
+        """Thread jumps; remove unreachable code and jumps to the next instruction."""
         after: dict[Label, Code] = {}
         last: Code | None = None
         for code in reversed(self.code):
@@ -439,7 +440,7 @@ class _Section:
         self.code = kept
 
     def _coalesce_copies(self) -> None:
-        """Copy coalescing: one slot for two variables if one is only a copy of the other."""
+        """Coalesce copies: two variables share a slot if one is only a copy of the other."""
         clashes: dict[int, int] | None = None
         for at in range(len(self.code) - 1):
             first, second = self.code[at], self.code[at + 1]
@@ -458,7 +459,7 @@ class _Section:
         self.code = [c for i, c in enumerate(self.code) if not self._is_idle(i)]
 
     def _is_idle(self, at: int) -> bool:
-        """Return True if an instruction stores a value back where it was just loaded."""
+        """Return True if an instruction stores a value into the variable from which it was just loaded."""
         code, before = self.code[at], self.code[at - 1]
         return code.name == "STORE" and at > 0 and before.name == "LOAD" and code.operands == before.operands
 
@@ -477,13 +478,13 @@ class _Section:
         return sum({self.bit(v) for v in variables})
 
     def written(self, code: Code) -> int:
-        """Return the variables, as bits, that an instruction writes."""
+        """Return the variables that an instruction writes, as bits."""
         if code.name == "STORE":
             return self.bit(code.operands[0])
         return self._bits(code.operands[0].results) if code.name == "CALL" else 0
 
     def read(self, code: Code) -> int:
-        """Return the variables, as bits, that an instruction reads, without indexed state."""
+        """Return the variables that an instruction reads, as bits, without indexed state."""
         if code.name == "CALL":
             return self._bits(code.operands[0].parameters)
         if code.name == "STORE" or not code.operands or not isinstance(code.operands[0], t.Var):
@@ -491,7 +492,7 @@ class _Section:
         return self.bit(code.operands[0])
 
     def clashes(self) -> dict[int, int]:
-        """Return the interference graph: for each variable's bit, the bits live where it is written."""
+        """Return the interference graph: for each variable's bit, the bits that are live at its writes."""
         live, found = self.live(), dict[int, int]()
         for i, code in enumerate(self.code):
             if code.name not in ("STORE", "STORE_AT", "CALL"):
@@ -503,7 +504,7 @@ class _Section:
                 bit = self.bit(name)
                 others = live[i + 1] & ~bit & ~copied
                 found[bit] = found.get(bit, 0) | others
-        # symmetric closure at the end: inside the loop it would dominate the run time
+        # make the graph symmetric at the end; inside the loop this would dominate the run time
         for bit, others in list(found.items()):
             while others:
                 other = others & -others
@@ -512,10 +513,10 @@ class _Section:
         return found
 
     def overwritten(self, code: Code) -> list[str]:
-        """Return the variables that an instruction may write; for a call all but its arguments."""
+        """Return the variables that an instruction may write; a call may write all but its arguments."""
         if code.name == "STORE":
             name = code.operands[0].name
-            # slots of another function's arguments and results may be shared
+            # arguments and results of different functions may share slots
             others = [f for f in self.called if name not in f.lasting]
             others = others if len(others) < len(self.called) else []
             return [name, *(n for f in others for n in f.lasting)]
@@ -526,8 +527,8 @@ class _Section:
         return sorted(found - set(code.operands[0].parameters))
 
     def live(self) -> list[int]:
-        """Liveness analysis: return the variables, as bits, live before each instruction and at the end."""
-        # a caller may rely on the previous arguments of a function
+        """Return the variables, as bits, that are live before each instruction and at the end."""
+        # a caller may rely on the arguments of the previous call
         lasting = self._bits(self.function.lasting) if self.function else 0
         used = {o.name for c in self.code for o in c.operands if isinstance(o, t.Var)}
         states = self._bits(name for name in used if name.startswith("s["))
@@ -553,12 +554,12 @@ class _Section:
                 out = (out & ~written) | read
                 if out != live[i]:
                     live[i] = out
-                    # only loop ends jump backwards
+                    # only the end of a loop jumps backwards
                     changed = changed or any(c.name == "NEXT" for c in self.code[i:])
         return live
 
 
-# instructions that may end the law, which keeps the state, or that access the state by index
+# Instructions that may end the law, which keeps the state, or that access the state by index.
 _ENDING_MAYBE = frozenset(
     ("DIVIDE", "DIVIDE_INTO", "FLOOR_DIVIDE", "MODULO", "REMAINDER", "LOAD_AT", "STORE_AT")
 )
@@ -575,7 +576,7 @@ def _jumps_to_next(codes: Sequence[Code], at: int) -> bool:
 
 
 def _lay_out(sections: Sequence[_Section]) -> None:
-    """Assign a slot after the constants to every local variable; slots are shared unless live together.
+    """Assign a slot after the constants to every local variable; variables that are live together differ.
 
     The variables of a function come after those of its callees.
     """
@@ -596,7 +597,7 @@ def _lay_out(sections: Sequence[_Section]) -> None:
 
 
 def _colour(section: _Section) -> None:
-    """Graph colouring: assign slots to the section's variables from its base on."""
+    """Graph colouring: assign slots to the section's variables, starting at its base."""
     lasting = section.function.lasting if section.function else ()
     section.places |= {name: section.base + i for i, name in enumerate(lasting)}
     section.top = place = section.base + len(lasting)
@@ -613,11 +614,14 @@ def _colour(section: _Section) -> None:
 
 # --- bytes
 class _Encoder:
-    """Encodes sections as bytes; numbers: slots of constants and tables; first: first variable's slot."""
+    """Encodes sections as bytes.
+
+    ``numbers`` contains the slots of constants and tables, and ``first`` is the slot of the first variable.
+    """
 
     def __init__(self, numbers: Mapping[str, int], first: int):
         self.numbers, self.first = numbers, first
-        self.starts: dict[str, int] = {}  # code offset of each function
+        self.starts: dict[str, int] = {}  # offset of each function in the code
 
     def encoded(self, sections: Sequence[_Section]) -> tuple[bytes, tuple[int, ...]]:
         """Return the code of all sections, the law's body last, and the source line of each instruction."""
@@ -632,7 +636,7 @@ class _Encoder:
         return bytes(out), tuple(lines)
 
     def section(self, section: _Section) -> list[tuple[bytes, int]]:
-        """Return the bytes and line of each instruction; a jump out of one-byte range becomes two."""
+        """Return bytes and line of each instruction; a jump too far for one byte becomes two jumps."""
         far: set[int] = set()
         while True:
             ends = list(accumulate(_size(code, i in far) for i, code in enumerate(section.code)))
@@ -654,7 +658,7 @@ class _Encoder:
     def instruction(
         self, section: _Section, code: Code, places: Mapping[Label, int], end: int, far: bool
     ) -> bytes | None:
-        """Return an instruction's bytes, empty for a label; None if a jump is out of one-byte range."""
+        """Return an instruction's bytes, empty for a label; None if a jump is too far for one byte."""
         if code.name == "LABEL":
             return b""
         operation = _OPERATIONS[code.name]
@@ -663,7 +667,7 @@ class _Encoder:
             jump = bytes([_OPERATIONS["FAR_JUMP"].code]) + struct.pack("<H", distance)
             if code.name == "JUMP":
                 return jump
-            # skip the long jump on the opposite outcome
+            # on the opposite outcome, skip the long jump
             near = [self.slot(section, o) for o in code.operands[:-1]]
             return bytes([operation.code | (_ALL ^ code.mask), *near, 3]) + jump
         out = bytes([operation.code | code.mask])
@@ -675,7 +679,7 @@ class _Encoder:
                         return None
                 case t.Function():
                     number = self.starts[operand.name]
-                case str():  # table name
+                case str():  # the name of a table
                     number = self.numbers[operand]
                 case int():
                     number = operand

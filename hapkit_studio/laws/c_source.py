@@ -14,7 +14,7 @@ from hapkit_studio.laws.readable import specialise
 from hapkit_studio.laws.translate import TABLE_PREFIX, checked
 from hapkit_studio.parameters import Choice
 
-# reserved words of C++, and names of the Arduino core, some of which are macros without scope
+# Reserved words of C++, and names of the Arduino core, some of which are macros that ignore scopes.
 _RESERVED = """
 alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const constexpr
 continue decltype default delete do double dynamic_cast else enum explicit export extern false final float
@@ -28,10 +28,10 @@ j0 j1 jn y0 y1 yn sin cos tan exp log pow sqrt floor ceil fabs gamma
 p s law stopped smaller larger modulo floorDivide divisor index entry expMinusOne logOnePlus
 """
 _TAKEN = frozenset(_RESERVED.split())
-WIDTH, _SHORT = 105, 80  # line width; width up to which two declarations share a line
+WIDTH, _SHORT = 105, 80  # width of a line; width up to which two declarations share a line
 _LEVELS = {"?": 1, "or": 2, "and": 3, "==": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5}
 _SUM, _PRODUCT, _SIGN, _ATOM = 6, 7, 8, 9
-# names that differ in C, and the sketch's helper functions
+# names that are different in C, and names of the sketch's helper functions
 _NAMES = {"abs": "fabsf", "**": "powf", "min": "smaller", "max": "larger", "//": "floorDivide", "%": "modulo"}
 _NAMES |= {"expm1": "expMinusOne", "log1p": "logOnePlus"}
 _HELPERS = frozenset((*_NAMES.values(), "divisor", "index", "entry")) - {"fabsf", "powf"}
@@ -39,7 +39,7 @@ _HELPERS = frozenset((*_NAMES.values(), "divisor", "index", "entry")) - {"fabsf"
 
 @dataclass(frozen=True)
 class Source:
-    """A law in C: its text, its call, the helpers it needs and the indices of its parameters."""
+    """A law in C: its text, its call, the helpers that it needs, and the indices of its parameters."""
 
     text: str
     call: str
@@ -48,7 +48,7 @@ class Source:
 
 
 def translate(law: Law, values: Sequence[float]) -> Source:
-    """Return a law's C, with the choices among its parameters fixed; raise LawError."""
+    """Return a law in C, in which the choices among its parameters are fixed; raise LawError."""
     trees = checked(law.function, law.parameters, law.state)
     choices = frozenset(i for i, p in enumerate(law.parameters) if isinstance(p, Choice))
     made = specialise(trees, values, choices)
@@ -98,17 +98,17 @@ def _table(name: str, numbers: Sequence[float]) -> str:
 
 
 class _Writer:
-    """Write functions in C; record the helpers, state and tables that they use."""
+    """Writes functions in C, and records the helpers, states and tables that they use."""
 
     def __init__(
         self, names: Mapping[str, str], functions: Mapping[str, t.Function], remarks: Mapping[int, str]
     ):
         self.names, self.functions = names, functions
-        self.remarks = dict(remarks)  # by source line; removed when written
+        self.remarks = dict(remarks)  # by source line; a remark is removed when it is written
         self.helpers: set[str] = set()
         self.states: set[str] = set()
         self.tables: dict[str, None] = {}
-        self.sets: Counter[str] = Counter()  # number of assignments by name
+        self.sets: Counter[str] = Counter()  # number of assignments to each name
         self.read: set[str] = set()  # names that are read
         self.truths: set[str] = set()  # names of Boolean variables
 
@@ -128,7 +128,7 @@ class _Writer:
 
     # --- statements
     def block(self, statements: Sequence[t.Statement], indent: str, outside: set[str]) -> list[str]:
-        """Return the lines of statements; names are declared at their first assignment or before a branch."""
+        """Return the lines of statements; a name is declared at its first assignment or before a branch."""
         declared, lines = set(outside), []
         for i, s in enumerate(statements):
             behind = statements[i + 1 :]
@@ -164,7 +164,7 @@ class _Writer:
             case t.Assign(to, t.Op("+" | "-" | "*" | "/" as op, (t.Var(same), value))) if to == same:
                 return f"{self.place(to)} {op}= {self.text(value)};"
             case t.Assign(to, value) if to not in self.read and not to.startswith("s["):
-                return f"(void)({self.text(value)});"  # kept for its side effect: it may stop the law
+                return f"(void)({self.text(value)});"  # the call is kept because it may stop the law
             case t.Assign(to, t.Select(test)) if to in self.truths:
                 declared.add(to)
                 return f"const bool {mangled(to)} = {self.test(test)[0]};"
@@ -236,12 +236,12 @@ class _Writer:
         return found
 
     def text(self, value: t.Expr, level: int = 0) -> str:
-        """Return an expression, in parentheses if its precedence is below ``level``."""
+        """Return an expression as text, in parentheses if its precedence is below ``level``."""
         words, own = self.value(value)
         return words if own >= level else f"({words})"
 
     def value(self, value: t.Expr) -> tuple[str, int]:
-        """Return an expression and its precedence."""
+        """Return an expression as text, and its precedence."""
         match value:
             case t.Num():
                 words = number(value.value)
@@ -308,13 +308,13 @@ class _Writer:
 
 
 def _counter(s: t.Statement) -> str:
-    """Return the name of a loop's counter, "" if it is unused."""
+    """Return the name of a loop's counter; "" if the counter is unused."""
     after = s.after if isinstance(s, t.Loop) else []
     return after[0].to if after and isinstance(after[0], t.Assign) else ""
 
 
 def _is_read(name: str, statements: Sequence[t.Statement]) -> bool:
-    """Return True if statements read a name before they assign it."""
+    """Return True if statements read a name before they assign to it."""
     for s in statements:
         if any(n == t.Var(name) or (isinstance(n, t.Assign) and n.to == name) for n in t.walk(s)):
             return not isinstance(s, t.Assign) or t.Var(name) in t.walk(s.value)
@@ -347,7 +347,7 @@ def comment(text: str | None, width: int = WIDTH) -> list[str]:
 
 
 def wrapped(line: str) -> list[str]:
-    """Return a line of code wrapped to WIDTH."""
+    """Return the lines into which a line of code is wrapped at WIDTH."""
     indent = line[: len(line) - len(line.lstrip())] + "    "
     return textwrap.wrap(
         line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False

@@ -1,11 +1,12 @@
-"""Find states that accumulate time: in single precision, on the board and in the sketch, they drift.
+"""Find states that accumulate time; they drift in single precision, on the board and in the sketch.
 
-A float32 clock that adds 1/4000 s per call is 10 s late after 10 minutes: between two powers of two, every
-sum has the same rounding error. Integers are exact up to 2^24, 70 minutes at 4 kHz. States that decay, are
-limited, or follow the handle or another state forget their rounding errors and are not reported.
+A float32 clock that adds 1/4000 s per call is 10 s late after 10 minutes, because between two powers of two
+every sum has the same rounding error. Integers are exact up to 2^24, which is 70 minutes at 4 kHz. States
+that decay, are limited, or follow the handle or another state lose their rounding errors, so they are not
+reported.
 
-Abstract interpretation: the law is evaluated with forms instead of numbers. A form contains the state that a
-value is based on and the step added to it.
+The method is abstract interpretation: the law is evaluated with forms instead of numbers. A form contains the
+state on which a value is based and the step added to this state.
 """
 
 import ast
@@ -34,12 +35,12 @@ class Remark:
 
 @dataclass(frozen=True)
 class Form:
-    """Abstract value: the state ``base``, if any, plus a step.
+    """An abstract value: the state ``base``, if any, plus a step.
 
-    parts: dependencies of the step: DT, MOTION, FRACTION (a parameter or a non-integer number), states by
-    index. signs: possible signs of the step, 0 if unknown. number: the value if constant. limits: the sides
-    on which the sum is limited. wrapped: reduced by a modulo operation. line: of the first assignment to its
-    state.
+    ``parts`` are the dependencies of the step: DT, MOTION, FRACTION (a parameter or a non-integer number),
+    and states by index. ``signs`` are the possible signs of the step; 0 means unknown. ``number`` is the
+    value if it is constant. ``limits`` are the sides on which the sum is limited. ``wrapped`` tells that a
+    modulo operation reduced the value. ``line`` is the line of the first assignment to the state.
     """
 
     base: int | None = None
@@ -56,12 +57,13 @@ class Form:
 
     @property
     def bounded(self) -> bool:
-        """Return True if the sum is limited in the direction of the step."""
+        """Return True if the sum is limited in the direction of its step."""
         return bool(self.limits) if 0 in self.signs else bool(self.signs) and self.signs <= self.limits
 
 
 Forms = frozenset[Form]
-Guards = frozenset[tuple[int, int]]  # states compared in a test, and the side on which the test limits them
+# states that a test compares, and the side on which the test limits each of them
+Guards = frozenset[tuple[int, int]]
 _UNKNOWN: Forms = frozenset((Form(),))
 _PARAMETER: Forms = frozenset((Form(parts=frozenset((FRACTION,))),))
 
@@ -73,7 +75,7 @@ def _number(value: float) -> Form:
 
 
 def _limited(forms: Iterable[Form]) -> Forms:
-    """Widening: merge forms of the same base if there are many."""
+    """Widening: merge the forms that have the same base if there are many forms."""
     found = frozenset(forms)
     if len(found) <= _MOST_FORMS:
         return found
@@ -93,7 +95,7 @@ def _limited(forms: Iterable[Form]) -> Forms:
 
 
 def _unknown_function(*values: Forms) -> Forms:
-    """Return the value of an unknown function of others."""
+    """Return the value of an unknown function of other values."""
     return frozenset((Form(parts=frozenset(part for forms in values for f in forms for part in f.depends)),))
 
 
@@ -111,7 +113,7 @@ def _negative(a: Form) -> Form:
 
 
 class _Evaluation:
-    """Abstract interpretation of the law, including each call of its helpers."""
+    """The abstract interpretation of the law, including each call of its helpers."""
 
     def __init__(self, law: CheckedLaw):
         self.law = law
@@ -119,9 +121,9 @@ class _Evaluation:
         self.names |= dict.fromkeys(("x", "v"), frozenset((Form(parts=frozenset((MOTION,))),)))
         self.states: dict[int, Forms] = {}
         self.guards: Guards = frozenset()
-        self.ends: list[dict[int, Forms]] = []  # states at every return of the law
-        self.returned: list[list[Forms]] | None = None  # return values of the helper being evaluated
-        self.angles: list[tuple[int, Form]] = []  # arguments of sin, cos, tan, with their lines
+        self.ends: list[dict[int, Forms]] = []  # the states at every return of the law
+        self.returned: list[list[Forms]] | None = None  # the return values of the helper that is evaluated
+        self.angles: list[tuple[int, Form]] = []  # arguments of sin, cos and tan, with their lines
         self.line = 0  # current line in the law's source
         self.walk(law.tree.body)
 
@@ -185,7 +187,7 @@ class _Evaluation:
         (self.names, self.states), self.guards = before, guards | otherwise
         gone = self.walk(node.orelse)
         if left:
-            return gone  # code below is reached only by the other path, under its guards
+            return gone  # only the other path, with its guards, reaches the code below
         if gone:
             (self.names, self.states), self.guards = after, guards | when
         else:
@@ -202,7 +204,7 @@ class _Evaluation:
             self.states[place] = _limited(other | self.state(place))
 
     def limits(self, test: ast.expr) -> tuple[Guards, Guards]:
-        """Return the limits on states if a test is true, and if it is false."""
+        """Return the limits on states if a test is true, and the limits if it is false."""
         none: Guards = frozenset()
         match test:
             case ast.UnaryOp(op=ast.Not(), operand=inner):
@@ -224,7 +226,7 @@ class _Evaluation:
         return none, none
 
     def compared(self, node: ast.expr) -> set[int]:
-        """Return the states that an operand equals, up to constants and dt."""
+        """Return the states that an operand equals, apart from constants and dt."""
         return {f.base for f in self.value(node) if f.base is not None and f.parts <= {DT, FRACTION}}
 
     # --- values
@@ -261,7 +263,7 @@ class _Evaluation:
             case ast.Compare(left=left, comparators=others):
                 for one in (left, *others):
                     self.value(one)
-        return _UNKNOWN  # a comparison: 1.0 or 0.0
+        return _UNKNOWN  # a comparison: its value is 1.0 or 0.0
 
     def combined(self, op: ast.operator, left: Forms, right: Forms) -> Forms:
         pairs = list(product(left, right))
@@ -310,7 +312,7 @@ class _Evaluation:
         return _unknown_function(*given)
 
     def call(self, node: ast.expr) -> list[Forms]:
-        """Return the return values of a helper for its arguments."""
+        """Return what a helper returns for its arguments."""
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
         tree = self.law.helpers[node.func.id]
@@ -325,12 +327,12 @@ class _Evaluation:
 
 
 def _wrapped(forms: Forms) -> Forms:
-    """Return the remainder of a value; the sum inside it still grows."""
+    """Return the remainder of a value; the sum before the division still grows."""
     return frozenset(replace(f, wrapped=True) for f in forms)
 
 
 def _place(node: ast.Subscript) -> tuple[int, bool]:
-    """Return a state's index, for an array the first one's, and whether it is exact."""
+    """Return the index of a state, for an array the first index, and whether the index is exact."""
     match node.slice:
         case ast.Constant(value=int() as place):
             return place, True
@@ -340,7 +342,7 @@ def _place(node: ast.Subscript) -> tuple[int, bool]:
 
 
 def remarks(law: CheckedLaw, state_names: Sequence[str]) -> tuple[Remark, ...]:
-    """Return remarks by line on states that accumulate dt, stored times, and growing angles."""
+    """Return remarks by line on states that accumulate dt, on stored times, and on growing angles."""
     evaluation = _Evaluation(law)
     places = sorted({place for end in evaluation.ends for place in end})
     finals = {
@@ -406,7 +408,7 @@ def _drifts(place: int, form: Form, forms: set[Form], finals: Mapping[int, set[F
 
 
 def _causes(parts: Iterable[str | int], finals: Mapping[int, set[Form]]) -> set[str | int]:
-    """Return the transitive dependencies of parts, through states."""
+    """Return the transitive dependencies of parts, which lead through states."""
     found, open_ = set[str | int](), set(parts)
     while open_:
         part = open_.pop()
@@ -417,13 +419,16 @@ def _causes(parts: Iterable[str | int], finals: Mapping[int, set[Form]]) -> set[
 
 
 def _one_of(counters: set[int], form: Form) -> tuple[int, ...]:
-    """Return the counter with which a value grows: the only state in it, as a difference does not grow."""
+    """Return the counter with which a value grows; empty if it contains several states.
+
+    A difference of two counters does not grow.
+    """
     states = tuple(part for part in form.depends if isinstance(part, int))
     return states if len(states) == 1 and states[0] in counters else ()
 
 
 def _counts_for_ever(place: int, forms: set[Form]) -> bool:
-    """Return True if a state counts up or down for ever without a reset."""
+    """Return True if a state counts up or down for ever and is never reset."""
     return any(f.signs for f in forms) and all(
         f.base == place and not (f.bounded or f.wrapped) for f in forms
     )

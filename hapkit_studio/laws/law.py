@@ -1,4 +1,4 @@
-"""A force law: the student's Python function with its state, checked and compiled on first use."""
+"""A force law: the student's Python function with its state, which is checked and compiled on first use."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +22,7 @@ StateValue = float | tuple[float, ...]
 
 @dataclass(frozen=True)
 class CompiledLaw:
-    """Machine code of a law: its address, and the object that keeps it alive."""
+    """The machine code of a law: its address, and the object that keeps the code in memory."""
 
     address: int
     initial_state: np.ndarray
@@ -38,7 +38,7 @@ class Law:
         self.state = {key: _start(key, value) for key, value in (state or {}).items()}
         self.parameters: tuple[AnyParameter, ...] = ()
         self._source = ""
-        # compiled and cached together with this law
+        # a second law, compiled and cached together with this law
         self.companion: Law | None = None
         self._compiled: CompiledLaw | None = None
         if len(self.state_names) > MAX_STATE:
@@ -47,7 +47,7 @@ class Law:
     def bind(self, parameters: Sequence[AnyParameter]) -> None:
         """Set the parameters, once; raise LawError if the function is outside the law language.
 
-        The studio's own laws are translated on first use instead: tests check them.
+        The studio's laws are translated on first use instead, because tests check them.
         """
         if len(parameters) > MAX_PARAMETERS:
             raise LawError(f"A law has up to {MAX_PARAMETERS} parameters, not {len(parameters)}.")
@@ -60,7 +60,7 @@ class Law:
 
     @property
     def source(self) -> str:
-        """Return the source that numba compiles; requires ``bind``."""
+        """Return the source that numba compiles; ``bind`` must be called before."""
         self._source = self._source or translate(self.function, self.parameters, self.state)
         return self._source
 
@@ -81,11 +81,14 @@ class Law:
 
     @cached_property
     def remarks(self) -> tuple[drift.Remark, ...]:
-        """Return remarks by line on drift in single precision, on board and in sketch; requires ``bind``."""
+        """Return remarks by line on drift in single precision, on board and in sketch.
+
+        ``bind`` must be called before.
+        """
         return drift.remarks(checked(self.function, self.parameters, self.state), self.state_names)
 
     def compiled(self) -> CompiledLaw:
-        """Return the machine code, compiled on first use and kept in numba's cache."""
+        """Return the machine code; it is compiled on first use and kept in numba's cache."""
         if self._compiled is None:
             address, keepalive = native.load(self.source)
             companion = self.companion.compiled() if self.companion else None
@@ -99,13 +102,16 @@ class Law:
         return native.is_compiled(self.source) and (self.companion is None or self.companion.is_compiled())
 
     def plain(self, values: Mapping[str, float], x: float, v: float, dt: float = 1e-3) -> float:
-        """Return the force in N by the Python function itself, in the initial state; NaN if it fails."""
+        """Return the force in N of the Python function in the initial state; NaN if the function fails."""
         return float(self.forces(values, np.array([x]), np.array([v]), dt)[0])
 
     def forces(
         self, values: Mapping[str, float], x: np.ndarray, v: np.ndarray, dt: float = 1e-3
     ) -> np.ndarray:
-        """Return ``plain`` forces (n,) in N at positions in m and velocities in m/s, broadcast together."""
+        """Return the forces (n,) in N of ``plain`` at positions in m and velocities in m/s.
+
+        Positions and velocities broadcast together.
+        """
         choices = {p.key: _Option(values[p.key], p) for p in self.parameters if isinstance(p, Choice)}
         p, function, forces = SimpleNamespace(**{**values, **choices}), self.function, []
         for place, speed in zip(*(a.tolist() for a in np.broadcast_arrays(x, v)), strict=True):
@@ -118,7 +124,7 @@ class Law:
 
 
 class _Option(float):
-    """A choice in a law: equal to its option's name, and to its number in a helper."""
+    """An option of a choice in a law; it equals the option's name, and in a helper its number."""
 
     def __new__(cls, value: float, choice: Choice):
         made = super().__new__(cls, value)
@@ -150,7 +156,7 @@ class _Values(list):
 
 
 def _start(key: str, value: object) -> StateValue:
-    """Return a state's validated initial value, a number or a tuple of numbers; raise LawError."""
+    """Return the validated initial value of a state, a number or a tuple of numbers; raise LawError."""
     several = isinstance(value, tuple | list)
     try:
         many = tuple(float(v) for v in (value if several else [value]))  # type: ignore
@@ -162,7 +168,7 @@ def _start(key: str, value: object) -> StateValue:
 
 
 def law(function: Callable | None = None, *, state: Mapping[str, StateValue] | None = None):
-    """Decorate a function ``(p, s, x, v, dt)`` as a force law; state: initial values of its state."""
+    """Decorate a function ``(p, s, x, v, dt)`` as a force law; ``state`` contains the initial state."""
     if function is None:
         return lambda f: Law(f, state)
     return Law(function, state)

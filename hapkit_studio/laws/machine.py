@@ -1,14 +1,14 @@
 """The board's virtual machine: operations, encoding and cycle counts.
 
 A law on the board is a table of float32 slots and code for an accumulator A, which starts as the position.
-Slot 0 is the position, slot 1 the velocity; then come the law's state, constants, tables and temporaries.
-Each instruction is an opcode byte followed by its operands: slots of one byte; jump distances of one or two
-bytes (little endian), counted from the end of the instruction. The code is a sequence of sections, each begun
-by SUBROUTINE or, for the last one, by MAIN. A section ends with RETURN or with a jump, so that control never
-runs into the next one, and may call earlier sections.
+Slot 0 is the position and slot 1 the velocity. Then come the law's state, constants, tables and temporaries.
+Each instruction is an opcode byte followed by its operands. Slots take one byte. Jump distances take one or
+two bytes (little endian) and are counted from the end of the instruction. The code is a sequence of sections.
+Each section begins with SUBROUTINE; the last one begins with MAIN. A section ends with RETURN or with a jump,
+so that control never runs into the next section. It may call earlier sections.
 
-Denormals (below 2^-126) count as 0 in operands and results of arithmetic. On division, //, % or fmod by 0,
-and on an index outside its table, the law ends at once with NaN.
+Denormals (below 2^-126) count as 0 in the operands and results of arithmetic. On division, //, % or fmod by
+0, and on an index outside its table, the law ends at once with NaN.
 """
 
 import math
@@ -23,8 +23,8 @@ from pathlib import Path
 class Operation:
     """One operation: opcode, name, operands, effect, typical and worst-case cycles.
 
-    operands: s slot, n one-byte number, d one-byte distance, w two-byte number or distance. Cycles are those
-    from the instruction's first byte to the first byte of the next one.
+    In ``operands``, s is a slot, n a one-byte number, d a one-byte distance, and w a two-byte number or
+    distance. Cycles are counted from the instruction's first byte to the first byte of the next instruction.
     """
 
     code: int
@@ -41,7 +41,7 @@ class Operation:
 
 
 LESS, EQUAL, GREATER, UNORDERED = 1, 2, 4, 8
-"""Outcomes of a comparison of A with a slot or with 0: the low four bits of both jump opcodes."""
+"""Outcomes of a comparison of A with a slot or with 0; they are the low four bits of both jump opcodes."""
 
 OPERATIONS = (
     Operation(0x00, "RETURN", "", "end the subroutine, or the law with force A", 13, 13),
@@ -95,36 +95,36 @@ OPERATIONS = (
     ),
     Operation(0x50, "TEST", "d", "jump if the comparison of A with 0 has an outcome in bits 0 to 3", 30, 36),
 )
-X, V, FIRST = 0, 1, 2  # slots of position and velocity, first slot of the state
+X, V, FIRST = 0, 1, 2  # slots of position and velocity; first slot of the state
 MOST_SLOTS = 255
 MOST_SUBROUTINES = 8
-MOST_CALLS = 4  # call depth
-MOST_COUNTERS = 4  # nested loops; a loop's body and its callees use lower counters only
-MOST_JUMPS = 16  # forward-jump targets pending at a time in a section
-MOST_CYCLES = 65534  # limit of the board's counter; the longest period has 32,000
-ARENA = 768  # bytes for slots, code and moving constants of a law
+MOST_CALLS = 4  # largest call depth
+MOST_COUNTERS = 4  # largest number of nested loops; the callees of a loop's body use only lower counters
+MOST_JUMPS = 16  # largest number of forward-jump targets pending at a time in a section
+MOST_CYCLES = 65534  # limit of the board's counter; the longest period has 32,000 cycles
+ARENA = 768  # bytes for a law's slots, code and moving constants
 RAMPS, RAMP = 8, 6
-"""Constants that can ramp at the same time, and bytes for each: slot, time left, target."""
+"""Number of constants that can ramp at the same time, and bytes for each: slot, time left, target."""
 REST, REST_AT_MOST = 1400, 1700
 """Cycles of a tick without the law, with a nonzero force: typical, worst case."""
-ESTIMATE = 200  # extra cycles of the velocity estimate, for laws that read the velocity
+ESTIMATE = 200  # additional cycles of the velocity estimate, if the law reads the velocity
 FRAME = 3000  # cycles of telemetry and messages, every millisecond
 
 
 class Refusal(IntEnum):
-    """Reason why a board rejects a law."""
+    """The reason why a board rejects a law."""
 
     NONE = 0
-    TOO_LARGE = 1  # slots and code exceed the arena
-    OPERATION = 2  # unknown, truncated or misplaced operation
-    SLOT = 3  # an operand is no slot of this law, or a constant is written
+    TOO_LARGE = 1  # slots and code do not fit in the arena
+    OPERATION = 2  # an operation is unknown, truncated or misplaced
+    SLOT = 3  # an operand is not a slot of this law, or a constant is written
     JUMP = 4  # a jump leaves its section, or enters a loop from outside
-    LOOP = 5  # loops not nested with falling counters, or a loop count of 0
-    CALL = 6  # the callee is no earlier subroutine, or the call depth is exceeded
-    END = 7  # a section without final RETURN
+    LOOP = 5  # loops are not nested with falling counters, or a loop count is 0
+    CALL = 6  # the callee is not an earlier subroutine, or the call depth is exceeded
+    END = 7  # a section does not end with RETURN or a jump
     CONSTANT = 8  # a number in the table is not finite
     TOO_SLOW = 9  # the longest path exceeds the period
-    RATE = 10  # rate, or estimator with these coefficients, not supported
+    RATE = 10  # the board does not support the rate, or the estimator with these coefficients
 
 
 # --- cycles of code
@@ -195,7 +195,7 @@ _MOTION = tuple(
 )
 """Position in m and velocity in m/s of a handle moved to and fro, with tremor."""
 _WINDOW = 40
-"""Calls per average, as a handle may stay for long in the law's most expensive region."""
+"""Number of calls that are averaged, because a handle may stay long in the law's most expensive region."""
 _FUNCTIONS: dict[str, Callable] = {
     "ADD": lambda a, b: a + b, "SUBTRACT": lambda a, b: a - b, "SUBTRACT_FROM": lambda a, b: b - a,
     "MULTIPLY": lambda a, b: a * b, "DIVIDE": lambda a, b: a / b, "DIVIDE_INTO": lambda a, b: b / a,
@@ -210,7 +210,7 @@ _FUNCTIONS: dict[str, Callable] = {
 def mean_cycles(code: bytes, slots: int, given: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
     """Return the mean cycles of a call, for the motion with the highest mean, and each instruction's count.
 
-    Arithmetic is double precision, and undefined values count as 0: only the path matters.
+    The arithmetic is double precision, and undefined values count as 0, because only the path matters.
     """
     steps = list(instructions(code))
     numbers = {at: i for i, (at, _, _) in enumerate(steps)}
@@ -233,7 +233,7 @@ def _call(
     values: list[float],
     i: int,
 ) -> int:
-    """Run the law once on ``values`` from instruction i; return the cycles."""
+    """Run the law once on ``values``, starting at instruction i; return the cycles."""
     a, cost = 0.0, 0
     calls: list[int] = []
     left: dict[int, int] = {}
@@ -307,7 +307,7 @@ def _camel(name: str) -> str:
 
 
 def text() -> str:
-    """Return the whole header: constants for the assembler, the rest for C++."""
+    """Return the whole header: constants for the assembler, and the rest for C++."""
     known = {o.code: o for o in OPERATIONS}
     single = 1 + max(code for code in known if code < _MASKED)
     rows = [known.get(code) for code in [*range(single), *(code for code in known if code >= _MASKED)]]

@@ -1,7 +1,7 @@
 """Frequent mistakes in laws, each with a message that states the correct form.
 
-Habits from other Python, from C and from the Arduino IDE. The reference page lists them; a test writes each
-into a law.
+They are habits from other Python code, from C and from the Arduino IDE. The reference page lists them, and a
+test writes each of them into a law.
 """
 
 import re
@@ -14,9 +14,9 @@ from hapkit_studio.laws.subset import MATH
 class Mistake:
     """A mistake: an example line and the message.
 
-    names: undefined names or functions of ``math`` that get this message, with ``{}`` replaced by the name.
-    pattern: regular expression for lines with a syntax error. With neither, the language checks give the
-    message.
+    ``names`` are undefined names or functions of ``math`` that get this message, in which the name replaces
+    ``{}``. ``pattern`` is a regular expression for lines with a syntax error. If both are empty, the checks
+    of the language give the message.
     """
 
     wrong: str
@@ -32,7 +32,7 @@ class Mistake:
 NOT_CONSTANT = "a loop counts to a constant: `for i in range(10)`, or `range(N)` with `N = 10` above the law"
 
 MISTAKES = (
-    # functions of other Python
+    # functions of ordinary Python
     Mistake("a = round(x)", "`{}` is not in the law language: write `math.floor(a + 0.5)`", ("round",)),
     Mistake(
         "a = sign(x)",
@@ -152,7 +152,7 @@ _QUOTED = re.compile(r"\"[^\"]*(\"|$)|'[^']*('|$)|#.*")
 
 
 def instead_of(name: str) -> str | None:
-    """Return the message on an undefined name or a function of ``math``; None without one."""
+    """Return the message on an undefined name or a function of ``math``; None if there is no message."""
     for known in (name, name.removeprefix("math.")):
         if known in _BY_NAME:
             return _BY_NAME[known].message.format(known)

@@ -1,4 +1,4 @@
-"""Compiled laws by address: loaded from the cache and called without recompiling the caller."""
+"""Compiled laws by address: they are loaded from the cache, and called without recompiling the caller."""
 
 import ctypes
 import hashlib
@@ -23,15 +23,15 @@ from hapkit_studio import program
 from hapkit_studio.errors import LawError
 
 KEPT_SECONDS = 60 * 86_400.0
-# fault code; fault line, or without a fault the remaining fuel; line of the first non-finite value; fuel
-# limit, 0 for the default
+# The words are: the fault code; the fault line, or without a fault the remaining fuel; the line of the first
+# non-finite value; the fuel limit, 0 for the default.
 FAULT_WORDS = 4
 # fault codes
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL, LAW_DIVISION = 1, 2, 3, 8
 INTERPRETED = bool(numba.config.DISABLE_JIT)
 _real, _array = ctypes.c_double, ctypes.c_void_p
-# calls a law from Python: numba would need 0.1 s to compile a wrapper; arrays are passed by address, ten
-# times as fast as with checks
+# Calls a law from Python, because numba would need 0.1 s to compile a wrapper. Arrays are passed by address,
+# which is ten times as fast as with checks.
 Function = ctypes.CFUNCTYPE(_real, _array, _array, _real, _real, _real, _array)
 _SHIPPED = program.SHIPPED / "laws"
 _functions: dict[int, object] = {}
@@ -39,9 +39,9 @@ _loading = threading.Lock()
 
 
 def load(source: str) -> tuple[int, object]:
-    """Return (address, object that keeps it alive) of a generated law's source.
+    """Return (address, object that keeps the code in memory) of the source of a generated law.
 
-    The file name is the hash of its text, so a modified law or helper never uses a stale cache. Raise
+    The file name is the hash of the source, so a modified law or helper never uses a stale cache. Raise
     LawError if the types do not fit.
     """
     with _loading:
@@ -54,7 +54,7 @@ def load(source: str) -> tuple[int, object]:
 
 
 def is_compiled(source: str) -> bool:
-    """Return True if this Python and numba have a law's machine code in the cache; compile nothing."""
+    """Return True if this Python's numba cache contains a law's machine code; compile nothing."""
     if INTERPRETED:
         return True
     folder = _configured_folder()
@@ -68,7 +68,7 @@ def is_compiled(source: str) -> bool:
 
 
 def _loads(index: Path) -> bool:
-    """Return True if numba can load a cache index: version first, data last."""
+    """Return True if numba can load a cache index, which contains the version first and the data last."""
     with index.open("rb") as file:
         version = pickle.load(file)
     return version == numba.__version__ and any(index.parent.glob(f"{index.stem}.*.nbc"))
@@ -87,7 +87,7 @@ def _module(source: str) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # numba looks up a cached function's globals by module name
+    sys.modules[name] = module  # numba looks up the globals of a cached function by the name of the module
     try:
         spec.loader.exec_module(module)
     except numba.core.errors.NumbaError as error:
@@ -115,7 +115,7 @@ def _written_file(name: str, source: str) -> Path:
 
 
 def _forget_unused(folder: Path) -> None:
-    """Remove generated files that have not been loaded for long, and their machine code."""
+    """Remove generated files that have not been loaded for a long time, and their machine code."""
     now = time.time()
     for path in folder.glob("law_*.py"):
         if now - path.stat().st_atime > KEPT_SECONDS:
@@ -162,7 +162,7 @@ def _call(typingctx, address, p, s, x, v, dt, fault):
 if INTERPRETED:
 
     def call(address, p, s, x, v, dt, fault):
-        """Return the force in N of the law at an address (interpreted)."""
+        """Return the force in N of the law at an address, interpreted."""
         return _functions[address](p, s, x, v, dt, fault)  # type: ignore[operator]
 
 else:

@@ -1,4 +1,4 @@
-"""A law specialised for readability: only choices are resolved; names and functions stay as in the source."""
+"""A law specialised for readability: choices are resolved; names and functions stay as in the source."""
 
 import ast
 from collections import Counter
@@ -13,9 +13,9 @@ _PERIOD = t.Var("dt")
 
 
 def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]) -> t.Specialised:
-    """Return a law with its choices, given by index, resolved; a call is an operation named ``name()``.
+    """Return a law whose choices, given by index, are resolved; a call is an operation named ``name()``.
 
-    Its second and further results are operations ``.a``, ``.b`` … on it.
+    The second and further results of a call are operations ``.a``, ``.b`` … on this operation.
     """
     inlined: set[str] = set()
     moving: set[tuple[str, str]] = set()
@@ -40,7 +40,7 @@ def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]
 
 
 class _Readable(Specialiser):
-    """Specialiser that keeps one variable per source name and does not inline functions."""
+    """A specialiser that keeps one variable per source name and does not inline functions."""
 
     def __init__(
         self,
@@ -52,11 +52,11 @@ class _Readable(Specialiser):
     ):
         super().__init__(law, {i: values[i] for i in choices}, None, inlined)
         self.values, self.moving = values, moving
-        self.differing: set[tuple[str, str]] = set()  # (function, parameter) pairs with varying arguments
+        self.differing: set[tuple[str, str]] = set()  # (function, parameter) pairs whose arguments vary
         self.given: dict[str, dict[str, t.Expr]] = {}  # known arguments by function
-        self.own: set[str] = set()  # parameters of the current function that have their own variables
-        self.changing: dict[int, set[str]] = {}  # names assigned more than once, by function
-        # constant results by function
+        self.own: set[str] = set()  # the current function's parameters that have a separate variable
+        self.changing: dict[int, set[str]] = {}  # names that are assigned more than once, by function
+        # results that are constant, by function
         self.known_results: dict[str, list[t.Num | None]] = {}
 
     def walk(self, statements: Sequence[ast.stmt]) -> bool:
@@ -99,7 +99,7 @@ class _Readable(Specialiser):
     def emit(self, statement: t.Statement) -> None:
         match statement:
             case t.If(t.Compare("==", t.Var(name), t.Num(0.0)), [t.Assign(to, t.Num(0.0))], []) if name == to:
-                pass  # only turns 0 into 0
+                pass  # this only turns 0 into 0
             case _:
                 super().emit(statement)
 
@@ -109,7 +109,7 @@ class _Readable(Specialiser):
     def assign_several(self, targets: Sequence[ast.expr], value: ast.expr) -> None:
         values = [self.value(v) for v in value.elts] if isinstance(value, ast.Tuple) else self.call(value)
         for i, target in enumerate(targets):
-            # a later target must not read what this one assigns
+            # a later value must not read what this assignment changes
             written = frozenset(self.written([target]))
             for j, other in enumerate(values[i + 1 :], i + 1):
                 if t.mentions(other, written):
@@ -136,7 +136,7 @@ class _Readable(Specialiser):
         self.calls[key] += 1
         function = self.functions[key]
         for name in sorted(set(given) - set(function.parameters)):
-            if t.may_fail(given[name]):  # an unused argument may still stop the law
+            if t.may_fail(given[name]):  # an argument that the function ignores may still stop the law
                 self.keep(given[name], name)
         made = t.Op(f"{function.name}()", tuple(given[n] for n in function.parameters))
         known_results = self.known_results[key]
@@ -183,7 +183,7 @@ class _Readable(Specialiser):
         return isinstance(found, t.Num) and found.value != 0.0
 
     def evaluated(self, value: t.Expr) -> t.Expr:
-        """Return a value with parameters substituted, and the period as a plain number."""
+        """Return a value with parameters substituted, in which the period is a plain number."""
         match value:
             case t.Var(name) if name.startswith("p["):
                 return t.literal(self.values[int(name[2:-1])])
@@ -225,7 +225,7 @@ class _Readable(Specialiser):
 
 
 def _is_constant(value: t.Expr) -> bool:
-    """Return True if a value consists of numbers, parameters and the period only."""
+    """Return True if a value consists only of numbers, parameters and the period."""
     match value:
         case t.Op(name, args):
             return not name.endswith("()") and not name.startswith(".") and all(map(_is_constant, args))
@@ -246,7 +246,7 @@ def _state_read(value: object) -> Counter[str]:
 
 
 def _drop_unread_state(statements: list[t.Statement]) -> None:
-    """Remove assignments to state that only a drawing uses."""
+    """Remove assignments to states that only a drawing uses."""
     read = _state_read(statements)
     sets = [n for n in t.walk(statements) if isinstance(n, t.Assign) and n.to.startswith("s[")]
     for one in sets:

@@ -1,6 +1,6 @@
 """The reference page of the law language, generated from the tables of the checker.
 
-``python -m hapkit_studio.laws.reference`` writes it to the documentation; the editor shows it with F1.
+``python -m hapkit_studio.laws.reference`` writes the page to the documentation; the editor shows it with F1.
 """
 
 from collections.abc import Iterable, Sequence
@@ -278,7 +278,7 @@ def _limits() -> list[tuple[str, str]]:
 
 
 def _cycles(rate: int) -> int:
-    """Return the cycles available per call at a rate in Hz, at 80 % load of the board's processor."""
+    """Return the available cycles per call at a rate in Hz, for a load of 80 % of the board's processor."""
     return int((0.8 * 16e6 - 1000 * machine.FRAME) / rate - machine.REST)
 
 

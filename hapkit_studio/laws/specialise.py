@@ -1,6 +1,6 @@
-"""Partial evaluation of a law for the board: choices resolved, constants folded, functions inlined.
+"""Partial evaluation of a law for the board: choices are resolved, constants folded, functions inlined.
 
-All parameters and the period are known numbers. For a sketch, ``readable`` keeps parameter names.
+All parameters and the period are known numbers. For a sketch, ``readable`` keeps the names of parameters.
 """
 
 import ast
@@ -19,21 +19,21 @@ _ARITHMETIC: dict[type[ast.operator], str] = {
 _COMPARISONS: dict[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
-# functions in the watched source that do not change the value
+# functions in the watched source that return their value unchanged
 _TRANSPARENT = frozenset(("_float", "_noted", "_force", "_divisor"))
 _ROUNDING = frozenset(("floor", "ceil", "trunc"))
 
 
 def specialise(law: CheckedLaw, known: Mapping[int, float], period: float, small: int = 14) -> t.Specialised:
-    """Return a law specialised for parameters known by index and a period in s, optimised for speed.
+    """Return a law for known parameters, by index, and a period in s, optimised for speed.
 
-    A function with a single call, or of at most ``small`` operations, is inlined.
+    A function that is called once, or has at most ``small`` operations, is inlined.
     """
     inlined: set[str] = set()
     while True:
         walk = Specialiser(law, known, period, inlined)
         made = t.Specialised(walk.law(), list(walk.functions.values()), law.tables)
-        sizes: dict[str, int] = {}  # sizes of functions, including their callees
+        sizes: dict[str, int] = {}  # size of each function, including its callees
         for key, function in walk.functions.items():
             sizes[key] = t.weight(function.body) + sum(sizes[k] for k in t.called(function.body))
         more = {key for key, size in sizes.items() if walk.calls[key] == 1 or size <= small}
@@ -47,26 +47,26 @@ def specialise(law: CheckedLaw, known: Mapping[int, float], period: float, small
 
 @dataclass
 class _Scope:
-    """State of a function during the walk."""
+    """The state of a function during the walk."""
 
     tree: ast.FunctionDef
     shows: bool  # True if its line numbers are those of the law's file
-    block: t.Block | None = None  # the block that it becomes; None for the law's body
+    block: t.Block | None = None  # the block that replaces the function; None for the law's body
     found: list[tuple[t.Leave, list[t.Expr]]] = field(default_factory=list)  # return values
-    pinned: dict[str, str] = field(default_factory=dict)  # variables of names that a loop changes
+    pinned: dict[str, str] = field(default_factory=dict)  # the variable of each name that a loop changes
     loads: Counter[str] | None = None
 
 
 class Specialiser:
-    """Abstract interpreter of a law that records what is known of every name."""
+    """An abstract interpreter of a law that records what is known of every name."""
 
     def __init__(self, law: CheckedLaw, known: Mapping[int, float], period: float | None, inlined: set[str]):
         self.source, self.known, self.period, self.inlined = law, known, period, inlined
         self.folds = period is not None
         self.out: list[t.Statement] = []
         self.scopes: list[_Scope] = []
-        self.frames: list[dict[str, t.Expr]] = []  # values of the names, innermost frame last
-        self.states: dict[str, t.Expr] = {}  # known values of state and of arguments
+        self.frames: list[dict[str, t.Expr]] = []  # the values of the names, innermost frame last
+        self.states: dict[str, t.Expr] = {}  # the known values of state and of arguments
         self.used: Counter[str] = Counter()
         self.functions: dict[str, t.Function] = {}
         self.calls: Counter[str] = Counter()
@@ -101,17 +101,17 @@ class Specialiser:
         self.out.append(statement)
 
     def keep(self, value: t.Expr, name: str = "t") -> t.Expr:
-        """Return a value that is free to read: a known value or a variable."""
+        """Return a value that costs nothing to read: a known value or a variable."""
         return value if isinstance(value, t.Num | t.Var) else self.copy(value, name)
 
     def copy(self, value: t.Expr, name: str = "t") -> t.Var:
-        """Return a new variable with a value."""
+        """Return a new variable with this value."""
         made = self.fresh(name)
         self.emit(t.Assign(made, value))
         return t.Var(made)
 
     def detach(self, names: frozenset[str]) -> None:
-        """Snapshot expressions that read variables about to be overwritten."""
+        """Snapshot expressions that read variables which are about to be overwritten."""
         copies: dict[t.Expr, t.Expr] = {}
         for frame in self.frames:
             for name, value in frame.items():
@@ -133,7 +133,7 @@ class Specialiser:
         self.env[name] = value if lazy else self.keep(value, name)
 
     def detach_others(self, variable: str) -> None:
-        """Snapshot expressions that read a loop's variable, except the name it belongs to."""
+        """Snapshot expressions that read a loop's variable, except the name that the variable belongs to."""
         own = {n: t.Var(v) for n, v in self.scope.pinned.items() if v == variable and n in self.env}
         for name in own:
             del self.env[name]
@@ -185,7 +185,7 @@ class Specialiser:
             self.detach(frozenset((place.name,)))
             self.emit(t.Assign(place.name, value))
             if isinstance(value, t.Num | t.Var):
-                self.states[place.name] = value  # valid until either is written again
+                self.states[place.name] = value  # valid until place or value is written again
 
     def assign_several(self, targets: Sequence[ast.expr], value: ast.expr) -> None:
         if isinstance(value, ast.Tuple):
@@ -201,7 +201,7 @@ class Specialiser:
         return value if isinstance(value, t.Select) else self.keep(value)
 
     def written(self, targets: Sequence[ast.expr]) -> list[str]:
-        """Return the persistent variables that targets write."""
+        """Return the persistent variables that assignment targets write."""
         found: list[str] = []
         for target in targets:
             match target:
@@ -241,7 +241,7 @@ class Specialiser:
         then_frames: list[dict[str, t.Expr]],
         other: list[t.Statement],
     ) -> None:
-        """Merge the values of every name after a branch; self.frames: those of the other side."""
+        """Merge the values of every name after a branch; self.frames contains those of the ``other`` side."""
         chosen: dict[tuple[t.Expr, t.Expr], t.Expr] = {}
         empty = self.folds and not then and not other and self.stays(test)
         for mine, theirs in zip(self.frames, then_frames, strict=True):
@@ -254,7 +254,7 @@ class Specialiser:
                     continue
                 if (yes, no) not in chosen:
                     if yes == t.literal(0.0) and test == t.Compare("==", no, yes):
-                        chosen[yes, no] = no  # differs only for 0
+                        chosen[yes, no] = no  # both values are the same, because the test is true only for 0
                     elif empty and isinstance(yes, t.Num) and isinstance(no, t.Num):
                         chosen[yes, no] = t.Select(test, yes, no)
                     else:
@@ -265,7 +265,7 @@ class Specialiser:
                 mine[name] = chosen[yes, no]
 
     def stays(self, test: t.Test, several: bool = False) -> bool:
-        """Return True if a test may be moved: it is one cheap comparison, or several if allowed."""
+        """Return True if a test may be moved: it is one cheap comparison, or several if this is allowed."""
         match test:
             case t.Compare(_, left, right):
                 return _is_cheap(left) and _is_cheap(right)
@@ -299,7 +299,7 @@ class Specialiser:
         outside, self.out, self.states, line = self.out, [], {}, self.line
         if counted:
             place = self.scope.pinned[counter]
-            # a separate counter if the name is assigned in the body or read after the loop
+            # use a separate counter if the body assigns to the name or code after the loop reads it
             own = self.fresh(counter) if counter in assigned or known else place
             outside.append(t.Assign(own, t.literal(float(turns.start))))
             if own != place:
@@ -313,7 +313,7 @@ class Specialiser:
         self.scope.pinned = outer
 
     def pin(self, name: str) -> None:
-        """Pin a name that a loop changes to one variable for the duration of the loop."""
+        """Pin a name that a loop changes to one variable while the loop is evaluated."""
         variable = self.fresh(name)
         if name in self.env:
             self.emit(t.Assign(variable, self.env[name]))
@@ -334,7 +334,7 @@ class Specialiser:
 
     # --- functions
     def call(self, node: ast.expr) -> list[t.Expr]:
-        """Return the results of a call of one of the law's functions."""
+        """Return the results of a call to one of the law's functions."""
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
         tree = self.source.helpers[node.func.id]
@@ -350,7 +350,7 @@ class Specialiser:
     def enter(
         self, tree: ast.FunctionDef, given: dict[str, t.Expr], block: t.Block
     ) -> list[tuple[t.Leave, list[t.Expr]]]:
-        """Evaluate a function's body into the block; return its returns with their values."""
+        """Evaluate a function's body into the block; return its ``return`` statements with their values."""
         scope = _Scope(tree, self.scope.shows and tree.name in self.source.own, block)
         self.frames.append(given)
         self.scopes.append(scope)
@@ -362,7 +362,7 @@ class Specialiser:
         return scope.found
 
     def write_in(self, tree: ast.FunctionDef, given: dict[str, t.Expr]) -> list[t.Expr]:
-        """Return the results of a function inlined here."""
+        """Return the results of a function that is inlined here."""
         block = t.Block()
         found = self.enter(tree, given, block)
         if len(found) == 1 and block.body[-1] is found[0][0]:
@@ -380,14 +380,14 @@ class Specialiser:
             results.append(t.Var(made))
         match block.body:
             case [t.If(test, [_], []), _] if len(found) == 2 and self.stays(test):
-                # constants only
+                # the values are constants, so no branch is needed
                 if all(a == b or (isinstance(a, t.Num) and isinstance(b, t.Num)) for a, b in columns):
                     return [a if a == b else t.Select(test, a, b) for a, b in columns]
         self.emit(block)
         return results
 
     def call_function(self, key: str, tree: ast.FunctionDef, given: dict[str, t.Expr]) -> list[t.Expr]:
-        """Return the results of a function that is not inlined; it is built at its first call."""
+        """Return the results of a function that is not inlined; its code is built at the first call."""
         self.calls[key] += 1
         moving = [n for n, v in given.items() if not isinstance(v, t.Num)]
         if key not in self.functions:
@@ -398,7 +398,7 @@ class Specialiser:
                 self.emit(t.Assign(parameter, given[name]))
                 self.states[parameter] = given[name]
         self.emit(t.Call(function))
-        # arguments of its callees may differ now
+        # the call may have changed the arguments of its callees
         own = frozenset(function.parameters)
         self.states = {k: v for k, v in self.states.items() if k in own or k.startswith("s[")}
         return [self.copy(t.Var(name), "r") for name in function.results]
@@ -421,7 +421,7 @@ class Specialiser:
 
     # --- values
     def value(self, node: ast.expr) -> t.Expr:
-        """Return an expression; conditions inside it become statements before it."""
+        """Return the value of an expression; conditions inside become statements before it."""
         match node:
             case ast.Constant(value=bool() | int() | float() as value):
                 return t.literal(float(value))
@@ -453,7 +453,7 @@ class Specialiser:
             case ast.Call(func=ast.Attribute(attr=name), args=[ast.BinOp(op=ast.Div()) as quotient]) if (
                 self.folds and name in _ROUNDING
             ):
-                # multiplying by the inverse may miss an exact integer quotient
+                # multiplication by the inverse may miss an exact integer quotient
                 sides = (self.keep(self.value(quotient.left)), self.keep(self.value(quotient.right)))
                 both = all(isinstance(side, t.Num) for side in sides)
                 return self.op(name, self.op("/", *sides) if both else t.Op("/", sides))
@@ -466,7 +466,7 @@ class Specialiser:
         return self.truth(node)
 
     def truth(self, node: ast.expr, once: bool = False) -> t.Expr:
-        """Return a test's value as a number, 1 or 0; once: it is read once and need not be stored."""
+        """Return a test's value as a number, 1 or 0; with ``once``, it is read once and not stored."""
         if isinstance(node, ast.BoolOp) and not all(map(self.is_truth, node.values)):
             return self.one_of(node)
         one, zero = t.literal(1.0), t.literal(0.0)
@@ -480,14 +480,14 @@ class Specialiser:
         return self.choice(test, one, zero)
 
     def is_truth(self, node: ast.expr) -> bool:
-        """Return True if a value is Boolean, 1 or 0."""
+        """Return True if the value of a node is Boolean, 1 or 0."""
         if isinstance(node, ast.Name):
             value = self.env[node.id]
             return value in self.truths or t.is_truth(value)
         return all(map(self.is_truth, node.values)) if isinstance(node, ast.BoolOp) else is_test(node)
 
     def one_of(self, node: ast.BoolOp) -> t.Expr:
-        """Return the deciding operand of `or` or `and` between numbers."""
+        """Return the operand of `or` or `and` between numbers that decides the result."""
         value = self.keep(self.value(node.values[0]))
         if len(node.values) == 1:
             return value
@@ -503,7 +503,7 @@ class Specialiser:
         return self.branched(test, value, other, (), inner)
 
     def reads(self, name: str) -> int:
-        """Return the number of reads of a name in the current function."""
+        """Return how often the current function reads a name."""
         if self.scope.loads is None:
             names = [n for n in ast.walk(self.scope.tree) if isinstance(n, ast.Name)]
             self.scope.loads = Counter(n.id for n in names if isinstance(n.ctx, ast.Load))
@@ -520,7 +520,7 @@ class Specialiser:
         then: Sequence[t.Statement] = (),
         other: Sequence[t.Statement] = (),
     ) -> t.Var:
-        """Return a variable assigned in a branch; each value is computed only on its side."""
+        """Return a variable that is assigned in a branch; each value is computed only on its side."""
         made = self.fresh("t")
         self.emit(t.If(test, [*then, t.Assign(made, yes)], [*other, t.Assign(made, no)]))
         return t.Var(made)
@@ -539,7 +539,7 @@ class Specialiser:
         return self.branched(test, yes, no, then, other)
 
     def chosen(self, test: t.Test, yes: t.Expr, no: t.Expr) -> t.Expr | None:
-        """Return one of two values as an expression, None if it needs a branch."""
+        """Return one of two values as an expression; None if a branch is needed."""
         both = isinstance(yes, t.Num) and isinstance(no, t.Num)
         return t.Select(test, yes, no) if both and self.stays(test, True) else None
 
@@ -557,13 +557,13 @@ class Specialiser:
         raise AssertionError(ast.dump(node))
 
     def entry(self, table: str, index: t.Expr, size: int) -> t.Expr:
-        """Return a table entry, a constant if the index is known."""
+        """Return a table entry; it is a constant if the index is known."""
         if isinstance(index, t.Num) and 0.0 <= index.value < size:
             return t.literal(self.source.tables[table][int(index.value)])
         return t.Entry(self.keep(index) if self.folds else index, table, size)
 
     def op(self, name: str, *args: t.Expr) -> t.Expr:
-        """Return an operation, folded if all operands are known, simplified if possible."""
+        """Return an operation, folded if all operands are known, and simplified if possible."""
         numbers = [a for a in args if isinstance(a, t.Num)]
         if len(numbers) == len(args):
             found = t.folded(name, numbers)
@@ -582,7 +582,7 @@ class Specialiser:
 
     # --- tests
     def test(self, node: ast.expr) -> t.Test | bool:
-        """Return a test, or its outcome if it is known."""
+        """Return a test, or its outcome if the outcome is known."""
         match node:
             case ast.Constant(value=value):
                 return bool(value)
@@ -643,7 +643,7 @@ class Specialiser:
 
 
 def _is_cheap(value: t.Expr) -> bool:
-    """Return True if a value is nearly free to read."""
+    """Return True if reading a value costs almost nothing."""
     inner = value.args[0] if isinstance(value, t.Op) and value.name in ("abs", "neg") else value
     return isinstance(inner, t.Num | t.Var)
 
@@ -655,7 +655,7 @@ def is_test(node: ast.expr) -> bool:
 
 
 def _targets(statements: Sequence[ast.stmt]) -> list[ast.expr]:
-    """Return the assignment targets of statements, including loop counters."""
+    """Return the targets of all assignments in statements, including loop counters."""
     nodes = [n for s in statements for n in ast.walk(s) if isinstance(n, ast.Assign)]
     targets = [one for n in nodes for one in n.targets]
     return [e for one in targets for e in (one.elts if isinstance(one, ast.Tuple) else [one])]

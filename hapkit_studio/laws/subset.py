@@ -1,8 +1,8 @@
-"""The law language: the subset of Python that a force law may use, with messages for the rest.
+"""The law language: the subset of Python that a force law may use, and messages for everything else.
 
-Allowed are arithmetic, comparisons, ``if``, ``for`` over a constant ``range``, the functions of ``MATH`` and
-``BUILTINS``, parameters ``p.name``, state ``s.name`` or ``s.name[i]``, tables ``NAME[i]`` and helper
-functions of the same file.
+The language contains arithmetic, comparisons, ``if``, ``for`` over a constant ``range``, the functions of
+``MATH`` and ``BUILTINS``, parameters ``p.name``, state ``s.name`` or ``s.name[i]``, tables ``NAME[i]`` and
+helper functions of the same file.
 """
 
 import ast
@@ -79,7 +79,7 @@ COMPARISONS: Mapping[type[ast.cmpop], str] = {
     ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",
 }  # fmt: skip
 
-# messages by node type; other types are named as in Python's grammar
+# messages by node type; all other types are named as in Python's grammar
 _INSTEAD: dict[Any, str] = {
     ast.While: "`while` is not allowed in a law: use `for i in range(10)`",
     ast.Try: "`try` is not allowed in a law: nothing in it can raise an error",
@@ -122,7 +122,7 @@ def check_loop(node: ast.For, numbers: Sequence[int]) -> None:
 
 
 def check_arguments(tree: ast.FunctionDef, is_law: bool) -> None:
-    """Raise LawError unless a law takes its five arguments, and a helper only positional ones."""
+    """Raise LawError unless a law takes its five arguments, and a helper only positional arguments."""
     found = tree.args
     names = [a.arg for a in found.args]
     more = found.posonlyargs or found.kwonlyargs or found.vararg or found.kwarg
@@ -140,7 +140,7 @@ def check_count(node: ast.Call, name: str, fewest: int, most: int) -> None:
 
 
 def check_operator(node: ast.BinOp | ast.AugAssign) -> None:
-    """Raise LawError for a non-arithmetic operator."""
+    """Raise LawError if an operator is not arithmetic."""
     if isinstance(node.op, ast.BitXor):
         raise fail(node, "`^` is not a power in Python: write `**`, as in `x ** 2`")
     if type(node.op) not in OPERATORS:

@@ -1,6 +1,6 @@
 """Translate a law and its helpers into plain source for numba: names become indices, faults are checked.
 
-Loops consume fuel. Each function that a law calls is translated once.
+Loops use up fuel. Each function that a law calls is translated once.
 """
 
 import ast
@@ -21,16 +21,16 @@ from hapkit_studio.laws.mistakes import NOT_CONSTANT, instead_of
 from hapkit_studio.laws.subset import BUILTINS, MATH, fail
 from hapkit_studio.parameters import AnyParameter, Choice
 
-# generated names begin with an underscore, names in a law never do
+# generated names begin with an underscore; names in a law never do
 PREFIX, TABLE_PREFIX = "_of_", "_table_"
-# the studio's own functions are proven to terminate and to return a value for all arguments a law may pass
+# the studio's functions are proven to terminate and to return a value for all arguments that a law may pass
 _PROVEN = "hapkit_studio.dynamics."
 
 
 class Helpers(dict[FunctionType, str]):
     """The functions that a law calls, by unique name in the generated file.
 
-    tables: the numbers of each table that they and the law read, by name in that file.
+    ``tables`` contains the numbers of each table that the law and its functions read, by name in this file.
     """
 
     def __init__(self) -> None:
@@ -45,7 +45,7 @@ class Helpers(dict[FunctionType, str]):
         return wanted
 
     def table(self, name: str, numbers: tuple[float, ...]) -> str:
-        """Return the name of a table in the generated file; tables of different files may share a name."""
+        """Return a table's name in the generated file; two source files may use the same table name."""
         wanted = TABLE_PREFIX + name
         while repr(self.tables.setdefault(wanted, numbers)) != repr(numbers):
             wanted += "_"
@@ -53,23 +53,23 @@ class Helpers(dict[FunctionType, str]):
 
 
 def is_proven(function: FunctionType) -> bool:
-    """Return True if a function is the studio's own: it needs no fuel and no division check."""
+    """Return True if a function belongs to the studio, so that it needs no fuel and no division check."""
     return (function.__module__ or "").startswith(_PROVEN)
 
 
-# CPython 3.11 fails if two threads parse at a time ("AST constructor recursion depth mismatch")
+# CPython 3.11 fails if two threads parse at the same time ("AST constructor recursion depth mismatch")
 _PARSING = threading.Lock()
 
 
 def parse(text: str, name: str = "<unknown>") -> ast.Module:
-    """Return the syntax tree of a source text, one thread at a time; raise what ``ast.parse`` raises."""
+    """Return the syntax tree of a source text; only one thread parses at a time. Raise like ``ast.parse``."""
     with _PARSING:
         return ast.parse(text, name)
 
 
 @lru_cache(maxsize=256)
 def _text(function: FunctionType) -> str:
-    """Return a function's text, padded with empty lines so that line numbers are those of its file."""
+    """Return a function's text after empty lines, so that line numbers are those of its file."""
     lines, first = inspect.getsourcelines(function)
     return "\n" * (first - 1) + textwrap.dedent("".join(lines))
 
@@ -90,7 +90,7 @@ def function_tree(function: Callable) -> ast.FunctionDef:
 
 
 def values_returned(tree: ast.FunctionDef) -> int:
-    """Return the number of values that a function returns; raise LawError if it differs between returns."""
+    """Return how many values a function returns; raise LawError if its returns differ."""
     found = sorted((n for n in ast.walk(tree) if isinstance(n, ast.Return)), key=lambda n: n.lineno)
     sizes = [len(n.value.elts) if isinstance(n.value, ast.Tuple) else 1 for n in found]
     for node, size in zip(found, sizes, strict=True):
@@ -100,7 +100,7 @@ def values_returned(tree: ast.FunctionDef) -> int:
 
 
 class Names:
-    """Parameters, state values and globals of a law's file."""
+    """The parameters, state values and globals of a law's file."""
 
     def __init__(self, parameters: Sequence[AnyParameter], state: Mapping[str, object], scope: dict):
         self.parameters = {p.key: (i, p) for i, p in enumerate(parameters)}
@@ -113,7 +113,7 @@ class Names:
             start += size or 1
 
     def function(self, name: str) -> FunctionType | None:
-        """Return a function that a law may call: of its own file, or of the studio's numbers; else None."""
+        """Return a function that a law may call, of its file or of the studio's dynamics, else None."""
         found = self.globals.get(name)
         found = getattr(found, "py_func", found)
         if not isinstance(found, FunctionType):
@@ -121,7 +121,7 @@ class Names:
         return found if found.__globals__ is self.globals or is_proven(found) else None
 
     def table(self, node: ast.expr) -> tuple[float, ...] | None:
-        """Return the numbers of a module-level table, None for anything else; raise LawError."""
+        """Return the numbers of a module-level table; None if the node is something else; raise LawError."""
         found = self.globals.get(node.id) if isinstance(node, ast.Name) else None
         if not isinstance(found, tuple | list):
             return None
@@ -130,7 +130,7 @@ class Names:
             raise fail(node, f"`{node.id}` has {len(found)} numbers: a table has 1 to {subset.MOST_IN_TABLE}")
         for i, number in enumerate(found):
             usable = isinstance(number, int | float) and abs(number) <= subset.LARGEST_IN_TABLE
-            if not usable:  # NaN fails this test, too
+            if not usable:  # a NaN is also not usable
                 wanted = f"a table holds numbers up to {subset.LARGEST_IN_TABLE:g}"
                 raise fail(node, f"`{node.id}[{i}]` is {number!r:.40}: {wanted}")
         return tuple(map(float, found))
@@ -155,10 +155,10 @@ class Names:
         return self.places[node.attr]
 
 
-# integers stay floats, so infinities and NaN survive
+# integers remain floats, so that infinities and NaN are preserved
 FUNCTIONS = {"int": "_np.trunc", "float": "_float", "floor": "_np.floor", "ceil": "_np.ceil"}
 FUNCTIONS |= {"fmod": "_np.fmod", "trunc": "_np.trunc"}
-# multiplied as in CPython
+# these factors are multiplied as in CPython
 _FACTORS = {"radians": math.pi / 180.0, "degrees": 180.0 / math.pi}
 _TABLE_IS = "a table is a tuple of numbers, as `(0.0, 1.0)` or `tuple(…)`"
 # functions with undefined or infinite values for some arguments
@@ -168,7 +168,10 @@ RISKY = frozenset(
 
 
 class Rewriter(ast.NodeTransformer):
-    """Rewrites one function; tracks names that are definitely assigned, to reject reads before assignment."""
+    """Rewrites one function.
+
+    It tracks the names that are certainly assigned, to reject reads before assignment.
+    """
 
     size = 1  # number of return values
 
@@ -183,11 +186,11 @@ class Rewriter(ast.NodeTransformer):
 
     # --- statements
     def nothing(self) -> str:
-        """Return the expression that a function returns on a fault."""
+        """Return the expression that a function returns after a fault."""
         return ", ".join(["_math.nan"] * self.size)
 
     def burn(self, node: ast.stmt) -> list[ast.stmt]:
-        """Return the statements that use one unit of fuel and return if none is left."""
+        """Return the statements that use one unit of fuel and return if no fuel is left."""
         if self.proven:
             return []
         return parse(f"if _spent({node.lineno}, _fault):\n    return {self.nothing()}").body
@@ -260,7 +263,7 @@ class Rewriter(ast.NodeTransformer):
         return ast.For(ast.Name(count, ast.Store()), turns, body, [])
 
     def _range_arguments(self, node: ast.expr) -> list[int]:
-        """Return the arguments of a loop's ``range``; raise LawError unless they are integer constants."""
+        """Return the arguments of a loop's ``range``; raise LawError unless all are integer constants."""
         if self._is_table(node):
             name = node.id  # type: ignore[attr-defined]
             raise fail(node, f"a loop counts: write `for i in range(len({name}))`, and `{name}[i]` in it")
@@ -272,7 +275,7 @@ class Rewriter(ast.NodeTransformer):
         raise fail(node, NOT_CONSTANT)
 
     def _integer_constant(self, node: ast.expr) -> int | None:
-        """Return the value of an integer constant expression, else None."""
+        """Return the value of an integer constant expression, or None."""
         match node:
             case ast.Constant(value=int() as number) if type(number) is int:
                 return number
@@ -326,7 +329,7 @@ class Rewriter(ast.NodeTransformer):
         return self._arithmetic(self.visit(node.left), node.op, self.visit(node.right), node.lineno)
 
     def _arithmetic(self, left: ast.expr, op: ast.operator, right: ast.expr, line: int) -> ast.expr:
-        """Return left op right, on floats where integers would give a different result."""
+        """Return left op right, on floats if integers would give a different result."""
         if isinstance(op, ast.FloorDiv | ast.Mod | ast.Pow):
             left, right = _call("_float", [left]), _call("_float", [right])
         never_zero = isinstance(right, ast.Constant) and bool(right.value)
@@ -336,7 +339,7 @@ class Rewriter(ast.NodeTransformer):
         return self._noted(result, line) if isinstance(op, ast.Pow) else result
 
     def _noted(self, value: ast.expr, line: int) -> ast.expr:
-        """Return a value whose line is recorded if it is not finite."""
+        """Return a value whose line is recorded if the value is not finite."""
         return value if self.proven else _watched("_noted", value, line)
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
@@ -359,7 +362,7 @@ class Rewriter(ast.NodeTransformer):
         return ast.Compare(new[0], node.ops, new[1:])
 
     def _option(self, node: ast.expr, choice: Choice) -> ast.expr:
-        """Return the index of a choice, or of its option's name."""
+        """Return the index of a choice, or that of a given option's name."""
         if self.names.choice(node) is choice:
             return self._parameter(node)
         if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
@@ -398,7 +401,7 @@ class Rewriter(ast.NodeTransformer):
         return ast.Constant(self._number(node, constant))
 
     def _undefined(self, name: str) -> str:
-        """Return the message on an undefined name."""
+        """Return the message for an undefined name."""
         for owner, known in (("p", self.names.parameters), ("s", self.names.places)):
             if name in known:
                 return f"'{name}' is not defined: write `{owner}.{name}`"
@@ -423,7 +426,7 @@ class Rewriter(ast.NodeTransformer):
         return ast.Subscript(table, self._index(node, size), ast.Load())
 
     def _index(self, node: ast.Subscript, size: int) -> ast.Call:
-        """Return an index that is checked at run time against ``size``."""
+        """Return an index that is checked against ``size`` at run time."""
         call = _watched("_index", self.visit(node.slice), node.lineno)
         call.args.insert(1, ast.Constant(size))
         return call
@@ -468,7 +471,7 @@ class Rewriter(ast.NodeTransformer):
         return ast.Subscript(ast.Name("s", ast.Load()), place, ast.Load())
 
     def _unknown(self, node: ast.Subscript | ast.Attribute) -> str:
-        """Return the message on an attribute or subscript of an unknown object."""
+        """Return the message for an attribute or a subscript of an unknown object."""
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             owner = node.value.id
             if owner in ("p", "s") and owner not in self.local:
@@ -483,7 +486,7 @@ class Rewriter(ast.NodeTransformer):
         return f"only {known} and `math` are known here"
 
     def _state(self, node: ast.expr) -> ast.expr | None:
-        """Return the index expression of ``s.name`` or ``s.name[i]``; variable indices are checked."""
+        """Return the index expression of ``s.name`` or ``s.name[i]``; a variable index is checked."""
         inner = node.value if isinstance(node, ast.Subscript) else node
         if not (self.is_law and isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
             return None
@@ -529,7 +532,7 @@ class Rewriter(ast.NodeTransformer):
     def _builtin_call(self, node: ast.Call, name: str) -> ast.expr:
         scope = self.names.globals
         if name not in self.local and name in MATH and scope.get(name) is getattr(math, name):
-            return self._math_call(node, name)  # imported by name
+            return self._math_call(node, name)  # the function is imported by name
         if name in self.local or name in scope or name not in BUILTINS:
             said = None if name in self.local or name in scope else instead_of(name)
             raise fail(node, said or f"'{name}' is not a function that a law can call")
@@ -564,14 +567,15 @@ class Rewriter(ast.NodeTransformer):
         self.called.append(found)
         args: list[ast.expr] = []
         for one in node.args:
-            is_choice = self.is_law and self.names.choice(one)  # passed as its option's index
+            # a choice is passed as the index of its option
+            is_choice = self.is_law and self.names.choice(one)
             args.append(self._parameter(one) if is_choice else _call("_float", [self.visit(one)]))
         missing = defaults[len(defaults) - (most - len(args)) :] if len(args) < most else ()
         args += [ast.Constant(self._number(node, default)) for default in missing]
         return _call(self.helpers[found], [*args, ast.Name("_fault", ast.Load())])
 
     def _check_given(self, node: ast.expr, name: str) -> None:
-        """Raise LawError if a helper is passed all parameters, the whole state or a whole table."""
+        """Raise LawError if a helper receives all parameters, the whole state or a whole table."""
         if not isinstance(node, ast.Name):
             return
         if self.is_law and node.id in ("p", "s"):
@@ -596,7 +600,7 @@ def _watched(function: str, value: ast.expr, line: int) -> ast.Call:
 
 
 def _always_returns(statements: list[ast.stmt], *ends: type[ast.stmt]) -> bool:
-    """Return True if every path through statements ends with a `return`, or with one of ``ends``."""
+    """Return True if every path through statements ends with a `return` or with one of ``ends``."""
     last = statements[-1] if statements else None
     if isinstance(last, ast.If):
         return _always_returns(last.body, *ends) and _always_returns(last.orelse, *ends)
@@ -609,7 +613,7 @@ def _stored(function: ast.FunctionDef) -> set[str]:
 
 FUEL = 20_000
 
-# part of the generated file's hash: a change of the watch functions invalidates the cache
+# a part of the hash of the generated file, so that a change of the watch functions invalidates the cache
 _WATCHED = hashlib.sha256(inspect.getsource(watch).encode()).hexdigest()[:20]
 HEADER = f'''\
 """Generated from a force law, watched by {_WATCHED}; edit the law, not this file."""
@@ -643,17 +647,17 @@ _fault[2] = 0"""
 def rewritten(
     function: FunctionType, names: Names, helpers: Helpers, is_law: bool
 ) -> tuple[ast.FunctionDef, list[FunctionType]]:
-    """Return a checked function's tree, names replaced and faults checked, and the helpers it calls."""
+    """Return a checked function's tree with names replaced and faults checked, and the helpers it calls."""
     tree = function_tree(function)
     subset.check_arguments(tree, is_law)
-    compiling = (jit.compiled, jit.internal, jit.inlined)  # decorators that only affect compilation
+    compiling = (jit.compiled, jit.internal, jit.inlined)  # these decorators affect only the compilation
     for one in [] if is_law else tree.decorator_list:
         if not (isinstance(one, ast.Name) and names.globals.get(one.id) in compiling):
             raise fail(tree, f"`{tree.name}` is called by a law: it may not have a decorator")
     body = Rewriter(names, tree, function, helpers, is_law)
     body.size = 1 if is_law else values_returned(tree)
     statements = ([] if is_law else body.burn(tree)) + body.block(tree.body)
-    if not _always_returns(tree.body):  # statements outside the language were reported before
+    if not _always_returns(tree.body):  # statements outside the language were already reported
         what = "a law must return a force" if is_law else f"`{tree.name}` must return a number"
         raise fail(tree.body[-1], f"{what} on every path: end it with `return 0.0`")
     arguments = [ast.arg(a.arg) for a in (*tree.args.args, ast.arg("_fault"))]
@@ -664,10 +668,10 @@ def rewritten(
 
 @dataclass(frozen=True)
 class CheckedLaw:
-    """Checked trees of a law and its functions, with p, s and helpers by index and name.
+    """The checked trees of a law and its functions; p, s and helpers are replaced by indices and names.
 
-    own: names of the functions in the law's own file. documents: docstrings by function. tables: numbers by
-    table name.
+    ``own`` are the names of the functions in the law's file. ``documents`` contains docstrings by function,
+    and ``tables`` numbers by table name.
     """
 
     tree: ast.FunctionDef

@@ -1,6 +1,6 @@
-"""Syntax tree of a specialised law: expressions, tests and statements, and the passes over it.
+"""The syntax tree of a specialised law: expressions, tests and statements, and the passes over them.
 
-Passes: constant folding, strength reduction for the board, and forward substitution.
+The passes are constant folding, strength reduction for the board, and forward substitution.
 """
 
 import math
@@ -17,7 +17,7 @@ LEAST_FLOAT = 1.1754944e-38
 # --- expressions
 @dataclass(frozen=True)
 class Num:
-    """A constant; key: its origin, as two equal constants may differ after a parameter changes."""
+    """A constant; ``key`` is its origin, because equal constants may differ after a parameter changes."""
 
     value: float
     key: str
@@ -25,7 +25,7 @@ class Num:
 
 @dataclass(frozen=True)
 class Var:
-    """A variable: x, v, dt, p[0] … (unknown parameters), s[0] … (state), or a local one."""
+    """A variable: x, v, dt, p[0] … (unknown parameters), s[0] … (state), or a local variable."""
 
     name: str
 
@@ -40,20 +40,20 @@ class Op:
 
 @dataclass(frozen=True)
 class At:
-    """The state at index start + int(index), 0 <= index < size; any other index is a fault."""
+    """The state at index start + int(index), with 0 <= index < size; any other index is a fault."""
 
     index: "Expr"
     start: int
     size: int
 
     def state(self) -> list[str]:
-        """Return the names of all states it may refer to."""
+        """Return the names of all states that this node may refer to."""
         return [f"s[{self.start + i}]" for i in range(self.size)]
 
 
 @dataclass(frozen=True)
 class Entry:
-    """Entry int(index) of a table, 0 <= index < size; any other index is a fault."""
+    """Entry int(index) of a table, with 0 <= index < size; any other index is a fault."""
 
     index: "Expr"
     table: str
@@ -62,7 +62,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Select:
-    """Conditional expression; on the board both values are constants."""
+    """A conditional expression; on the board both values are constants."""
 
     test: "Test"
     yes: "Expr"
@@ -75,7 +75,7 @@ Expr = Num | Var | Op | At | Entry | Select
 # --- tests
 @dataclass(frozen=True)
 class Compare:
-    """left op right; op is one of < <= > >= == !=."""
+    """The comparison left op right; op is one of < <= > >= == !=."""
 
     op: str
     left: Expr
@@ -101,7 +101,7 @@ Test = Compare | Logic | Not
 # --- statements
 @dataclass
 class Stated:
-    """Base of statements; line: in the law's file, 0 for none."""
+    """The base of statements; ``line`` is that in the law's file, 0 if there is none."""
 
     line: int = field(default=0, compare=False, kw_only=True)
 
@@ -127,11 +127,11 @@ class If(Stated):
 
 @dataclass
 class Loop(Stated):
-    """Run the body ``times`` times; Continue ends an iteration, Break the loop."""
+    """Run the body ``times`` times; Continue ends an iteration, Break ends the loop."""
 
     times: int
     body: list["Statement"]
-    after: list["Statement"]  # end of every iteration, also after Continue
+    after: list["Statement"]  # runs at the end of every iteration, also after Continue
 
 
 @dataclass
@@ -159,7 +159,7 @@ class Leave(Stated):
 
 @dataclass
 class Call(Stated):
-    """Function call: arguments and results are passed in the function's variables."""
+    """A function call; arguments and results are passed in the function's variables."""
 
     function: "Function"
 
@@ -174,7 +174,7 @@ Statement = Assign | SetAt | If | Loop | Break | Continue | Block | Leave | Call
 
 @dataclass
 class Function:
-    """A function with several calls; parameters and results are the variables of these names."""
+    """A function with several calls; its parameters and results are the variables of these names."""
 
     key: str
     name: str
@@ -198,7 +198,7 @@ class Specialised:
 
 
 def literal(value: float) -> Num:
-    """Return a constant whose origin is a literal of the source."""
+    """Return a constant that comes from a literal of the source."""
     return Num(value, repr(value))
 
 
@@ -214,14 +214,14 @@ def is_single(value: float) -> bool:
 
 # --- traversal
 def walk(value: object) -> Iterator[Any]:
-    """Yield a node, or several, and all nodes inside; calls are not followed."""
+    """Yield a node or several nodes and all nodes inside; called functions are not entered."""
     if isinstance(value, list | tuple):
         for one in value:
             yield from walk(one)
     elif not isinstance(value, str | int | float):
         yield value
         if not isinstance(value, Call):
-            # Leave refers to its block, which contains it
+            # Leave refers to the block that contains it, so its block is not entered
             yield from walk([value.moves] if isinstance(value, Leave) else list(vars(value).values()))
 
 
@@ -243,17 +243,17 @@ def mentions(value: object, names: frozenset[str]) -> bool:
 
 
 def reads(value: object) -> Iterator[str]:
-    """Yield every variable that nodes read, once per read."""
+    """Yield every variable that nodes read; a variable appears once for each read."""
     for n in walk(value):
         if isinstance(n, Var):
             yield n.name
         elif isinstance(n, At | Entry):
-            # counted twice, so that the index stays a variable
+            # each variable is counted twice, so that the index stays a variable
             yield from reads(n.index)
 
 
 def writes(value: object) -> Iterator[str]:
-    """Yield every variable that statements write; for an indexed write all states it may refer to."""
+    """Yield every variable that statements write; an indexed write may write all states of the array."""
     for n in walk(value):
         match n:
             case Assign(to):
@@ -279,19 +279,19 @@ _WEIGHTS = {**dict.fromkeys((Assign, SetAt, Return, If, Op, Select, Not, Compare
 
 
 def weight(statements: object) -> int:
-    """Return the approximate number of operations of statements."""
+    """Return the approximate number of operations in statements."""
     found = list(walk(statements))
     calls = sum(1 + len(n.function.parameters) for n in found if isinstance(n, Call))
     return calls + sum(_WEIGHTS.get(type(n), 0) for n in found)
 
 
 def called(statements: object) -> list[str]:
-    """Return the keys of the functions called, once per call."""
+    """Return the keys of the called functions; a key appears once for each call."""
     return [n.function.key for n in walk(statements) if isinstance(n, Call)]
 
 
 def may_fail(value: object) -> bool:
-    """Return True if evaluation may stop the law: division by zero or an index out of range."""
+    """Return True if an evaluation may stop the law: division by zero or an index out of range."""
     for n in walk(value):
         match n:
             case At() | Entry():
@@ -303,7 +303,7 @@ def may_fail(value: object) -> bool:
 
 
 def drop_unused(law: Specialised) -> None:
-    """Remove unused assignments."""
+    """Remove assignments whose variables are not read."""
     bodies = [law.body, *(f.body.body for f in law.functions)]
     lasting = {name for f in law.functions for name in f.lasting}
     dropped = True
@@ -313,7 +313,7 @@ def drop_unused(law: Specialised) -> None:
 
 
 def _removed_unused(statements: list[Statement], read: set[str]) -> bool:
-    """Remove assignments to variables outside ``read``; return True if any was removed."""
+    """Remove assignments to variables outside ``read``; return True if any were removed."""
     dropped = False
     kept: list[Statement] = []
     for s in statements:
@@ -347,14 +347,14 @@ def beyond_single(op: str, left: Expr, value: float) -> Test | bool:
         return op == "!="
     if isinstance(left, Op) and left.name == "abs" and value > 0.0:
         return Compare("==" if op in ("<", "<=") else "!=", left.args[0], literal(0.0))
-    # less than a tiny positive value means <= 0; greater than a tiny negative one means >= 0
+    # "less than a tiny positive value" means <= 0, and "greater than a tiny negative value" means >= 0
     if value > 0.0:
         return Compare("<=" if op in ("<", "<=") else ">", left, literal(0.0))
     return Compare(">=" if op in (">", ">=") else "<", left, literal(0.0))
 
 
 def folded(name: str, numbers: Sequence[Num]) -> Num | None:
-    """Constant folding in double precision; None if the result is not finite."""
+    """Fold constants in double precision; return None if the result is not finite."""
     if any(not math.isfinite(n.value) for n in numbers):
         return None
     function = COMPUTED.get(name) or {"int": math.trunc}.get(name) or getattr(math, name)
@@ -370,7 +370,7 @@ def folded(name: str, numbers: Sequence[Num]) -> Num | None:
 
 
 def simplified(name: str, args: tuple[Expr, ...]) -> Expr:
-    """Strength reduction: return an operation in its cheapest form on the board."""
+    """Return an operation in the form that is cheapest on the board (strength reduction)."""
     match name, args:
         case "neg", (Op("neg", (inner,)),):
             return inner
@@ -400,12 +400,12 @@ def simplified(name: str, args: tuple[Expr, ...]) -> Expr:
 
 
 def _zero(args: tuple[Expr, ...]) -> bool:
-    """Return True if a term is a literal 0, not a parameter that may change."""
+    """Return True if a term is a literal 0; a parameter does not count, because it may change."""
     return any(isinstance(a, Num) and a.key in ("0.0", "-0.0") for a in args)
 
 
 def _times(a: Expr, b: Expr) -> Expr:
-    """Return a product with constant factors merged and signs outside."""
+    """Return a product in which constant factors are merged and signs are outside."""
     factor: Num | None = None
     parts: list[Expr] = []
     negative = False
@@ -435,7 +435,7 @@ def _times(a: Expr, b: Expr) -> Expr:
 
 
 def _is_finite(value: Expr) -> bool:
-    """Return True if a value is finite for finite operands, within single precision."""
+    """Return True if a value is finite for finite operands in single precision."""
     if isinstance(value, Op):
         return value.name in ("+", "-", "*", "neg", "abs", "min", "max") and all(map(_is_finite, value.args))
     return isinstance(value, Num | Var)
@@ -466,9 +466,9 @@ def joined(op: str, tests: Sequence[Test | bool]) -> Test | bool:
 
 
 def substitute(law: Specialised) -> None:
-    """Forward substitution: replace the only read of a variable that is written once by its value.
+    """Forward substitution: if a variable is written once and read once, its value replaces the read.
 
-    Variables in the value must not change in between, and its evaluation must not stop the law.
+    The variables in the value must not change in between, and evaluating the value must not stop the law.
     """
     bodies = [law.body, *(f.body.body for f in law.functions)]
     read, written = Counter(reads(bodies)), Counter(writes(bodies))
@@ -492,9 +492,9 @@ def _in_list(statements: list[Statement], single: set[str], lasting: set[str]) -
 
 
 def _substituted(made: Assign, statements: list[Statement], start: int, lasting: set[str]) -> bool:
-    """Substitute into the only read after ``start``; return False if an operand changes before it.
+    """Substitute into the only read after ``start``; return False if an operand changes before this read.
 
-    Persistent variables may share slots, so writing one counts as writing all.
+    Persistent variables may share slots, so a write to one counts as a write to all.
     """
     parts = frozenset(reads(made.value))
     for s in statements[start:]:
@@ -513,7 +513,7 @@ def _substituted(made: Assign, statements: list[Statement], start: int, lasting:
 
 
 def replaced(value: Expr | Test, name: str, by: Expr):
-    """Return an expression or test with a variable replaced and the parts around it simplified."""
+    """Return an expression or test in which a variable is replaced, with the parts around it simplified."""
 
     def change(part: Expr | Test):
         match part:
@@ -522,7 +522,7 @@ def replaced(value: Expr | Test, name: str, by: Expr):
             case Op(op, args):
                 numbers = [a for a in args if isinstance(a, Num)]
                 known = folded(op, numbers) if len(numbers) == len(args) else None
-                # a remaining quotient must be exact for integers
+                # a quotient that remains must be exact for integers
                 return known or (part if op == "/" else simplified(op, args))
         return part
 

@@ -1,6 +1,6 @@
-"""Run-time checks of a compiled law: fault code, line and fuel are stored in its fault words.
+"""Run-time checks of a compiled law: they store fault code, line and fuel in the law's fault words.
 
-The first fault is kept. Compiled once for all laws.
+Only the first fault is stored. The checks are compiled once for all laws.
 """
 
 import math
@@ -17,7 +17,7 @@ def to_float(a):
 
 @internal
 def index(i, size, line, fault):
-    """Return an index in 0 <= i < size; fault otherwise."""
+    """Return an index with 0 <= i < size; otherwise record a fault."""
     if 0 <= i < size:
         return int(i)
     if fault[0] == 0:
@@ -39,7 +39,7 @@ def spent(line, fault):
 
 @internal
 def divisor(a, line, fault):
-    """Return a divisor as a float; fault if it is zero."""
+    """Return a divisor as a float; record a fault if it is zero."""
     if a == 0.0 and fault[0] == 0:
         fault[0] = LAW_DIVISION
         fault[1] = line
@@ -48,7 +48,7 @@ def divisor(a, line, fault):
 
 @internal
 def noted(a, line, fault):
-    """Return a value as a float; record the line of the first non-finite one."""
+    """Return a value as a float; record the line of the first value that is not finite."""
     if fault[2] == 0 and not math.isfinite(a):
         fault[2] = line
     return a * 1.0
@@ -56,7 +56,7 @@ def noted(a, line, fault):
 
 @internal
 def force(a, line, fault):
-    """Return the force as a float; fault if it is not finite, at the line of its first non-finite value."""
+    """Return the force as a float; if it is not finite, record a fault at the first such value's line."""
     if fault[0] == 0 and not math.isfinite(a):
         fault[0] = NOT_A_NUMBER
         fault[1] = fault[2] if fault[2] else line
