@@ -35,6 +35,11 @@ class Mutation:
     tests: list[str]
 
 
+def listed() -> list[Mutation]:
+    """Return the mutations of the list."""
+    return [Mutation(**given) for given in json.loads(LIST.read_text(encoding="utf-8"))]
+
+
 def placed(mutation: Mutation, root: Path) -> tuple[Path, str]:
     """Return the file in a copy of the project with the unique line of a mutation, and its new text."""
     own = root / "hapkit_studio" / mutation.path
@@ -87,12 +92,12 @@ def copied(folder: str) -> Path:
     return root
 
 
-def check(listed: list[Mutation]) -> int:
+def check(chosen: list[Mutation]) -> int:
     """Try every mutation; return the number of undetected ones."""
     lost = 0
     with tempfile.TemporaryDirectory() as folder:
         root = copied(folder)
-        for mutation in listed:
+        for mutation in chosen:
             found = caught(mutation, root)
             lost += not found
             print(f"{'caught' if found else 'LOST'}: {mutation.path}: {mutation.after}", flush=True)
@@ -101,13 +106,13 @@ def check(listed: list[Mutation]) -> int:
 
 def main() -> int:
     """Return the number of undetected mutations of the list, or of an area."""
-    listed = [Mutation(**given) for given in json.loads(LIST.read_text(encoding="utf-8"))]
+    known = listed()
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--area", choices=sorted({mutation.area for mutation in listed}))
+    parser.add_argument("--area", choices=sorted({mutation.area for mutation in known}))
     area = parser.parse_args().area
-    return check([mutation for mutation in listed if area in (None, mutation.area)])
+    return check([mutation for mutation in known if area in (None, mutation.area)])
 
 
 if __name__ == "__main__":

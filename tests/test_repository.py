@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import mutations
+
 ROOT = Path(__file__).resolve().parent.parent
 # folders that are not searched
 SKIPPED = {".venv", ".git", "build", "dist", "__pycache__", "bench-results", ".hypothesis", "corpus"}
@@ -79,3 +81,10 @@ def test_virtual_board_carries_its_own_licence():
     board = [path for path in sources if path.is_relative_to(ROOT / "firmware" / "virtual_board")]
     assert board
     assert [p.name for p in board if "GPL-3.0-or-later" not in "\n".join(lines(p)[:5])] == []
+
+
+def test_every_mutation_of_the_list_can_still_be_made():
+    """A line that was changed, or a test file that was moved, would make its mutation useless."""
+    for mutation in mutations.listed():
+        assert mutations.placed(mutation, ROOT)[1]
+        assert [test for test in mutation.tests if not (ROOT / test.partition("::")[0]).is_file()] == []
