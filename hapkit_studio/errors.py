@@ -7,6 +7,10 @@ class StudioError(Exception):
     exit_code = 2
 
 
+class Cancelled(StudioError):
+    """The work was cancelled; a progress function raises this exception, and it is passed through."""
+
+
 class ParameterError(StudioError, ValueError):
     """A name is unknown, or a value is out of range or not a number."""
 

@@ -30,12 +30,6 @@ def as_felt(
     return places.ravel(), np.repeat(force, 2)
 
 
-def energy_given(time: np.ndarray, position: np.ndarray, force: np.ndarray, delay: float) -> float:
-    """Return the work in J that the force has done on the handle."""
-    places, forces = as_felt(time, position, force, delay)
-    return float(np.nansum(forces[::2] * np.diff(places.reshape(-1, 2), axis=1)[:, 0]))
-
-
 @dataclass(frozen=True)
 class Cycle:
     """One cycle of a motion: duration in s and work in J done by the force."""

@@ -42,10 +42,6 @@ class LostWorkers(StudioError):
         super().__init__("A part of the work was given up: a worker was killed, or its executor shut down.")
 
 
-class Cancelled(StudioError):
-    """The work was cancelled; a progress function raises this exception, and it is passed through."""
-
-
 def no_progress(done: int, of: int) -> None:
     """Do nothing."""
 

@@ -125,7 +125,6 @@ FRAME_SIZE = 1 + Force.size() + CRC_SIZE + 2
 FLAG_WATCHDOG = int(BoardFlag.WATCHDOG)
 FLAG_STOPPED = int(BoardFlag.STOPPED)
 FLAG_CLAMPED = int(BoardFlag.CLAMPED)
-FLAG_OVERRUN = int(BoardFlag.OVERRUN)
 FLAG_REFUSED = int(BoardFlag.REFUSED)
 FLAG_OVER_SPEED = int(BoardFlag.OVER_SPEED)
 FLAG_SENSOR = int(BoardFlag.SENSOR)

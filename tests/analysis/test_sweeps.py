@@ -13,8 +13,8 @@ from contextlib import suppress
 import pytest
 
 from hapkit_studio.analysis import sweeps
-from hapkit_studio.analysis.sweeps import Cancelled, LostWorkers, sweep
-from hapkit_studio.errors import ParameterError
+from hapkit_studio.analysis.sweeps import LostWorkers, sweep
+from hapkit_studio.errors import Cancelled, ParameterError
 from tests.analysis import sweep_tasks
 from tests.analysis.sweep_tasks import Forgetful, Held, Lost, Serial
 

@@ -16,6 +16,7 @@ from hapkit_studio.protocol.messages import (
     TUNED,
     Alive,
     Board,
+    BoardFlag,
     Force,
     HelloRequest,
     Law,
@@ -67,7 +68,7 @@ def test_a_row_is_in_si_units():
     [row] = Reader()(encode(Sample(513, 2_500_000, -70000, 0, 511, 1234, 12, -255, 3, 7, 200, 513, 9)))
     assert row[codec.BOARD_TIME] == pytest.approx(2.5, abs=1e-12)
     assert row[codec.DELAY] == pytest.approx(1.234e-3, abs=1e-12)
-    assert int(row[codec.FLAGS]) == codec.FLAG_CLAMPED | codec.FLAG_OVERRUN
+    assert int(row[codec.FLAGS]) == BoardFlag.CLAMPED | BoardFlag.OVERRUN
     assert row[[codec.COUNT, codec.PWM, codec.KIND]].tolist() == [-70000, -255, codec.SAMPLE]
     [row] = Reader()(encode(Telemetry(7, 1000, -300, -0.25, 1.5, -120, 180, 4, 2, 9, 200, 3, 0.125)))
     assert row[codec.BOARD_TIME] == pytest.approx(1e-3)

@@ -1,7 +1,6 @@
 """Cursors A and B in the live plots: the two samples and the statistics between them."""
 
 import math
-from dataclasses import dataclass
 from operator import itemgetter
 
 import numpy as np
@@ -27,30 +26,11 @@ _FOLLOWED = 0.05  # N: tolerance for "the motor gave the asked force": above a m
 _BENT = 0.05  # of the force's RMS: with a larger residual the samples are not a straight line
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """A row of the table: a signal in its shown unit."""
-
-    channel: str
-    symbol: str
-    decimals: int
-
-    @property
-    def unit(self) -> str:
-        """Return the shown unit."""
-        return BY_NAME[self.channel].shown_unit
-
-    @property
-    def scale(self) -> float:
-        """Return how many shown units one SI unit has."""
-        return BY_NAME[self.channel].scale
-
-
-QUANTITIES = (
-    Quantity("position", "x", 2),
-    Quantity("velocity", "v", 1),
-    Quantity("applied_force", "F", 3),
+_LISTED = tuple(
+    (BY_NAME[name], f"{symbol}, {BY_NAME[name].shown_unit}", decimals)
+    for name, symbol, decimals in (("position", "x", 2), ("velocity", "v", 1), ("applied_force", "F", 3))
 )
+"""The rows of the table: signal, heading and decimals."""
 
 
 Row = tuple[str, ...]
@@ -122,13 +102,13 @@ class Cursors(QObject):
 
 
 def points(cursors: Cursors) -> list[Row]:
-    """Return a row for the time, relative to the plots' zero, and one for each quantity: A, B, B − A."""
+    """Return a row for the time, relative to the plots' zero, and one for each signal: A, B, B − A."""
     at_a, at_b = cursors.at()
     if cursors.times is None or at_a is None or at_b is None:
         return []
     rows = [_row("t, s", 1.0, 3, *(time - cursors.view.zero for time in cursors.times))]
-    for q in QUANTITIES:
-        rows.append(_row(f"{q.symbol}, {q.unit}", q.scale, q.decimals, at_a[q.channel], at_b[q.channel]))
+    for signal, head, decimals in _LISTED:
+        rows.append(_row(head, signal.scale, decimals, at_a[signal.name], at_b[signal.name]))
     return rows
 
 
@@ -138,14 +118,13 @@ def _row(head: str, scale: float, decimals: int, a: float, b: float) -> Row:
 
 
 def ranges(samples: dict[str, np.ndarray]) -> list[Row]:
-    """Return a row of statistics for each quantity from A to B."""
+    """Return a row of statistics for each signal from A to B."""
     rows = []
-    for q in QUANTITIES if samples else ():
-        found = statistics(samples["time"], samples[q.channel])
+    for signal, head, decimals in _LISTED if samples else ():
+        found = statistics(samples["time"], samples[signal.name])
         values = (found.minimum, found.maximum, found.mean, found.rms)
         often = "–" if math.isnan(found.frequency) else with_unit(found.frequency, "", 3)
-        cells = (number(q.scale * value, q.decimals) for value in values)
-        rows.append((f"{q.symbol}, {q.unit}", *cells, often))
+        rows.append((head, *(number(signal.scale * value, decimals) for value in values), often))
     return rows
 
 

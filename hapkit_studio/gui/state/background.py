@@ -9,7 +9,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.errors import StudioError
+from hapkit_studio.errors import Cancelled, StudioError
 from hapkit_studio.gui.state import prepare
 
 Progress = Callable[[int, int], None]
@@ -19,10 +19,6 @@ _PROGRESS_SECONDS = 0.05
 _POLL_SECONDS = 0.05
 LATE_MS = 100
 """After this many ms without an answer, ``late`` is emitted and the previous answer is shown as stale."""
-
-
-class _Cancelled(StudioError):
-    """Raised in a job that was cancelled."""
 
 
 class Job(QObject):
@@ -83,7 +79,7 @@ class Job(QObject):
         def progress(done: int, of: int) -> None:
             nonlocal reported
             if self._wanted is not token:
-                raise _Cancelled("cancelled")
+                raise Cancelled("cancelled")
             now = time.monotonic()
             if done >= of or now - reported > _PROGRESS_SECONDS:
                 reported = now
@@ -92,7 +88,7 @@ class Job(QObject):
         try:
             self._prepare(token)
             self._done.emit(token, work(progress), "")
-        except _Cancelled:
+        except Cancelled:
             pass
         except StudioError as error:
             self._done.emit(token, None, str(error))
@@ -110,7 +106,7 @@ class Job(QObject):
             if self._wanted is not token:
                 program.kill()
                 program.wait()
-                raise _Cancelled("cancelled")
+                raise Cancelled("cancelled")
             time.sleep(_POLL_SECONDS)
 
     def _deliver(self, token: object, result: object, text: str) -> None:

@@ -6,9 +6,9 @@ import threading
 import pytest
 
 from hapkit_studio.analysis.stability import rendered
-from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import LoopSettings
+from hapkit_studio.errors import Cancelled
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from tests.haptics import support

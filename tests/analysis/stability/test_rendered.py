@@ -14,8 +14,8 @@ from hapkit_studio.analysis.stability import kb_plane, rendered
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.stability.rendered import BUZZES, DECAYS, GROWS
-from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.dynamics.loop_settings import LoopSettings
+from hapkit_studio.errors import Cancelled
 from hapkit_studio.haptics import headless, rows
 
 LINEAR = ["difference", "iir", ("butterworth", {"cutoff": 20.0}), "kalman"]

@@ -8,13 +8,13 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.sweeps import Cancelled
 from hapkit_studio.analysis.zwidth import on_device, simulation
 from hapkit_studio.analysis.zwidth.guarded_device import Interrupted, TrialLimits
 from hapkit_studio.analysis.zwidth.on_device import ripple
 from hapkit_studio.analysis.zwidth.result import BUZZES, FAST, GROWS, HIGHEST, Protocol
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.errors import Cancelled
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.clib import store_release
 from hapkit_studio.haptics.engine import Engine
