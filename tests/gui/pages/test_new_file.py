@@ -26,9 +26,7 @@ OF_ALL = (
     "tests/gui/pages/test_pages.py",
     "tests/gui/shell/test_actions.py",
     "tests/gui/shell/test_command_palette.py",
-    "tests/gui/shell/test_every_device.py",
     "tests/gui/shell/test_layout.py",
-    "tests/gui/shell/test_window_state.py",
     "tests/gui/shell/test_texts.py",
     "tests/lessons/test_parse.py",
 )
