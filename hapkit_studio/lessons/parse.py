@@ -18,7 +18,7 @@ from markdown_it.token import Token
 from hapkit_studio import environments
 from hapkit_studio.discovery import assigning
 from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Grip, grip_named
-from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
+from hapkit_studio.dynamics.loop_settings import USUAL_LOOP, LoopSettings, estimator_words
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.files import (
@@ -142,7 +142,7 @@ class _Reader:
 
     def _first_scene(self, key: str, lock: tuple[str, ...], hide: tuple[str, ...]) -> Scene:
         environment = self.known[key]
-        loop = LoopSettings()
+        loop = USUAL_LOOP
         return Scene(environment, environment.values(), loop, "medium", "any", "live", hide, lock)
 
     def _error(self, line: int, wrong: str) -> LessonError:
