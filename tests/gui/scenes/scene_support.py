@@ -1,4 +1,4 @@
-"""Scenes on their own, shown with a state of the law, and their pixels as arrays."""
+"""Helpers that show a scene in a given state of the law and return its pixels as arrays."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ each_size = pytest.mark.parametrize("size", [SIZES[0], pytest.param(SIZES[-1], m
 
 
 def scene_of(qtbot, key, size=(880, 236), given=None):
-    """Return a view of an environment without the hint of the first drag, and a stage of its geometry."""
+    """Return an environment's scene without the first-drag hint, and a stage of the same geometry."""
     view = SceneView()
     qtbot.addWidget(view)
     view.resize(*size)
@@ -27,7 +27,7 @@ def scene_of(qtbot, key, size=(880, 236), given=None):
 
 
 def state_of(key, **numbers):
-    """Return a law's state (n,) with some of its numbers set by name."""
+    """Return a law's state (n,), zero except for the named numbers."""
     state = np.zeros(len(LIBRARY[key].state_names))
     for name, number in numbers.items():
         state[LIBRARY[key].state_names.index(name)] = number
@@ -35,21 +35,21 @@ def state_of(key, **numbers):
 
 
 def paint(view, position, state=(), applied=0.0, hand=None, stopped=False):
-    """Paint with the handle at a position in m and return the picture."""
+    """Paint the view with the handle at a position in m and return the picture."""
     view._words.invalidate()
     view.update_state(position, applied, applied, hand, False, stopped, np.asarray(state, dtype=float))
     return view.grab()
 
 
 def shot(view, *row, **given):
-    """Paint and return the colours (height, width, 3)."""
+    """Paint the view and return its colours (height, width, 3)."""
     image = paint(view, *row, **given).toImage().convertToFormat(QImage.Format.Format_RGB32)
     flat = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), image.width(), 4)
     return flat[:, :, 2::-1].astype(np.int32)
 
 
 def has(picture, token, near=24):
-    """Return where (height, width) a picture has a token's colour, but for the mixing at edges."""
+    """Return a mask (height, width) of the pixels with a token's colour, without blended edges."""
     color = QColor(theme.tokens[token])
     parts = zip((0, 1, 2), (color.red(), color.green(), color.blue()), strict=True)
     red, green, blue = (np.abs(picture[:, :, part] - wanted) <= near for part, wanted in parts)
@@ -57,7 +57,7 @@ def has(picture, token, near=24):
 
 
 def corners(environment):
-    """Return the defaults, each parameter alone at its ends or options, and all at their ends together."""
+    """Return the defaults, each parameter alone at its limits or options, and all of them at theirs."""
     ends = {
         p.key: [float(i) for i in range(len(p.options))] if isinstance(p, Choice) else [p.low, p.high]
         for p in environment.parameters

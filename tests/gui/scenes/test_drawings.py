@@ -1,4 +1,4 @@
-"""What is drawn stands where the law has it, to a pixel and a half, and looks as the law's state says."""
+"""Every drawn object is within 1.5 px of its position in the law and shows the law's state."""
 
 import itertools
 import math
@@ -19,7 +19,7 @@ NEAR = 1.5  # px
 
 
 def edges(mask, row):
-    """Return the first and the last column of a row of a mask; a column's middle is at + 0.5."""
+    """Return the first and last column of a row in a mask, measured at the centres of the columns."""
     columns = np.flatnonzero(mask[row])
     return columns[0] + 0.5, columns[-1] + 0.5
 
@@ -29,7 +29,7 @@ def amber(picture):
 
 
 def outline(picture, row):
-    """Return where an object's outline runs: between where its line begins and where its colour does."""
+    """Return the middle of an object's left and right outline in a row, between line and fill."""
     outer, inner = edges(has(picture, "objline"), row), edges(amber(picture), row)
     return [(a + b) / 2 for a, b in zip(outer, inner, strict=True)]
 
@@ -42,7 +42,7 @@ def middle_row(picture):
 
 
 def arrow(view, stage, picture):
-    """Return the columns (n,) in which the arrow's middle is painted; its number has the same colour."""
+    """Return the columns (n,) of the arrow's centre line; the force's number has the same colour."""
     columns = np.flatnonzero(has(picture, "applied", 2)[int(stage.knob_middle)]) + 0.5
     number = next(box for box in view.text_boxes() if box.bottom() < stage.top)
     return columns[(columns < number.left()) | (columns > number.right())]
@@ -50,7 +50,7 @@ def arrow(view, stage, picture):
 
 @each_size
 @pytest.mark.parametrize("side", [-1, 1])
-def test_an_outward_force_stays_in_the_picture_with_its_number(qtbot, size, side):
+def test_an_outward_force_arrow_and_its_number_stay_in_the_picture(qtbot, size, side):
     view, stage = scene_of(qtbot, "spring", size)
     for place, force in itertools.product((0.03, 0.041, 0.046, 0.05), (0.02, 0.8, 3.0)):
         columns = arrow(view, stage, shot(view, side * place, (), side * force))
@@ -63,15 +63,15 @@ def test_an_outward_force_stays_in_the_picture_with_its_number(qtbot, size, side
 
 
 @pytest.mark.parametrize(("force", "says"), [(0.0049, "0.00 N"), (0.0051, "+0.01 N"), (-0.0051, "−0.01 N")])
-def test_there_is_an_arrow_where_the_number_is_not_zero(qtbot, force, says):
+def test_an_arrow_is_drawn_if_and_only_if_the_number_is_not_zero(qtbot, force, says):
     view, stage = scene_of(qtbot, "free")
     columns = arrow(view, stage, shot(view, 0.0, (), force))
     assert view._motion.force_text == says
     assert bool(len(columns)) == (says != "0.00 N")
 
 
-def test_numbers_do_not_dance_and_never_contradict_arrow_or_wall(qtbot, monkeypatch):
-    """While the drawing stays within 0.02 N and 0.1 mm they stand still; a depth is never negative."""
+def test_force_and_depth_numbers_are_steady_and_agree_with_the_drawing(qtbot, monkeypatch):
+    """Numbers are steady for changes below 0.02 N and 0.1 mm; a depth is never negative."""
     monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
     written, words = [], stage.paint_words
     monkeypatch.setattr(stage, "paint_words", lambda *given: (written.append(given[3]), words(*given)))
@@ -95,7 +95,7 @@ def test_numbers_do_not_dance_and_never_contradict_arrow_or_wall(qtbot, monkeypa
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_the_force_is_not_written_over_the_hands_ring(qtbot, side):
+def test_the_force_number_does_not_cover_the_hands_ring(qtbot, side):
     view, stage = scene_of(qtbot, "bump_valley", (620, 180))
     for force, away in itertools.product((0.58, 1.9), (12.0, 14.0, 18.0, 25.0)):
         place = 40.0 - 14.0 * force / 1.9
@@ -110,8 +110,8 @@ def test_the_force_is_not_written_over_the_hands_ring(qtbot, side):
 
 
 @each_size
-def test_puck_and_block_are_where_the_law_has_them(qtbot, size):
-    """The puck is 10 mm wide; the block, at rest at 10 mm, half of what is left to 8 mm before the post."""
+def test_puck_and_block_are_drawn_at_their_positions(qtbot, size):
+    """The puck is 10 mm wide; the block takes half of the space from 10 mm to 8 mm before the post."""
     for key, first, wide, places in (
         ("puck", -5.0, 10.0, (-0.035, -0.0123, 0.0217)),
         ("mass_spring_damper", 0.0, 14.5, (-0.03, -0.0051, 0.0244)),
@@ -134,7 +134,7 @@ def test_the_puck_is_round_and_stays_below_the_knob(qtbot, size):
     assert rows[0] > stage.knob_top + stage.knob_height
 
 
-def test_what_is_pushed_is_pressed_in_by_as_much_as_the_handle_is_inside(qtbot):
+def test_a_pushed_object_is_indented_by_the_handles_depth(qtbot):
     for key, place, handle, right in (("puck", 0.012, 8.0, 17.0), ("mass_spring_damper", 0.01, 12.5, 24.5)):
         view, stage = scene_of(qtbot, key)
         picture = shot(view, 1e-3 * handle, state_of(key, object=place, side=1.0, started=1.0)
@@ -144,7 +144,7 @@ def test_what_is_pushed_is_pressed_in_by_as_much_as_the_handle_is_inside(qtbot):
         assert found[1] == pytest.approx(stage.x(right), abs=2 * NEAR)
 
 
-def test_the_arrow_points_where_the_puck_goes_and_longer_the_faster(qtbot):
+def test_the_arrow_shows_the_pucks_direction_and_speed(qtbot):
     view, stage = scene_of(qtbot, "puck")
 
     def arrow(velocity):
@@ -157,7 +157,7 @@ def test_the_arrow_points_where_the_puck_goes_and_longer_the_faster(qtbot):
     assert len(arrow(0.0)) == 0
 
 
-def test_a_coil_is_a_stiffness_and_a_dashpot_a_damping(qtbot):
+def test_stiffness_is_drawn_as_a_coil_and_damping_as_a_dashpot(qtbot):
     for missing, seen in (("", (True, True)), ("stiffness", (False, True)), ("damping", (True, False))):
         view, stage = scene_of(qtbot, "mass_spring_damper", given={missing: 0.0} if missing else {})
         picture = shot(view, -0.04, state_of("mass_spring_damper", object=0.01, started=1.0))
@@ -168,7 +168,7 @@ def test_a_coil_is_a_stiffness_and_a_dashpot_a_damping(qtbot):
 
 
 @pytest.mark.parametrize(("key", "place"), [("puck", -0.0811), ("mass_spring_damper", 0.0811)])
-def test_an_object_out_of_sight_is_pointed_to(qtbot, key, place):
+def test_an_arrow_points_to_an_object_outside_the_picture(qtbot, key, place):
     view, stage = scene_of(qtbot, key)
     picture = shot(view, 0.0, state_of(key, object=place, started=1.0))
     columns = np.flatnonzero(amber(picture)[int(stage.top) : int(stage.rail)].any(axis=0))
@@ -178,7 +178,7 @@ def test_an_object_out_of_sight_is_pointed_to(qtbot, key, place):
     assert any(abs(box.center().x() - edge) < 200 and stage.top < box.top() for box in view.text_boxes())
 
 
-def test_the_cap_goes_with_the_handle_and_comes_back_the_dome_snaps_and_clicks_are_counted(qtbot):
+def test_the_button_is_drawn_in_each_state_and_clicks_are_counted(qtbot):
     view, stage = scene_of(qtbot, "button")
     for handle, face in ((-0.03, 5.0), (0.0085, 8.5), (0.0119, 11.9), (0.0049, 5.0)):
         left, right = edges(amber(shot(view, handle, state_of("button"))), int(stage.rail - 0.5 * stage.band))
@@ -191,7 +191,7 @@ def test_the_cap_goes_with_the_handle_and_comes_back_the_dome_snaps_and_clicks_a
     assert len(view.text_boxes()) == words + 1
 
 
-def test_bristles_lean_with_the_tether_and_a_sign_tells_that_they_stick(qtbot):
+def test_bristles_lean_with_the_tether_and_a_label_says_that_they_stick(qtbot):
     view, stage = scene_of(qtbot, "friction", given={"kinetic_force": 0.0})
     row = int(stage.rail - 0.34 * stage.band - 4.5 * stage.u)
 
@@ -200,7 +200,7 @@ def test_bristles_lean_with_the_tether_and_a_sign_tells_that_they_stick(qtbot):
 
     ends = [np.flatnonzero(has(held(s), "objline", 60)[row]).mean() for s in (-0.0015, 0.0, 0.0008)]
     assert ends[1] == pytest.approx(stage.x(10.0), abs=NEAR)
-    # a bristle is a parabola: where it is looked at it has gone 0.70 of the way to its end
+    # the bristle is a parabola: at this row it has reached 0.70 of its end's displacement
     assert np.diff(ends) == pytest.approx(0.70 * stage.per_mm * np.array([1.5, 0.8]), abs=2 * NEAR)
     held(0.001, slides=-1.0)
     words = len(view.text_boxes())
@@ -208,8 +208,8 @@ def test_bristles_lean_with_the_tether_and_a_sign_tells_that_they_stick(qtbot):
     assert len(view.text_boxes()) == words + 1
 
 
-def test_bristles_lean_by_the_kinetic_force_while_they_slide():
-    """A tether leaves its anchor behind then: 0.4 N on 500 N/m are 0.8 mm, the way that friction pulls."""
+def test_sliding_bristles_lean_by_the_kinetic_force():
+    """A sliding tether is stretched by force over stiffness: 0.4 N over 500 N/m is 0.8 mm."""
     state = {"anchor": 0.0, "slides": -1.0, "before": 0.02, "started": 1.0}
     values = LIBRARY["friction"].values()
     assert friction.stretch(values, SimpleNamespace(position=20.0, state=state)) == pytest.approx(-0.8)
@@ -227,20 +227,20 @@ GROUNDS = [
 
 
 def painted(view, stage):
-    """Return positions (n,) in mm and the rows (n,) of the painted line's middle, the handle out of sight."""
+    """Return positions (n,) in mm and the rows (n,) of the ground line's centre, with the handle outside."""
     line = has(shot(view, 0.09), "matline", 60)
     columns = np.arange(int(stage.x(-49.0)), int(stage.x(49.0)))
     return stage.mm(columns + 0.5), np.array([middle(line[: int(stage.rail) - 2, c]) for c in columns])
 
 
 def middle(column):
-    """Return the middle of the lowest run in a column, so that marks above the ground do not count."""
+    """Return the middle of the lowest run of pixels in a column; marks above the ground are ignored."""
     rows = np.flatnonzero(column)
     return np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)[-1].mean() + 0.5
 
 
 def energy(key, values, mm):
-    """Return the work (n,) in J that the law's force takes from −50 mm on, its state at the start."""
+    """Return the law's work (n,) in J from −50 mm to each position, starting in its initial state."""
     x = np.linspace(-0.05, 0.05, 20001)
     force = LIBRARY[key].curve(values, x)
     work = np.concatenate([[0.0], np.cumsum(-0.5 * (force[1:] + force[:-1]) * np.diff(x))])
@@ -248,7 +248,7 @@ def energy(key, values, mm):
 
 
 @pytest.mark.parametrize(("key", "given"), GROUNDS)
-def test_the_painted_ground_is_the_forces_energy_and_the_ball_rides_on_it(qtbot, key, given):
+def test_the_ground_shows_the_forces_energy_and_the_ball_lies_on_it(qtbot, key, given):
     view, stage = scene_of(qtbot, key, (1100, 330), given)
     values, scene = LIBRARY[key].values(given), scenes.named(key)
     mm, rows = painted(view, stage)
@@ -264,7 +264,7 @@ def test_the_painted_ground_is_the_forces_energy_and_the_ball_rides_on_it(qtbot,
 
 
 @pytest.mark.parametrize(("picture", "sign"), [("same", 1), ("opposite", -1), ("flat", 0)])
-def test_the_picture_agrees_with_the_force_or_contradicts_it(qtbot, picture, sign):
+def test_the_picture_changes_with_the_sign_of_the_force(qtbot, picture, sign):
     given = {"picture": picture}
     view, stage = scene_of(qtbot, "bump_valley", (1100, 330), given)
     mm, rows = painted(view, stage)
@@ -278,7 +278,7 @@ def test_the_picture_agrees_with_the_force_or_contradicts_it(qtbot, picture, sig
 
 
 @each_size
-def test_bands_are_half_a_wavelength_wide_and_where_they_damp(qtbot, size):
+def test_damping_bands_are_half_a_wavelength_wide_and_at_the_right_place(qtbot, size):
     given = {"kind": "bands", "wavelength": 0.008}
     view, stage = scene_of(qtbot, "texture", size, given)
     shaded = has(shot(view, 0.09), "mat2", 2)[int(stage.rail - 0.2 * stage.band)]
@@ -301,14 +301,14 @@ def test_the_drawn_line_is_the_decaying_sine(qtbot):
     left = stage.x(5.0) + 9.0 * stage.u
     columns = np.arange(math.ceil(left) + 1, int(stage.x(48.0)) - 1)
     rows = np.array([top + np.flatnonzero(line[:, c]).mean() + 0.5 for c in columns])
-    seconds = (columns + 0.5 - left) / stage.per_mm * 2e-3  # the bar of 20 ms is as long as 10 mm
+    seconds = (columns + 0.5 - left) / stage.per_mm * 2e-3  # the scale bar of 20 ms is 10 mm long
     newtons = 12.0 * 0.2 * np.exp(-decay * seconds) * np.sin(2 * math.pi * frequency * seconds)
     scale, level = np.polyfit(newtons, rows, 1)
     assert scale < 0.0
     assert np.abs(rows - level - scale * newtons).max() < 0.06 * np.ptp(rows) + 1.5
 
 
-def test_a_material_rings_as_itself():
+def test_each_material_has_its_own_frequency_and_decay():
     values = LIBRARY["hard_surface"].values
     found = [hard_surface.sound(values({"material": material})) for material in ("rubber", "wood")]
     assert found == [(5.1, 60.0, 18.0), (6.6, 80.0, 100.0)]
@@ -327,20 +327,20 @@ MOODS = {
 
 
 def cat_state(position=0.0, bend=0.0, **given):
-    """Return a row's state: bend in m is how far the hand has bent the hair."""
+    """Return a row's state; bend is the hair's deflection in m."""
     return state_of("cat", **({"anchor": position - bend, "push": 1.0, "started": 1.0} | given))
 
 
 def seen(picture, stage, color, left, right, low, high):
-    """Return how many pixels from left to right mm and low to high share of its height have a colour."""
+    """Return how many pixels of a colour lie within left and right in mm, low and high as shares of height."""
     wanted = [color.red(), color.green(), color.blue()]
     rows = slice(int(cat.y(stage, high)), int(cat.y(stage, low)))
     part = picture[rows, int(stage.x(left)) : int(stage.x(right))]
     return int((np.abs(part - wanted).max(axis=2) <= 2).sum())
 
 
-def test_the_cats_looks_are_its_mood(qtbot):
-    """Eyes close and arcs appear above 0.3; ears turn back where it swats; the paw goes out to the hand."""
+def test_the_cats_appearance_shows_its_mood(qtbot):
+    """Above 0.3 its eyes close and arcs appear; when it swats, its ears turn back and a paw reaches out."""
     view, stage = scene_of(qtbot, "cat")
     accent, row = QColor("#0A5AA8"), {}
     for mood, given in MOODS.items():

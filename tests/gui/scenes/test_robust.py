@@ -1,4 +1,4 @@
-"""Every scene with values at their ends and rows no law should give: painted, its words apart."""
+"""Every scene is painted at the parameters' limits and for invalid rows, and its labels never overlap."""
 
 import itertools
 import math
@@ -24,7 +24,7 @@ COSTLY = {
 
 
 def broken_rows(key):
-    """Return (position, state, force, hand): states of every length, all odd, one number odd; odd rows."""
+    """Yield rows (position, state, force, hand) with states of every length and with invalid numbers."""
     names, first = LIBRARY[key].state_names, np.array(LIBRARY[key].force.initial_state, dtype=float)
     started = np.where([name == "started" for name in names], 1.0, first)
     states = [started[:n] for n in range(len(first) + 1)] + [np.full(len(first) + 3, odd) for odd in ODD]
@@ -36,7 +36,7 @@ def broken_rows(key):
 
 
 def paint_bounded(view, inputs):
-    """Paint for each of the inputs, (values, row); none takes far longer than the others."""
+    """Paint all inputs (values, row) and assert that none takes much longer than the others."""
     took = []
     for values, row in inputs:
         start = time.thread_time()
@@ -49,14 +49,14 @@ def paint_bounded(view, inputs):
 
 
 @EVERY
-def test_any_row_is_painted(qtbot, key):
+def test_invalid_rows_are_painted(qtbot, key):
     view, _ = scene_of(qtbot, key, SIZES[0])
     paint_bounded(view, ((None, row) for row in broken_rows(key)))
 
 
 @pytest.mark.slow
 @EVERY
-def test_any_parameter_is_painted(qtbot, key):
+def test_all_parameter_values_are_painted(qtbot, key):
     view, _ = scene_of(qtbot, key, SIZES[0])
     keys, defaults = [p.key for p in LIBRARY[key].parameters], LIBRARY[key].values()
     kinds = [{"kind": kind} for kind in range(3)] if key == "texture" else [{}]
@@ -65,7 +65,7 @@ def test_any_parameter_is_painted(qtbot, key):
     paint_bounded(view, ((values, (0.021,)) for values in odd_values))
 
 
-def test_a_parameter_is_read_within_its_limits():
+def test_a_parameter_is_limited_to_its_range():
     values = scenes.named("texture").values
     low, high, default = 0.0005, 0.02, 0.005
     cases = {0.0: low, -3.0: low, 1e12: high, math.nan: default, math.inf: default, 0.0123: 0.0123}
@@ -73,7 +73,7 @@ def test_a_parameter_is_read_within_its_limits():
 
 
 def situations(environment):
-    """Return ever new forces, positions and states: none yet, the first, anything, a broken one."""
+    """Yield forces, positions and states endlessly: empty, initial, random and invalid states."""
     rng, count = np.random.default_rng(5), len(environment.state_names)
     looks = itertools.cycle(itertools.product((-1.7, 0.0, 0.8), POSITIONS))
     while True:
@@ -97,7 +97,7 @@ def in_order(boxes, width, height):
     ("size", "count"), [(SIZES[0], 1), pytest.param(SIZES[-1], 3, marks=pytest.mark.slow)]
 )
 @EVERY
-def test_no_words_overlap_or_leave_the_card_at_any_corner_in_any_theme(qtbot, key, size, count):
+def test_labels_never_overlap_and_stay_in_the_picture_for_all_values_and_themes(qtbot, key, size, count):
     view, _ = scene_of(qtbot, key, size)
     some, every = situations(LIBRARY[key]), corners(LIBRARY[key])
     grounds = set()
@@ -115,7 +115,7 @@ def test_no_words_overlap_or_leave_the_card_at_any_corner_in_any_theme(qtbot, ke
 
 
 @EVERY
-def test_a_scene_stays_the_same_until_something_changes(qtbot, key):
+def test_the_picture_changes_only_if_the_state_changes(qtbot, key):
     view, _ = scene_of(qtbot, key)
     state = np.array(LIBRARY[key].force.initial_state)
     view._motion.trail.extend([9.0] * 12)
@@ -125,7 +125,7 @@ def test_a_scene_stays_the_same_until_something_changes(qtbot, key):
 
 
 def seconds_for(view, key, picture, frames):
-    """Return the processor seconds for so many frames of a handle that moves."""
+    """Return the processor time in s for a number of frames with a moving handle."""
     known = {"object": 0.012, "object_velocity": 0.2, "contentment": 0.4, "started": 1.0}
     state = state_of(key, **{n: v for n, v in known.items() if n in LIBRARY[key].state_names})
     start = time.thread_time()
@@ -137,7 +137,7 @@ def seconds_for(view, key, picture, frames):
 
 @pytest.mark.alone
 @pytest.mark.parametrize("key", sorted(set(LIBRARY) - {"free", "spring", "wall", "damping"}))
-def test_a_frame_costs_no_more_than_twice_the_springs_the_cats_six_times(qtbot, key):
+def test_a_frame_costs_at_most_twice_the_springs_and_six_times_for_the_cat(qtbot, key):
     size, limit = (1100, 330), 6.0 if key == "cat" else 2.0
     (spring, _), (other, _) = scene_of(qtbot, "spring", size), scene_of(qtbot, key, size, COSTLY.get(key))
     picture = QPixmap(*size)

@@ -1,4 +1,4 @@
-"""Scenes: the pointer is the hand, the handle is true to scale, no words overlap, colours follow."""
+"""Scenes: mouse and keys move the hand, and positions are drawn to scale."""
 
 from dataclasses import replace
 
@@ -25,11 +25,11 @@ def stage(view):
 
 
 def columns_of(picture, token, row):
-    """Return the columns of a row, but for the focus ring, that have exactly a token's colour."""
+    """Return the columns of a row with exactly a token's colour, without the focus ring."""
     return np.flatnonzero(has(picture[int(row)][np.newaxis, 4:-4], token, 0)[0]) + 4
 
 
-def test_every_drawing_is_of_an_environment_and_without_one_there_is_the_bare_handle(view, stage):
+def test_every_drawing_belongs_to_an_environment_and_the_handle_alone_is_the_default(view, stage):
     assert set(scenes.discover()) <= set(LIBRARY)
     bare = replace(LIBRARY["spring"], scene="drawn by nobody")
     view.set_environment(bare, bare.values())
@@ -37,7 +37,7 @@ def test_every_drawing_is_of_an_environment_and_without_one_there_is_the_bare_ha
 
 
 @pytest.mark.parametrize("position", [-0.0123, 0.05])
-def test_the_handle_stands_at_its_true_place(view, stage, position):
+def test_the_handle_is_drawn_to_scale(view, stage, position):
     view.set_environment(LIBRARY["free"], {})
     columns = columns_of(shot(view, position), "handle", stage.top + stage.band / 2)
     assert stage.mm(np.mean(columns) + 0.5) / 1e3 == pytest.approx(position, abs=0.5e-3 / stage.per_mm)
@@ -56,7 +56,7 @@ def test_pressing_moves_the_hand_to_the_pointer(view, qtbot, x, expected):
     assert [view.target_at(far) for far in (5000, -5000)] == pytest.approx([0.06, -0.06])
 
 
-def test_moving_without_a_pressed_button_and_the_wheel_do_nothing(view, qtbot):
+def test_hover_and_wheel_do_nothing(view, qtbot):
     turn = QWheelEvent(
         QPointF(400, 100), QPointF(400, 100), QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton,
         Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
@@ -67,7 +67,7 @@ def test_moving_without_a_pressed_button_and_the_wheel_do_nothing(view, qtbot):
         qtbot.mouseRelease(view, LEFT)
 
 
-def test_arrow_keys_take_the_handle_where_it_is_and_hold_it(view, qtbot):
+def test_arrow_keys_start_at_the_handles_position_and_hold_it(view, qtbot):
     shot(view, 0.0031)
     targets = []
     view.hand_moved.connect(targets.append)
@@ -81,14 +81,14 @@ def test_arrow_keys_take_the_handle_where_it_is_and_hold_it(view, qtbot):
         qtbot.keyClick(view, Qt.Key.Key_Down)
 
 
-def test_the_hand_is_drawn_where_it_is_on_its_way_to_the_pointer(view, stage, qtbot):
+def test_the_hand_is_drawn_on_its_way_to_the_pointer(view, stage, qtbot):
     qtbot.mousePress(view, LEFT, pos=QPoint(round(stage.x(-35)), 100))
     for known, place in ((-0.02, -20.0), (None, -35.0)):
         columns = columns_of(shot(view, 0.0, (), 0.0, known), "accent", stage.knob_middle)
         assert [round(stage.x(dot)) in columns for dot in (-20.0, -35.0)] == [place == -20.0, place == -35.0]
 
 
-def test_a_real_board_has_no_pointer_hand(view, qtbot):
+def test_a_real_board_has_no_simulated_hand(view, qtbot):
     qtbot.keyClick(view, Qt.Key.Key_Right)
     with qtbot.waitSignal(view.hand_released):
         view.set_hand_enabled(False)
@@ -97,14 +97,14 @@ def test_a_real_board_has_no_pointer_hand(view, qtbot):
         qtbot.keyClick(view, Qt.Key.Key_Right)
 
 
-def test_the_wall_gives_way_exactly_under_the_handle(view, stage):
+def test_the_wall_is_dented_exactly_under_the_handle(view, stage):
     for position, face in ((-0.02, 5.0), (0.0, 5.0), (0.012, 12.0)):
         first = columns_of(shot(view, position), "mat", stage.rail - 12)[0]
         assert first == pytest.approx(stage.x(face), abs=5 * stage.u)
 
 
 @pytest.mark.parametrize("position", [-0.0619, 0.0901])
-def test_a_handle_out_of_sight_is_pointed_to(view, stage, position):
+def test_an_arrow_points_to_a_handle_outside_the_picture(view, stage, position):
     columns = columns_of(shot(view, position, (), -1.0, 0.0), "handle", stage.knob_middle)
     edge = 0 if position < 0 else 880
     assert len(columns)
@@ -114,7 +114,7 @@ def test_a_handle_out_of_sight_is_pointed_to(view, stage, position):
     assert len(view.text_boxes()) > 1
 
 
-def test_a_released_grip_draws_no_line_to_the_hand(view, stage):
+def test_no_line_to_the_hand_is_drawn_after_release(view, stage):
     between = range(int(stage.x(-35) + 12 * stage.u), int(stage.x(0) - 30 * stage.u))
     for grip, pulls in (("released", False), ("medium", True)):
         view.set_grip(grip)
@@ -122,14 +122,14 @@ def test_a_released_grip_draws_no_line_to_the_hand(view, stage):
         assert bool(set(columns) & set(between)) == pulls
 
 
-def test_stopped_shows_no_arrow(view, stage):
+def test_no_arrow_is_drawn_while_stopped(view, stage):
     pushing = columns_of(shot(view, 0.01, (), -2.0), "applied", stage.knob_middle)
     stopped = columns_of(shot(view, 0.01, (), -2.0, stopped=True), "applied", stage.knob_middle)
     assert len(pushing) > 2.0 * 46 * 0.8
     assert len(stopped) < 60
 
 
-def test_preparing_stands_in_the_scenes_place_and_a_hint_at_the_knob(view, stage, qtbot):
+def test_preparing_is_shown_in_the_scene_and_the_hint_at_the_knob(view, stage, qtbot):
     row = stage.top + stage.band * 0.45 + 3
     view.set_preparing(True, 0.5)
     assert len(columns_of(shot(view, 0.0), "accent", row)) == pytest.approx(105, abs=3)
@@ -143,7 +143,7 @@ def test_preparing_stands_in_the_scenes_place_and_a_hint_at_the_knob(view, stage
     assert len(columns_of(shot(view, 0.0), "accent", stage.knob_middle)) == 0
 
 
-def test_what_a_screen_reader_says_carries_numbers_and_units(view):
+def test_the_accessible_description_contains_numbers_and_units(view):
     shot(view, 0.00725, (), -0.9)
     assert "Wall" in view.accessibleName()
     assert "+7.25 mm" in view.accessibleDescription()

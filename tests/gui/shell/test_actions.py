@@ -1,4 +1,4 @@
-"""The action table: every key once, every action runs, keys are silent where a person types."""
+"""The action table: every key is unique, every action runs, and text fields receive their letters."""
 
 from collections import Counter
 
@@ -27,7 +27,7 @@ def press(window, *keys):
 
 @pytest.fixture
 def shown(kept_idle_window):
-    """Return the file's window as it began."""
+    """Return the file's window in its initial state."""
     return kept_idle_window
 
 
@@ -39,14 +39,14 @@ def menu_actions(menu):
             yield action
 
 
-def test_no_key_stands_on_two_actions():
+def test_no_two_actions_have_the_same_key():
     portable = [QKeySequence(key).toString() for action in TABLE for key in action.keys]
     assert all(portable)
     for once in (portable, [action.key for action in TABLE]):
         assert [key for key, times in Counter(once).items() if times > 1] == []
 
 
-def test_every_action_stands_in_a_menu(shown):
+def test_every_action_is_in_a_menu(shown):
     listed = {id(action) for action in menu_actions(shown.menuBar())}
     assert {id(action) for action in shown.actions_by_key.qt.values()} <= listed
 
@@ -65,7 +65,7 @@ def test_digits_choose_environments_and_space_pauses(shown):
     assert not shown.live.paused
 
 
-def test_keys_are_silent_in_a_field(shown):
+def test_action_keys_are_ignored_in_a_text_field(shown):
     box, field = shown.panel.parameters.rows["stiffness"].box, QLineEdit(shown)
     field.show()
     for widget in (box, field):
@@ -115,7 +115,7 @@ def test_single_letter_keys_can_be_switched_off(shown):
 
 
 @pytest.mark.slow
-def test_there_is_one_sheet_of_keys_at_a_time_and_it_names_every_key(shown):
+def test_the_key_sheet_opens_once_and_lists_every_key(shown):
     sheet = KeysDialog(TABLE, shown)
     words = " ".join(label.text() for label in sheet.findChildren(QLabel))
     for action in TABLE:
@@ -126,7 +126,7 @@ def test_there_is_one_sheet_of_keys_at_a_time_and_it_names_every_key(shown):
     assert sorted(sheet.windowTitle() for sheet in sheets(shown)) == ["Hapkit Studio", "Keys"]
 
 
-def test_the_time_window_is_set_from_menu_and_list_alike(shown):
+def test_the_time_window_is_set_from_menu_and_list(shown):
     for seconds in SPANS:
         shown.actions_by_key.run(f"view.span.{seconds:g}")
         assert shown.centre.view.span == seconds
@@ -136,7 +136,7 @@ def test_the_time_window_is_set_from_menu_and_list_alike(shown):
 
 @pytest.mark.slow
 def test_every_action_runs_without_a_device(shown):
-    """All but the tabs, whose pages take seconds: their own tests open them."""
+    """The tab actions are excluded: their pages take seconds and have their own tests."""
     for action in TABLE:
         if action.key != "session.quit" and not action.key.startswith("view.tab"):
             shown.actions_by_key.run(action.key)

@@ -1,4 +1,4 @@
-"""The program: it starts, prepares, plots and leaves; bad options are one line."""
+"""The program starts, compiles, plots and ends; a wrong option gives a one-line message."""
 
 import os
 import subprocess
@@ -21,7 +21,7 @@ OFF_THE_WAY = (
 
 
 def waiting_program() -> subprocess.Popen:
-    """Start a program that ends once its input does."""
+    """Start a program that ends when its input is closed."""
     return subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE)
 
 
@@ -42,7 +42,7 @@ def test_it_starts_prepares_once_and_saves_a_picture(tmp_path):
     assert (image.width(), image.height()) == (1280, 720)
     average = image.scaled(1, 1, mode=Qt.TransformationMode.SmoothTransformation).pixelColor(0, 0)
     assert average.lightness() < 60
-    # what takes long to load and nobody asked for yet is off the first sample's way
+    # slow imports that are not needed yet must not delay the first sample
     assert not {*OFF_THE_WAY} & {*done.stdout.split()}
 
 
@@ -63,7 +63,7 @@ sys.exit(app.run([]))
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "code"), [("SIGTERM", 0), ("SIGINT", 130)])
-def test_a_signal_amid_a_picture_ends_it_without_a_word(name, code, tmp_path):
+def test_a_signal_while_a_picture_is_taken_ends_the_program_without_output(name, code, tmp_path):
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}
     command = [sys.executable, "-c", SIGNAL.format(name=name)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=180, check=False)
@@ -72,14 +72,14 @@ def test_a_signal_amid_a_picture_ends_it_without_a_word(name, code, tmp_path):
     assert "QBackingStore" not in done.stderr
 
 
-def test_an_unknown_environment_is_one_line(qapp, capsys):
+def test_an_unknown_environment_gives_a_one_line_message(qapp, capsys):
     assert app.run(["--environment", "swamp"]) == 2
     said = capsys.readouterr().err
     assert "swamp" in said
     assert said.count("\n") == 1
 
 
-def test_the_stamp_follows_sources_and_cache(monkeypatch, tmp_path):
+def test_the_stamp_depends_on_sources_and_cache(monkeypatch, tmp_path):
     monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda *_, **__: str(tmp_path))
     monkeypatch.setattr(prepare, "_has_law", lambda _key: True)
     before = prepare.stamp("loop")
@@ -92,7 +92,7 @@ def test_the_stamp_follows_sources_and_cache(monkeypatch, tmp_path):
     assert prepare.stamp("loop") != prepare.stamp("boards")
 
 
-def test_the_window_goes_on_step_by_step_while_programs_compile_and_its_end_is_theirs(shared_window, qtbot):
+def test_the_window_runs_while_programs_compile_and_ends_them_on_closing(shared_window, qtbot):
     first, last, done = waiting_program(), waiting_program(), []
 
     def steps():
@@ -124,8 +124,8 @@ def test_every_theme_paints_the_whole_window(shared_window, qapp):
 
 
 @pytest.mark.slow
-def test_a_window_without_a_frame_comes_back_as_large_as_it_was(qapp, start_window):
-    """As large as the screen: Qt alone would leave room for a frame."""
+def test_a_window_as_large_as_the_screen_is_restored_at_its_size(qapp, start_window):
+    """On a screen of the same size, Qt would reduce the window to leave room for a frame."""
     room = qapp.primaryScreen().availableGeometry()
     first = start_window()
     first.setWindowFlag(Qt.WindowType.FramelessWindowHint)
@@ -137,7 +137,7 @@ def test_a_window_without_a_frame_comes_back_as_large_as_it_was(qapp, start_wind
 
 
 @pytest.mark.parametrize("screen", [(1280, 800), (1920, 1080), (960, 540)])
-def test_at_its_first_start_a_window_with_a_title_bar_of_40_pixels_fits_the_screen(screen):
+def test_the_first_window_fits_the_screen_with_a_title_bar_of_40_px(screen):
     sizes = []
     window = SimpleNamespace(
         settings=SimpleNamespace(geometry=lambda *_: False),

@@ -1,4 +1,4 @@
-"""Widgets in reference cycles are freed in the window's thread, whoever allocates meanwhile."""
+"""Widgets in reference cycles are freed in the main thread even if another thread allocates objects."""
 
 import gc
 import threading
@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QWidget
 from hapkit_studio.gui.shell.window import Collector
 
 
-def circle(freed):
-    """Return a reference to a widget that only a cycle holds; its thread's name is noted when it is freed."""
+def unreferenced_cycle(freed):
+    """Return a weak reference to a widget in a reference cycle; ``freed`` receives the thread's name."""
     widget = QWidget()
     widget.itself = widget
     return weakref.ref(widget, lambda _: freed.append(threading.current_thread().name))
@@ -24,12 +24,12 @@ def enabled():
 
 
 @pytest.mark.slow
-def test_what_allocates_in_the_background_frees_no_widget(qtbot):
+def test_allocation_in_another_thread_frees_no_widget(qtbot):
     owner, freed = QWidget(), []
     qtbot.addWidget(owner)
     gc.collect()
     Collector(owner)
-    kept = circle(freed)
+    kept = unreferenced_cycle(freed)
     allocated = []
     worker = threading.Thread(target=lambda: allocated.extend([] for _ in range(20_000)))
     worker.start()

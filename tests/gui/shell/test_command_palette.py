@@ -1,4 +1,4 @@
-"""Ctrl+K finds every action and runs it; F1 finds every key and explains the window's words."""
+"""Ctrl+K finds and runs every action; F1 shows every key and explains the terms of the window."""
 
 import re
 
@@ -15,13 +15,13 @@ from hapkit_studio.gui.widgets.glossary import WORDS
 
 @pytest.fixture
 def shown(kept_idle_window):
-    """Return the file's window as it began."""
+    """Return the file's window in its initial state."""
     return kept_idle_window
 
 
 @pytest.fixture
 def palette(shown):
-    """Return the palette as Ctrl+K opens it over the file's window."""
+    """Return the palette, opened over the file's window with Ctrl+K."""
     shown.centre.scene.setFocus()
     QTest.keyClick(shown.centre.scene, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
     (palette,) = opened(shown)
@@ -33,7 +33,7 @@ def opened(window):
 
 
 def rows(palette):
-    """Return the texts of every row that is shown."""
+    """Return the texts of all visible rows."""
     shown = (row for row in range(palette.rows.rowCount()) if not palette.list.isRowHidden(row))
     return [[palette.rows.item(row, column).text() for column in range(3)] for row in shown]
 
@@ -47,11 +47,11 @@ def rows(palette):
         ("theme dark", "Dark View › Theme", True),
         ("wndw", "Time window", True),
         ("pause wall", "Pause the picture", False),
-        ("ip", "Pause the picture", False),  # letters of a word in another order
+        ("ip", "Pause the picture", False),  # the letters of a word in the wrong order
         ("(", "Pause the picture", False),
     ],
 )
-def test_words_are_found_whole_in_part_and_by_their_letters_in_order(sought, words, found):
+def test_search_matches_whole_words_parts_and_letters_in_order(sought, words, found):
     assert bool(matches(sought, words)) == found
 
 
@@ -62,7 +62,7 @@ def test_every_action_is_listed_once_with_its_menu_and_keys(shown, palette):
     ]
 
 
-def test_enter_runs_the_first_that_may_be_done(shown, palette):
+def test_enter_runs_the_first_enabled_action(shown, palette):
     QTest.keyClicks(palette.field, "spr")
     assert rows(palette)[0][0] == "Spring"
     QTest.keyClick(palette.field, Qt.Key.Key_Return)
@@ -70,8 +70,8 @@ def test_enter_runs_the_first_that_may_be_done(shown, palette):
     assert not opened(shown)
 
 
-def test_what_may_not_be_done_is_grey_and_is_not_run(shown, palette):
-    """The window has no device, so nothing can be made its zero."""
+def test_a_disabled_action_is_grey_and_is_not_run(shown, palette):
+    """The window has no device, so the position cannot be set to zero."""
     QTest.keyClicks(palette.field, "zero here")
     ((text, _, _),) = rows(palette)
     assert text == "Set zero here"
@@ -80,14 +80,14 @@ def test_what_may_not_be_done_is_grey_and_is_not_run(shown, palette):
     assert palette.isVisible()
 
 
-def test_arrows_pass_over_what_may_not_be_done(palette):
+def test_arrow_keys_skip_disabled_actions(palette):
     QTest.keyClicks(palette.field, "session")
     first = palette.list.currentIndex().data()
     QTest.keyClick(palette.field, Qt.Key.Key_Down)
     assert (first, palette.list.currentIndex().data()) == ("E-stop", "Pause the picture")
 
 
-def test_the_palette_leaves_the_stop_in_sight_in_the_smallest_window(shown):
+def test_the_palette_does_not_cover_the_stop_button_in_the_smallest_window(shown):
     shown.resize(shown.minimumSize())
     shown.show_commands()
     (palette,) = opened(shown)
@@ -97,7 +97,7 @@ def test_the_palette_leaves_the_stop_in_sight_in_the_smallest_window(shown):
 
 
 @pytest.mark.slow
-def test_the_menu_bar_offers_it_at_its_right_end(shown):
+def test_the_palette_is_opened_from_the_right_end_of_the_menu_bar(shown):
     bar = shown.menuBar()
     button = bar.cornerWidget()
     assert button.isVisible()
@@ -105,7 +105,7 @@ def test_the_menu_bar_offers_it_at_its_right_end(shown):
     assert words == ["Find a command", "Ctrl+K"]
 
 
-def test_every_word_is_explained_in_two_sentences():
+def test_every_term_is_explained_in_two_sentences():
     for word, explained in WORDS.items():
         sentences = re.split(r"(?<=[a-z])\.(?: |$)", explained)[:-1]
         assert len(sentences) == 2, word
@@ -114,7 +114,7 @@ def test_every_word_is_explained_in_two_sentences():
         assert needed in WORDS
 
 
-def test_the_sheet_is_searched_by_words_and_hides_empty_groups(shown):
+def test_the_key_sheet_can_be_searched_and_hides_empty_groups(shown):
     sheet = KeysDialog(shown.actions_by_key.entries, shown)
     sheet.show()
 

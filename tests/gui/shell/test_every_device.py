@@ -1,4 +1,4 @@
-"""Every device whose handle is simulated, in the window: chosen, moved, recorded, judged, on all pages."""
+"""Every device with a simulated handle in the window: move, record, show the verdict and all pages."""
 
 import pytest
 from PySide6.QtWidgets import QMenu
@@ -20,7 +20,7 @@ from tests.gui.window_support import SIMULATED
 
 @pytest.fixture
 def shown(entry, make_window, qtbot):
-    """Return a window on a device that was named as by ``--device``."""
+    """Return a window whose device was selected with ``--device``."""
     window = make_window(tuple(MODELLED))
     app._open_device(window, entry.key)
     qtbot.waitUntil(lambda: window.studio.engine is not None)
@@ -59,7 +59,7 @@ def test_the_window_renders_records_judges_and_shows_all_pages(entry, shown, qtb
 
 @pytest.mark.slow
 @every_device
-def test_a_switch_to_it_keeps_every_choice_that_it_can_render(entry, make_window, qtbot):
+def test_changing_to_the_device_keeps_all_settings_that_it_supports(entry, make_window, qtbot):
     window = make_window((SIMULATED, *(one for one in MODELLED if one.key != SIMULATED.key)))
     studio = window.studio
     studio.device.open(SIMULATED)
@@ -74,14 +74,14 @@ def test_a_switch_to_it_keeps_every_choice_that_it_can_render(entry, make_window
 
 
 class Undeclared(Device):
-    """A device that says nothing of its capabilities."""
+    """A device that does not declare its capabilities."""
 
     title, driver = "Undeclared", SIMULATED_DRIVER
     model = SimulatedHapkit()
     mass, viscous, coulomb_force, quantum, max_force = 0.044, 0.5, 0.1, 2e-5, 3.0
 
 
-def test_a_device_that_declares_nothing_counts_as_a_motor_and_waits_for_render(make_window, qtbot):
+def test_a_device_without_declared_capabilities_waits_for_render_like_a_motor(make_window, qtbot):
     entry = DeviceEntry("undeclared", "Undeclared", Undeclared)
     studio = make_window((entry,)).studio
     studio.stop_state.wait_for_render()

@@ -1,4 +1,4 @@
-"""Exporting a sketch from the window: what is tuned, for which kit, into which folder."""
+"""Export of a sketch from the window: which values, which kit, which folder."""
 
 import re
 
@@ -18,13 +18,13 @@ def window(kept_window):
 
 @pytest.fixture
 def sheet(window):
-    """Return the sheet as the menu opens it."""
+    """Return the export dialog, opened from the menu."""
     window.actions_by_key.run("environment.export")
     return window.findChildren(ExportDialog)[-1]
 
 
 @pytest.mark.slow
-def test_it_writes_what_the_panel_shows_at_the_moment_of_saving(window, sheet, tmp_path):
+def test_it_writes_the_panels_values_at_the_time_of_saving(window, sheet, tmp_path):
     window.studio.choose("wall")
     window.studio.set_values({"stiffness": 430.0})
     assert sheet.what.text() == "Wall, as tuned in the panel"
@@ -36,7 +36,7 @@ def test_it_writes_what_the_panel_shows_at_the_moment_of_saving(window, sheet, t
 
 
 @pytest.mark.slow
-def test_heavy_arithmetic_gets_the_rate_that_it_has_time_for(window, sheet):
+def test_a_law_with_much_arithmetic_gets_a_lower_rate(window, sheet):
     assert "kRate = 1000" in sheet.text()
     window.studio.choose("mass_spring_damper")
     window.studio.set_values({"integrator": 7.0})
@@ -46,9 +46,9 @@ def test_heavy_arithmetic_gets_the_rate_that_it_has_time_for(window, sheet):
     assert "kRate = 500" in sheet.text()
 
 
-def test_kit_and_printing_are_as_chosen(window, sheet):
+def test_kit_and_printing_can_be_chosen(window, sheet):
     kits = [sheet.kits.itemText(at) for at in range(sheet.kits.count())]
-    assert kits == [kit.title for kit in profiles.KITS]  # none connected
+    assert kits == [kit.title for kit in profiles.KITS]  # no kit is connected
     sheet.kits.setCurrentIndex(kits.index("Hapkit with AS5048A"))
     sheet.prints.setCurrentIndex(2)
     text = sheet.text()
@@ -56,7 +56,7 @@ def test_kit_and_printing_are_as_chosen(window, sheet):
     assert "kPrintsPerSecond = 0" in text
 
 
-def test_an_estimator_that_no_sketch_has_is_replaced_and_that_is_said(window, sheet):
+def test_an_unsupported_estimator_is_replaced_with_a_message(window, sheet):
     window.studio.set_loop(estimator="foaw")
     assert "Kalman filter, in place of" in sheet.velocity.text()
     assert "alpha-beta" in sheet.text()
@@ -65,7 +65,7 @@ def test_an_estimator_that_no_sketch_has_is_replaced_and_that_is_said(window, sh
     assert "ifference" in sheet.velocity.text()
 
 
-def test_a_sketch_that_would_buzz_is_said_so_in_the_sheet_and_in_the_file(window, sheet, tmp_path):
+def test_a_warning_about_an_unstable_sketch_is_in_the_dialog_and_in_the_file(window, sheet, tmp_path):
     window.studio.choose("wall")
     window.studio.set_loop(estimator="difference")
     window.studio.set_values({"stiffness": 5000.0, "damping": 0.0})
@@ -87,13 +87,13 @@ def test_a_sketch_that_would_buzz_is_said_so_in_the_sheet_and_in_the_file(window
 
 
 @pytest.mark.parametrize("name", ["my wall.ino", "nowhere/at/all\0.ino"])
-def test_a_name_that_does_not_do_is_said_in_a_line(sheet, tmp_path, name):
+def test_an_invalid_name_gives_a_one_line_message(sheet, tmp_path, name):
     sheet.write(str(tmp_path / name))
     assert sheet.verdict.words.text().startswith("A sketch's name")
     assert not list(tmp_path.glob("**/*.ino"))
 
 
-def test_the_connected_board_comes_first_as_calibrated(window, monkeypatch):
+def test_the_connected_board_is_first_with_its_calibration(window, monkeypatch):
     kit = Kit(profiles.named("hapkit3-short").board, calibrated=True)
     monkeypatch.setattr("hapkit_studio.gui.shell.export_dialog.connected_kit", lambda studio: kit)
     window.show_export()

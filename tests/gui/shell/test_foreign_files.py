@@ -1,4 +1,4 @@
-"""Foreign files in the window: what reads them says what is wrong in words, and everything else goes on."""
+"""Damaged files in the window: each gives a readable message, and the rest of the window still works."""
 
 import io
 from collections.abc import Callable
@@ -27,7 +27,7 @@ WAIT_MS = 20_000
 
 
 def read_settings(_window, file: Path) -> list[str]:
-    """Start another window with a settings file; return what was wrong."""
+    """Start another window with a settings file and return its problems."""
     place = Path(QSettings("hapkit-studio", "hapkit-studio").fileName())
     place.parent.mkdir(parents=True, exist_ok=True)
     with open(file, "rb") as given:
@@ -35,7 +35,7 @@ def read_settings(_window, file: Path) -> list[str]:
     StoredSettings().sync()
     with deleted_in_the_end() as windows:
         windows.append(app.build(window_parser().parse_args([])))
-        wrong = words_shown(windows[0])
+        wrong = unprintable_texts(windows[0])
         notice = windows[0].banners.get("settings")
     if notice is not None and ("\n" in notice.text or len(notice.text) > 200):
         wrong.append(f"notice: {notice.text!r:.200}")
@@ -44,7 +44,7 @@ def read_settings(_window, file: Path) -> list[str]:
 
 
 def read_preset(window, file: Path) -> list[str]:
-    """List, compare, remember and apply a preset beside a good one."""
+    """List, compare, store and apply a preset next to a valid one."""
     row = window.panel.preset
     row.fill()
     names = [action.text() for action in row.menu.actions()]
@@ -53,21 +53,21 @@ def read_preset(window, file: Path) -> list[str]:
         window.presets.remember({"wall": name})
     CompareDialog(window.studio, window.presets, window).show()
     window.presets.apply(file)
-    return wrong + words_shown(window)
+    return wrong + unprintable_texts(window)
 
 
 def read_demo(window, file: Path) -> list[str]:
-    """Play a demo up to its first step."""
+    """Play a demo until its first step."""
     window.play_demo(file)
     window.demos.tick()
-    wrong = words_shown(window)
+    wrong = unprintable_texts(window)
     window.demos.end()
     return wrong
 
 
 def read_session(window, file: Path) -> list[str]:
-    """List a session beside a good one on the page, choose it, replay it."""
-    window.views.show("sessions")  # and stays in sight: its chart is drawn for each size
+    """List a session on the page next to a valid one, select it, replay it."""
+    window.views.show("sessions")  # it stays visible, so that its chart is drawn
     page = window.views.page("sessions")
     page.load()
     wait(lambda: not page._reading.running)
@@ -80,19 +80,19 @@ def read_session(window, file: Path) -> list[str]:
     wait(lambda: not window.replay._reading.running)
     for _ in range(3):
         window.replay.tick()
-    wrong += words_shown(window)
+    wrong += unprintable_texts(window)
     window.replay.close()
     return wrong
 
 
 def read_recording(window, file: Path) -> list[str]:
-    """Open a table on the page Identify."""
+    """Open a table on the Identify page."""
     page = window.views.page("identify")
     window.views.show("identify")
     page.opener.open(str(file))
     wait(lambda: not page.opener._job.running)
     wait(lambda: not page.job.running)
-    return words_shown(window)
+    return unprintable_texts(window)
 
 
 READERS: dict[str, tuple[Callable, Callable[[Path], Path]]] = {
@@ -111,16 +111,17 @@ def wait(done: Callable[[], bool]) -> None:
         QTest.qWait(1)
 
 
-def words_shown(window) -> list[str]:
-    """Return what in the window is not printable."""
+def unprintable_texts(window) -> list[str]:
+    """Return the texts in the window that contain unprintable characters."""
     words = [QLabel.text(label) for label in window.findChildren(QLabel)]
-    words += [action.text().replace("\t", " ") for action in window.findChildren(QAction)]  # before the keys
+    # a tab separates an action's title and its key
+    words += [action.text().replace("\t", " ") for action in window.findChildren(QAction)]
     return [f"shown: {text!r:.100}" for text in words if printable(text) != text]
 
 
 @pytest.fixture
 def try_file(originals, kept_idle_window, home, qtbot):  # noqa: F811
-    """Return what gives one file to its reader and returns in words what was wrong."""
+    """Return a function that opens one file and returns the problems found."""
 
     def try_one(kind: str, seed: int) -> list[str]:
         reader, place = READERS.get(kind, (read_settings, lambda home: home))
@@ -161,7 +162,7 @@ KINDS = ("settings", *READERS)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_some_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, kind):
+def test_a_few_damaged_files_give_a_message_and_change_nothing_else(try_file, kind):
     if kind == "csv":
         pytest.importorskip("hapkit_studio.gui.pages.open_recording")
     assert [words for seed in foreign_files.FEW for words in try_file(kind, seed)] == []
@@ -169,7 +170,7 @@ def test_some_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_many_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, kind):
+def test_many_damaged_files_give_a_message_and_change_nothing_else(try_file, kind):
     if kind == "csv":
         pytest.importorskip("hapkit_studio.gui.pages.open_recording")
     found = [words for seed in range(foreign_files.COUNTS[kind]) for words in try_file(kind, seed)]

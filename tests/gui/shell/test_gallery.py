@@ -1,4 +1,4 @@
-"""The gallery: own environments below the library, all of it in reach at every size."""
+"""The gallery: own environments below the library, and every row can be reached at every window size."""
 
 import pytest
 from PySide6.QtCore import Qt
@@ -15,7 +15,7 @@ SEEN_AT_LEAST = 13
 """Rows of the library that have room in the smallest window; beyond them the gallery scrolls."""
 
 
-def shown_whole(gallery, row) -> bool:
+def is_fully_visible(gallery, row) -> bool:
     top = row.mapTo(gallery, row.rect().topLeft()).y()
     return top >= 0 and top + row.height() <= gallery.new_row.y()
 
@@ -29,7 +29,7 @@ def next_stop(widget):
 
 @pytest.fixture(scope="module", autouse=True)
 def home(tmp_path_factory):
-    """Return the person's own folder for this whole file, with two files of theirs and a stranger's."""
+    """Return a home folder for the whole file, with two own files and one from someone else."""
     folder = tmp_path_factory.mktemp("home")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HAPKIT_STUDIO_FOLDER", str(folder))
@@ -42,12 +42,12 @@ def home(tmp_path_factory):
 
 @pytest.fixture
 def rows(home, shared_window):
-    """Return the rows of the own environments by their files' names."""
+    """Return the rows of the own environments by file name."""
     return {path.stem: row for path, row in shared_window.gallery.own_rows.items()}
 
 
 @pytest.mark.slow
-def test_a_row_under_the_mouse_can_be_read(qtbot, monkeypatch):
+def test_a_row_is_readable_under_the_mouse(qtbot, monkeypatch):
     row = GalleryRow("wall", "Wall", "Push", "2")
     qtbot.addWidget(row)
     row.resize(220, 48)
@@ -62,7 +62,7 @@ def test_a_row_under_the_mouse_can_be_read(qtbot, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_whole_library_and_the_way_to_a_new_one_are_seen(home, monkeypatch, tmp_path, make_window, qapp):
+def test_the_whole_library_and_the_new_button_are_visible(home, monkeypatch, tmp_path, make_window, qapp):
     monkeypatch.setenv("HAPKIT_STUDIO_FOLDER", str(tmp_path))
     window = make_window()
     gallery = window.gallery
@@ -70,7 +70,7 @@ def test_the_whole_library_and_the_way_to_a_new_one_are_seen(home, monkeypatch, 
     for size in ((1440, 900), (1280, 720), (960, 600)):
         resize(qapp, window, size)
         assert gallery.rail == (size[0] < 1440)
-        seen = [shown_whole(gallery, row) for row in gallery.rows.values()]
+        seen = [is_fully_visible(gallery, row) for row in gallery.rows.values()]
         assert all(seen) or (sum(seen) >= SEEN_AT_LEAST and gallery.verticalScrollBar().maximum() > 0), size
         assert gallery.new_row.geometry().bottom() < gallery.height()
         assert all(row.height() >= 34 for row in gallery.rows.values())
@@ -85,18 +85,18 @@ def test_the_whole_library_and_the_way_to_a_new_one_are_seen(home, monkeypatch, 
     assert all(row.width() <= gallery.viewport().width() for row in gallery.rows.values())
 
 
-def test_own_environments_have_room_beside_the_library(shared_window, rows, qapp):
+def test_there_is_space_for_own_environments_below_the_library(shared_window, rows, qapp):
     gallery = shared_window.gallery
     resize(qapp, shared_window, (1440, 900))
     assert gallery.own_heading.isVisible()
-    assert all(shown_whole(gallery, rows[name]) for name in "ab")
+    assert all(is_fully_visible(gallery, rows[name]) for name in "ab")
     resize(qapp, shared_window, (1280, 720))
     assert not gallery.own_heading.isVisible()
     assert rows["a"].toolTip() == "My a: For a test"
     resize(qapp, shared_window, (1440, 900))
 
 
-def test_keys_reach_own_environments_and_the_new_one(shared_window, rows, monkeypatch, home):
+def test_own_environments_and_the_new_button_are_reached_by_key(shared_window, rows, monkeypatch, home):
     gallery = shared_window.gallery
     stop = list(gallery.rows.values())[-1]
     for row in (*rows.values(), gallery.new_row):
@@ -114,7 +114,7 @@ def test_keys_reach_own_environments_and_the_new_one(shared_window, rows, monkey
     assert shared_window.studio.environment.key == "wall"
 
 
-def test_own_environments_stand_in_the_menu_too(shared_window, rows):
+def test_own_environments_are_in_the_menu(shared_window, rows):
     menu = next(a.menu() for a in shared_window.menuBar().actions() if a.text() == "Environment")
     menu.aboutToShow.emit()
     yours = next(a for a in menu.actions() if a.text() == "Yours")
@@ -122,7 +122,7 @@ def test_own_environments_stand_in_the_menu_too(shared_window, rows):
     assert [action.text() for action in yours.menu().actions()] == [row.title for row in rows.values()]
 
 
-def test_pencil_and_menu_lead_to_the_law_a_strangers_is_to_be_read_first(shared_window, rows, home):
+def test_pencil_and_menu_open_an_own_law_and_a_foreign_one_must_be_read_first(shared_window, rows, home):
     words = {name: [action.text() for action in rows[name].menu().actions()] for name in "ac"}
     assert words == {"a": ["Edit", "Show in folder", "Delete…"], "c": ["Show in folder", "Delete…"]}
     rows["a"].pencil.click()
@@ -133,7 +133,7 @@ def test_pencil_and_menu_lead_to_the_law_a_strangers_is_to_be_read_first(shared_
     assert shared_window.editor.editor.source.isVisible()
 
 
-def test_deleting_asks_first_and_uses_the_bin(shared_window, rows, monkeypatch, home):
+def test_deleting_asks_first_and_moves_the_file_to_the_bin(shared_window, rows, monkeypatch, home):
     binned = []
     monkeypatch.setattr(
         "hapkit_studio.gui.editor.controller.QFile.moveToTrash", lambda name: binned.append(name) or True

@@ -1,4 +1,4 @@
-"""Room: nothing is cut off, nothing overlaps, and what gives way does so in the order the design gives."""
+"""Layout: no text is cut off, nothing overlaps, and parts shrink in the order of the design."""
 
 import os
 import subprocess
@@ -40,7 +40,7 @@ SIZES = [
     (1024, 640),
     (960, 600),
     (800, 560),
-    (960, 500),  # a screen of 1920 × 1080 at a scale of 2, less a title bar of 40 px
+    (960, 500),  # 1920 × 1080 at 200 %, minus a title bar of 40 px
     (853, 493),  # 1280 × 800 at 150 %
     (640, 360),  # 1280 × 800 at 200 %
 ]
@@ -50,12 +50,12 @@ LINE = "Force is zero. Nothing is lost. Trying to reconnect every second."
 
 @pytest.fixture
 def window(kept_window):
-    """Return the window whose simulated device runs."""
+    """Return the file's window with a running simulated device."""
     return kept_window
 
 
 def lose_device(window) -> None:
-    """Put up the longest of the usual banners."""
+    """Show the longest of the usual banners."""
     buttons = (("Use simulated Hapkit", window.studio.device.open_simulated),)
     window.banners.set("device", Notice("device", 2, "warn", "unplugged", WORST, LINE, buttons))
 
@@ -65,7 +65,7 @@ def place(widget: QWidget, window: QWidget) -> QRect:
 
 
 def cut_off(window: QWidget) -> list[str]:
-    """Return what is shown in less room than its words need."""
+    """Return the visible widgets that are smaller than their text needs."""
     for _ in range(3):
         QCoreApplication.processEvents()
     found = []
@@ -81,7 +81,7 @@ def cut_off(window: QWidget) -> list[str]:
             elif needed.width() > widget.width() or needed.height() > widget.height():
                 found.append(f"label {widget.text()!r}: {needed} in {widget.size()}")
         elif isinstance(widget.parent(), QTabBar | QLineEdit):
-            continue  # arrows, and the button that clears a field: Qt gives these pictures their room
+            continue  # arrows and the button that clears a field have a fixed picture
         elif isinstance(widget, QPushButton | QToolButton | GalleryRow):
             needed = widget.sizeHint()
             if needed.width() > widget.width() or needed.height() > widget.height():
@@ -92,7 +92,7 @@ def cut_off(window: QWidget) -> list[str]:
 
 
 def overlapping(window) -> list[str]:
-    """Return parts of the window that lie over one another or over its edge."""
+    """Return the parts of the window that overlap or extend over its edge."""
     centre = window.centre
     parts = {
         "header": window.header, "gallery": window.gallery, "scene": centre.scene_card,
@@ -114,7 +114,7 @@ def overlapping(window) -> list[str]:
 
 
 def settle(qapp, window, size):
-    """Resize, have the stability answered, and let every layout follow."""
+    """Resize, wait for the stability result, and update every layout."""
     window.stability.ask()
     window.stability.wait()
     resize(qapp, window, size)
@@ -143,14 +143,15 @@ def test_nothing_is_cut_off_or_overlaps(window, qapp, quick):
             small = min(breakpoints.scale(*size), 1.0)
             assert window.centre.scene.height() >= int(150 * small)
             assert window.header.stop.width() >= 120 * small
-            assert window.header.stop.height() >= 0.95 * 40 * breakpoints.scale(*size)  # its rim stays
+            # 95 %, because the border does not grow
+            assert window.header.stop.height() >= 0.95 * 40 * breakpoints.scale(*size)
             assert window.header.devices.isVisible()
             assert window.status.clamp.isVisible()
             assert every_view_is_offered(window)
 
 
 def every_view_is_offered(window):
-    """Return whether each tab is seen whole, or its name stands in the menu at their end."""
+    """Return whether each view's tab is fully visible or listed in the menu at the end of the tab bar."""
     tabs = window.header.tabs
     seen = [index for index in range(tabs.count()) if tabs.isTabVisible(index)]
     in_menu = [tabs.tabText(index) for index in range(tabs.count()) if index not in seen]
@@ -162,7 +163,7 @@ def every_view_is_offered(window):
 
 
 @pytest.mark.slow
-def test_every_view_is_offered_beside_a_law_whose_tab_stays(window, qapp):
+def test_every_view_can_be_opened_next_to_a_law_tab(window, qapp):
     tabs = window.header.tabs
     for size in ((1920, 1080), (1280, 720), (1024, 640)):
         settle(qapp, window, size)
@@ -183,14 +184,14 @@ VIEWS = ("Live", "Stability", "Speed and accuracy", "Break it", "Bode", "Z-width
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [(1280, 720), (1439, 720), (1440, 900)])
-def test_eight_views_and_an_open_law_are_seen_whole_in_their_order(window, qapp, size):
+def test_eight_views_and_an_open_law_are_visible_in_order(window, qapp, size):
     tabs = window.header.tabs
     titles = [tabs.tabText(index) for index in range(tabs.count())]
     assert [title for title in titles if title in VIEWS] == list(VIEWS)
     window.editor.shown.emit(True)
     resize(qapp, window, size)
     assert tabs.tabText(tabs.count() - 1) == "Law"
-    tabs.setCurrentIndex(titles.index("Speed and accuracy"))  # the widest; bold
+    tabs.setCurrentIndex(titles.index("Speed and accuracy"))  # the widest, in bold
     window.views.page("break_it").marked.emit("Something acts on the scene")
     assert tabs.tabText(titles.index("Break it")) == "Break it ●"
     assert tabs.more.isHidden() or len(titles) > len(VIEWS)
@@ -201,7 +202,7 @@ def test_eight_views_and_an_open_law_are_seen_whole_in_their_order(window, qapp,
     window.editor.shown.emit(False)
 
 
-def test_a_view_from_the_menu_is_shown_with_its_tab(window, qapp):
+def test_a_view_opened_from_the_menu_is_shown_with_its_tab(window, qapp):
     settle(qapp, window, (1024, 640))
     last = window.header.tabs.menu.actions()[-1]
     key, view = list(pages.discover().items())[-1]
@@ -213,7 +214,7 @@ def test_a_view_from_the_menu_is_shown_with_its_tab(window, qapp):
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1440, 1200)])
-def test_boxes_stand_in_one_column_whether_changed_or_scrolled(window, qapp, size):
+def test_value_boxes_are_aligned_when_changed_or_scrolled(window, qapp, size):
     def columns():
         settle(qapp, window, size)
         rows = [*window.panel.parameters.rows.values(), window.loop.rate, window.loop.delay]
@@ -230,7 +231,7 @@ def test_boxes_stand_in_one_column_whether_changed_or_scrolled(window, qapp, siz
 
 
 def lines(label: QLabel) -> int:
-    """Return how many lines a label's words take."""
+    """Return how many lines a label's text takes."""
     one = label.heightForWidth(10_000)
     return 1 + round((label.heightForWidth(label.width()) - one) / (0.75 * one))
 
@@ -239,7 +240,7 @@ def lines(label: QLabel) -> int:
 @pytest.mark.parametrize(
     "size", wide([((1280, 720),), ((1440, 900),), ((960, 600),)], lambda size: size == (1280, 720))
 )
-def test_rows_stand_clear_of_the_scroll_bar_in_one_column_with_short_labels(window, qapp, size):
+def test_rows_are_clear_of_the_scroll_bar_and_aligned_with_short_labels(window, qapp, size):
     panel = window.panel
     for key in window.studio.environments:
         window.studio.choose(key)
@@ -263,7 +264,7 @@ def test_rows_stand_clear_of_the_scroll_bar_in_one_column_with_short_labels(wind
         [((1280, 720),), ((1920, 1080),), ((960, 600),), ((800, 560),)], lambda size: size[0] in (1280, 800)
     ),
 )
-def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
+def test_a_banner_moves_the_content_down_by_its_height(window, qapp, size):
     settle(qapp, window, size)
     before, high = place(window.centre, window).top(), int(54 * breakpoints.scale(*size))
     lose_device(window)
@@ -279,8 +280,8 @@ def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
 
 
 @pytest.mark.slow
-def test_the_verdict_stays_in_sight_below_two_banners_with_all_unfolded(window, qapp):
-    """Also where parameters, warnings, explanation and loop need more room than there is; these scroll."""
+def test_the_verdict_is_visible_below_two_banners_with_everything_unfolded(window, qapp):
+    """This also holds where parameters, warnings, explanation and loop exceed the space and scroll."""
     lose_device(window)
     window.studio.stop()
     panel, card = window.panel, window.stability
@@ -302,7 +303,7 @@ def test_the_verdict_stays_in_sight_below_two_banners_with_all_unfolded(window, 
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (960, 600), (800, 560)])
-def test_refused_values_priority_and_a_banner_fit_as_well(window, qapp, size):
+def test_the_layout_fits_with_refused_values_priority_and_a_banner(window, qapp, size):
     window.body.open_drawer(True)
     lose_device(window)
     for row in window.panel.parameters.rows.values():
@@ -316,14 +317,14 @@ def test_refused_values_priority_and_a_banner_fit_as_well(window, qapp, size):
     assert overlapping(window) == []
 
 
-def test_gallery_scene_and_panel_give_way_on_smaller_windows(window, qapp):
+def test_gallery_scene_and_panel_shrink_in_smaller_windows(window, qapp):
     def seen(width, height):
         settle(qapp, window, (width, height))
         return window.gallery.width(), window.panel.width(), window.centre.scene.height()
 
     wide = seen(1440, 900)
     window.studio.choose("cat")
-    assert seen(1440, 900) > wide  # a taller scene for the cat, the widths unchanged
+    assert seen(1440, 900) > wide  # the cat's scene is taller; the widths are unchanged
     window.studio.choose("wall")
     assert seen(1440, 900) == wide
     small = seen(1280, 720)
@@ -339,7 +340,7 @@ def test_gallery_scene_and_panel_give_way_on_smaller_windows(window, qapp):
     assert window.header.stop.cap.isVisible()
 
 
-def test_a_pages_own_side_gives_way_like_the_panel(window, qapp):
+def test_a_pages_side_column_shrinks_like_the_panel(window, qapp):
     for size in ((1440, 900), (1280, 720)):
         settle(qapp, window, size)
         width = window.panel.width()
@@ -357,13 +358,13 @@ def test_a_pages_own_side_gives_way_like_the_panel(window, qapp):
     [((1280, 720), 1.0), ((1600, 1200), 1.0), ((1919, 1080), 1.1), ((1920, 1080), 1.2), ((2560, 1440), 1.6),
      ((3440, 1440), 1.6), ((9000, 9000), 2.5)],
 )  # fmt: skip
-def test_from_1600_by_900_on_everything_grows_with_the_window(size, grown):
+def test_above_1600_by_900_everything_grows_with_the_window(size, grown):
     assert breakpoints.scale(*size) == grown
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", ["wall", "cat"])
-def test_scene_type_and_plots_grow_together_in_a_large_window(window, qapp, key):
+def test_scene_text_and_plots_grow_together_in_a_large_window(window, qapp, key):
     window.studio.choose(key)
 
     def sizes():
@@ -381,11 +382,11 @@ def test_scene_type_and_plots_grow_together_in_a_large_window(window, qapp, key)
     for size in ((1920, 1080), (2560, 1440)):
         resize(qapp, window, size)
         for grown, before in zip(sizes(), usual, strict=True):
-            assert grown / before == pytest.approx(size[0] / 1600, rel=0.08)  # whole pixels of type
+            assert grown / before == pytest.approx(size[0] / 1600, rel=0.08)  # font sizes are whole pixels
 
 
 def drag(qtbot, splitter, by):
-    """Drag a splitter's border by so many pixels."""
+    """Drag a splitter's handle by a number of pixels."""
     handle = splitter.handle(1)
     at = handle.rect().center()
     qtbot.mousePress(handle, Qt.MouseButton.LeftButton, pos=at)
@@ -394,7 +395,7 @@ def drag(qtbot, splitter, by):
 
 
 @pytest.mark.slow
-def test_borders_that_were_dragged_stay_there_and_are_remembered(make_window, qapp, qtbot):
+def test_dragged_splitters_keep_their_position_and_are_restored(make_window, qapp, qtbot):
     def sizes(window):
         centre = window.centre
         return window.gallery.width(), window.panel.width(), centre.scene.height(), centre.phase.width()
@@ -413,7 +414,7 @@ def test_borders_that_were_dragged_stay_there_and_are_remembered(make_window, qa
     assert sizes(again) == dragged
 
 
-def test_every_menu_fits_a_screen_of_720_px_below_the_menu_bar_and_a_title_bar(window, qapp):
+def test_every_menu_fits_below_the_menu_bar_on_a_screen_of_720_px(window, qapp):
     settle(qapp, window, (1280, 720))
     for menu in window.menuBar().findChildren(QMenu):
         menu.aboutToShow.emit()
@@ -423,7 +424,7 @@ def test_every_menu_fits_a_screen_of_720_px_below_the_menu_bar_and_a_title_bar(w
         assert high <= 720 - 40 - window.menuBar().height() - 10, (menu.title(), high)
 
 
-def test_every_control_has_a_name_and_a_place_to_hit(window, qapp):
+def test_every_control_has_a_name_and_a_minimum_size(window, qapp):
     settle(qapp, window, (1280, 720))
     for button in window.findChildren(QAbstractButton):
         if button.isVisible() and button.focusPolicy():
@@ -473,7 +474,7 @@ def test_nothing_is_cut_off_on_a_scaled_screen(scale):
     assert done.stdout.startswith(str(float(scale)))
 
 
-def test_tab_goes_from_header_over_gallery_and_scene_to_the_panel(window):
+def test_tab_moves_the_focus_through_header_gallery_scene_and_panel(window):
     window.studio.choose("spring")
     window.studio.choose("wall")
     chain, widget = [], window.header
@@ -491,7 +492,7 @@ def test_tab_goes_from_header_over_gallery_and_scene_to_the_panel(window):
 
 
 @pytest.mark.slow
-def test_parts_stand_side_by_side_as_soon_as_the_window_has_another_size(window, qapp):
+def test_parts_are_placed_immediately_after_a_resize(window, qapp):
     settle(qapp, window, (1280, 720))
     for width, height in ((1440, 900), (1280, 720), (1920, 1080)):
         window.resize(width, height)
@@ -500,7 +501,7 @@ def test_parts_stand_side_by_side_as_soon_as_the_window_has_another_size(window,
         assert parts[0].width() in [int(grown * usual) for usual in (64, 228)]
         assert parts[2].width() in [int(grown * usual) for usual in (272, 300)]
         assert parts[0].left() == 0
-        assert parts[1].left() == parts[0].right() + 2  # a border of 1 px
+        assert parts[1].left() == parts[0].right() + 2  # the border is 1 px wide
         assert parts[2].left() == parts[1].right() + 2
         assert parts[2].right() + 1 == width
 
@@ -511,7 +512,7 @@ def asked(key, setting, stiffness):
 
 
 @pytest.mark.slow
-def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_environment(window, qapp):
+def test_a_longer_verdict_shrinks_no_row_and_the_map_is_visible_for_every_environment(window, qapp):
     settle(qapp, window, (1440, 900))
     card, body = window.stability, window.panel.upper.widget()
     short, long, mapped = (
@@ -534,7 +535,7 @@ def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_envi
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [(1280, 720), (1440, 900)])
-def test_the_buttons_above_the_plots_have_their_words(window, qapp, size):
+def test_the_buttons_above_the_plots_show_their_text(window, qapp, size):
     resize(qapp, window, size)
     bar = window.centre.toolbar
     assert all(button.text() for button in (bar.cursors, bar.hold, bar.release, bar.fit))

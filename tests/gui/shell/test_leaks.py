@@ -1,4 +1,4 @@
-"""What a person does again and again leaves no objects behind."""
+"""Repeated operations leave no objects behind."""
 
 import gc
 from collections import Counter
@@ -17,8 +17,8 @@ FEW, MANY = 10, 30
 KEYS = [action.key for action in table(discover().values()) if action.key != "session.quit"]
 
 
-def close_what_opened(window):
-    """Close every dialog and menu that came up, and delete what was given up."""
+def close_dialogs(window):
+    """Close all dialogs and menus and delete the objects marked for deletion."""
     for top in QApplication.topLevelWidgets():
         if isinstance(top, QDialog | QMenu) and top.isVisible():
             top.close()
@@ -28,19 +28,19 @@ def close_what_opened(window):
     delete_deferred()
 
 
-def census(window):
-    """Return how many objects of each class the window and the top levels own."""
-    close_what_opened(window)
+def count_objects(window):
+    """Return the number of objects of each class that belong to the window and the top-level widgets."""
+    close_dialogs(window)
     gc.collect()
     delete_deferred()
     owners = [window, *(top for top in QApplication.topLevelWidgets() if top is not window)]
     return Counter(type(one).__name__ for owner in owners for one in owner.findChildren(QObject))
 
 
-def left_behind(window, act, few=FEW, many=MANY):
-    """Return the classes of which there are more objects after many repetitions than after few.
+def growing_classes(window, act, few=FEW, many=MANY):
+    """Return the classes with more objects after many repetitions than after few.
 
-    What grew must grow again in as many repetitions: an answer that arrives late builds its widgets once.
+    A class counts only if it grows again in a second series, because a late answer builds its widgets once.
     """
     counts = [repeated(window, act, few), repeated(window, act, many - few)]
     if grown := counts[1] - counts[0]:
@@ -50,16 +50,16 @@ def left_behind(window, act, few=FEW, many=MANY):
 
 
 def repeated(window, act, times):
-    """Do something so many times, and return the census."""
+    """Repeat an action and return the object counts."""
     for _ in range(times):
         act()
-        close_what_opened(window)
-    return census(window)
+        close_dialogs(window)
+    return count_objects(window)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("counts", [(2, 6), pytest.param((FEW, MANY), marks=pytest.mark.slow)])
-def test_changing_environment_and_view_leaves_nothing_behind(kept_idle_window, counts):
+def test_changing_environment_and_view_leaves_no_objects(kept_idle_window, counts):
     window = kept_idle_window
 
     def act():
@@ -70,10 +70,10 @@ def test_changing_environment_and_view_leaves_nothing_behind(kept_idle_window, c
             window.views.show(view)
             QCoreApplication.processEvents()
 
-    assert left_behind(window, act, *counts) == {}
+    assert growing_classes(window, act, *counts) == {}
 
 
-def test_the_undo_history_is_bounded(kept_idle_window):
+def test_the_undo_history_is_limited(kept_idle_window):
     window = kept_idle_window
     window.studio.choose("spring")
     for step in range(MOST + 20):
@@ -84,7 +84,7 @@ def test_the_undo_history_is_bounded(kept_idle_window):
 
 @pytest.fixture
 def cancelled_dialogs(monkeypatch):
-    """Answer the system's own dialogs with Cancel; start neither file manager nor browser."""
+    """Answer the system's dialogs with Cancel and start neither a file manager nor a browser."""
     for name in ("getOpenFileName", "getSaveFileName"):
         monkeypatch.setattr(QFileDialog, name, lambda *_a, **_k: ("", ""))
     monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_a, **_k: "")
@@ -96,7 +96,7 @@ def cancelled_dialogs(monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KEYS)
-def test_an_action_leaves_no_objects_behind(kept_window, cancelled_dialogs, key):
+def test_an_action_leaves_no_objects(kept_window, cancelled_dialogs, key):
     window = kept_window
 
     def act():
@@ -105,4 +105,4 @@ def test_an_action_leaves_no_objects_behind(kept_window, cancelled_dialogs, key)
         window.actions_by_key.run(key)
         QCoreApplication.processEvents()
 
-    assert left_behind(window, act) == {}
+    assert growing_classes(window, act) == {}

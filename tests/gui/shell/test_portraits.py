@@ -1,4 +1,4 @@
-"""The pictures of README and docs: one command makes them all, one for every environment."""
+"""The pictures of the README and the docs: one command takes them all, one for every environment."""
 
 import os
 import subprocess
@@ -18,7 +18,7 @@ LIBRARY = environments.discover()
 
 @pytest.fixture(scope="module")
 def prepared(tmp_path_factory):
-    """Return a cache folder in which what a loop needs counts as compiled: no program does it meanwhile."""
+    """Return a cache folder that marks everything as compiled, so that no program compiles in the test."""
     made = tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(made / "hapkit-studio"))
@@ -30,7 +30,7 @@ def prepared(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, prepared):
-    """Return where the command left its pictures of a short look at each environment."""
+    """Return the folder with the pictures that the command took of each environment."""
     made = tmp_path_factory.mktemp("pictures")
     command = [sys.executable, "-m", "hapkit_studio.gui.shell.portraits", str(made), "--seconds", "0.3"]
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(prepared)}
@@ -41,14 +41,14 @@ def folder(tmp_path_factory, prepared):
 
 
 def described():
-    """Return the environments on the page; a new one comes to it with ``make pictures``."""
+    """Return the environments described on the page; ``make pictures`` adds a new one."""
     page = resources.path("docs", "environments.md").read_text(encoding="utf-8")
     return {key: e for key, e in LIBRARY.items() if f"| `{key}` |" in page}
 
 
 @pytest.mark.slow
 def test_one_command_takes_every_picture(folder):
-    """As many as are kept, and of the same size; what moves in them is another moment."""
+    """The pictures have the same number and sizes as the stored ones; their content varies."""
     names = {f"{key}{suffix}.png" for key in LIBRARY for suffix in ("", "-scene")}
     pictures = {path.name: QImage(str(path)) for path in folder.iterdir()}
     assert set(pictures) == names
@@ -57,8 +57,8 @@ def test_one_command_takes_every_picture(folder):
         assert QImage(str(resources.path("pictures", name))).size() == pictures[name].size()
 
 
-def test_the_page_about_the_environments_is_up_to_date(monkeypatch, capsys):
-    """``make pictures`` writes it; every picture in it is there."""
+def test_the_environments_page_is_up_to_date(monkeypatch, capsys):
+    """``make pictures`` writes the page; all its pictures exist."""
     monkeypatch.setattr(environments, "discover", described)
     page = resources.path("docs", "environments.md")
     assert main(("environments", "--markdown")) == 0
@@ -69,7 +69,7 @@ def test_the_page_about_the_environments_is_up_to_date(monkeypatch, capsys):
             assert (page.parent / line.partition("(")[2].rstrip(")")).exists()
 
 
-def test_bad_options_are_one_line(capsys):
+def test_wrong_options_give_a_one_line_message(capsys):
     for argv in ([], [str(Path("x")), "--size", "big"], [str(Path("x")), "--seconds", "long"]):
         with pytest.raises(SystemExit) as error:
             portraits.options(argv)

@@ -1,4 +1,4 @@
-"""E-stop: from anywhere, at once, released on purpose only."""
+"""E-stop: it works from everywhere and immediately, and is released only deliberately."""
 
 import numpy as np
 import pytest
@@ -10,13 +10,13 @@ from hapkit_studio.haptics import rows
 
 
 def press_esc():
-    """Press Esc as the window system would: at whatever has the keyboard."""
+    """Press Esc as the window system does: in the widget with the keyboard focus."""
     target = QApplication.activePopupWidget() or QApplication.focusWidget() or QApplication.activeWindow()
     QTest.keyClick(target, Qt.Key.Key_Escape)
 
 
 def in_front(window):
-    """Return what lies over the window and has the keyboard."""
+    """Return the window, dialog or menu in front, which has the keyboard focus."""
     front = QApplication.activePopupWidget() or QApplication.activeWindow()
     return front if front is not window and front is not None and front.isVisible() else None
 
@@ -49,14 +49,12 @@ FRONTS = {
 
 @pytest.fixture
 def window(kept_window):
-    """Return the window whose simulated device runs."""
+    """Return the file's window with a running simulated device."""
     return kept_window
 
 
 @pytest.mark.parametrize("device", ["window", "board_window"])
-def test_esc_stops_from_anywhere_but_closes_what_is_in_front_first_where_no_motor_runs(
-    request, qtbot, device
-):
+def test_esc_stops_from_everywhere_and_without_a_motor_closes_the_dialog_first(request, qtbot, device):
     window = request.getfixturevalue(device)
     engine = window.studio.engine
     for place, go in {**PLACES, **FRONTS}.items():
@@ -73,8 +71,8 @@ def test_esc_stops_from_anywhere_but_closes_what_is_in_front_first_where_no_moto
         assert not engine.stopped
 
 
-def test_esc_stops_where_the_dialog_in_front_stays(window, qtbot, monkeypatch):
-    """As the one that flashes does while it writes."""
+def test_esc_stops_behind_a_dialog_that_stays_open(window, qtbot, monkeypatch):
+    """The flash dialog stays open while it writes."""
     dialog = QDialog(window)
     monkeypatch.setattr(dialog, "reject", lambda: None)
     dialog.show()
@@ -85,7 +83,7 @@ def test_esc_stops_where_the_dialog_in_front_stays(window, qtbot, monkeypatch):
     dialog.deleteLater()
 
 
-def test_the_force_is_zero_in_every_row_after_the_stop(window, qtbot):
+def test_the_force_is_zero_in_all_rows_after_the_stop(window, qtbot):
     engine = window.studio.engine
     reader, taken = engine.reader(), []
     engine.move_hand(0.020)
@@ -106,7 +104,7 @@ def test_the_force_is_zero_in_every_row_after_the_stop(window, qtbot):
     assert np.all(after[:, rows.FLAGS].astype(int) & rows.STOPPED)
 
 
-def test_the_red_button_stops_on_the_press_and_only_the_banner_releases(window, qtbot):
+def test_the_stop_button_acts_on_press_and_only_the_banner_releases_it(window, qtbot):
     header, button = window.header, window.header.stop
     before = button.geometry(), header.pause.geometry()
     assert window.banners.banners == []
@@ -128,7 +126,7 @@ def test_the_red_button_stops_on_the_press_and_only_the_banner_releases(window, 
     assert window.banners.banners == []
 
 
-def test_releasing_leaves_the_focus_where_it_was(window):
+def test_releasing_the_stop_does_not_move_the_focus(window):
     window.centre.scene.setFocus()
     window.studio.stop()
     QTest.mouseClick(window.banners.banners[0].buttons[0], Qt.MouseButton.LeftButton)

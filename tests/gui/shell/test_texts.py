@@ -1,4 +1,4 @@
-"""The list of all texts of the window, for those who proofread them."""
+"""The list of all texts in the window, for proofreading."""
 
 import pytest
 from PySide6.QtWidgets import QDialog, QLabel, QPushButton
@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QDialog, QLabel, QPushButton
 from hapkit_studio.gui.shell import texts
 
 
-def test_a_widget_gives_its_text_tooltip_and_accessible_name_and_those_of_its_children(qtbot):
+def test_a_widgets_text_tooltip_and_accessible_name_are_listed_with_its_children(qtbot):
     dialog = QDialog()
     qtbot.addWidget(dialog)
     label = QLabel("<b>Shown</b> text", dialog)
@@ -18,7 +18,7 @@ def test_a_widget_gives_its_text_tooltip_and_accessible_name_and_those_of_its_ch
 
 
 @pytest.mark.slow
-def test_a_message_in_the_source_is_listed_with_its_file_and_its_values_in_braces():
+def test_a_message_in_the_source_is_listed_with_its_file_and_placeholders():
     found = {words: place for place, words in texts.messages()}
     assert found["Release the handle here"].startswith("gui/")
     assert found["{does.capitalize()} when let go"].startswith("analysis/stability/")

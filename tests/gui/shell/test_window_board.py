@@ -1,4 +1,4 @@
-"""A board in the window: the real firmware in its chip renders what is chosen, as soon as it is chosen."""
+"""A board in the window: the firmware in an emulated chip renders each law soon after its selection."""
 
 import time
 
@@ -24,7 +24,7 @@ COMPILATIONS = 8
 
 @pytest.fixture
 def board_window(make_window, qtbot):
-    """Return a window that runs a board."""
+    """Return a window with a running board."""
     entry = DeviceEntry("virtual-board", "Virtual board", VirtualBoard)
     window = make_window((SIMULATED, entry))
     window.studio.device.open(entry)
@@ -33,7 +33,7 @@ def board_window(make_window, qtbot):
 
 
 def at_rest(window, qtbot, place):
-    """Wait until the handle has stood still beyond a place in m for so many rows; return the last one."""
+    """Wait until the handle rests beyond a position in m for a number of rows; return the last row."""
 
     def rests():
         clear_lateness(window.studio)
@@ -41,7 +41,7 @@ def at_rest(window, qtbot, place):
         last = window.live.last
         if last is None or last[rows.POSITION] < place or last[rows.FLAGS]:
             return False
-        # rows, not seconds: this board's time is not the clock's
+        # count rows instead of seconds, because the emulated board is not in real time
         kept = window.live.history.between(-np.inf, np.inf).y
         pushed = np.abs(kept["applied_force"][-ROWS:]).min() > 0.2
         still = np.ptp(kept["position"][-ROWS:]) <= 2.1 * window.studio.engine.device.quantum
@@ -51,7 +51,7 @@ def at_rest(window, qtbot, place):
     return window.live.last
 
 
-def test_the_delay_is_measured_and_the_rate_is_the_boards(board_window, qtbot):
+def test_the_delay_is_measured_and_the_rate_comes_from_the_board(board_window, qtbot):
     window = board_window
 
     def measured():
@@ -65,8 +65,8 @@ def test_the_delay_is_measured_and_the_rate_is_the_boards(board_window, qtbot):
     assert window.loop.grip.isEnabled()
 
 
-def handed_over(window):
-    """Tell whether the board renders the law in force with the values in force."""
+def has_active_law(window):
+    """Return True if the board renders the active law with its current values."""
     clear_lateness(window.studio)
     engine = window.studio.engine
     state, offered = engine.driver.conn.state, engine.decision().plan
@@ -79,7 +79,7 @@ def handed_over(window):
 
 @pytest.mark.alone
 @pytest.mark.parametrize("key", ["wall", "friction", "mass_spring_damper", "cat"])
-def test_the_board_renders_what_is_chosen_within_a_second_and_follows_a_slider(board_window, qtbot, key):
+def test_the_board_renders_a_selection_within_a_second_and_follows_a_slider(board_window, qtbot, key):
     window, studio = board_window, board_window.studio
     moved = next(p.key for p in studio.environments[key].parameters if isinstance(p, Parameter))
     studio.environments[key].force.compiled()
@@ -87,7 +87,7 @@ def test_the_board_renders_what_is_chosen_within_a_second_and_follows_a_slider(b
     def seconds(change):
         start = time.perf_counter()
         change()
-        qtbot.waitUntil(lambda: handed_over(window))
+        qtbot.waitUntil(lambda: has_active_law(window))
         return time.perf_counter() - start
 
     studio.set_loop(where="board")
@@ -106,7 +106,7 @@ def test_the_board_renders_what_is_chosen_within_a_second_and_follows_a_slider(b
 
 
 def compile_seconds(studio):
-    """Return how long the law in force takes to be compiled for the board on this computer, once."""
+    """Return the time in s to compile the active law for the board once on this computer."""
     rate = studio.engine.decision().plan.rate
     start = time.perf_counter()
     compile_for_board(studio.environment.force, studio.values, 1.0 / rate)
@@ -114,13 +114,13 @@ def compile_seconds(studio):
 
 
 @pytest.mark.slow
-def test_a_persons_own_law_renders_on_the_board_as_soon_as_it_is_in_force(board_window, qtbot, home):
+def test_an_own_law_renders_on_the_board_as_soon_as_it_is_active(board_window, qtbot, home):
     window, studio = board_window, board_window.studio
     studio.set_loop(where="board")
     window.editor.edit(put(home, "test_spring.py", spring()))
     wait_for_verdict(window, qtbot, window.editor.save)
     assert studio.environment.key == "test_spring"
-    qtbot.waitUntil(lambda: handed_over(window))
+    qtbot.waitUntil(lambda: has_active_law(window))
     column = [label.text() for label in window.loop.where.facts.columns[1][1:]]
     assert column[1] == "4,000"
     assert 40 < int(column[4]) < 80

@@ -1,4 +1,4 @@
-"""The next start: scenes, loop, hand and view as they were left; on a motor nothing before "Render"."""
+"""The next start restores scenes, loop, hand and view; a motor waits for Render."""
 
 import json
 from dataclasses import replace
@@ -22,7 +22,7 @@ HAND, STIFFNESS = 0.014, 300.0
 
 @pytest.fixture
 def start(make_window):
-    """Return a maker of windows that begin as the last one was left."""
+    """Return a function that starts a window with the state of the previous one."""
 
     def begin(entries=(SIMULATED,)):
         window = make_window(entries)
@@ -34,7 +34,7 @@ def start(make_window):
 
 
 @pytest.mark.slow
-def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
+def test_a_window_opens_in_the_state_of_the_previous_one(start, qtbot):
     first = start()
     assert first.studio.environment.key == "wall"
     assert not first.studio.stop_state.restored
@@ -66,8 +66,8 @@ def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("model", ["everything", "frictionless"])
-def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot, model):
-    """Scene, values, loop and grip together are what a verdict is about."""
+def test_the_stability_request_is_the_same_after_a_restart(start, qtbot, model):
+    """A verdict depends on scene, values, loop and grip, and all are restored."""
     loop = {
         "rate": 2000.0, "delay": 0.0015, "estimator": ("iir", {"cutoff": 20.0}), "hand": "firm",
         "controller": True, "model": model, "where": "board", "board_rate": 500.0,
@@ -108,7 +108,7 @@ def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot, m
         (["wall"], ["x"], ["live"], {}),
     ],
 )
-def test_what_is_unknown_or_out_of_range_is_left_out(kept_idle_window, environment, values, view, found):
+def test_unknown_and_out_of_range_settings_are_ignored(kept_idle_window, environment, values, view, found):
     window = kept_idle_window
     for name, value in (("environment", environment), ("values", values), ("view", view)):
         window.settings.setValue(name, value)
@@ -120,7 +120,7 @@ def test_what_is_unknown_or_out_of_range_is_left_out(kept_idle_window, environme
 
 @pytest.mark.slow
 @pytest.mark.parametrize("view", ["chain", "fidelity", "accuracy"])
-def test_settings_of_a_view_that_was_merged_open_the_one_it_is_part_of(kept_idle_window, view):
+def test_a_merged_view_opens_the_view_that_contains_it(kept_idle_window, view):
     kept_idle_window.settings.setValue("view", view)
     kept_idle_window.state.restore()
     assert kept_idle_window.views.key == "accuracy"
@@ -136,7 +136,7 @@ def test_settings_of_a_view_that_was_merged_open_the_one_it_is_part_of(kept_idle
         ({"model": [], "where": "moon", "board_rate": 3.0, "controller": 1, "options": 5}, {}, "medium"),
     ],
 )
-def test_a_loop_that_cannot_be_is_left_out_one_by_one(kept_idle_window, loop, found, grip):
+def test_invalid_loop_settings_are_ignored_individually(kept_idle_window, loop, found, grip):
     window = kept_idle_window
     window.settings.setValue("environment", "wall")
     window.settings.setValue("loop", json.dumps(loop))
@@ -145,7 +145,7 @@ def test_a_loop_that_cannot_be_is_left_out_one_by_one(kept_idle_window, loop, fo
 
 
 @pytest.mark.slow
-def test_who_has_dragged_once_is_not_told_again(start, qtbot):
+def test_the_drag_hint_is_not_shown_again_after_the_first_drag(start, qtbot):
     for told in (True, False):
         window = start()
         assert window.centre.scene._hint == told
@@ -155,13 +155,13 @@ def test_who_has_dragged_once_is_not_told_again(start, qtbot):
         window.close()
 
 
-def test_values_that_do_not_agree_are_the_defaults():
-    """A button's snap starts within its travel."""
+def test_incompatible_values_are_replaced_by_the_defaults():
+    """For example, a button's snap must begin within its travel."""
     assert usable(LIBRARY["button"], {"travel": 0.003, "snap_start": 0.0035}) == LIBRARY["button"].values()
 
 
 @pytest.mark.slow
-def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_leaves_no_trace(start_window):
+def test_a_named_environment_starts_with_defaults_and_a_picture_changes_no_settings(start_window):
     for options, before, left in (
         ([], 250.0, STIFFNESS),
         (["--environment", "wall"], 250.0, STIFFNESS),
@@ -176,7 +176,7 @@ def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_lea
 
 
 @pytest.mark.slow
-def test_the_simulated_device_does_not_wait_and_its_stop_is_no_render(start, qtbot):
+def test_the_simulated_device_does_not_wait_and_its_stop_does_not_require_render(start, qtbot):
     start().close()
     window = start()
     window.studio.device.open(SIMULATED)
@@ -191,7 +191,7 @@ def test_the_simulated_device_does_not_wait_and_its_stop_is_no_render(start, qtb
 @pytest.mark.skipif(not built(), reason="the virtual board is not built")
 @pytest.mark.parametrize("where", ["computer", "board"])
 def test_a_motor_gives_no_force_before_render_is_pressed(start, qtbot, tmp_path, where):
-    """In every row, and by what its paddle felt; then the wall of the last time pushes the hand back."""
+    """Before Render, neither the rows nor the handle show a force; then the restored wall pushes the hand."""
     first = start()
     first.studio.set_value("stiffness", STIFFNESS)
     first.studio.set_loop(where=where)
