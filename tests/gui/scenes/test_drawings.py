@@ -332,7 +332,7 @@ def cat_state(position=0.0, bend=0.0, **given):
 
 
 def seen(picture, stage, color, left, right, low, high):
-    """Return how many pixels of a colour lie within left and right in mm, low and high as shares of height."""
+    """Return how many pixels of a colour lie between left and right (mm), low and high (share of height)."""
     wanted = [color.red(), color.green(), color.blue()]
     rows = slice(int(cat.y(stage, high)), int(cat.y(stage, low)))
     part = picture[rows, int(stage.x(left)) : int(stage.x(right))]
