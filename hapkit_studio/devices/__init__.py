@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
+from hapkit_studio import lab
 from hapkit_studio.devices.base import Device
 from hapkit_studio.discovery import declared
 from hapkit_studio.errors import ParameterError
@@ -38,12 +39,15 @@ def kinds() -> tuple[DeviceKind, ...]:
 
 
 def available() -> list[DeviceEntry]:
-    """Return the devices that are available now; the simulated Hapkit is the first one."""
-    return [entry for kind in kinds() for entry in kind.entries()]
+    """Return the devices available now and allowed here; the simulated Hapkit is the first one."""
+    allowed = lab.settings()
+    return [entry for kind in kinds() for entry in kind.entries() if allowed.allows(entry.key)]
 
 
 def named(key: str) -> Device:
     """Return a new device by its key, or by the path of an unlisted port; raise ParameterError."""
+    if not lab.settings().allows(key):
+        raise ParameterError(f"{lab.FILE} does not allow the device {key} on this computer.")
     entries = {e.key: e for e in available()}
     if key in entries:
         return entries[key].make()

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio import environments
+from hapkit_studio import environments, lab
 from hapkit_studio.devices import delays
 from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.delays import MeasuredDelay
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, GRIP, RENDERERS, LoopSettings
 from hapkit_studio.environments.base import Environment, Values
-from hapkit_studio.errors import ParameterError, StudioError
+from hapkit_studio.errors import DeviceError, FileError, ParameterError, StudioError
 from hapkit_studio.haptics import arrays, block, board_plan, health, link, passivity, priority
 from hapkit_studio.haptics.board_plan import (
     BackgroundPlanner,
@@ -78,7 +78,8 @@ class Engine:
 
     def _begin(self, driver: Driver) -> None:
         self._content.decision = RenderingDecision()  # another device's does not count
-        known = {key: getattr(self.device, key) for key in ("mass", "viscous", "quantum", "max_force")}
+        known = {key: getattr(self.device, key) for key in ("mass", "viscous", "quantum")}
+        known["max_force"] = self._highest_limit()
         self._change_loop(rate=driver.rate or self.loop.rate, **known)
         # compile or load the loop; it renders nothing, because ``quit`` is set
         store_release(self.arrays.control.quit, 0, 1)
@@ -230,11 +231,20 @@ class Engine:
             self._tell_hand()
 
     def limit_force(self, newtons: float) -> None:
-        """Limit the force to a value in N below the device's own limit; raise ParameterError, DeviceError."""
-        most = self.device.max_force
+        """Limit the force to a value in N below the highest limit; raise ParameterError, DeviceError."""
+        most = self._highest_limit()
         if not 0.0 < newtons <= most:
             raise ParameterError(f"The force limit goes from 0 to {most:g} N, not {newtons:g} N.")
         self._change_loop(max_force=newtons)
+
+    def _highest_limit(self) -> float:
+        """Return the lower of the device's own limit and that of the lab in N; raise DeviceError."""
+        try:
+            return min(self.device.max_force, lab.settings().force_limit)
+        except FileError as error:  # the limit is unknown: no loop
+            raise DeviceError(
+                f"{error} The force stays zero: ask the administrator of this computer."
+            ) from None
 
     def move_hand(self, target: float | None) -> None:
         """Move the hand's target to a position in m; None releases the handle. Raise ParameterError."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from hapkit_studio import discovery, resources
+from hapkit_studio import discovery, lab, resources
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.lessons.lesson import Lesson, LessonError
@@ -28,15 +28,22 @@ class Library:
 def library(folder: str | Path | None = None, known: Mapping[str, Environment] | None = None) -> Library:
     """Return the studio's lessons and those of a folder, which replace studio lessons of the same name.
 
-    known: the environments by key, None: the library's. Raise ParameterError if the folder is missing.
+    folder: None for the lab's, if it has one; if that is missing, like an unmounted share, the errors
+    say so. known: the environments by key, None: the library's.
+    Raise ParameterError if the folder is missing.
     """
+    found, errors = list[Lesson](), list[str]()
+    if folder is None:
+        folder = lab.settings().lessons
+        if folder is not None and not folder.is_dir():
+            errors.append(f"{lab.FILE}: there is no folder {folder} with lessons.")
+            folder = None
     paths = {path.stem: path for path in sorted(resources.path("lessons").glob(f"*{SUFFIX}"))}
     if folder is not None:
         if not Path(folder).is_dir():
             raise ParameterError(f"There is no folder {folder}: name the folder with your lessons.")
         own = sorted(Path(folder).glob(f"*{SUFFIX}"))[:MOST_FILES]
         paths |= {path.stem: path for path in own}
-    found, errors = list[Lesson](), list[str]()
     for path in paths.values():
         try:
             found.append(read(path, known))

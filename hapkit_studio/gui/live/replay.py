@@ -234,10 +234,10 @@ class Replay(QObject):
 
     def _check_locked(self, wanted: Settings) -> None:
         """Raise ParameterError if a setting to be applied is locked by an instructor."""
-        lock = self._studio.permissions.lock
+        locks = [lock for lock, _ in self._studio.permissions.lasting_locks()]
         places = ((*place, value) if place == ENVIRONMENT else place
                   for place, value in self._differing(wanted).items())  # fmt: skip
-        if any(map(lock.covers, places)):
+        if any(lock.covers(place) for place in places for lock in locks):
             raise ParameterError(
                 "Some of these settings are locked, so the scene and the verdict stay as they were."
             )

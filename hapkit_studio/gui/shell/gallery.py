@@ -20,7 +20,6 @@ from PySide6.QtWidgets import (
 
 from hapkit_studio.gui.state import environment_library
 from hapkit_studio.gui.state.own_environments import OwnEnvironments, OwnFile
-from hapkit_studio.gui.state.permissions import LOCKED
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import breakpoints, icons
 from hapkit_studio.gui.widgets.gallery_row import (
@@ -175,8 +174,9 @@ class Gallery(QScrollArea):
         """Show which environments are being prepared or are locked; a click does not select these."""
         for key, row in self.rows.items():
             waiting = environment_library.WORDS.get(self._studio.readiness.state(key), "")
-            if self._studio.permissions.lock.covers(("environment", key)):
-                waiting = LOCKED
+            for lock, why in self._studio.permissions.lasting_locks():
+                if lock.covers(("environment", key)):
+                    waiting = why
             if waiting != row.waiting:
                 row.set_words(row.picture, row.title, row.summary, waiting)
         present = self._present_row()

@@ -9,6 +9,7 @@ from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QSho
 from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QWidget
 from shiboken6 import isValid
 
+from hapkit_studio import lab
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
@@ -117,6 +118,7 @@ class MainWindow(QMainWindow):
         Collector(self)
         self.settings = settings or StoredSettings()
         studio.device.padding = self.settings.choice("padding", 0, (0, PACKET))
+        studio.permissions.lab = Lock(lab.settings().locked)
         studio.permissions.set_lock(self.settings.read(ENTRY, Lock(), Lock.read))
         self.body = WindowLayout(self, self.settings)
         self.history = UndoHistory(studio, self)

@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, Signal
 from hapkit_studio.gui.state.lock import Lock, Place
 
 LOCKED, BY_LESSON = "Locked by the instructor", "Locked by the lesson"
+BY_LAB = "Locked on this computer"
 HIDDEN_BY_LESSON = "Hidden by the lesson"
 BLIND, QUIZ = "Hidden during the blind comparison", "Hidden during the quiz"
 POINTING, THRESHOLD = "Hidden during the pointing experiment", "Hidden during the threshold experiment"
@@ -22,7 +23,7 @@ class Permissions(QObject):
     hidden: the reason why the rendered values differ from those shown, "" if they do not; hidden_values: the
     rendered values in that case. temporary: a measurement has changed settings and will restore them.
     lesson: the settings that the open step of a lesson locks; left_out: the parts of the window that it
-    hides, some of ``lessons.parse.HIDDEN``.
+    hides, some of ``lessons.parse.HIDDEN``. lab: the settings that the administrator locks for good.
     """
 
     lock_changed = Signal()
@@ -34,7 +35,7 @@ class Permissions(QObject):
         self.hidden = ""
         self.hidden_values: dict[str, float] | None = None
         self.temporary = False
-        self.lesson = Lock()
+        self.lesson, self.lab = Lock(), Lock()
         self.left_out: frozenset[str] = frozenset()
 
     def set_lock(self, lock: Lock) -> None:
@@ -46,6 +47,10 @@ class Permissions(QObject):
         """Lock settings and hide parts for a step of a lesson; without arguments, unlock and show all."""
         self.lesson, self.left_out = Lock(frozenset(places)), frozenset(left_out)
         self.lock_changed.emit()
+
+    def lasting_locks(self) -> tuple[tuple[Lock, str], ...]:
+        """Return the locks that do not end with a lesson, each with its reason."""
+        return (self.lock, LOCKED), (self.lab, BY_LAB)
 
     @contextmanager
     def temporarily(self) -> Iterator[None]:
@@ -62,6 +67,8 @@ class Permissions(QObject):
             return ""
         if self.hidden or self.lock.covers(place):
             return self.hidden or LOCKED
+        if self.lab.covers(place):
+            return BY_LAB
         return BY_LESSON if self.lesson.covers(place) else ""
 
     def hide(self, values: Mapping[str, float] | None, why: str) -> bool:

@@ -1,0 +1,97 @@
+"""What an administrator sets for all users of a lab's computer: one file, read-only for students."""
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from hapkit_studio.errors import FileError
+from hapkit_studio.files import checked_list, checked_number, checked_text, read_toml
+from hapkit_studio.formatting import quoted
+
+FILE = "lab.toml"
+SIMULATED = "simulated"
+"""Key of the device that no file can exclude, as it has no motor."""
+_LONGEST = 4_096  # characters of a path
+_MOST_FORCE = 100.0  # N, beyond any kit
+# locked settings by their first word, with the number of words
+_LOCKABLE = {"environment": 2, "value": 3, "loop": 1, "grip": 1, "device": 1}
+
+
+@dataclass(frozen=True)
+class LabSettings:
+    """The settings of a lab's computer; without a file nothing is limited.
+
+    force_limit: in N, of every loop with a motor. devices: patterns of the keys of allowed devices, None for
+    all. lessons: folder of lessons besides the studio's. locked: settings that no code unlocks, as tuples of
+    words.
+    """
+
+    force_limit: float = math.inf
+    devices: tuple[str, ...] | None = None
+    lessons: Path | None = None
+    locked: frozenset[tuple[str, ...]] = frozenset()
+
+    def allows(self, device: str) -> bool:
+        """Return whether a device may be used, by its key."""
+        if self.devices is None or device == SIMULATED:
+            return True
+        return any(fnmatchcase(device, pattern) for pattern in self.devices)
+
+
+def path() -> Path:
+    """Return the file: /etc/xdg/hapkit-studio/lab.toml on Linux, its equivalent elsewhere."""
+    return Path(platformdirs.site_config_dir("hapkit-studio", appauthor=False)) / FILE
+
+
+@functools.cache
+def settings() -> LabSettings:
+    """Return the settings of this computer, read once; raise FileError for an invalid or unreadable file."""
+    file = path()
+    return read(file) if file.exists() else LabSettings()
+
+
+def read(file: Path) -> LabSettings:
+    """Return the settings in a file; raise FileError."""
+    table = read_toml(file)
+    readers = {"force_limit": _force, "devices": _patterns, "lessons": _folder, "locked": _locked}
+    for key in table:
+        if key not in readers:
+            raise FileError(f"{FILE}: there is no setting {quoted(key)}; there are: {', '.join(readers)}.")
+    found: Mapping[str, Any] = {key: readers[key](table[key], f"{FILE}: {key}") for key in table}
+    return LabSettings(**found)
+
+
+def _force(value: object, place: str) -> float:
+    return checked_number(value, place, 0.1, _MOST_FORCE, "N")
+
+
+def _texts(value: object, place: str) -> list[str]:
+    return [checked_text(text, place, _LONGEST) for text in checked_list(value, place)]
+
+
+def _patterns(value: object, place: str) -> tuple[str, ...]:
+    return tuple(_texts(value, place))
+
+
+def _folder(value: object, place: str) -> Path:
+    folder = Path(checked_text(value, place, _LONGEST))
+    if not folder.is_absolute():
+        raise FileError(f"{place} is {quoted(str(folder))}; it must be the whole path of a folder.")
+    return folder
+
+
+def _locked(value: object, place: str) -> frozenset[tuple[str, ...]]:
+    found = [tuple(text.split(".")) for text in _texts(value, place)]
+    for words in found:
+        if len(words) != _LOCKABLE.get(words[0]):
+            raise FileError(
+                f'{place} contains {quoted(".".join(words))}; it may contain "loop", "grip", "device", '
+                '"environment.wall" and "value.wall.stiffness".'
+            )
+    return frozenset(found)
