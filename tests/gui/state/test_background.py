@@ -1,4 +1,4 @@
-"""The newest question's answer: which one counts, and when it is said to be late, without a clock."""
+"""Results from a worker thread: only the newest request is answered, and a late answer is announced."""
 
 import threading
 import time
@@ -10,8 +10,8 @@ from hapkit_studio.gui.state.background import Job, LatestResult, end_all
 
 
 @pytest.fixture
-def held(qtbot):
-    """Return a worker that answers with its question once it may, and what it emitted."""
+def blocked(qtbot):
+    """Return a worker that echoes its requests, the event that it waits for, and its emitted signals."""
     may = threading.Event()
     worker = LatestResult(lambda question: (may.wait(), question)[1])
     seen = []
@@ -22,8 +22,8 @@ def held(qtbot):
     worker.end()
 
 
-def test_what_takes_long_is_late_once_though_it_is_asked_anew(held, qtbot):
-    worker, may, seen = held
+def test_a_slow_answer_is_announced_as_late_once_even_after_a_second_request(blocked, qtbot):
+    worker, may, seen = blocked
     worker.ask(1)
     waiting = worker._waiting
     left = waiting.remainingTime()
@@ -38,8 +38,8 @@ def test_what_takes_long_is_late_once_though_it_is_asked_anew(held, qtbot):
     assert not waiting.isActive()
 
 
-def test_what_is_forgotten_is_not_late_and_not_answered(held, qtbot):
-    worker, may, seen = held
+def test_a_cancelled_request_is_neither_late_nor_answered(blocked, qtbot):
+    worker, may, seen = blocked
     worker.ask(1)
     worker.forget()
     assert not worker._waiting.isActive()
@@ -49,9 +49,9 @@ def test_what_is_forgotten_is_not_late_and_not_answered(held, qtbot):
     assert seen == []
 
 
-def test_an_answer_that_a_newer_question_overtook_is_not_shown(held, qtbot):
-    """It was given already, and waited for the window's thread."""
-    worker, may, seen = held
+def test_an_outdated_answer_is_not_emitted(blocked, qtbot):
+    """The first answer already exists and waits in the event queue when the second request is made."""
+    worker, may, seen = blocked
     worker.ask(1)
     may.set()
     worker.wait()
@@ -61,7 +61,7 @@ def test_an_answer_that_a_newer_question_overtook_is_not_shown(held, qtbot):
     assert seen == [2]
 
 
-def test_no_thread_outlives_its_owner_and_what_must_finish_is_not_cancelled(qtbot):
+def test_every_thread_ends_with_its_owner_but_uncancellable_jobs_finish(qtbot):
     before, written = set(threading.enumerate()), []
     owner, begun = QObject(), [threading.Event() for _ in range(2)]
     measuring, writing = Job(QObject(owner), needs=""), Job(owner, needs="", must_finish=True)
@@ -88,7 +88,7 @@ def test_no_thread_outlives_its_owner_and_what_must_finish_is_not_cancelled(qtbo
     assert written == [True]
 
 
-def test_closing_the_window_leaves_no_thread_behind(make_window, qtbot):
+def test_closing_the_window_ends_every_thread(make_window, qtbot):
     before = set(threading.enumerate())
     window = make_window()
     window.studio.device.open_simulated()

@@ -1,4 +1,4 @@
-"""Devices from the window: slow, busy, gone, wrong; the window stays alive and says what is the matter."""
+"""Devices that are slow, in use, unplugged or wrong: the window keeps running and names the problem."""
 
 import threading
 
@@ -35,7 +35,7 @@ def entry_that(make):
 
 
 class Plugged:
-    """A device that fails with ``error`` while there is one; ``tries``: how often it was looked for."""
+    """A factory that raises ``error``, or returns a device if it is None; ``tries`` counts its calls."""
 
     def __init__(self, error=None):
         self.error, self.tries = error, 0
@@ -53,7 +53,7 @@ def until(qtbot):
     return lambda window, state: qtbot.waitUntil(lambda: window.studio.link.state == state)
 
 
-def test_each_failure_says_its_line_and_the_next_step_and_leaves_no_force(window, qtbot, until):
+def test_each_failure_shows_its_message_and_buttons_and_stops_the_engine(window, qtbot, until):
     studio, flash = window.studio, []
     window.notices.flash.disconnect()
     window.notices.flash.connect(lambda: flash.append(1))
@@ -77,7 +77,7 @@ def test_each_failure_says_its_line_and_the_next_step_and_leaves_no_force(window
 
 
 @pytest.mark.slow
-def test_the_window_goes_on_while_a_port_takes_its_time(idle_window, qtbot):
+def test_the_window_keeps_running_while_a_port_opens_slowly(idle_window, qtbot):
     gate, beats, studio = threading.Event(), [], idle_window.studio
 
     def slowly():
@@ -99,7 +99,7 @@ def test_the_window_goes_on_while_a_port_takes_its_time(idle_window, qtbot):
 
 
 @pytest.mark.slow
-def test_of_two_wishes_the_newest_wins(make_window, qtbot):
+def test_only_the_device_selected_last_is_opened(make_window, qtbot):
     gate, begun, engines = threading.Event(), threading.Event(), []
 
     def build(entry):
@@ -124,9 +124,7 @@ def test_of_two_wishes_the_newest_wins(make_window, qtbot):
 
 
 @pytest.mark.slow
-def test_a_port_that_was_never_there_or_comes_back_without_rights_is_tried_on(
-    idle_window, qtbot, monkeypatch, until
-):
+def test_a_missing_port_or_one_without_permission_is_retried(idle_window, qtbot, monkeypatch, until):
     link = idle_window.studio.device
     link._again.setInterval(5)
     device = Plugged(errors.PortGoneError(GONE))
@@ -147,8 +145,8 @@ def test_a_port_that_was_never_there_or_comes_back_without_rights_is_tried_on(
 
 
 @pytest.mark.slow
-def test_a_starting_board_is_said_and_never_started_anew(idle_window, fake_board, qtbot, until):
-    """A look again in the middle of the handshake would open the port and reset the board once more."""
+def test_a_starting_board_is_shown_and_opened_only_once(idle_window, fake_board, qtbot, until):
+    """Another attempt during the handshake would open the port again and reset the board."""
     link, word, gate = idle_window.studio.device, idle_window.header.devices.word, threading.Event()
     link._again.setInterval(5)
     kit, opened, asked, said = FakeKit(), [], [], []
@@ -184,7 +182,7 @@ def test_a_starting_board_is_said_and_never_started_anew(idle_window, fake_board
 
 
 @pytest.mark.slow
-def test_letting_go_frees_the_port_and_reconnect_takes_it_back(window, qtbot):
+def test_a_released_port_is_free_and_reconnect_opens_it_again(window, qtbot):
     engine = window.studio.engine
     window.studio.device.release_port()
     qtbot.waitUntil(lambda: not engine.health().running)
@@ -196,7 +194,7 @@ def test_letting_go_frees_the_port_and_reconnect_takes_it_back(window, qtbot):
 
 
 @pytest.mark.slow
-def test_history_survives_a_reconnection_and_another_device_with_a_gap(window, qtbot):
+def test_history_is_kept_with_a_gap_on_reconnection_and_change_of_device(window, qtbot):
     def kept(least):
         qtbot.waitUntil(lambda: window.live.tick() or len(window.live.history) >= least)
         return window.live.history.start
@@ -212,7 +210,7 @@ def test_history_survives_a_reconnection_and_another_device_with_a_gap(window, q
         assert [words for _, words in window.live.history.dividers] == named
 
 
-def test_a_device_that_opens_as_the_window_closes_is_closed_with_it(qapp):
+def test_a_device_that_opens_while_the_window_closes_is_closed(qapp):
     begun, gate, ready, opened = threading.Event(), threading.Event(), [], []
 
     def build(entry):
@@ -225,7 +223,7 @@ def test_a_device_that_opens_as_the_window_closes_is_closed_with_it(qapp):
     assert begun.wait(PATIENCE_MS / 1000.0)
     gate.set()
     link.close()
-    qapp.processEvents()  # what the worker has said meanwhile finds nobody
+    qapp.processEvents()  # the worker's signals have no receiver any more
     (engine,) = ready
     assert not engine.health().running
     assert not opened

@@ -1,4 +1,4 @@
-"""A cable pulled and put back, a board that begins anew: zero force, a gap, and everything as it was."""
+"""A pulled cable or a restarted board sets the force to zero, and reconnecting restores all settings."""
 
 import time
 
@@ -20,7 +20,7 @@ EITHER = pytest.mark.parametrize("where", ["computer", pytest.param("board", mar
 
 
 class Kit:
-    """A kit on a cable: the virtual board's program, listed as an FT232 while it is plugged in."""
+    """A virtual board on a cable: while it is plugged in, it is listed as an FT232."""
 
     def __init__(self, monkeypatch, mode):
         self.monkeypatch, self.program = monkeypatch, VirtualBoard(mode)
@@ -36,7 +36,7 @@ class Kit:
         self.program.unplug()
 
     def plug(self):
-        """Put it back: a new pseudo-terminal, so mostly another name."""
+        """Plug the board in again, usually with another port name because the pseudo-terminal is new."""
         self.program.plug()
         self.list(self.program.port)
 
@@ -48,7 +48,7 @@ def where():
 
 @pytest.fixture
 def kit(monkeypatch, where):
-    """Return a kit that waits for every answer; a board that renders by itself follows the clock."""
+    """Return a kit that waits for every answer; a board that renders itself runs on the clock."""
     monkeypatch.setattr(device_link, "RETRY_MS", 50)
     kit = Kit(monkeypatch, "lockstep" if where == "computer" else "paced")
     yield kit
@@ -57,7 +57,7 @@ def kit(monkeypatch, where):
 
 @pytest.fixture
 def running(make_window, qtbot, kit):
-    """Return a window that runs the kit, a wall of 300 N/m and a few hundred rows in it."""
+    """Return a window that runs the kit with a wall of 300 N/m and has received a few hundred rows."""
     window = make_window((SIMULATED, kit.entry))
     window.studio.set_value("stiffness", 300.0)
     window.studio.set_loop(estimator="kalman")
@@ -68,7 +68,7 @@ def running(make_window, qtbot, kit):
 
 
 def rows_since(window, qtbot, least, before=0):
-    """Take frames until so many rows have come since; return how many there are."""
+    """Update the window until a number of new rows have come; return the length of the history."""
 
     def enough():
         window.live.tick()
@@ -82,14 +82,14 @@ def until_link(window, qtbot, state):
     def reached():
         window.live.refresh()
         if window.studio.link.state == "failed":
-            window.studio.device.reconnect()  # it took more than the 4 s of a handshake
+            window.studio.device.reconnect()  # the handshake took more than its 4 s
         return window.studio.link.state == state
 
     qtbot.waitUntil(reached)
 
 
 def render(window, qtbot, where):
-    """Choose who renders, and wait until it does."""
+    """Select where the force is computed and wait for the change."""
     engine = window.studio.engine
     window.studio.set_loop(where=where)
 
@@ -112,7 +112,7 @@ def until_pushed(window, kit, qtbot, target):
 
 
 @pytest.mark.slow
-def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbot):
+def test_replugged_with_another_name_settings_and_history_are_restored(running, kit, qtbot):
     window, studio = running, running.studio
     first = studio.engine.device.port
     kept = window.live.history.between(-np.inf, np.inf)
@@ -125,7 +125,7 @@ def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbo
     assert not window.header.devices.dot.filled
     assert window.centre.time.shown.stale
     before = len(window.live.history)
-    # long enough out to be marked
+    # wait until the gap is long enough to be marked
     qtbot.waitUntil(lambda: time.perf_counter() - window.live.history.now > 2 * LEAST)
     kit.plug()
     until_link(window, qtbot, "running")
@@ -134,7 +134,7 @@ def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbo
     assert studio.values["stiffness"] == studio.engine.values["stiffness"] == 300.0
     assert studio.engine.loop.estimator == "kalman"
     rows_since(window, qtbot, 300, before)
-    # what was there before is there still, then a gap that is marked, then the new rows
+    # the old rows are unchanged; a marked gap and the new rows follow
     shown = window.live.history.between(-np.inf, np.inf)
     assert np.array_equal(shown.x[: len(kept.x)], kept.x, equal_nan=True)
     assert np.array_equal(shown.y["position"][: len(kept.x)], kept.y["position"], equal_nan=True)
@@ -143,15 +143,13 @@ def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbo
     assert broken > 0
     window.centre.time.take()
     longest = max(b - a for a, b in window.centre.time.shown.gaps)
-    # its length is said to 0.1 s; a plot of more samples than columns knows the ends to a column
+    # the gap is shown to 0.1 s; a dense plot knows its ends only to one column
     assert longest == pytest.approx(np.nanmax(np.diff(shown.x[np.isfinite(shown.x)])), abs=0.05)
 
 
 @pytest.mark.slow
 @EITHER
-def test_the_motor_is_off_while_the_cable_is_out_and_a_board_that_begins_anew_is_found_again(
-    running, kit, qtbot, where
-):
+def test_the_motor_is_off_while_unplugged_and_a_restarted_board_is_found(running, kit, qtbot, where):
     window, studio = running, running.studio
 
     def push(target):
@@ -161,14 +159,14 @@ def test_the_motor_is_off_while_the_cable_is_out_and_a_board_that_begins_anew_is
     push(0.012)
     kit.unplug()
     begin = kit.program.status()["time"]
-    # by the board's own clock: 25 ms, a tick, and what was on its way
+    # in the board's time: a timeout of 25 ms, one tick, and the commands already sent
     while (status := kit.program.status())["duty"] != 0:
         assert status["time"] - begin < 0.030
     until_link(window, qtbot, "gone")
     kit.plug()
     until_link(window, qtbot, "running")
     rows_since(window, qtbot, 100, len(window.live.history))
-    push(0.030)  # without a stored zero it is where the handle was when the board came back
+    push(0.030)  # without a stored zero, the zero is the handle's position at the restart
     kit.program.send("reset")
     until_link(window, qtbot, "gone")
     assert kit.program.status()["duty"] == 0
@@ -185,7 +183,9 @@ def test_the_motor_is_off_while_the_cable_is_out_and_a_board_that_begins_anew_is
 
 
 @EITHER
-def test_the_emergency_stop_outlives_the_cable_and_a_board_that_begins_anew(running, kit, qtbot, where):
+def test_the_emergency_stop_survives_an_unplugged_cable_and_a_restart_of_the_board(
+    running, kit, qtbot, where
+):
     window = running
     render(window, qtbot, where)
     until_pushed(window, kit, qtbot, 0.012)
@@ -197,7 +197,8 @@ def test_the_emergency_stop_outlives_the_cable_and_a_board_that_begins_anew(runn
         come_back()
         until_link(window, qtbot, "running")
         assert window.studio.stopped
-        before = rows_since(window, qtbot, 100, len(window.live.history))  # its zero is where it is found
+        # the board's zero is now the handle's position at the restart
+        before = rows_since(window, qtbot, 100, len(window.live.history))
         kit.program.move_hand(0.040)
         duties = []
 
@@ -215,7 +216,7 @@ def test_the_emergency_stop_outlives_the_cable_and_a_board_that_begins_anew(runn
     window.studio.release_stop()
 
     def released():
-        clear_lateness(window.studio)  # while the board renders, a fault stops it as well
+        clear_lateness(window.studio)  # while the board renders, a fault also stops it
         window.live.tick()
         return not int(window.live.last[rows.FLAGS]) & rows.STOPPED
 

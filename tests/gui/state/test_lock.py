@@ -1,4 +1,4 @@
-"""What an instructor locks stays as it is by every path, until the code is entered; stopping stays free."""
+"""Settings locked by an instructor cannot be changed without the code; stopping is always possible."""
 
 import json
 
@@ -23,13 +23,13 @@ PLACES = [STIFFNESS, LOOP, DEVICE, *(("environment", key) for key in LIBRARY if 
 
 @pytest.fixture(scope="module")
 def closed():
-    """Return a lock of all but the wall's other parameters; its hash takes a while on purpose."""
+    """Return a lock that leaves only the wall's other parameters free. Its hash is slow by design."""
     return Lock.closed(PLACES, "1234")
 
 
 @pytest.fixture
 def window(kept_idle_window, closed):
-    """Return the file's window, locked at 900 N/m, with a step of undo from before."""
+    """Return the file's window, locked at 900 N/m, with one older step in the undo history."""
     kept_idle_window.history.forget()
     kept_idle_window.studio.set_value("stiffness", 900.0)
     kept_idle_window.studio.permissions.set_lock(closed)
@@ -38,14 +38,14 @@ def window(kept_idle_window, closed):
     kept_idle_window.two.forget()
 
 
-def fixed(studio):
-    """Return what is locked, as it is set."""
+def locked_settings(studio):
+    """Return the locked settings with their current values."""
     return {place: v for place, v in settings_of(studio).items() if studio.permissions.lock.covers(place)} | {
         "environment": studio.environment.key
     }
 
 
-def test_a_code_opens_its_lock_alone_and_stands_nowhere(closed):
+def test_only_its_own_code_opens_a_lock_and_the_code_is_not_stored(closed):
     text = closed.text()
     assert "1234" not in text
     assert Lock.read(text) == closed
@@ -56,7 +56,7 @@ def test_a_code_opens_its_lock_alone_and_stands_nowhere(closed):
     assert Lock.read("") == Lock()
 
 
-def test_a_lock_that_no_code_opens_is_refused(closed):
+def test_a_damaged_lock_is_refused(closed):
     text = closed.text()
     whole = json.loads(text)
     damaged = [
@@ -80,25 +80,26 @@ def test_a_lock_that_no_code_opens_is_refused(closed):
         lambda s: s.hide_values(LIBRARY["wall"].values({"stiffness": 100.0})),
     ],
 )
-def test_the_studio_refuses_whoever_asks_and_keeps_all(window, change):
+def test_the_studio_refuses_every_change_of_a_locked_setting(window, change):
     before = settings_of(window.studio)
     with pytest.raises(ParameterError, match=r"^(Stiffness|Loop and grip): locked by the instructor\.$"):
         change(window.studio)
     assert settings_of(window.studio) == before
-    window.studio.set_values({"damping": 1.0, "stiffness": 900.0})  # what is free can be changed beside it
+    # damping is free; the locked stiffness is unchanged
+    window.studio.set_values({"damping": 1.0, "stiffness": 900.0})
     assert window.studio.values["damping"] == 1.0
 
 
-def test_no_action_of_the_table_changes_what_is_locked(window):
-    before = fixed(window.studio)
+def test_no_action_changes_a_locked_setting(window):
+    before = locked_settings(window.studio)
     for action in TABLE:
         if action.menu.partition("/")[0] in ("Edit", "Environment", "Teach"):
             window.actions_by_key.run(action.key)
-            assert fixed(window.studio) == before, action.key
+            assert locked_settings(window.studio) == before, action.key
     assert "locked by the instructor" in window.banners.get("undo").text
 
 
-def test_no_widget_page_preset_or_key_changes_what_is_locked(window, tmp_path):
+def test_no_widget_page_preset_or_key_changes_a_locked_setting(window, tmp_path):
     studio, row = window.studio, window.panel.parameters.rows["stiffness"]
     before = settings_of(studio)
     QTest.mouseClick(row.slider, Qt.MouseButton.LeftButton, pos=row.slider.rect().center())
@@ -115,7 +116,7 @@ def test_no_widget_page_preset_or_key_changes_what_is_locked(window, tmp_path):
     assert row.value == 900.0
 
 
-def test_a_padlock_stands_for_reset_and_the_value_can_be_read(window):
+def test_a_padlock_replaces_the_reset_button_and_the_value_stays_readable(window):
     rows, loop = window.panel.parameters.rows, window.loop
     loop.set_folded(False)
     stiffness, damping = rows["stiffness"], rows["damping"]
@@ -142,7 +143,7 @@ def test_a_padlock_stands_for_reset_and_the_value_can_be_read(window):
     assert loop.controller.isEnabled()
 
 
-def test_stopping_and_the_device_are_never_locked(window):
+def test_stop_and_device_are_never_locked(window):
     run, studio = window.actions_by_key.run, window.studio
     run("session.stop")
     assert studio.stopped
@@ -152,7 +153,7 @@ def test_stopping_and_the_device_are_never_locked(window):
 
 
 @pytest.mark.slow
-def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, make_window):
+def test_locking_and_unlocking_in_a_dialog_survive_a_restart(window, make_window):
     window.studio.permissions.set_lock(Lock())
     window.show_lock()
     dialog = sheet_of(window, LockDialog)
@@ -168,7 +169,7 @@ def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, ma
     again = make_window()
     again.state.restore()
     assert again.studio.permissions.lock == window.studio.permissions.lock
-    assert again.studio.values["stiffness"] == 900.0  # as it was left
+    assert again.studio.values["stiffness"] == 900.0  # the locked value
     with pytest.raises(ParameterError):
         again.studio.set_value("stiffness", 250.0)
     again.show_lock()
@@ -181,8 +182,8 @@ def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, ma
     again.studio.set_value("stiffness", 250.0)
 
 
-def test_the_dialog_is_whole_on_a_low_screen(window):
-    """A dialog gets no more than two thirds of the screen's height, here of 720; nothing may overlap then."""
+def test_the_dialog_fits_on_a_low_screen(window):
+    """Qt limits a dialog to two thirds of the screen's height, here of 720 px. Nothing may overlap in it."""
     window.studio.permissions.set_lock(Lock())
     window.show_lock()
     dialog = sheet_of(window, LockDialog)
@@ -196,7 +197,7 @@ def test_the_dialog_is_whole_on_a_low_screen(window):
 
 
 @pytest.mark.slow
-def test_an_option_of_the_command_line_obeys_it(start_window, window, closed):
+def test_an_option_on_the_command_line_cannot_change_a_locked_setting(start_window, window, closed):
     window.settings.setValue(ENTRY, closed.text())
     window.state.save()
     assert start_window("--environment", "cat").studio.environment.key == "wall"

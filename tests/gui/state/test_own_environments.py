@@ -1,4 +1,4 @@
-"""Own environments: nobody's file runs unasked, what changed outside is asked about again."""
+"""Own environments: no foreign file runs without permission, and a changed file needs permission again."""
 
 from dataclasses import replace
 
@@ -17,19 +17,19 @@ from tests.gui.own_support import law_tab, put, spring, wait_for_verdict
 
 
 def leaving(marker, text: str) -> str:
-    """Return a text that leaves a file behind when it is executed."""
+    """Return the text of a law that creates a file when it is executed."""
     return f"open({str(marker)!r}, 'w').close()\n{text}"
 
 
 def passed(window, path):
-    """Take a file for tried out, without the program that tries it."""
+    """Mark a file as tried, without starting a trial process."""
     tried = read(path)
     return lambda: window.own.runner.finished.emit((tried, TrialResult()))
 
 
 @pytest.fixture
 def window(home, kept_idle_window):
-    """Return the file's window, which looks into this test's folder."""
+    """Return the file's window with this test's folder as home."""
     kept_idle_window.own.runner.end()
     kept_idle_window.own.refresh()
     kept_idle_window.own.choose_built_in("wall")
@@ -38,7 +38,7 @@ def window(home, kept_idle_window):
 
 
 @pytest.mark.slow
-def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, make_window, qtbot):
+def test_a_foreign_file_runs_only_after_its_source_was_shown(home, make_window, qtbot):
     marker = home / "it ran"
     path = put(home, "ada.py", leaving(marker, spring("ada", "Ada's spring")), trusted=False)
     window = make_window()
@@ -61,11 +61,11 @@ def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, mak
     assert row.summary == "For a test"
     again = make_window()
     verdict = wait_for_verdict(again, qtbot, lambda: again.own.choose(path))
-    assert verdict.calls == 0  # tried out before: loaded at once
+    assert verdict.calls == 0  # already tried, therefore loaded immediately
     assert again.studio.environment.key == "ada"
 
 
-def test_agreeing_to_one_text_lets_no_other_run(home, window):
+def test_permission_for_one_text_allows_no_other_text(home, window):
     marker = home / "it ran"
     path = put(home, "ada.py", spring("ada"), trusted=False)
     window.own.refresh()
@@ -77,9 +77,7 @@ def test_agreeing_to_one_text_lets_no_other_run(home, window):
     assert window.editor.editor.source.code.toPlainText() == leaving(marker, spring("ada"))
 
 
-def test_a_file_opened_from_elsewhere_is_taken_into_the_folder_after_asking(
-    home, make_window, qtbot, tmp_path
-):
+def test_a_file_opened_from_another_folder_is_copied_after_asking(home, make_window, qtbot, tmp_path):
     marker, stranger = home / "it ran", tmp_path / "downloads" / "ada.py"
     stranger.parent.mkdir()
     stranger.write_text(leaving(marker, spring("ada")), encoding="utf-8")
@@ -88,7 +86,7 @@ def test_a_file_opened_from_elsewhere_is_taken_into_the_folder_after_asking(
     source = window.editor.editor.source
     assert source.isVisible()
     assert window.own.files == []
-    stranger.write_text("raise SystemExit", encoding="utf-8")  # behind the reader's back
+    stranger.write_text("raise SystemExit", encoding="utf-8")  # after the text was shown
     source.run.click()
     path = home / "environments" / "ada.py"
     window.own.runner.cancel()
@@ -97,7 +95,7 @@ def test_a_file_opened_from_elsewhere_is_taken_into_the_folder_after_asking(
     assert not marker.exists()
 
 
-def test_a_file_changed_outside_is_asked_about_again(home, window, qtbot):
+def test_a_changed_file_needs_permission_again(home, window, qtbot):
     path = put(home, "mine.py", spring("mine"))
     window.own.refresh()
     wait_for_verdict(window, qtbot, passed(window, path))
@@ -113,7 +111,7 @@ def test_a_file_changed_outside_is_asked_about_again(home, window, qtbot):
     assert not marker.exists()
 
 
-def test_what_is_loaded_is_the_very_text_that_was_tried(home, window, qtbot):
+def test_the_loaded_text_is_the_tried_text(home, window, qtbot):
     path = put(home, "mine.py", spring("mine"))
     window.own.refresh()
     tried_out = passed(window, path)
@@ -125,7 +123,7 @@ def test_what_is_loaded_is_the_very_text_that_was_tried(home, window, qtbot):
 
 
 @pytest.mark.slow
-def test_a_function_without_end_is_switched_off_and_named_below_the_parameters(home, window, qtbot):
+def test_an_endless_function_is_switched_off_and_named_below_the_parameters(home, window, qtbot):
     check = "def check(p):\n    while 123 < p['stiffness'] < 124:\n        pass\n    return ''\n\n\n"
     text = spring("mine").replace("ENVIRONMENT = ", f"{check}ENVIRONMENT = ")
     path = put(home, "mine.py", text.replace("    force=force,", "    force=force,\n    check=check,"))
@@ -139,7 +137,7 @@ def test_a_function_without_end_is_switched_off_and_named_below_the_parameters(h
     assert window.studio.values["stiffness"] == 123.5
 
 
-def test_of_two_texts_of_a_file_the_later_is_in_force(home, window, qtbot, monkeypatch):
+def test_the_newer_of_two_texts_of_a_file_is_active(home, window, qtbot, monkeypatch):
     started = []
     monkeypatch.setattr(Functions, "begin", lambda self: None)
     monkeypatch.setattr(Functions, "ready", property(lambda self: bool(started)))
@@ -169,7 +167,7 @@ def test_a_law_open_in_the_editor_follows_its_file(home, make_window):
     assert window.editor.page.text == text
 
 
-def test_two_files_of_one_key_are_told_apart(home, window, qtbot):
+def test_two_files_with_the_same_key_are_distinguished(home, window, qtbot):
     first, second = put(home, "a.py", spring("same")), put(home, "b.py", spring("same", "Other"))
     window.own.refresh()
     assert wait_for_verdict(window, qtbot, passed(window, first)).ok
@@ -178,7 +176,7 @@ def test_two_files_of_one_key_are_told_apart(home, window, qtbot):
     assert window.own.active == first
 
 
-def test_a_file_that_is_gone_leaves_the_gallery_and_the_loop(home, window, qtbot):
+def test_a_deleted_file_leaves_the_gallery_and_the_loop(home, window, qtbot):
     path = put(home, "mine.py", spring("mine"))
     window.own.refresh()
     wait_for_verdict(window, qtbot, passed(window, path))
@@ -191,7 +189,7 @@ def test_a_file_that_is_gone_leaves_the_gallery_and_the_loop(home, window, qtbot
     assert "mine" not in window.studio.environments
 
 
-def test_files_that_never_end_or_are_no_text_harm_nothing(home, window):
+def test_endless_and_binary_files_do_no_harm(home, window):
     other = put(home, "bytes.py", spring())
     other.write_bytes(b"\xff\xfe\x00")
     path = put(home, "endless.py", "while True:\n    pass\n")
@@ -213,13 +211,13 @@ def test_files_that_never_end_or_are_no_text_harm_nothing(home, window):
         ("", "A file", ""),
     ],
 )
-def test_words_are_read_without_running_anything(tmp_path, text, title, summary):
+def test_title_and_summary_are_read_without_running_the_file(tmp_path, text, title, summary):
     found = describe(tmp_path / "a_file.py", text, "ready")
     assert (found.title, found.summary) == (title, summary)
 
 
 def version(tmp_path, *parameters: str):
-    """Return an environment that declares these parameters."""
+    """Return an environment with the given parameters."""
     text = spring().replace(
         'Parameter("stiffness", "Stiffness", "N/m", 100.0, 0.0, 500.0)', ", ".join(parameters)
     )
@@ -241,24 +239,24 @@ def choice(*options: str) -> str:
         ("wall", number("position", 0.0, high=0.04), "wall"),
         ("wall", number("position", 0.0, high=0.05), BARE),
         ("wall", 'Choice("position", "P", ("a", "b"))', BARE),
-        ("puck", number("mass", 0.5, high=1.0), BARE),  # it reads a state that this law does not have
+        ("puck", number("mass", 0.5, high=1.0), BARE),  # the scene reads a state that the law does not have
         ("nowhere", number("position", 0.0), "nowhere"),
     ],
 )
-def test_a_scene_of_the_library_is_used_only_where_it_fits(tmp_path, scene, parameter, drawn):
+def test_a_library_scene_is_used_only_if_it_fits_the_law(tmp_path, scene, parameter, drawn):
     environment = version(tmp_path, parameter)
     assert with_fitting_scene(replace(environment, scene=scene)).scene == drawn
 
 
 @pytest.mark.parametrize("template", folder.templates()[:2], ids=lambda t: t.key)
-def test_a_template_has_the_picture_of_its_kind_as_long_as_that_fits(template, tmp_path):
+def test_a_template_uses_its_scene_as_long_as_it_fits(template, tmp_path):
     made = reading.load_source(typed(tmp_path / "mine.py", template.text))
     assert with_fitting_scene(made).scene == template.key
     wider = reading.load_source(typed(tmp_path / "mine.py", template.text.replace("0.04", "0.4")))
     assert with_fitting_scene(wider).scene == BARE
 
 
-def test_values_stay_where_they_still_mean_something(tmp_path):
+def test_values_are_kept_if_their_parameters_still_exist(tmp_path):
     moved, narrowed, untouched = number("a", 1.0), number("b", 1.0), number("c", 1.0)
     first = version(tmp_path, moved, narrowed, untouched, choice("left", "right"))
     library = EnvironmentLibrary({first.key: first})
@@ -267,15 +265,15 @@ def test_values_stay_where_they_still_mean_something(tmp_path):
     library.put(
         version(tmp_path, moved, narrowed, untouched, choice("middle", "left", "right"), number("e", 4.0))
     )
-    # what was never moved follows its default; a choice is kept by its name
+    # an unchanged value follows its default; an option is kept by its name
     assert library.values[first.key] == {"a": 5.0, "b": 2.0, "c": 3.0, "side": 2.0, "e": 4.0}
 
 
-# files that come, go and fail beside the window
+# files that are added, removed or fail while the window is open
 
 
 @pytest.mark.slow
-def test_a_file_copied_in_or_taken_away_is_noticed_at_once(home, make_window, qtbot):
+def test_a_copied_or_removed_file_is_noticed_immediately(home, make_window, qtbot):
     window = make_window()
     assert window.own.files == []
     path = put(home, "ada.py", spring("ada", "First"), trusted=False)
@@ -288,7 +286,7 @@ def test_a_file_copied_in_or_taken_away_is_noticed_at_once(home, make_window, qt
 
 
 @pytest.mark.slow
-def test_a_file_that_failed_is_known_to_after_the_next_start(home, make_window):
+def test_a_file_that_failed_is_still_marked_after_a_restart(home, make_window):
     path = put(home, "mine.py", spring("mine", force="-p.stifness * x"))
     fine = put(home, "fine.py", spring("fine"))
     window = make_window()
@@ -302,12 +300,12 @@ def test_a_file_that_failed_is_known_to_after_the_next_start(home, make_window):
     assert again.gallery.own_rows[path].summary == "For a test"
 
 
-def test_a_built_in_environment_closes_a_strangers_source(home, window):
+def test_selecting_a_built_in_environment_closes_a_shown_source(home, window):
     path = put(home, "ada.py", spring("ada"), trusted=False)
     window.own.refresh()
     source = window.editor.editor.source
     for leave in (
-        lambda: QTest.mouseClick(window.gallery.rows["wall"], Qt.MouseButton.LeftButton),  # in force already
+        lambda: QTest.mouseClick(window.gallery.rows["wall"], Qt.MouseButton.LeftButton),  # already active
         lambda: window.studio.choose("spring"),
         lambda: (path.unlink(), window.own.refresh()),
     ):
@@ -319,7 +317,7 @@ def test_a_built_in_environment_closes_a_strangers_source(home, window):
 
 
 @pytest.mark.slow
-def test_a_law_that_is_saved_is_not_compiled_in_the_window(home, kept_window, qtbot):
+def test_saving_a_law_does_not_compile_it_in_the_window_process(home, kept_window, qtbot):
     window = kept_window
     path = put(home, "mine.py", spring("mine"))
     window.editor.edit(path)

@@ -1,4 +1,4 @@
-"""What is compiled when: the loop with one law first, then the other laws, cheap ones before dear ones."""
+"""What is compiled when: the loop with its law first, then the other laws, fast ones first."""
 
 import os
 import subprocess
@@ -14,7 +14,7 @@ from hapkit_studio.gui.state import prepare
 from hapkit_studio.laws import native
 from hapkit_studio.laws.law import Law
 
-# everything but the laws is loaded from the usual place
+# only the laws are compiled into a new cache; all else comes from the usual one
 PROGRAM = """
 import sys, os, numba
 from hapkit_studio.gui.state import prepare
@@ -25,7 +25,7 @@ print(os.nice(0))
 """
 
 
-# what an engine on the simulated Hapkit had to compile before its first sample
+# prints what an engine on the simulated Hapkit still had to compile before its first sample
 FIRST_SAMPLE = """
 import time
 from numba.core import event
@@ -45,7 +45,7 @@ print(*[event.data["dispatcher"] for _, event in compiled.buffer])
 
 @pytest.fixture
 def started(monkeypatch):
-    """Return the programs that would have been started."""
+    """Return the commands of the programs that would have been started."""
     programs: list[tuple[str, ...]] = []
     monkeypatch.setattr(prepare, "_program", lambda *words, gently: programs.append(words) or words)
     return programs
@@ -53,7 +53,7 @@ def started(monkeypatch):
 
 @pytest.fixture
 def stamped(tmp_path, monkeypatch):
-    """Say that every part was compiled before."""
+    """Mark every part as compiled."""
     monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda *_, **__: str(tmp_path))
     for part in ("loop", "boards"):
         prepare.stamp(part).touch()
@@ -69,7 +69,7 @@ def stamped(tmp_path, monkeypatch):
         (("--gently", "laws", "damping", "swamp", "detents"), {"damping", "detents"}, 10),
     ],
 )
-def test_the_loop_waits_for_its_law_alone_and_others_give_way_where_nobody_waits(
+def test_the_loop_needs_only_its_law_and_background_programs_have_low_priority(
     tmp_path, monkeypatch, words, laws, nicer
 ):
     command = [sys.executable, "-c", PROGRAM, str(tmp_path), *words]
@@ -80,7 +80,7 @@ def test_the_loop_waits_for_its_law_alone_and_others_give_way_where_nobody_waits
 
 
 @pytest.mark.slow
-def test_the_loop_part_is_all_that_the_first_sample_calls(tmp_path):
+def test_the_loop_part_compiles_everything_that_the_first_sample_needs(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)}
     prepared = [sys.executable, "-m", "hapkit_studio.gui.state.prepare", "loop"]
     said = [
@@ -90,7 +90,7 @@ def test_the_loop_part_is_all_that_the_first_sample_calls(tmp_path):
     assert said == ["", "\n"]
 
 
-def test_a_stamp_does_not_stand_for_a_law_that_is_missing(stamped, started, monkeypatch):
+def test_a_missing_law_is_compiled_despite_the_stamp(stamped, started, monkeypatch):
     missing = discover()["puck"].force
     monkeypatch.setattr(Law, "is_compiled", lambda law: law is not missing)
     assert prepare.begin("loop", "wall") is None
@@ -101,7 +101,7 @@ def test_a_stamp_does_not_stand_for_a_law_that_is_missing(stamped, started, monk
     assert prepare.begin("loop", "cat") == ("loop", "cat")
 
 
-def test_only_what_nobody_waits_for_gives_way(monkeypatch):
+def test_only_programs_in_the_background_have_low_priority(monkeypatch):
     commands = []
     monkeypatch.setattr(prepare.subprocess, "Popen", lambda words, **_: commands.append(words))
     monkeypatch.setattr(prepare, "prepared", lambda part: False)
@@ -113,7 +113,7 @@ def test_only_what_nobody_waits_for_gives_way(monkeypatch):
 
 
 @pytest.mark.parametrize(("processors", "programs"), [(1, 1), (2, 2), (16, 2), (None, 1)])
-def test_cheap_laws_come_first_on_every_processor(started, monkeypatch, processors, programs):
+def test_fast_laws_are_compiled_first_on_every_processor(started, monkeypatch, processors, programs):
     monkeypatch.setattr(prepare.os, "cpu_count", lambda: processors)
     keys = ["puck", "cat", "free", "mass_spring_damper", "wall", "friction"]
     assert len(prepare.begin_laws(keys)) == programs
@@ -133,7 +133,7 @@ def test_a_bundle_compiles_only_parts_whose_machine_code_it_cannot_use(started, 
     assert len(started) == (0 if shipped else 2)
 
 
-def test_a_law_that_cannot_be_compiled_keeps_no_other_back(monkeypatch, capsys):
+def test_a_law_that_cannot_be_compiled_does_not_stop_the_others(monkeypatch, capsys):
     done, laws = [], {key: environment.force for key, environment in discover().items()}
 
     def compiled(law):
@@ -148,11 +148,11 @@ def test_a_law_that_cannot_be_compiled_keeps_no_other_back(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("code", [0, 3])
-def test_setting_up_compiles_every_part_and_ends_where_one_fails(stamped, code, monkeypatch, capsys):
+def test_setup_compiles_every_part_and_stops_at_the_first_failure(stamped, code, monkeypatch, capsys):
     programs = []
 
     def program(*words, gently):
-        assert not gently  # somebody waits for it
+        assert not gently  # the user waits for this program
         programs.append(words)
         return SimpleNamespace(returncode=code, wait=lambda: code)
 

@@ -1,4 +1,4 @@
-"""Presets: saved, compared, restored; what is wrong in a file is said line by line, nothing applied."""
+"""Presets are saved, compared and restored; a damaged file gives one line per error and changes nothing."""
 
 import random
 import tomllib
@@ -20,7 +20,7 @@ STIFF = {"stiffness": 900.0, "damping": 2.5, "position": -0.0125, "side": 1.0, "
 
 @pytest.fixture
 def window(kept_idle_window):
-    """Return the file's window as it began, no preset chosen and nothing to undo."""
+    """Return the file's window in its initial state, without a selected preset or undo steps."""
     kept_idle_window.presets._chosen.clear()
     kept_idle_window.history.forget()
     return kept_idle_window
@@ -33,8 +33,8 @@ def preset(folder, text):
 
 
 @pytest.mark.parametrize("key", LIBRARY)
-def test_every_environment_s_values_come_back_from_a_file(home, key):
-    """Also as plain TOML: numbers in SI, options by their names."""
+def test_every_environments_values_are_restored_from_a_file(home, key):
+    """The file is plain TOML: numbers in SI units, options by name."""
     environment = LIBRARY[key]
     rng = random.Random(key)
     settings = {
@@ -52,7 +52,7 @@ def test_every_environment_s_values_come_back_from_a_file(home, key):
 
 
 @pytest.mark.slow
-def test_a_preset_is_saved_chosen_restored_and_one_step_of_undo(window, home):
+def test_a_preset_is_saved_selected_and_restored_in_one_undo_step(window, home):
     studio, row = window.studio, window.panel.preset
     assert row.button.text() == "Default values"
     studio.set_values(STIFF)
@@ -78,8 +78,8 @@ def test_a_preset_is_saved_chosen_restored_and_one_step_of_undo(window, home):
     assert studio.values == STIFF
 
 
-def test_what_differs_stands_in_a_table_until_it_is_applied(window, home):
-    """Both values in the unit of the screen; it follows what is set meanwhile."""
+def test_differences_are_listed_until_the_preset_is_applied(window, home):
+    """Both values have the unit of the window, and the list follows later changes."""
     studio = window.studio
     studio.set_values(STIFF)
     studio.set_loop(delay=0.002, controller=True)
@@ -109,7 +109,7 @@ def test_what_differs_stands_in_a_table_until_it_is_applied(window, home):
     assert not dialog.isVisible()
 
 
-def test_the_next_start_knows_the_preset_s_name_and_what_differs(window, home):
+def test_the_next_start_shows_the_presets_name_and_differences(window, home):
     window.studio.set_values(STIFF)
     window.presets.save("stiff", with_loop=False)
     window.studio.set_value("stiffness", 300.0)
@@ -128,7 +128,7 @@ def test_the_next_start_knows_the_preset_s_name_and_what_differs(window, home):
 
 
 @pytest.mark.parametrize("model", ["everything", "frictionless"])
-def test_the_loop_is_in_a_preset_only_if_asked_for(window, home, model):
+def test_the_loop_is_saved_in_a_preset_only_on_request(window, home, model):
     studio = window.studio
     chosen = {"rate": 2000.0, "delay": 0.002, "estimator": ("iir", {"cutoff": 50.0}), "controller": True}
     loop = replace(USUAL_LOOP, **chosen, model=model, hand="firm")
@@ -141,7 +141,7 @@ def test_the_loop_is_in_a_preset_only_if_asked_for(window, home, model):
         assert studio.loop == after
 
 
-def test_a_name_is_asked_for_and_must_be_one_that_a_file_can_have(window, home):
+def test_the_dialog_requires_a_valid_file_name(window, home):
     window.actions_by_key.run("environment.save_preset")
     dialog = sheet_of(window, SavePresetDialog)
     for name, good in (("", False), ("../up", False), ("a/b", False), ("x" * 24, True), ("x" * 25, False)):
@@ -153,8 +153,8 @@ def test_a_name_is_asked_for_and_must_be_one_that_a_file_can_have(window, home):
     assert not dialog.isVisible()
 
 
-def test_a_foreign_file_with_mistakes_says_each_in_a_line_and_changes_nothing(window, tmp_path):
-    """At the edge: 5000 N/m is the most; 1 % more is refused."""
+def test_a_preset_with_errors_lists_each_in_one_line_and_changes_nothing(window, tmp_path):
+    """The limit of 5000 N/m is accepted; 1 % more is refused."""
     text = """
     environment = "wall"
     colour = "red"
@@ -193,14 +193,14 @@ def test_a_foreign_file_with_mistakes_says_each_in_a_line_and_changes_nothing(wi
     assert presets.found("wall").keys() == {"given"}
 
 
-def test_values_that_do_not_agree_are_refused(tmp_path):
+def test_incompatible_values_are_refused(tmp_path):
     text = 'environment = "button"\n[values]\nsnap_start = 0.0035\ntravel = 0.003\n'
     with pytest.raises(ParameterError, match="ravel"):
         presets.read(preset(tmp_path, text), LIBRARY)
 
 
 def damaged(rng, good):
-    """Return a preset's text with one thing wrong in it, or nothing but bytes."""
+    """Return a preset's text with one error in it, or random bytes."""
     kind = rng.randrange(6)
     if kind == 0:
         return rng.randbytes(rng.randrange(1, 400))
@@ -218,7 +218,7 @@ def damaged(rng, good):
     return good.replace(b"stiffness", rng.choice([b"__import__('os')", b"_", b'"\\u0000"', b"values.x"]))
 
 
-def test_200_damaged_files_give_lines_and_nothing_else(window, tmp_path, home, monkeypatch):
+def test_200_damaged_files_give_messages_and_change_nothing(window, tmp_path, home, monkeypatch):
     window.studio.set_values(STIFF)
     window.presets.save("good", with_loop=True)
     good = presets.found("wall")["good"].read_bytes()
@@ -236,6 +236,6 @@ def test_200_damaged_files_give_lines_and_nothing_else(window, tmp_path, home, m
     assert presets.found("wall").keys() == {"good"}
 
 
-def test_a_missing_file_is_said(window, tmp_path):
+def test_a_missing_file_gives_a_message(window, tmp_path):
     window.presets.import_file(tmp_path / "away.toml")
     assert "Cannot read away.toml: No such file or directory." in label_texts(sheet_of(window))

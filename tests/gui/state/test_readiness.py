@@ -1,4 +1,4 @@
-"""Environments whose laws are still being compiled: said, wished for, had as soon as they are ready."""
+"""Environments whose laws are being compiled: they are marked, can be requested, and start when ready."""
 
 import subprocess
 import sys
@@ -17,7 +17,7 @@ READY = ("free", "spring", "wall")
 
 
 class Compiler:
-    """Stands in for the programs that compile: a law is there once it is said to be ``done``."""
+    """Substitute for the programs that compile: a law counts as compiled once it is in ``done``."""
 
     def __init__(self, window, monkeypatch):
         self.window = window
@@ -55,7 +55,7 @@ class Compiler:
 
 @pytest.fixture
 def compiler(window, monkeypatch):
-    """Return what compiles for a window in use, three environments of which are ready."""
+    """Return a substitute compiler for a window; three environments are ready."""
     made = Compiler(window, monkeypatch)
     window.studio.readiness.expect(window.studio.environments, ())
     window.studio.readiness.follow([made.program])
@@ -66,7 +66,7 @@ def compiler(window, monkeypatch):
 
 @pytest.fixture
 def forced(window):
-    """Return the keys that were put in force, in order."""
+    """Return a list that receives the key of every environment that becomes active."""
     keys: list[str] = []
     window.studio.environment_changed.connect(lambda: keys.append(window.studio.environment.key))
     return keys
@@ -77,7 +77,7 @@ def words(window, key):
 
 
 @pytest.mark.slow
-def test_rows_say_which_environments_are_not_ready(window, compiler):
+def test_rows_show_which_environments_are_not_ready(window, compiler):
     assert {key for key in window.gallery.rows if words(window, key) != "Preparing…"} == set(READY)
     before = window.gallery.rows["puck"].grab().toImage()
     compiler.finish("puck")
@@ -87,7 +87,7 @@ def test_rows_say_which_environments_are_not_ready(window, compiler):
     assert words(window, "cat") == "Preparing…"
 
 
-def test_a_click_is_remembered_and_nothing_is_compiled_here(window, compiler, forced, qtbot):
+def test_a_click_is_stored_and_nothing_is_compiled_in_the_window(window, compiler, forced, qtbot):
     QTest.mouseClick(window.gallery.rows["puck"], Qt.MouseButton.LeftButton)
     assert forced == []
     assert window.studio.environment.key == "wall"
@@ -104,8 +104,8 @@ def test_a_click_is_remembered_and_nothing_is_compiled_here(window, compiler, fo
     assert compiler.here == []
 
 
-def test_another_choice_takes_the_wish_back(window, compiler, forced):
-    for other in ("spring", "wall", "cat"):  # in force, chosen anew, not ready either
+def test_selecting_another_environment_cancels_the_request(window, compiler, forced):
+    for other in ("spring", "wall", "cat"):  # active, ready, not ready
         window.actions_by_key.run("environment.puck")
         window.actions_by_key.run(f"environment.{other}")
         assert words(window, "puck") == "Preparing…"
@@ -116,7 +116,7 @@ def test_another_choice_takes_the_wish_back(window, compiler, forced):
 
 
 @pytest.mark.slow
-def test_an_own_environment_takes_the_wish_back(home, window, compiler, forced, qtbot):
+def test_selecting_an_own_environment_cancels_the_request(home, window, compiler, forced, qtbot):
     path = put(home, "mine.py", spring())
     window.own.refresh()
     window.studio.choose("puck")
@@ -127,7 +127,7 @@ def test_an_own_environment_takes_the_wish_back(home, window, compiler, forced, 
 
 
 @pytest.mark.slow
-def test_nothing_is_looked_at_once_everything_is_ready(window, compiler, qtbot):
+def test_polling_ends_when_everything_is_ready(window, compiler, qtbot):
     compiler.finish(*window.gallery.rows)
     qtbot.waitUntil(lambda: window.studio.readiness.waiting == ())
     compiler.looks.clear()
@@ -138,7 +138,7 @@ def test_nothing_is_looked_at_once_everything_is_ready(window, compiler, qtbot):
     assert not any(timer.isActive() for timer in window.studio.readiness.findChildren(QTimer))
 
 
-def test_where_the_programs_died_a_wish_is_compiled_here(window, compiler, forced):
+def test_a_requested_law_is_compiled_in_the_window_if_the_programs_ended(window, compiler, forced):
     window.studio.choose("detents")
     compiler.die()
     assert forced == ["detents"]
@@ -147,7 +147,7 @@ def test_where_the_programs_died_a_wish_is_compiled_here(window, compiler, force
     assert compiler.law("puck") not in compiler.here
 
 
-def test_a_law_that_cannot_be_compiled_says_so(window, compiler, forced):
+def test_a_law_that_cannot_be_compiled_gives_a_message(window, compiler, forced):
     compiler.wrong.add(compiler.law("detents"))
     compiler.die()
     for _ in range(2):
@@ -157,7 +157,7 @@ def test_a_law_that_cannot_be_compiled_says_so(window, compiler, forced):
     assert forced == []
 
 
-def test_where_nothing_can_be_compiled_elsewhere_everything_is_ready(idle_window, monkeypatch):
+def test_without_compiling_programs_every_environment_counts_as_ready(idle_window, monkeypatch):
     monkeypatch.setattr(Law, "is_compiled", lambda _law: False)
     monkeypatch.setattr(prepare, "_program", lambda *_: pytest.fail("A program was started."))
     done = []
@@ -170,7 +170,7 @@ def test_where_nothing_can_be_compiled_elsewhere_everything_is_ready(idle_window
 
 
 @pytest.mark.parametrize("compiles", [False, True])
-def test_a_start_looks_for_the_other_laws_before_the_first_sample_only_where_the_loop_is_compiled_too(
+def test_a_start_checks_the_other_laws_early_only_if_the_loop_is_compiled(
     idle_window, monkeypatch, qtbot, compiles
 ):
     looks, events = [], []

@@ -1,4 +1,4 @@
-"""Recording from the window: what is in the file is what the loop wrote, and every failure is one line."""
+"""Recording from the window: a file contains the loop's rows, and every failure is a one-line message."""
 
 from datetime import datetime
 from types import SimpleNamespace
@@ -23,7 +23,7 @@ from tests.wide import wide
 
 @pytest.fixture
 def window(kept_window, home):
-    """Return the window whose simulated device runs, as it began, with a folder of its own."""
+    """Return the file's window in its initial state, with a running simulated device and its own folder."""
     yield kept_window
     if kept_window.studio.recording.progress is not None:
         kept_window.studio.recording.toggle()
@@ -31,7 +31,7 @@ def window(kept_window, home):
 
 
 def begin(window, qtbot):
-    """Record by the key; return once there is something in the file."""
+    """Start a recording by key and wait until the file contains rows; return its path."""
     recording = window.studio.recording
     qtbot.waitUntil(lambda: not recording._turn.running)
     qtbot.keyClick(window.centre.scene, Qt.Key.Key_R)
@@ -40,19 +40,19 @@ def begin(window, qtbot):
 
 
 def end(window, qtbot):
-    """End the recording by the button."""
+    """Stop the recording with the button."""
     qtbot.mouseClick(window.header.record, Qt.MouseButton.LeftButton)
     qtbot.waitUntil(lambda: window.studio.recording.newest is not None)
 
 
 @pytest.mark.slow
-def test_what_is_recorded_is_what_the_ring_had_and_what_was_set(window, qtbot):
+def test_a_recording_contains_the_rings_rows_and_the_settings(window, qtbot):
     reader = window.studio.engine.reader()
     path = begin(window, qtbot)
     begun = reader.read()
     window.studio.set_value("stiffness", 321.0)
     window.studio.move_hand(0.02)
-    window.live.toggle_paused()  # recording goes on
+    window.live.toggle_paused()  # the recording continues
     samples = window.studio.recording.progress.samples
     qtbot.waitUntil(lambda: window.studio.recording.progress.samples > samples + 500)
     during = reader.read()
@@ -70,14 +70,14 @@ def test_what_is_recorded_is_what_the_ring_had_and_what_was_set(window, qtbot):
     assert path.stem.startswith("wall ")
 
 
-def test_header_and_status_bar_say_how_it_stands(window, qtbot):
+def test_header_and_status_bar_show_the_state_of_the_recording(window, qtbot):
     header, words = window.header.record, window.status.kept.words
     assert header.word.text() == "Record"
     path = begin(window, qtbot)
     window.record_display.show_state()
     progress = window.studio.recording.progress
     assert header.word.text() == f"Stop {clock(progress.seconds)}"
-    assert not window.actions_by_key.qt["session.record"].isChecked()  # until a menu opens
+    assert not window.actions_by_key.qt["session.record"].isChecked()  # updated only when a menu opens
     window.actions_by_key.refresh()
     assert window.actions_by_key.qt["session.record"].isChecked()
     qtbot.waitUntil(lambda: words.text().startswith("Recording 0:0"))
@@ -102,10 +102,10 @@ def test_header_and_status_bar_say_how_it_stands(window, qtbot):
         lambda size: size in ((800, 560), (1280, 720)),
     ),
 )
-def test_a_long_recording_leaves_room_for_device_and_tabs(window, qapp, qtbot, monkeypatch, size):
+def test_the_time_of_a_long_recording_fits_beside_device_and_tabs(window, qapp, qtbot, monkeypatch, size):
     resize(qapp, window, size)
     header, show = window.header, window.header.show_recording
-    monkeypatch.setattr(header, "show_recording", lambda *_: None)  # the display's clock is quiet
+    monkeypatch.setattr(header, "show_recording", lambda *_: None)  # no updates by the display's timer
     parts = header.record, header.devices
     for time in ("", "1:02:03"):
         show(time)
@@ -114,13 +114,13 @@ def test_a_long_recording_leaves_room_for_device_and_tabs(window, qapp, qtbot, m
 
 
 @pytest.mark.slow
-def test_the_size_said_is_that_of_the_file(window, qtbot):
+def test_the_shown_size_is_that_of_the_file(window, qtbot):
     path = begin(window, qtbot)
     recorder = window.studio.recording._recorder
     recorder._wait(recorder._flush)
     said = window.studio.recording.progress.size
     end(window, qtbot)
-    # what came since was a chunk of less than a second: a page or two of 4096 bytes for each of its columns
+    # since the update, at most one chunk was written: one or two pages of 4096 bytes per column
     assert said <= path.stat().st_size <= said + 12 * 4096
 
 
@@ -128,21 +128,21 @@ def test_the_size_said_is_that_of_the_file(window, qtbot):
     ("seconds", "said"),
     [(0.9, "0:00"), (42.99, "0:42"), (60.0, "1:00"), (3599.9, "59:59"), (3723.0, "1:02:03")],
 )
-def test_a_duration_never_runs_ahead(seconds, said):
+def test_a_duration_is_rounded_down(seconds, said):
     assert clock(seconds) == said
 
 
 @pytest.mark.parametrize(
     ("seconds", "said"), [(12.3, "12 s"), (58.9, "59 s"), (179.5, "3 min"), (599.8, "10 min")]
 )
-def test_what_is_kept_is_what_there_is(window, seconds, said, monkeypatch):
+def test_the_status_bar_shows_how_much_data_is_available(window, seconds, said, monkeypatch):
     monkeypatch.setattr(window.studio.recording._recorder, "kept", seconds)
     window.studio.recording.newest = None
     window.record_display.show_state()
     assert window.status.kept.words.text() == f"Last {said} kept"
 
 
-def test_what_already_happened_is_saved_beside_a_recording(window, qtbot):
+def test_earlier_data_is_saved_during_a_recording(window, qtbot):
     recorded = begin(window, qtbot)
     qtbot.keyClick(
         window.centre.scene,
@@ -154,10 +154,10 @@ def test_what_already_happened_is_saved_beside_a_recording(window, qtbot):
     end(window, qtbot)
     assert saved != recorded
     earlier, later = (Session(path).read(("tick",))["tick"] for path in (saved, recorded))
-    assert earlier[0] < later[0]  # from before the recording began
+    assert earlier[0] < later[0]  # recorded before the recording started
 
 
-def test_a_file_is_never_written_over(window, qtbot, monkeypatch):
+def test_a_file_is_never_overwritten(window, qtbot, monkeypatch):
     noon = datetime(2026, 11, 23, 12, 0, 5)
     monkeypatch.setattr("hapkit_studio.sessions.folder.datetime", SimpleNamespace(now=lambda: noon))
     folder().mkdir()
@@ -167,7 +167,7 @@ def test_a_file_is_never_written_over(window, qtbot, monkeypatch):
     assert first.read_text() == "mine"
 
 
-def test_a_folder_that_cannot_be_written_is_one_line_and_nothing_else_stops(window, qtbot):
+def test_a_read_only_folder_gives_a_one_line_message_and_nothing_else_stops(window, qtbot):
     folder().write_text("a file in the folder's place")
     ticks = window.studio.engine.reader()
     qtbot.keyClick(window.centre.scene, Qt.Key.Key_R)
@@ -181,7 +181,7 @@ def test_a_folder_that_cannot_be_written_is_one_line_and_nothing_else_stops(wind
     assert window.banners.get("recording") is None
 
 
-def test_a_recording_that_ends_by_itself_says_when_and_why_once(window, monkeypatch):
+def test_a_recording_that_ends_itself_shows_when_and_why_once(window, monkeypatch):
     recording, said = window.studio.recording, []
     recording.failed.connect(lambda *words: said.append(words))
     (folder()).mkdir()
@@ -197,7 +197,7 @@ def test_a_recording_that_ends_by_itself_says_when_and_why_once(window, monkeypa
 
 
 @pytest.mark.slow
-def test_a_recording_whose_file_is_deleted_says_so_and_what_can_still_be_saved(window, qtbot):
+def test_a_recording_whose_file_is_deleted_says_so_and_offers_to_save_the_rest(window, qtbot):
     path = begin(window, qtbot)
     path.unlink()
     qtbot.waitUntil(lambda: window.banners.get("recording") is not None)
@@ -213,7 +213,7 @@ def test_a_recording_whose_file_is_deleted_says_so_and_what_can_still_be_saved(w
     assert Session(window.studio.recording.newest[0]).check() == ()
 
 
-def test_a_chosen_folder_that_cannot_be_read_is_said_once_and_the_usual_one_taken(make_window, home):
+def test_an_unreadable_folder_gives_one_message_and_the_default_is_used(make_window, home):
     (home / "recording-folder.txt").write_text("not a whole path")
     notice = make_window().banners.get("recording")
     assert notice.title == f"Recordings go into {folder()}."
@@ -221,7 +221,7 @@ def test_a_chosen_folder_that_cannot_be_read_is_said_once_and_the_usual_one_take
     assert folder() == home / "Hapkit sessions"
 
 
-def test_a_marker_stands_where_it_was_asked_for(window, qtbot):
+def test_a_marker_has_the_time_at_which_it_was_requested(window, qtbot):
     path = begin(window, qtbot)
     live = window.live
     live.tick()
@@ -229,7 +229,7 @@ def test_a_marker_stands_where_it_was_asked_for(window, qtbot):
     qtbot.keyClick(window.centre.scene, Qt.Key.Key_M, Qt.KeyboardModifier.ControlModifier)
     dialog = window.findChildren(MarkerDialog)[-1]
     assert not dialog.isModal()
-    QTest.keyClicks(dialog.text, "r2 first push")  # letters that are keys elsewhere
+    QTest.keyClicks(dialog.text, "r2 first push")  # letters that are also keys of actions
     samples = window.studio.recording.progress.samples
     qtbot.waitUntil(lambda: window.studio.recording.progress.samples > samples)
     live.tick()
@@ -244,7 +244,7 @@ def test_a_marker_stands_where_it_was_asked_for(window, qtbot):
 
 
 @pytest.mark.slow
-def test_closing_the_window_leaves_a_whole_file(make_window, qtbot, home):
+def test_closing_the_window_completes_the_file(make_window, qtbot, home):
     window = make_window()
     window.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: window.studio.engine is not None)

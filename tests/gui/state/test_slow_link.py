@@ -1,4 +1,4 @@
-"""A link that is slow, mute, or whose delay nobody knows: said at once, with the way out beside it."""
+"""A link that is slow, silent, or has an unknown delay: the window shows it with a possible remedy."""
 
 import pytest
 
@@ -21,18 +21,18 @@ WAY_OUT = "Render on the board"
 
 
 def ways_on(window, key):
-    """Return the buttons of a banner by their words."""
+    """Return a banner's buttons by their text."""
     return dict(window.banners.get(key).buttons)
 
 
 def measure(window, delay, which=0):
-    """Let one way of rendering have had a delay in s for a while."""
+    """Store 500 measured delays of one way of rendering, in s."""
     delays = window.studio.engine.driver.conn.delays
     delays.values[which, :500], delays.counts[which] = delay, 500
     window.live.refresh()
 
 
-def test_a_link_too_slow_for_the_computer_offers_the_board_and_other_faults_do_not(board_window):
+def test_only_a_slow_link_fault_offers_to_render_on_the_board(board_window):
     studio, engine = board_window.studio, board_window.studio.engine
     latch(engine.arrays, arrays.OVER_SPEED, 3.4, 0.0)
     board_window.live.refresh()
@@ -47,7 +47,7 @@ def test_a_link_too_slow_for_the_computer_offers_the_board_and_other_faults_do_n
     assert studio.loop.where == engine.where == "board"
 
 
-def test_a_law_that_is_too_slow_is_named_with_its_duration_and_the_period(board_window):
+def test_a_slow_law_fault_names_the_law_its_duration_and_the_period(board_window):
     r = board_window.studio.engine.arrays
     r.tick.slow_law = board_window.studio.environment.force.compiled().address
     latch(r, arrays.SLOW_LAW, 0.0168, 1e-3)
@@ -58,7 +58,7 @@ def test_a_law_that_is_too_slow_is_named_with_its_duration_and_the_period(board_
     assert [words for words, _ in notice.buttons] == ["Clear fault"]
 
 
-def test_a_clock_that_jumps_is_said_while_the_force_is_zero(board_window):
+def test_a_clock_jump_is_shown_while_the_force_is_zero(board_window):
     engine = board_window.studio.engine
     mark_stale(engine.arrays, 10.0, arrays.CLOCK_JUMP)
     board_window.live.refresh()
@@ -68,7 +68,7 @@ def test_a_clock_that_jumps_is_said_while_the_force_is_zero(board_window):
 
 
 @pytest.mark.slow
-def test_a_long_delay_is_said_by_the_card_with_what_helps(board_window, qtbot):
+def test_a_long_delay_is_shown_in_the_card_with_a_remedy(board_window, qtbot):
     words = board_window.stability.words
     board_window.studio.set_value("stiffness", 1500.0)
     measure(board_window, 4e-3)
@@ -78,7 +78,7 @@ def test_a_long_delay_is_said_by_the_card_with_what_helps(board_window, qtbot):
 
 
 @pytest.mark.slow
-def test_the_board_is_not_offered_where_it_cannot(board_window, qtbot):
+def test_rendering_on_the_board_is_not_offered_if_it_is_impossible(board_window, qtbot):
     studio = board_window.studio
     studio.choose("mass_spring_damper")
     studio.set_values({"integrator": "exact", "stiffness": 2000.0, "contact_stiffness": 5000.0})
@@ -89,7 +89,7 @@ def test_the_board_is_not_offered_where_it_cannot(board_window, qtbot):
 
 
 @pytest.mark.slow
-def test_a_delay_that_nobody_can_measure_is_said_while_forces_go_out(board_window, monkeypatch):
+def test_an_unmeasurable_delay_is_shown_while_forces_are_sent(board_window, monkeypatch):
     window, studio = board_window, board_window.studio
     monkeypatch.setattr(notices, "NO_DELAY_MS", -1)
 
@@ -97,7 +97,7 @@ def test_a_delay_that_nobody_can_measure_is_said_while_forces_go_out(board_windo
         window.live.refresh()
         return window.banners.get("delay")
 
-    assert told() is None  # no sample has come, so no force has gone
+    assert told() is None  # without a sample, no force was sent
     window.notices._heard = True
     studio.stop()
     assert told() is None
@@ -113,7 +113,7 @@ def test_a_delay_that_nobody_can_measure_is_said_while_forces_go_out(board_windo
 
 
 @pytest.mark.slow
-def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_are_explained(
+def test_a_board_without_samples_is_reported_and_late_samples_are_explained(
     board_window, scripted, qtbot, monkeypatch
 ):
     window, seq = board_window, [0]
@@ -127,7 +127,7 @@ def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_ar
         for _ in range(5):
             scripted.say(encode(sample(seq[0], answered=(seq[0] - 4) & 0xFFFF, delay_us=3500)))
             seq[0] += 1
-        # each time: a busy machine may have let go of the board meanwhile, and be opening it again
+        # each time, because a slow computer may meanwhile have closed and reopened the board
         if window.studio.engine is None:
             return False
         window.studio.engine.device.latency = Latency(0.016, True, "/dev/ttyUSB0")
@@ -164,14 +164,14 @@ def board(timer=None, padding=0):
         (VirtualBoard(), 1.01 * LONG, "The virtual board shares this computer's"),
     ],
 )
-def test_only_a_long_delay_has_a_reason(what, delay, words):
+def test_only_a_long_delay_is_explained(what, delay, words):
     said = delay_reason(what, delay)
     assert words in said
     assert bool(said) == bool(words)
 
 
 @pytest.mark.slow
-def test_frames_are_filled_at_once_after_every_connection_and_in_the_next_window(
+def test_padding_is_sent_immediately_after_every_connection_and_in_the_next_window(
     board_window, scripted, make_window, qtbot
 ):
     def told(*padded):

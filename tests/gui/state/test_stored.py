@@ -1,4 +1,4 @@
-"""Stored settings that cannot be used give their defaults, and one notice says so once."""
+"""Unusable stored settings are replaced by their defaults, and one message names them once."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ DEEP = "[" * 5000
 
 
 def write(text):
-    """Write the settings file as another program or another version of the studio would."""
+    """Write a settings file as another program or another version of the studio would write it."""
     path = Path(QSettings("hapkit-studio", "hapkit-studio").fileName())
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("[General]\n" + text)
@@ -48,7 +48,7 @@ WRONG = {
 
 @pytest.fixture
 def settings():
-    """Return a maker of settings that read a file with some text."""
+    """Return a function that creates settings from a file's text."""
 
     def make(text):
         write(text)
@@ -57,7 +57,7 @@ def settings():
     return make
 
 
-def test_values_of_every_kind_are_read(settings):
+def test_values_of_every_type_are_read(settings):
     stored = settings("theme=dark\ngrid=false\npadding=62\npanel_width=260.5\nvalues={}\n")
     assert stored.choice("theme", "system", MODES) == "dark"
     assert stored.flag("grid", True) is False
@@ -70,8 +70,8 @@ def test_values_of_every_kind_are_read(settings):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("line", wide(WRONG, lambda line: line in list(WRONG)[::3]))
-def test_the_window_starts_with_the_default_of_a_wrong_setting_and_names_it(start_window, line):
-    """What a hand wrote, what a newer version wrote, and what would overflow a parser."""
+def test_a_wrong_setting_is_replaced_by_its_default_and_named(start_window, line):
+    """Settings written by hand or by a newer version, and values that could overflow a parser."""
     write(line)
     window = start_window()
     notice = window.banners.get("settings")
@@ -83,7 +83,7 @@ def test_the_window_starts_with_the_default_of_a_wrong_setting_and_names_it(star
 
 
 @pytest.mark.slow
-def test_many_wrong_settings_are_one_notice_which_is_not_repeated_at_the_next_start(start_window):
+def test_many_wrong_settings_give_one_message_that_is_not_repeated(start_window):
     write("theme=purple\ngeometry=5\ngrid=perhaps\nvalues=5")
     first = start_window()
     assert first.banners.get("settings").text == "Not used: theme, grid, values, geometry."

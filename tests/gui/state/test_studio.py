@@ -1,4 +1,4 @@
-"""What the window says of the running device: faults, banners, gaps, values that do not go together."""
+"""Messages of the window about the running device: faults, banners, gaps, incompatible values."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ from tests.gui.window_support import SIMULATED
 
 
 @pytest.mark.slow
-def test_the_bar_grows_while_the_loop_is_prepared_and_is_gone_afterwards(idle_window, qtbot):
+def test_a_progress_bar_is_shown_while_the_loop_compiles(idle_window, qtbot):
     scene = idle_window.centre.scene
     first = scene._fraction
     qtbot.waitUntil(lambda: first < scene._fraction < 1.0)
@@ -29,7 +29,7 @@ def test_the_bar_grows_while_the_loop_is_prepared_and_is_gone_afterwards(idle_wi
 
 
 @pytest.mark.slow
-def test_a_fault_shows_its_reason_and_is_cleared_by_hand(kept_window, qtbot):
+def test_a_fault_shows_its_reason_and_is_cleared_by_the_user(kept_window, qtbot):
     window = kept_window
     window.studio.engine.arrays.control.fault[0] = arrays.OVER_SPEED
     window.studio.engine.arrays.tick.fault_value = 3.4
@@ -44,8 +44,10 @@ def test_a_fault_shows_its_reason_and_is_cleared_by_hand(kept_window, qtbot):
 
 
 @pytest.mark.slow
-def test_at_most_two_banners_the_worse_first_and_new_words_change_one_in_its_place(kept_idle_window):
-    """A measured number changes twice a second: banner and button must not be built anew each time."""
+def test_at_most_two_banners_are_shown_the_more_severe_first_and_a_new_text_replaces_the_old(
+    kept_idle_window,
+):
+    """A measured value changes twice a second, and the banner's widgets must not be rebuilt each time."""
     banners, done = kept_idle_window.banners, []
 
     def notice(words, result, *more):
@@ -72,8 +74,8 @@ def test_at_most_two_banners_the_worse_first_and_new_words_change_one_in_its_pla
     assert banners.banners == []
 
 
-def test_values_that_do_not_go_together_are_refused_with_and_without_an_engine(kept_idle_window, kept_window):
-    """A button's snap starts within its travel; a reset from there changes both at once."""
+def test_incompatible_values_are_refused_with_and_without_an_engine(kept_idle_window, kept_window):
+    """A button's snap must begin within its travel; a reset from there changes both values together."""
     for shown in (kept_idle_window, kept_window):
         studio = shown.studio
         studio.choose("button")
@@ -88,11 +90,11 @@ def test_values_that_do_not_go_together_are_refused_with_and_without_an_engine(k
 
 
 @pytest.mark.slow
-def test_a_gap_is_hatched_and_named_in_the_picture(window, qtbot):
-    """Also the part of it that is seen while its beginning has left the picture on the left."""
+def test_a_gap_is_hatched_and_labelled_in_the_plot(window, qtbot):
+    """This also holds if the beginning of the gap has left the plot."""
     history, plots = window.live.history, window.centre.time
     qtbot.waitUntil(lambda: window.live.tick() or len(history) > 200)
-    window.live._reader = None  # from here on only these rows
+    window.live._reader = None  # from now on only the test's rows
     history._time[: history._end] -= 8.0
     rows = np.zeros((50, len(window.live.last)))
     rows[:, 0] = 10**6 + np.arange(50)
@@ -110,17 +112,17 @@ def test_a_gap_is_hatched_and_named_in_the_picture(window, qtbot):
     ("x", "before", "found"),
     [
         ([0.0, 0.1, np.nan, 2.1, 2.2, np.nan, 2.3, np.nan], None, [(0.1, 2.1)]),
-        ([np.nan, 1.0], None, []),  # nothing was ever before the first sample
-        ([np.nan, 5.0, 5.1], 1.0, [(1.0, 5.0)]),  # one that began left of the window
+        ([np.nan, 1.0], None, []),  # no sample exists before the first one
+        ([np.nan, 5.0, 5.1], 1.0, [(1.0, 5.0)]),  # a gap that began before the window
         ([5.0, 5.1], 4.9, []),
         ([], 1.0, []),
     ],
 )
-def test_gaps_lie_between_the_last_and_the_first_sample(x, before, found):
+def test_a_gap_extends_from_the_last_sample_to_the_next(x, before, found):
     assert gaps(np.array(x), **({} if before is None else {"before": before})) == found
 
 
-def test_a_slider_sends_the_changed_value_which_is_checked_once(kept_window, monkeypatch):
+def test_a_slider_sends_only_the_changed_value_and_it_is_checked_once(kept_window, monkeypatch):
     window, studio, checked, sent = kept_window, kept_window.studio, [], []
     studio.choose("wall")
     mine = {id(p) for p in (*studio.environment.parameters, RATE, DELAY)}

@@ -1,4 +1,4 @@
-"""Undo and redo: one step for each thing that a person did, of settings only, named by what changed."""
+"""Undo and redo: one step for each change of settings by the user, named after the changed settings."""
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -14,7 +14,7 @@ UNDO, REDO, REDO_TOO = (Qt.Key.Key_Z, CTRL), (Qt.Key.Key_Z, CTRL | SHIFT), (Qt.K
 
 @pytest.fixture
 def window(kept_window):
-    """Return the file's window with nothing to undo."""
+    """Return the file's window with an empty undo history."""
     kept_window.history.forget()
     yield kept_window
     put_back(kept_window)
@@ -47,7 +47,7 @@ CHANGES = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CHANGES)
-def test_every_setting_is_undone_and_redone_by_key_in_window_and_engine(window, name):
+def test_every_setting_is_undone_and_redone_in_window_and_engine(window, name):
     studio, stack = window.studio, window.history.stack
     before = settings_of(studio)
     CHANGES[name](studio)
@@ -80,7 +80,7 @@ def test_every_setting_is_undone_and_redone_by_key_in_window_and_engine(window, 
         (lambda s: s.set_loop(hand="firm"), "grip Medium → Firm"),
     ],
 )
-def test_the_menu_names_what_is_undone(window, change, words):
+def test_the_menu_names_the_change_to_undo(window, change, words):
     qt = window.actions_by_key.qt
     assert (qt["edit.undo"].text(), qt["edit.undo"].isEnabled()) == ("Undo", False)
     change(window.studio)
@@ -89,7 +89,7 @@ def test_the_menu_names_what_is_undone(window, change, words):
     assert (qt["edit.redo"].text(), qt["edit.redo"].isEnabled()) == (f"Redo {words}", True)
 
 
-def test_one_drag_is_one_step_and_a_drag_back_to_where_it_began_is_none(window):
+def test_a_drag_is_one_step_and_a_drag_back_to_its_start_is_none(window):
     studio, stack = window.studio, window.history.stack
     row = window.panel.parameters.rows["damping"]
     studio.set_value("damping", row.quantity.value(0.5))
@@ -117,12 +117,12 @@ def test_one_drag_is_one_step_and_a_drag_back_to_where_it_began_is_none(window):
     thumb = round(slider._place(slider._exact))
     QTest.mousePress(slider, Qt.MouseButton.LeftButton, pos=QPoint(thumb, y))
     QTest.mouseMove(slider, QPoint(thumb + 30, y))
-    studio.set_value("damping", start)  # a pixel need not meet the same value again
+    studio.set_value("damping", start)  # the same pixel may give another value
     QTest.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=QPoint(thumb, y))
     assert not stack.canUndo()
 
 
-def test_keys_and_typed_numbers_are_a_step_each(window):
+def test_each_key_and_each_typed_number_is_a_step(window):
     studio, stack = window.studio, window.history.stack
     type_stiffness(window, "300")
     type_stiffness(window, "500")
@@ -136,8 +136,8 @@ def test_keys_and_typed_numbers_are_a_step_each(window):
         assert studio.values["stiffness"] == expected
 
 
-def test_a_number_being_typed_keeps_its_own_undo(window):
-    """Once it is taken over, Ctrl+Z in the box undoes the setting."""
+def test_a_number_being_typed_has_its_own_undo(window):
+    """After the number was accepted, Ctrl+Z in the box undoes the setting."""
     type_stiffness(window, "300")
     box = window.panel.parameters.rows["stiffness"].box
     box.setFocus()
@@ -150,7 +150,7 @@ def test_a_number_being_typed_keeps_its_own_undo(window):
     assert window.studio.values["stiffness"] == 250.0
 
 
-def test_default_values_are_one_step(window):
+def test_resetting_to_the_defaults_is_one_step(window):
     studio = window.studio
     studio.set_values({"stiffness": 900.0, "damping": 4.0})
     left = dict(studio.values)
@@ -161,7 +161,7 @@ def test_default_values_are_one_step(window):
     assert studio.values == left
 
 
-def test_the_step_puts_back_only_what_it_changed(window):
+def test_undo_restores_only_the_settings_that_the_step_changed(window):
     studio = window.studio
     studio.set_value("stiffness", 900.0)
     with studio.temporarily():
@@ -171,7 +171,7 @@ def test_the_step_puts_back_only_what_it_changed(window):
     assert (studio.values["stiffness"], studio.grip) == (250.0, "firm")
 
 
-def test_neither_stop_nor_fault_nor_a_refused_value_is_a_step(window):
+def test_stop_fault_and_refused_value_are_no_steps(window):
     studio = window.studio
     studio.stop()
     studio.zero_here()
@@ -184,7 +184,7 @@ def test_neither_stop_nor_fault_nor_a_refused_value_is_a_step(window):
     assert studio.engine.stopped
 
 
-def test_what_cannot_be_put_back_is_said_in_one_line_and_nothing_changes(window):
+def test_a_step_that_cannot_be_undone_gives_a_one_line_message_and_changes_nothing(window):
     studio, stack = window.studio, window.history.stack
     spring = studio.environments["spring"]
     studio.choose("spring")
@@ -206,7 +206,7 @@ def test_what_cannot_be_put_back_is_said_in_one_line_and_nothing_changes(window)
         studio.set_values_of("spring", values)
 
 
-def test_what_a_start_restores_is_no_step(start_window):
+def test_settings_restored_at_the_start_are_no_step(start_window):
     first = start_window()
     first.studio.set_value("stiffness", 640.0)
     first.close()

@@ -332,7 +332,7 @@ def damaged(rng, good):
     return good.replace(word, rng.choice([b"__import__('os')", b"_", b'"\\u0000"', b"loop.x"]), 1)
 
 
-def test_200_damaged_files_give_lines_and_nothing_else(tmp_path):
+def test_200_damaged_files_give_messages_and_change_nothing(tmp_path):
     good = Path(demos.shipped()["buzzing_wall"]).read_bytes().partition(b"\n")[2]
     rng = random.Random(15)
     for at in range(200):
