@@ -19,7 +19,7 @@ from hapkit_studio.lessons.library import lesson_named
 from hapkit_studio.lessons.parse import SUFFIX
 from hapkit_studio.lessons.play import play_lesson, results
 from hapkit_studio.lessons.report import report
-from hapkit_studio.lessons.review import Comment, Review
+from hapkit_studio.lessons.review import Comment
 
 FAILED = 2
 """Exit code if a check of a played lesson fails, or a graded file is modified or damaged."""
@@ -93,7 +93,7 @@ def _review(options: argparse.Namespace) -> Result:
     path = Path(_target(options, "a handed-in session, or a review"))
     if path.suffix == review.SUFFIX:
         one = review.read(path)
-        return Result("\n".join(_review_lines(one)), plain(one))
+        return Result("\n".join(review.lines(one)), plain(one))
     handed = read(path)
     lesson = library(options.folder).named(handed.lesson)
     if options.reviewer is not None:
@@ -101,7 +101,7 @@ def _review(options: argparse.Namespace) -> Result:
     found = review.reviews_of(handed)
     if options.hide_names or lesson.hide_names:
         found = review.hidden_names(found)
-    lines = [line for one in found.found.values() for line in _review_lines(one)]
+    lines = [line for one in found.found.values() for line in review.lines(one)]
     text = "\n".join([*(lines or ["No review beside this file."]), *found.errors])
     return Result(text, {"reviews": plain(list(found.found.values())), "errors": list(found.errors)})
 
@@ -119,7 +119,7 @@ def _write_review(options: argparse.Namespace, handed: HandedIn, lesson: Lesson)
     whole = replace(blank, rows=tuple(rows), comments=tuple(map(_comment, options.comment)))
     path = Path(options.output or review.path_of(handed.path, whole.reviewer))
     review.write(path, whole)
-    return with_files("\n".join(_review_lines(whole)), plain(whole), [str(path)])
+    return with_files("\n".join(review.lines(whole)), plain(whole), [str(path)])
 
 
 _PLACE = re.compile(r"(?:(?P<time>\d+(?:\.\d+)?) s|step (?P<step>\d+)): *(?P<text>.*)")
@@ -138,17 +138,7 @@ def _reply(options: argparse.Namespace) -> Result:
     path = Path(_target(options, "a review's file, and the reply with --comment"))
     if len(options.comment) != 1:
         raise ParameterError("lessons reply takes the reply with --comment.")
-    return with_files("\n".join(_review_lines(review.reply(path, options.comment[0]))), {}, [str(path)])
-
-
-def _review_lines(one: Review) -> list[str]:
-    lines = [f"{one.reviewer} on {one.session}: {one.points} of {one.most} points"]
-    for row in one.rows:
-        points = "–" if row.points is None else str(row.points)
-        words = f"{row.criterion}: {row.comment}" if row.comment else row.criterion
-        lines.append(f"  {points:>3} of {row.most:>3}  {words}")
-    lines += [f"  {said.place or 'comment'}: {said.text}" for said in one.comments]
-    return [*lines, *(f"  reply: {words}" for words in one.replies)]
+    return with_files("\n".join(review.lines(review.reply(path, options.comment[0]))), {}, [str(path)])
 
 
 def _grade(options: argparse.Namespace) -> Result:

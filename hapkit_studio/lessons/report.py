@@ -101,7 +101,7 @@ def _reviews(reviews: Reviews, lesson: Lesson) -> Iterator[str]:
     """Yield all reviews in one table, their comments and replies, and what could not be read."""
     found = list(reviews.found.values())
     yield "<h2>Reviews</h2>"
-    if math.isfinite(reviews.mean) and len(found) > 1:
+    if math.isfinite(reviews.mean):
         yield f"<p>Mean of the complete reviews: {100.0 * reviews.mean:.0f} % of the points.</p>"
     if found:
         criteria = list(dict.fromkeys((row.criterion, row.most) for one in found for row in one.rows))

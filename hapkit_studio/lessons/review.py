@@ -227,9 +227,9 @@ class Reviews:
 
     @property
     def mean(self) -> float:
-        """Return the mean of the complete reviews' points over the largest sum, NaN without one."""
+        """Return the mean share of points of the complete reviews; NaN if there are fewer than two."""
         shares = [one.points / one.most for one in self.found.values() if one.complete and one.most]
-        return sum(shares) / len(shares) if shares else math.nan
+        return sum(shares) / len(shares) if len(shares) > 1 else math.nan
 
 
 def reviews_of(handed: HandedIn) -> Reviews:
@@ -258,3 +258,14 @@ def hidden_names(reviews: Reviews) -> Reviews:
     }
     errors = tuple("A review could not be used." for _ in reviews.errors)
     return Reviews(found, errors)
+
+
+def lines(review: Review) -> list[str]:
+    """Return a review as lines of text: the sum, each row, the comments, the replies."""
+    found = [f"{review.reviewer} on {review.session}: {review.points} of {review.most} points"]
+    for row in review.rows:
+        points = "–" if row.points is None else str(row.points)
+        words = f"{row.criterion}: {row.comment}" if row.comment else row.criterion
+        found.append(f"  {points:>3} of {row.most:>3}  {words}")
+    found += [f"  {said.place or 'comment'}: {said.text}" for said in review.comments]
+    return [*found, *(f"  reply: {words}" for words in review.replies)]

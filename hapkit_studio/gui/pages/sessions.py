@@ -16,8 +16,11 @@ from hapkit_studio.errors import StudioError
 from hapkit_studio.formatting import megabytes, number
 from hapkit_studio.gui.editor.controller import DeleteDialog
 from hapkit_studio.gui.live.export import COMMA, TABLES
+from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.drawing import Drawing
+from hapkit_studio.gui.pages.lessons.page import FOLDER as LESSONS_FOLDER
+from hapkit_studio.gui.pages.lessons.page import STUDENT
 from hapkit_studio.gui.state.background import Job, Progress
 from hapkit_studio.gui.widgets.dialogs import WordsDialog
 from hapkit_studio.gui.widgets.parts import choose_file, hbox, hint, primary, rule, vbox
@@ -34,6 +37,8 @@ from hapkit_studio.sessions.session import Session, add_note
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.state.studio import Studio
+    from hapkit_studio.lessons.hand_in import HandedIn
+    from hapkit_studio.lessons.lesson import Lesson
 
 _NONE = "Nothing is recorded yet in {}. Press Record (R), or save the last minutes (Ctrl+Shift+S)."
 _READING = "Reading the sessions…"
@@ -116,9 +121,14 @@ class SessionsPage(Page):
         self.replay, self.export = primary(QPushButton("Replay")), QPushButton("Export…")
         self.note, self.rename = QPushButton("Note…"), QPushButton("Rename…")
         self.copy, self.delete = QPushButton("Save a copy…"), QPushButton("Delete…")
+        self.review = QPushButton("Review…")
+        self.review.setToolTip("Points and comments on a handed-in lesson, in a file of their own")
         self.replay.setToolTip("Show the session in the view Live, with its own settings (Enter)")
         self._arrange()
-        self._reading, self._saving, self._changing = self._jobs = [Job(self, needs="") for _ in range(3)]
+        self._reading, self._saving, self._changing, self._opening = self._jobs = [
+            Job(self, needs="") for _ in range(4)
+        ]
+        self._opening.finished.connect(self._show_review)
         self._reading.finished.connect(self._take)
         self._saving.finished.connect(self.say)
         self._changing.finished.connect(self._show_changed)
@@ -133,6 +143,7 @@ class SessionsPage(Page):
         self.rename.clicked.connect(self.ask_rename)
         self.copy.clicked.connect(self.ask_copy)
         self.delete.clicked.connect(self.ask_delete)
+        self.review.clicked.connect(self.ask_review)
         studio.hidden_changed.connect(lambda: self.show_session(self.chosen))
         studio.recording.changed.connect(self._notice)
         self.show_session(None)
@@ -194,7 +205,7 @@ class SessionsPage(Page):
         self.replay.setEnabled(whole and not self._studio.hidden)
         self.note.setEnabled(found is not None and whole and ended and not found.damage)
         self.rename.setEnabled(ended)
-        for button in (self.export, self.copy):
+        for button in (self.export, self.copy, self.review):
             button.setEnabled(whole)
         self.delete.setEnabled(found is not None)
         self.chart.setVisible(whole)
@@ -218,6 +229,28 @@ class SessionsPage(Page):
             self._saving.start(lambda _progress: export(path, output, decimal))
 
         dialog = choose_file(self, "Export", TABLES, save, save_as=f"{path.stem}.csv")
+
+    def ask_review(self) -> None:
+        """Open the review of the chosen session, if it is a handed-in lesson."""
+        if self.chosen is None:
+            return
+        path, folder = self.chosen.path, str(self._settings.value(LESSONS_FOLDER, "")) or None
+        known = self._studio.environments
+
+        def work(_progress: Progress) -> "tuple[HandedIn, Lesson]":
+            from hapkit_studio.lessons import library  # imported late to keep start-up fast
+            from hapkit_studio.lessons.hand_in import read
+
+            handed = read(path)
+            return handed, library(folder, known).named(handed.lesson)
+
+        self._opening.start(work)
+
+    def _show_review(self, found: "tuple[HandedIn, Lesson]") -> None:
+        from hapkit_studio.gui.pages.review import ReviewDialog  # imported late to keep start-up fast
+
+        name, replay = str(self._settings.value(STUDENT, "")), self._live.findChild(Replay)
+        ReviewDialog(*found, name, replay, self._live.replay_wanted.emit, self.window()).show()
 
     def ask_delete(self) -> None:
         """Ask for confirmation, then move the chosen session to the trash."""
@@ -375,6 +408,7 @@ class SessionsPage(Page):
         self.side.column.insertLayout(2, hbox(self.replay, self.export, None))
         self.side.column.insertLayout(3, hbox(self.note, self.rename, None))
         self.side.column.insertLayout(4, hbox(self.copy, self.delete, None))
+        self.side.column.insertLayout(5, hbox(self.review, None))
 
     def _reveal(self) -> None:
         """Open the folder of the chosen session, or the default folder."""

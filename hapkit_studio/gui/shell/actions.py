@@ -168,6 +168,10 @@ _SESSION = (
         "session.save_copy", "Save a copy…", lambda w: _sessions(w).ask_copy(),
         enabled=lambda w: _lists_sessions(w, "copy"),
     ),
+    Action(
+        "session.review", "Review…", lambda w: _sessions(w).ask_review(),
+        enabled=lambda w: _lists_sessions(w, "review"),
+    ),
     Action("session.folder", "Choose the folder for recordings…", lambda w: _sessions(w).ask_folder()),
     Action(
         "session.record", "Record", lambda w: w.studio.recording.toggle(), "R",
