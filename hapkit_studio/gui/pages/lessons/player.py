@@ -123,6 +123,7 @@ class LessonPlayer(QObject):
         if self.progress is None:
             return
         self.save()
+        self._saving.wait()  # the list of lessons reads the file next
         for timer in (self._reads, self._evaluations, self._save_soon):
             timer.stop()
         self._job.cancel()
