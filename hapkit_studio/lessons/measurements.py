@@ -28,6 +28,7 @@ _CLEAR = 6.0  # smallest ratio of a spectral peak to the median of its band
 _RINGS = (5.0, 400.0)  # Hz: range of a ringing surface
 _SWINGS = 6  # fewest extremes of a free oscillation for a measurement
 _EXACT = 1e-4  # relative width of an interval that is too narrow to show
+_SLOW, _FAST = 0.005, 0.03  # m/s: speeds at which friction is compared
 _STEADY = 0.02  # m/s: largest change per sample in the velocity of a freely moving object
 
 
@@ -438,6 +439,30 @@ def _travel(samples: Samples, region: Region) -> Measured:
     return Measured(float(np.ptp(samples.position)))
 
 
+def _friction_ratio(samples: Samples, region: Region) -> Measured:
+    """Return the largest force of a slow handle over the force of a fast one; it tells the friction model.
+
+    It is 1 for Coulomb friction, more with static or Stribeck friction, less with viscous friction.
+    """
+    count = max(round(0.020 / samples.period), 1)
+    if len(samples) <= count:
+        raise NotMeasured("The recording is too short.")
+    moved = samples.position[count:] - samples.position[:-count]
+    speed = np.abs(moved) / (count * samples.period)
+    force = np.abs(samples.applied_force[count // 2 : count // 2 + len(moved)])
+    fast, slow = force[speed > max(_FAST, 0.5 * speed.max())], force[speed < _SLOW]
+    if len(fast) < count:
+        raise NotMeasured(f"You moved at up to {on_screen(float(speed.max()), 'm/s', 2)}; move faster.")
+    if not len(slow):
+        raise NotMeasured("Turn around slowly, so that the handle nearly stands still in between.")
+    level = float(np.median(fast))
+    if level == 0.0:
+        raise NotMeasured("No force was applied to the moving handle: choose a friction above zero.")
+    value = float(slow.max()) / level
+    # samples within 20 ms of one another are not independent
+    return Measured(value, value * 1.96 * float(fast.std()) / level / math.sqrt(max(len(fast) / count, 1.0)))
+
+
 def _peak_speed(samples: Samples, region: Region) -> Measured:
     """Return the highest speed, averaged over 20 ms to suppress quantisation."""
     count = max(round(0.020 / samples.period), 1)
@@ -456,6 +481,9 @@ MEASUREMENTS = _table(
         Measurement("stiffness", "Stiffness", "N/m", _identified("stiffness"), PRESS),
         Measurement("damping", "Damping", "N·s/m", _identified("damping"), PRESS),
         Measurement("friction", "Friction", "N", _identified("friction")),
+        Measurement(
+            "friction_ratio", "Slow over fast friction", "", _friction_ratio, seconds=5.0, decimals=2
+        ),
         Measurement("slope", "Slope", "N/m", _slope, PRESS),
         Measurement("peak_force", "Peak force", "N", _peak_force, PRESS),
         Measurement("work", "Work", "J", _work, PASS, needs_region=True),

@@ -55,6 +55,25 @@ def friction():
 case("friction", 0.5, 0.02, friction)
 
 
+def sticking(static=0.7, viscous=0.0):
+    """Samples of 0.5 N while sliding, up to 0.7 N below 2 mm/s."""
+    level = np.where(np.abs(speed()) < 0.002, static, 0.5) + viscous * np.abs(speed())
+    return samples("friction", {}, stroke(), -level * np.sign(speed()))
+
+
+case("friction_ratio", 1.4, 0.01, sticking)
+
+
+VISCOUS = 4.0  # N·s/m: of a sine's speeds above half the peak, the median is cos 30° of the peak
+VISCOUS_RATIO = (0.5 + VISCOUS * 0.005) / (0.5 + VISCOUS * 0.04 * math.pi * math.cos(math.pi / 6.0))
+
+
+@pytest.mark.parametrize(("viscous", "ratio"), [(0.0, 1.0), (VISCOUS, VISCOUS_RATIO)])
+def test_the_friction_ratio_tells_coulomb_and_viscous_friction(viscous, ratio):
+    found = MEASUREMENTS["friction_ratio"].compute(sticking(0.5, viscous), None)
+    assert found.value == pytest.approx(ratio, abs=0.01)
+
+
 def grating():
     place = np.linspace(-0.02, 0.02, len(TIME))
     return samples("texture", {"wavelength": 0.004}, place, 0.3 * np.sin(math.tau * place / 0.004))
