@@ -114,7 +114,7 @@ class Notices(QObject):
         link = self._studio.link
         silent = not self._heard and self._silent.elapsed() > NO_DATA_MS and health.running
         words = (
-            f"{link.title} is connected, but sends no samples.",
+            f"{link.title} sends no samples.",
             "Force is zero. Press the board's reset button, then try again.",
         )
         ways = (("Try again", self._studio.device.reconnect), self._simulated)
