@@ -38,7 +38,7 @@ def test_an_ended_comparison_gives_the_reason_and_restores_the_renderer(
     assert window.studio.loop.where == "board"
     qtbot.waitUntil(lambda: not running.running)
     assert window.studio.loop.where == "computer"
-    assert "did not begin to render" in note.text()
+    assert "did not start rendering" in note.text()
     assert switch.button.text() == "Compare both"
     window.studio.stop()
     switch.compare.emit()
