@@ -54,7 +54,7 @@ def energy_is_unwatched_on_the_board(window):
     assert phase.note.isHidden()
     conn.state.handover = link.ON_BOARD
     window.comparison._refresh()
-    assert "part of the computer's loop" in phase.note.text()
+    assert "in the computer's loop only" in phase.note.text()
     assert phase.note.isVisibleTo(window)
     phase.choose(0)
     assert phase.note.isHidden()

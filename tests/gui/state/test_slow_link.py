@@ -36,13 +36,13 @@ def test_only_a_slow_link_fault_offers_to_render_on_the_board(board_window):
     studio, engine = board_window.studio, board_window.studio.engine
     latch(engine.arrays, arrays.OVER_SPEED, 3.4, 0.0)
     board_window.live.refresh()
-    assert list(ways_on(board_window, "fault")) == ["Clear fault"]
+    assert list(ways_on(board_window, "fault")) == ["Clear fault", "Help"]
     store_release(engine.arrays.control.fault, 0, arrays.NO_FAULT)
     latch(engine.arrays, arrays.SLOW_LINK, 0.032, 0.025)
     board_window.live.refresh()
     notice = board_window.banners.get("fault")
     assert "a force came 32 ms after its sample" in notice.title
-    assert [words for words, _ in notice.buttons] == [WAY_OUT, "Clear fault"]
+    assert [words for words, _ in notice.buttons] == [WAY_OUT, "Clear fault", "Help"]
     ways_on(board_window, "fault")[WAY_OUT]()
     assert studio.loop.where == engine.where == "board"
 
@@ -55,7 +55,7 @@ def test_a_slow_law_fault_names_the_law_its_duration_and_the_period(board_window
     notice = board_window.banners.get("fault")
     assert notice.title == "Fault: the law of Wall takes 16.8 ms, but a period is 1 ms."
     assert notice.text == "Force is zero. Simplify the law or lower the rate. Then clear."
-    assert [words for words, _ in notice.buttons] == ["Clear fault"]
+    assert [words for words, _ in notice.buttons] == ["Clear fault", "Help"]
 
 
 def test_a_clock_jump_is_shown_while_the_force_is_zero(board_window):
@@ -85,7 +85,7 @@ def test_rendering_on_the_board_is_not_offered_if_it_is_impossible(board_window,
     answered(board_window, qtbot)
     latch(studio.engine.arrays, arrays.SLOW_LINK, 0.032, 0.025)
     board_window.live.refresh()
-    assert list(ways_on(board_window, "fault")) == ["Clear fault"]
+    assert list(ways_on(board_window, "fault")) == ["Clear fault", "Help"]
 
 
 @pytest.mark.slow
@@ -107,7 +107,7 @@ def test_an_unmeasurable_delay_is_shown_while_forces_are_sent(board_window, monk
     assert told() is None
     store_release(control.fault, 0, arrays.NO_FAULT)
     assert told().title == "The delay of the link cannot be measured."
-    assert list(ways_on(window, "delay")) == [WAY_OUT]
+    assert list(ways_on(window, "delay")) == [WAY_OUT, "Help"]
     measure(window, 1e-3)
     assert window.banners.get("delay") is None
 
@@ -121,7 +121,7 @@ def test_a_board_without_samples_is_reported_and_late_samples_are_explained(
     qtbot.waitUntil(lambda: window.live.refresh() or window.banners.get("silence") is not None)
     notice = window.banners.get("silence")
     assert notice.title.endswith("sends no samples.")
-    assert [text for text, _ in notice.buttons] == ["Try again", "Use simulated Hapkit"]
+    assert [text for text, _ in notice.buttons] == ["Try again", "Use simulated Hapkit", "Help"]
 
     def late():
         for _ in range(5):
