@@ -1,1 +1,1 @@
-"""The real-time side: the one tick, the loops that drive it, and what passes between loop and window."""
+"""The real-time side: the tick, the loops that drive it, and the data that loop and window exchange."""

@@ -11,43 +11,46 @@ from hapkit_studio.haptics.block import Block
 from hapkit_studio.haptics.record import Record, record, zeros
 from hapkit_studio.laws import native
 
-# number of cells on each side of the start in which the passivity observer can record the law's force
+# the passivity observer can record the law's force in this many cells on each side of its start
 CELLS = 640
 
 # the tick's private state: forces in N, positions in m, times in s
 TICK = record(
-    ("gain", "f8"),  # factor of the force: fades in from 0 to 1 after every cause of zero force
+    ("gain", "f8"),  # factor on the force; it fades in from 0 to 1 after the force was zero for any reason
     ("ramp", "f8"),  # progress from the old parameters to the new ones, 0 to 1
     ("blend", "f8"),  # weight of the new law in a cross-fade, 0 to 1
     ("last_position", "f8"),
     ("energy", "f8"),  # energy given to the handle since the start, J
     ("applied", "f8"),  # the last force sent
-    ("hold", "f8"),  # remaining time of zero force after connecting, s
-    ("good", "f8"),  # time since the sensor was last stale, s
-    ("stale_times", "f8", 3),  # ring of the times at which the sensor became stale
-    ("fault_value", "f8"),  # the value that caused the latched fault, in its own unit
-    ("fault_position", "f8"),  # position of the fault in m; for a slow law or link, the time limit in s
+    ("hold", "f8"),  # remaining time of zero force after connecting, in s
+    ("good", "f8"),  # time since the sensor was last stale, in s
+    ("stale_times", "f8", 3),  # ring buffer of the times at which the sensor became stale
+    ("fault_value", "f8"),  # the value that caused the latched fault, in the unit of this value
+    # position at which the fault occurred, in m; for a slow law or link, the time limit in s
+    ("fault_position", "f8"),
     ("clock", "f8"),  # time of the simulated board's clock
     ("velocity", "f8"),  # estimated velocity in m/s
     ("law_time", "f8"),  # recent duration of a call of the law in s, in live loops
-    ("overrun", "f8"),  # total time in s of law calls longer than a period, since overrun_since
+    ("overrun", "f8"),  # total time in s of law calls that took longer than a period, since overrun_since
     ("overrun_since", "f8"),
-    ("clock_read_at", "f8"),  # processor time at the latest reading of the clock in a headless run, 0 before
-    ("slot", "i8"),  # index of the slot in force in params, states and laws
+    # processor time at the latest reading of the clock in a headless run; 0 before the first reading
+    ("clock_read_at", "f8"),
+    ("slot", "i8"),  # index of the active slot in params, states and laws
     ("started", "i8"),
     ("number", "i8"),  # number of ticks since the start
-    ("stale", "i8"),  # 1 + the cause, 0 while samples arrive
-    ("cleared", "i8"),  # last value read from control.clear
+    ("stale", "i8"),  # 1 + the cause if no samples arrive, 0 while they arrive
+    ("cleared", "i8"),  # value of control.clear at the last reading
     ("row_flags", "i8"),  # flags of the last row
-    ("generation", "i8"),  # last accepted generation of the settings
+    ("generation", "i8"),  # generation of the settings that was accepted last
     ("slow_law", "i8"),  # address of the law that was too slow
     ("signals", "i8"),  # headless runs: the socket that reports signals
-    ("ticks_done", "i8"),  # headless runs: ticks, and loop iterations, since the clock was last read
+    # headless runs: number of ticks, and of loop iterations, since the clock was last read
+    ("ticks_done", "i8"),
     ("work_done", "i8"),
 )
 _KEPT = "fault_value", "fault_position", "number", "slow_law"  # fields that survive a restart
 
-# limit of the energy that the law may give, and the excess over it, in J
+# limit of the energy that the law may give, and the excess over this limit, in J
 LIMIT = record(("limit", "f8"), ("excess", "f8"))
 
 # state of the passivity observer: energies in J, lengths in m, times in s
@@ -55,7 +58,7 @@ WATCH = record(
     ("given", "f8"),  # energy given since the observer started
     ("alarm", LIMIT),  # limit for the alarm, with a tolerance
     ("strict", LIMIT),  # limit for the passivity controller, without a tolerance
-    ("most", "f8"),  # maximum work of the law's force from the start to any cell with a known force
+    ("most", "f8"),  # largest work of the law's force from the start to any cell with a known force
     ("edge", "f8"),  # position within the present sensor count, from its lower edge
     ("since", "f8"),  # time since the count last changed
     ("impulse", "f8"),  # impulse of the force in that time, N·s
@@ -63,9 +66,9 @@ WATCH = record(
     ("speed", "f8"),  # mean velocity over the last count, m/s
     ("start", "f8"),  # position at which the observer started
     ("ends", "f8", 2),  # force in N in the outermost known cell on the left and on the right
-    # The straightest motion through all counts: position of the last reversal, time since then, the integral
-    # of v² in m²/s until then and until now; the smallest and largest velocity since then that pass all
-    # counts, and their times.
+    # The straightest motion through all counts: position of the last reversal; time since this reversal; the
+    # integral of v² in m²/s until the reversal and until now; the smallest and largest velocity since the
+    # reversal that pass all counts, and their times.
     ("turn", "f8"),
     ("lasted", "f8"),
     ("before", "f8"),
@@ -79,11 +82,11 @@ WATCH = record(
     ("cells_known", "i8"),
     ("renew", "i8"),  # nonzero: restart the observer
     ("calls", "i8"),  # calls of the law in this tick
-    ("opaque", "i8"),  # nonzero: the law is too slow for extra calls
-    ("frozen", "f8", block.STATES),  # the law's state when the observer started
+    ("opaque", "i8"),  # nonzero: the law is too slow to be called in addition
+    ("frozen", "f8", block.STATES),  # the state of the law when the observer started
     ("scratch", "f8", block.STATES),
     ("work", "f8", 2 * CELLS + 1),  # work of the law's force from the start to each cell
-    ("fault", "i8", native.FAULT_WORDS),  # faults of those calls
+    ("fault", "i8", native.FAULT_WORDS),  # faults of these calls
 )
 
 LINE = 8  # int64 words of a cache line
@@ -93,37 +96,37 @@ def _lines(*names: str) -> tuple[tuple[str, str, int], ...]:
     return tuple((name, "i8", LINE) for name in names)
 
 
-# Shared by the loop's thread and the window's: the first word of each line, read with load_acquire and
-# written with store_release.
+# The loop's thread and the window's thread share these words: the first word of each line. They are read with
+# load_acquire and written with store_release.
 CONTROL = record(
-    # written by the window: end the loop, E-stop, number of times faults were cleared
+    # written by the window: end of the loop, E-stop, and how often faults were cleared
     *_lines("quit", "stop", "clear"),
-    *_lines("zero", "flip"),  # written by the window: number of times zero and direction were set
+    *_lines("zero", "flip"),  # written by the window: how often zero and direction were set
     *_lines("head", "accepted"),  # number of rows written; generation of the settings in force
     *_lines("fault", "done"),  # the latched fault; the loop has ended
     *_lines("missed", "lost_frames", "crc_errors"),  # numbers of missed ticks and frames
-    # numbers of stale periods: total, and one word for each of CAUSES
+    # numbers of stale periods: in total, and for each of CAUSES
     *_lines("stale_count", "stale_causes"),
-    # numbers of forces that the board refused as too old, and of its bad frames
+    # how many forces the board refused because they were too old, and how many bad frames it received
     *_lines("stale_forces", "board_errors"),
 )
 
-# fault codes: a law's own, and between them the loop's
+# fault codes: those of a law, and between them those of the loop
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL = native.NOT_A_NUMBER, native.LAW_INDEX, native.LAW_FUEL
 LAW_DIVISION = native.LAW_DIVISION
 NO_FAULT, OVER_SPEED, STALE_SENSOR, DEVICE_GONE, RUNAWAY = 0, 4, 5, 6, 7
 SLOW_LAW, SLOW_LINK = 9, 10
 
-# why the force was zero temporarily: no sample arrived, the computer was suspended, the law blocked the loop,
-# the board switched its motor off although it was answered, the board's clock jumped
+# Why the force was temporarily zero: no sample arrived, the computer was suspended, the law blocked the loop,
+# the board switched its motor off although it was answered, or the board's clock jumped.
 CAUSES = NO_SAMPLE, AWAY, HELD_UP, CUT, CLOCK_JUMP = range(5)
 
 
 class LoopArrays(NamedTuple):
-    """All arrays and records that the tick reads and writes, allocated once."""
+    """All arrays and records that the tick reads and writes; they are allocated once."""
 
     tick: Record  # a TICK record
-    params: np.ndarray  # (2, 32): parameters that each slot's law reads now
+    params: np.ndarray  # (2, 32): for each slot, the parameters that its law reads now
     start: np.ndarray  # (32,): start values of the parameters' ramp
     goal: np.ndarray  # (32,): end values of the ramp
     states: np.ndarray  # (2, 16): the law's state in each slot
@@ -133,8 +136,8 @@ class LoopArrays(NamedTuple):
     watch: Record  # a WATCH record
     sequence: np.ndarray  # sequence number of the block in force
     settings: Record
-    program: np.ndarray  # the board's law, packed
-    draft: Block  # the block being read, possibly torn
+    program: np.ndarray  # the packed law for the board
+    draft: Block  # the block that is being read, which may be torn
     block: Block  # the block that the window writes
     control: Record  # a CONTROL record
 
@@ -163,8 +166,8 @@ def new_arrays(shared: Block) -> LoopArrays:
 def restart(r: LoopArrays, hold_seconds: float) -> None:
     """Reset the tick before a loop runs; the force fades in from zero.
 
-    The first hold_seconds have zero force. E-stop and latched faults remain, except for "device
-    disconnected"; counters continue.
+    The force is zero for the first hold_seconds. An E-stop and latched faults remain, except for "device
+    disconnected". Counters continue.
     """
     if r.control.fault[0] == DEVICE_GONE:
         r.control.fault[0] = NO_FAULT

@@ -1,7 +1,7 @@
-"""The parameter block passes settings to the loop: one writer, one reader, and neither ever waits.
+"""The parameter block passes settings to the loop; one writer and one reader use it, and neither ever waits.
 
-A seqlock: the sequence number is odd while the writer writes. The reader copies the block and reads the
-number again; if it has changed, the reader tries again in its next tick. The newest block wins.
+It is a seqlock: the sequence number is odd while the writer writes. The reader copies the block and reads the
+number again. If the number has changed, the reader tries again in its next tick. The newest block is used.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics.clib import assign, fence, load_acquire, store_release
 from hapkit_studio.haptics.record import Record, record, zeros
 
-PARAMS, STATES = 32, 16  # most parameters and state variables of a law
+PARAMS, STATES = 32, 16  # largest numbers of parameters and of state variables of a law
 
 SETTINGS = record(
     ("params", "f8", PARAMS),  # parameters of the law
@@ -24,10 +24,10 @@ SETTINGS = record(
     ("max_force", "f8"),
     ("max_speed", "f8"),
     ("fade", "f8"),  # duration in s of a parameter ramp or cross-fade
-    ("viscous", "f8"),  # damping of the device itself, N·s/m
+    ("viscous", "f8"),  # damping of the device in N·s/m
     ("coulomb", "f8"),  # dry friction of a simulated device, N
     ("quantum", "f8"),  # travel per sensor count, m
-    ("damper", "f8"),  # maximum damping of the passivity controller in N·s/m, 0: off
+    ("damper", "f8"),  # largest damping of the passivity controller in N·s/m; 0 switches the controller off
     ("board_first", "f8"),  # coefficients of the estimator on the board
     ("board_second", "f8"),
     ("hand", "f8", 3),  # mass in kg, damping in N·s/m and stiffness in N/m of the simulated hand
@@ -35,15 +35,16 @@ SETTINGS = record(
     ("law", "i8"),  # address of the compiled law
     ("n_params", "i8"),
     ("n_state", "i8"),
-    ("discrete", "i8"),  # bit i is set if parameter i is a choice, which cross-fades
+    ("discrete", "i8"),  # bit i is set if parameter i is a choice; choices cross-fade
     ("estimator", "i8"),  # a code of dynamics.estimators, or TRUTH
-    ("generation", "i8"),  # incremented by every change
+    ("generation", "i8"),  # every change increments this number
     ("hand_on", "i8"),
-    ("stored", "i8"),  # address of the function for the energy stored in virtual objects, 0: none
-    ("releases", "i8"),  # number of times the simulated handle was released at rest
-    # digest of the board's law, rate and estimator without constants; 0: the computer renders
+    # address of the function that returns the energy stored in virtual objects; 0 if there is none
+    ("stored", "i8"),
+    ("releases", "i8"),  # how often the simulated handle was released at rest
+    # digest of the board's law, rate and estimator, without constants; 0 if the computer renders
     ("code_id", "i8"),
-    ("program_id", "i8"),  # digest of the law's bytes including constants
+    ("program_id", "i8"),  # digest of the law's bytes, including the constants
     ("board_law", "i8"),  # address on this computer of the law that the board renders
     ("board_form", "i8", 7),  # header of the law for the board, in the order of link.PERIOD to link.CHECK
     ("board_moving", "i8"),  # number of constants for which the board has change buffers
@@ -52,9 +53,9 @@ SETTINGS = record(
 PROGRAM_WORDS = 256
 """int64 words for the board's law: 2,048 bytes, the whole memory of an ATmega328P."""
 
-# in place of an estimator's code: use the true velocity, which the driver wrote into the row
+# replaces an estimator's code: the law reads the true velocity, which the driver has written into the row
 TRUTH = -1
-# in place of program_id: the packed law is a torn copy
+# replaces program_id: the packed law is a torn copy
 TORN = -1
 
 
@@ -72,7 +73,7 @@ def new_block() -> Block:
 
 @internal
 def copy(source: Block, to: Block) -> None:
-    """Copy everything except the sequence number; skip the board's law if it is unchanged."""
+    """Copy everything except the sequence number; the board's law is skipped if it is unchanged."""
     if to.settings.program_id != source.settings.program_id:
         for i in range(PROGRAM_WORDS):
             to.program[i] = source.program[i]
@@ -91,7 +92,7 @@ def publish(block: Block, new: Block) -> None:
 
 @compiled
 def take(block: Block, to: Block) -> bool:
-    """Copy the block; return False if the copy is torn, and must not be used."""
+    """Copy the block; return False if the copy is torn and must not be used."""
     sequence = load_acquire(block.sequence, 0)
     if sequence & 1:
         return False

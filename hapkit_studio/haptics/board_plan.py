@@ -1,4 +1,4 @@
-"""Which laws a board can render itself, at which rate and with which estimator."""
+"""Which laws a board can render itself, at which rate, and with which estimator."""
 
 import hashlib
 import math
@@ -25,23 +25,23 @@ from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, 
 if TYPE_CHECKING:
     from hapkit_studio.laws.board import Program
 
-CLOCK = 16e6  # clock frequency of the board's processor, Hz
-TICKS = 2e6  # frequency of the board's timer, which measures the periods, Hz
+CLOCK = 16e6  # Hz: clock frequency of the board's processor
+TICKS = 2e6  # Hz: frequency of the board's timer, which measures the periods
 RATES = tuple(range(4000, 499, -100))
-"""Rates in Hz to request from a board, the fastest first; it uses the nearest whole number of ticks."""
-_SHARE = 0.8  # largest typical load of the board's processor by a law, as a fraction
+"""Rates in Hz to request from a board, the fastest first; the board rounds the period to whole ticks."""
+_SHARE = 0.8  # largest fraction of the board's processor that a law may typically use
 _KEPT = 64
 
 ESTIMATORS = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}
-INSTEAD = "kalman"  # substitute for an estimator that the board does not have
+INSTEAD = "kalman"  # replaces an estimator that the board does not have
 
 
 @dataclass(frozen=True)
 class BoardPlan:
     """How a board renders a law: program, period in timer ticks, estimator and coefficients.
 
-    moving: number of constants for which the board has change buffers. share: typical fraction of the
-    processor that the law uses.
+    ``moving`` is the number of constants for which the board has change buffers. ``share`` is the typical
+    fraction of the processor that the law uses.
     """
 
     law: Law
@@ -78,11 +78,12 @@ def _digest(data: bytes) -> int:
 
 @dataclass(frozen=True)
 class RenderingDecision:
-    """Who renders the settings in force, computer or board; the engine alone decides it.
+    """Who renders the settings in force, computer or board; only the engine decides this.
 
-    plan: how the board renders these settings, or would; None if it cannot, or while ``pending``: the law is
-    being compiled for the board, and the last refusal stays. refusal: in one line why the board cannot render
-    them. in_force: the plan that the loop has, None while the computer renders.
+    ``plan`` is how the board renders these settings, or would render them. It is None if the board cannot
+    render them, or while the decision is ``pending``: then the law is being compiled for the board, and the
+    last refusal stays. ``refusal`` says in one line why the board cannot render the settings. ``in_force`` is
+    the plan that the loop uses, None while the computer renders.
     """
 
     where: str = COMPUTER
@@ -94,7 +95,7 @@ class RenderingDecision:
 
 @dataclass(frozen=True)
 class PlanRequest:
-    """A law with its parameters by key, rate (None: the fastest) and estimator that a board is to render."""
+    """A law that a board is to render, with parameters by key, rate (None for the fastest) and estimator."""
 
     environment: Environment
     values: Values
@@ -112,9 +113,10 @@ class PlanRequest:
 
 @dataclass(frozen=True)
 class BoardPlanner:
-    """Plan how a board renders laws.
+    """Plans how a board renders laws.
 
-    room: bytes that the board has for one law. settings: the board's settings if it is open.
+    ``room`` is the number of bytes that the board has for one law. ``settings`` are those of the board if it
+    is open.
     """
 
     arena: int
@@ -123,7 +125,7 @@ class BoardPlanner:
     _latest: dict[tuple, BoardPlan] = field(default_factory=dict, compare=False, repr=False)
 
     def known(self, request: PlanRequest) -> BoardPlan | str | None:
-        """Return the cached plan, or the reason why the board cannot render; None if not cached."""
+        """Return the cached plan, or the reason why the board cannot render; None if nothing is cached."""
         return self._answers.get(request.key)
 
     def plan(self, request: PlanRequest) -> BoardPlan | str:
@@ -145,7 +147,7 @@ class BoardPlanner:
         title, room = request.environment.title, min(self.arena, 8 * block.PROGRAM_WORDS)
         key = law, repr(request.estimator), request.quantum, request.rate
         before = self._latest.get(key)
-        # if only constants of the same code change, keep the rate, so that the code need not be sent again
+        # if only constants of the same code change, keep the rate, so that the code is not sent again
         if before is not None:
             program = _compiled(law, numbers, 1.0 / before.rate, room)
             if (
@@ -180,9 +182,9 @@ class BoardPlanner:
 
 
 class BackgroundPlanner:
-    """Plan requests in a separate thread; of several waiting requests, only the newest.
+    """Plans requests in a separate thread; if several requests wait, only the newest is planned.
 
-    done is called in that thread with the planner that has answered.
+    ``done`` is called in this thread with the planner that has answered.
     """
 
     def __init__(self, done: Callable[[BoardPlanner], None]):
@@ -196,7 +198,7 @@ class BackgroundPlanner:
         def work_out() -> None:
             try:
                 planner.plan(request)
-            except Exception as defect:  # the future's exception is never read
+            except Exception as defect:  # nobody reads the future's exception
                 traceback.print_exc()
                 planner.keep(
                     request, f"{request.environment.title} cannot be rendered on the board: {defect}"
@@ -210,7 +212,7 @@ class BackgroundPlanner:
         return found
 
     def close(self) -> None:
-        """End the thread, and discard a waiting request."""
+        """End the thread, and discard a request that waits."""
         self._thread.shutdown(wait=False, cancel_futures=True)
         self._thread = ThreadPoolExecutor(1, "hapkit-law")
 
@@ -218,7 +220,7 @@ class BackgroundPlanner:
 @lru_cache(maxsize=_KEPT)
 def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) -> "Program | str":
     """Return a law's program that fits into ``room`` bytes, or the reason why there is none."""
-    from hapkit_studio.laws import board  # imported here, because it would delay the first sample
+    from hapkit_studio.laws import board  # imported here because the import would delay the first sample
 
     values = dict(zip((p.key for p in law.parameters), numbers, strict=True))
     try:
@@ -233,12 +235,12 @@ def share(program: "Program", rate: float) -> float:
 
 
 def frames(rate: float) -> float:
-    """Return the telemetry rate in Hz at a loop rate in Hz: a whole fraction of it, 500 to 1000."""
+    """Return the telemetry rate in Hz at a loop rate in Hz: the loop rate over an integer, 500 to 1000."""
     return rate / math.ceil(rate / 1000.0 - 1e-9)
 
 
 def fits(program: "Program", rate: float) -> bool:
-    """Return True if a law's typical load at a rate in Hz is allowed, and its longest call fits."""
+    """Return True if a law's typical load at a rate in Hz is allowed and its longest call fits."""
     return share(program, rate) <= _SHARE and rate * (program.most + REST_AT_MOST) <= CLOCK
 
 
@@ -255,7 +257,7 @@ _REFUSED: dict[int, str] = {
 
 
 def refusal_text(why: int) -> str:
-    """Return in one line why a board refuses a law."""
+    """Return one line that says why a board refuses a law."""
     name = Refusal(why).name.lower().replace("_", " ") if why in list(Refusal) else f"reason {why}"
     words = _REFUSED.get(why, f"refuses this law ({name})")
     return f"The board {words}. The computer renders."
@@ -271,7 +273,7 @@ def check_rate(request: float | None) -> None:
 
 
 def spec_on_board(spec: Spec) -> Spec:
-    """Return the velocity estimator that a board uses: the chosen one if it has it, otherwise Kalman."""
+    """Return the velocity estimator that a board uses: the chosen one if the board has it, else Kalman."""
     return spec if estimators.parse(spec)[0].key in ESTIMATORS else INSTEAD
 
 
@@ -286,7 +288,7 @@ def coefficients(spec: Spec, rate: float, quantum: float) -> tuple[int, float, f
 
 
 def tell_link(line: Link, settings: Settings, pwm_top: int) -> None:
-    """Store in the link the board's settings and its force at each duty."""
+    """Store the board's settings, and the board's force at each duty, in the link."""
     line.motor[: pwm_top + 1] = motor_forces(settings, pwm_top)
     body = Board(**{w.name: getattr(settings, w.name) for w in Board.layout()}).pack()
     line.settings[:] = np.frombuffer(body, np.uint8)

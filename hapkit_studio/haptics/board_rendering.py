@@ -1,4 +1,4 @@
-"""Rendering on the board: what the computer sends, and how telemetry becomes rows.
+"""Rendering on the board: the messages that the computer sends, and the rows made from telemetry.
 
 The computer sends settings, the law, changed constants and keep-alive messages. Each of these functions
 writes its frames to ``frame`` and returns their length in bytes.
@@ -20,15 +20,15 @@ from hapkit_studio.haptics.tick import due, latch, recover, refresh
 from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.law_frames import PIECE, TUNED
 
-FRAME = 1e-3  # shortest time between telemetry frames, s
-TICK = 0.5e-6  # unit of a board's period, s
+FRAME = 1e-3  # s: shortest time between telemetry frames
+TICK = 0.5e-6  # s: unit of a board's period
 _FADE = 0.030
 _OFF = codec.FLAG_WATCHDOG | codec.FLAG_REFUSED | codec.FLAG_OVER_SPEED | codec.FLAG_STOPPED
 
 
 @internal
 def frame_seconds(period: int) -> float:
-    """Return the time in s between telemetry frames at a board's period in ticks; at least FRAME."""
+    """Return the time in s between telemetry frames for a board's period in ticks; it is at least FRAME."""
     if period <= 0:
         return FRAME
     return TICK * period * math.ceil(FRAME / (TICK * period) - 1e-9)
@@ -36,7 +36,7 @@ def frame_seconds(period: int) -> float:
 
 @internal
 def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
-    """Write the k-th decoded frame, telemetry, to the ring's next row."""
+    """Write the k-th decoded frame, which is telemetry, to the ring's next row."""
     sample, state = conn.samples[k], conn.state
     row = out.rows[rows.next_index(out)]
     note_who_renders(r, conn, sample)
@@ -65,7 +65,7 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
 
 @internal
 def note_who_renders(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
-    """Record that the board renders, or that it has stopped."""
+    """Record that the board renders, or that the board has stopped rendering."""
     state = conn.state
     at, generation = state.handover, int(sample[codec.GENERATION])
     if at == link.SENDING_LAW and generation == state.law_generation:
@@ -87,7 +87,7 @@ def finite(value: float) -> float:
 def fill_row(
     r: LoopArrays, conn: Link, sample: np.ndarray, row: np.ndarray, position: float, period: float
 ) -> None:
-    """Fill in the board's motion, force and state; the state is stored only while its own law is in force."""
+    """Fill in the board's motion, force and state; store the state only while the state's law is in force."""
     t, sign = r.tick, conn.state.sign
     duty = int(sample[codec.PWM])
     applied = sign * math.copysign(conn.motor[min(abs(duty), conn.motor.size - 1)], duty)
@@ -115,9 +115,10 @@ def fill_row(
 
 @internal
 def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: bool) -> int:
-    """Return the row's flags, and latch faults that the board reports.
+    """Return the row's flags, and latch the faults that the board reports.
 
-    gap: frames before this one are missing or have no row. Skipped sensor readings also count as a gap.
+    ``gap`` tells that frames before this one are missing or have no row. Skipped sensor readings also count
+    as a gap.
     """
     state, said = conn.state, int(sample[codec.FLAGS])
     missed = (int(sample[codec.OVERRUNS]) - conn.state.overruns) & 0xFF
@@ -150,7 +151,7 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
 
 @internal
 def latch_reported_faults(r: LoopArrays, state: Record, said: int, now: float) -> None:
-    """Latch over-speed and non-finite forces, unless clearing them was just sent to the board.
+    """Latch over-speed and non-finite forces, unless a command to clear them was just sent to the board.
 
     After a jump of the sensor the board resets its estimate; the speed is then computed from the positions.
     """
@@ -164,19 +165,20 @@ def latch_reported_faults(r: LoopArrays, state: Record, said: int, now: float) -
         latch(r, arrays.NOT_A_NUMBER, math.nan, position)
 
 
-# Interval in s between keep-alive messages. A board switches off 25 ms after the last one, so five may be
-# lost. Each costs it 300 cycles.
+# s: interval between keep-alive messages. A board switches off 25 ms after the last message, so five messages
+# may be lost. Each message costs the board 300 cycles.
 ALIVE_APART = 4e-3
 _HALF_FRAME = 0.5e-3
-# Most pieces of a law sent together, one for each received frame: the board processes a piece in a
-# millisecond and has an input buffer of 128 bytes.
+# Largest number of pieces of a law that are sent together, for each received frame. The board processes a
+# piece in a millisecond and has an input buffer of 128 bytes.
 AT_ONCE = 3
-WINDOW = 16 * PIECE  # most bytes of a law that are sent but not yet acknowledged
-REPEAT = 0.02  # time-out in s, beyond a round trip, after which missing pieces are sent again
-TUNE_AGAIN = 0.05  # the same for constants; by then earlier changes are complete and their buffers free
-STUCK = 0.5  # time-out in s for a completely received law to start
+WINDOW = 16 * PIECE  # largest number of bytes of a law that are sent but not yet acknowledged
+REPEAT = 0.02  # s: time-out, in addition to a round trip, after which missing pieces are sent again
+# the same time-out for constants; by then earlier changes are complete and their buffers are free
+TUNE_AGAIN = 0.05
+STUCK = 0.5  # s: time-out for the start of a law that was received completely
 _GENERATIONS = 255
-FIRST_SLOT = 2  # the slots before it hold position and velocity
+FIRST_SLOT = 2  # the two slots before it contain position and velocity
 
 
 @internal
@@ -204,9 +206,10 @@ def encode_zero(conn: Link, k: int, frame: np.ndarray) -> int:
 
 @internal
 def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Start the handover at zero force: send zero and direction first if a person has changed them.
+    """Start the handover at zero force; send zero and direction first if a person has changed them.
 
-    The board's zero is a count before its direction is applied; its force is applied after.
+    The board's zero is a count before its direction is applied; its force is a force after the direction is
+    applied.
     """
     state, body = conn.state, conn.settings
     state.law_due = 1
@@ -227,7 +230,7 @@ def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndar
 
 @internal
 def send_settings(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Send the settings until the board has them; from the next frame on its zero is the computer's."""
+    """Send the settings until the board has them; from the next frame on it uses the computer's zero."""
     state = conn.state
     if conn.reader[codec.SETTINGS_FRAMES] != state.settings_seen:
         state.zero, state.sign = 0.0, 1.0
@@ -260,7 +263,7 @@ def send_law(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, c
 
 @internal
 def take_law(r: LoopArrays, conn: Link, k: int, code_id: int) -> None:
-    """Copy the law in force for sending, under a new generation number."""
+    """Copy the law in force for sending, and give it a new generation number."""
     state = conn.state
     state.law_generation = next_generation(conn, k)
     state.code_id, state.program_id = code_id, r.settings.program_id
@@ -276,7 +279,7 @@ def take_law(r: LoopArrays, conn: Link, k: int, code_id: int) -> None:
 
 @internal
 def next_generation(conn: Link, k: int) -> int:
-    """Return a generation from 1 to 255 that neither the last law nor the board's present one has."""
+    """Return a generation from 1 to 255 that differs from those of the last law and of the board's law."""
     state, told = conn.state, int(conn.samples[k, codec.GENERATION])
     generation = state.generation
     for _ in range(3):
@@ -307,7 +310,7 @@ def encode_law(conn: Link, frame: np.ndarray) -> int:
 
 @internal
 def send_pieces(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Send the next bytes of the law; after a time-out, start again at the first missing byte."""
+    """Send the next bytes of the law; after a time-out, continue at the first missing byte."""
     state = conn.state
     whole = 4 * conn.law[link.CONSTANTS] + conn.law[link.CODE]
     received = min(int(conn.samples[k, codec.RECEIVED]), whole)
@@ -331,14 +334,14 @@ def send_pieces(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 
 @internal
 def return_to_computer(conn: Link) -> None:
-    """Start to return rendering to the computer."""
+    """Start to return the rendering to the computer."""
     conn.state.handover = link.RETURNING
     conn.state.asked_at = -link.REPEAT_AFTER
 
 
 @internal
 def send_leave(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Encode Leave, repeatedly until telemetry stops."""
+    """Encode Leave, and repeat it until the telemetry stops."""
     state = conn.state
     if now - state.asked_at < link.REPEAT_AFTER:
         return send_now_and_then(conn, k, frame, law_frames.ALIVE)
@@ -348,7 +351,7 @@ def send_leave(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 
 @internal
 def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, code_id: int) -> int:
-    """Send a new law, changed constants, or only a keep-alive message."""
+    """Send a new law, changed constants, or, if there are none, a keep-alive message."""
     state = conn.state
     if r.tick.stale:
         return send_now_and_then(conn, k, frame, law_frames.HELLO_REQUEST)
@@ -380,7 +383,7 @@ def constant_differs(r: LoopArrays, conn: Link, i: int) -> bool:
 
 @internal
 def send_constants(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Send the first changed constants; they count as unsure until the board acknowledges them."""
+    """Send the first changed constants; they are unsure until the board acknowledges them."""
     state = conn.state
     state.tuning, state.tuned_at = next_generation(conn, k), now
     law_frames.begin_tune(frame, state.law_generation, state.tuning)
@@ -397,7 +400,7 @@ def send_constants(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndar
 
 @internal
 def send_now_and_then(conn: Link, k: int, frame: np.ndarray, word: int) -> int:
-    """Encode a message without fields, at intervals of a few milliseconds of the board's clock."""
+    """Encode a message without fields every few milliseconds of the board's clock."""
     time = conn.samples[k, codec.BOARD_TIME]
     if 0.0 <= time - conn.state.alive_at < ALIVE_APART - _HALF_FRAME:
         return 0

@@ -1,4 +1,4 @@
-"""Run one scene many times with different parameters, and end each run as soon as its outcome is known.
+"""Run one scene many times with different parameters; each run ends as soon as its outcome is known.
 
 A thread computes hundreds of cells without Python, with one set of loop arrays and one plant. Their memory is
 one flat array, so a single copy resets them. Every sample equals that of the batch engine bit for bit.
@@ -17,8 +17,9 @@ from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import load_acquire
 from hapkit_studio.haptics.simulated_loop import Plant
 
-# Each run is divided into parts of equal duration. For each: the lowest and highest true position in m, and
-# the sum over its samples of a^2 + (w v)^2 in m2/s4, constant for an oscillation at the angular frequency w.
+# Each run is divided into parts of equal duration. For each part, the lowest and highest true position in m
+# are stored, and the sum over its samples of a^2 + (w v)^2 in m2/s4, which is constant for an oscillation at
+# the angular frequency w.
 PARTS = 12
 LOW, HIGH, POWER = range(3)
 # how a run ended
@@ -30,18 +31,18 @@ _STEADY_SHARE = 0.01
 class Cells(NamedTuple):
     """The parameters that differ between runs; one entry or row per cell."""
 
-    numbers: np.ndarray  # (n, p): the law's first p parameters
-    starts: np.ndarray  # (n,) m: position from which the handle is released at rest
-    samples: np.ndarray  # (n,) int64: samples per part
-    weights: np.ndarray  # (n,) rad/s: angular frequency w of POWER
+    numbers: np.ndarray  # (n, p): the first p parameters of the law
+    starts: np.ndarray  # (n,) m: position at which the handle is released at rest
+    samples: np.ndarray  # (n,) int64: number of samples per part
+    weights: np.ndarray  # (n,) rad/s: angular frequency w in POWER
 
 
 class Limits(NamedTuple):
     """Conditions that end a run early."""
 
-    far: float  # m: the run has left if |x| exceeds it or is not finite
-    still: int  # samples: the handle is at rest for good if it has not moved for this long
-    faint: float  # m: the motion has died out if a whole part stays within it
+    far: float  # m: the handle has left if |x| exceeds this value or is not finite
+    still: int  # samples: the handle rests for good if it has not moved for this long
+    faint: float  # m: the motion has died out if it stays within this range for a whole part
     small: float  # m: a steady motion of at most this size needs no further samples
 
 
@@ -51,13 +52,13 @@ NEVER_STILL, NEVER_FAINT, NEVER_SMALL = 1 << 62, 0.0, 0.0
 class CellResults(NamedTuple):
     """The outcome of the runs; one entry per cell."""
 
-    parts: np.ndarray  # (n, PARTS, 3): LOW, HIGH, POWER; zeros after the run's end
+    parts: np.ndarray  # (n, PARTS, 3): LOW, HIGH, POWER; parts after the end of the run are zero
     ends: np.ndarray  # (n,) int64: COMPLETED, LEFT_RANGE, SETTLED, DIED_OUT or STEADY
     samples: np.ndarray  # (n,) int64: number of rendered samples
 
 
 def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, np.ndarray]:
-    """Return copies of arrays and plant whose memory is one flat int64 array, and that array."""
+    """Return copies of arrays and plant whose memory is one flat int64 array, and this array."""
 
     def leaves(tree):
         return [leaf for part in tree for leaf in (leaves(part) if isinstance(part, tuple) else [part])]
@@ -79,9 +80,9 @@ def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, np.ndarray]:
 
 @inlined
 def _end_of(parts: np.ndarray, part: int, limits: Limits) -> int:
-    """Return how a run ends after a complete part; COMPLETED if it continues.
+    """Return how a run ends after a complete part; COMPLETED if the run continues.
 
-    The motion is steady if the last three parts have the same reach, at most `small`.
+    The motion is steady if the last three parts have the same reach and this is at most `small`.
     """
     if max(-parts[part, LOW], parts[part, HIGH]) < limits.faint:
         return DIED_OUT
@@ -105,7 +106,7 @@ def _watch(
     limits: Limits,
     parts: np.ndarray,
 ) -> tuple[int, int]:
-    """Render one run into parts (PARTS, 3); return how it ended and its number of samples."""
+    """Render one run into parts (PARTS, 3); return how the run ended and its number of samples."""
     period = r.block.settings.period
     speed, waited, done, end = 0.0, 0, 0, COMPLETED
     for part in range(PARTS):
@@ -164,8 +165,9 @@ def run(
 ) -> None:
     """Render every cell into ``found``; stop early if a law is too slow or the user cancels.
 
-    flat: the memory of arrays and plant; made: a copy of its initial content. row (ROW_WIDTH,): a buffer for
-    one sample. hand: mass, damping and stiffness of a hand that rests at 0 m, zeros for none.
+    ``flat`` is the memory of arrays and plant, and ``made`` a copy of its initial content. ``row``
+    (ROW_WIDTH,) is a buffer for one sample. ``hand`` contains mass, damping and stiffness of a hand that
+    rests at 0 m, or zeros without a hand.
     """
     for i in range(cells.starts.shape[0]):
         restart(r, body, flat, made, hand, cells.numbers[i], cells.starts[i])
@@ -176,7 +178,7 @@ def run(
 
 
 def run_cells(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limits) -> CellResults:
-    """Return the results of a scene's runs with the cells' parameters; a grip's hand rests at 0 m.
+    """Return the results of a scene's runs with the parameters of the cells; a grip's hand rests at 0 m.
 
     Raise LawError if the law is too slow.
     """

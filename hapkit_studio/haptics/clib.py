@@ -1,10 +1,10 @@
 """C functions by symbol, and ordered loads and stores, for code compiled with numba.
 
-A compiled function that refers to a ctypes pointer contains an address, so numba does not cache it; a symbol
-is resolved each time the machine code is loaded. Addresses are integers, e.g. ``array.ctypes.data``.
+A compiled function that refers to a ctypes pointer contains an address, so numba does not cache the function.
+A symbol is resolved each time the machine code is loaded. Addresses are integers, e.g. ``array.ctypes.data``.
 
-Two threads share words by ordered loads and stores: without them LLVM hoists the load of a flag out of a
-loop. Words are elements of one-dimensional int64 arrays. In interpreted mode Python's own lock orders all
+Two threads share words by ordered loads and stores. Without these, LLVM would hoist the load of a flag out of
+a loop. Words are elements of one-dimensional int64 arrays. In interpreted mode Python's lock orders all
 accesses.
 """
 
@@ -199,12 +199,12 @@ else:
 
     @compiled
     def load_acquire(words: np.ndarray, index: int) -> int:
-        """Return words[index]; later reads are not moved before it."""
+        """Return words[index]; no later read is moved before this read."""
         return _load(words, index)
 
     @compiled
     def store_release(words: np.ndarray, index: int, value: int) -> None:
-        """Set words[index]; all earlier writes become visible before it."""
+        """Set words[index]; all earlier writes become visible before this write."""
         _store(words, index, value)
 
     @compiled
@@ -214,5 +214,5 @@ else:
 
     @compiled
     def assign(to: Any, source: Any) -> None:
-        """Copy a record's fields to another one."""
+        """Copy the fields of a record to another record."""
         _assign(to, source)

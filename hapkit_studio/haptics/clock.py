@@ -1,9 +1,9 @@
 """The loop's clocks and its sleep: three compiled functions per operating system, without the GIL.
 
-``now()`` returns monotonic seconds (the clock of ``time.perf_counter``); ``until(deadline)`` sleeps until
-that instant, and returns at once if it has passed; ``thread_time()`` returns the processor time used by the
-calling thread (the clock of ``time.thread_time``), without the time in which other threads run. All can be
-called from compiled code and from Python.
+``now()`` returns monotonic seconds (the clock of ``time.perf_counter``). ``until(deadline)`` sleeps until the
+deadline, and returns at once if the deadline has passed. ``thread_time()`` returns the processor time used by
+the calling thread (the clock of ``time.thread_time``), without the time in which other threads run. All
+functions can be called from compiled code and from Python.
 """
 
 import sys
@@ -41,7 +41,7 @@ def linux_thread_time() -> float:
 
 @compiled
 def linux_until(deadline: float) -> None:
-    """Sleep until an absolute time in s; signals do not interrupt it (clock_nanosleep(2))."""
+    """Sleep until an absolute time in s; signals do not interrupt the sleep (clock_nanosleep(2))."""
     if not deadline > 0.0:
         return
     spec = clib.word_pair()
@@ -54,7 +54,7 @@ def linux_until(deadline: float) -> None:
 
 @compiled
 def macos_tick() -> float:
-    """Return a Mach tick in s; mach_timebase_info fills two uint32: numerator, denominator."""
+    """Return a Mach tick in s; mach_timebase_info returns two uint32: numerator and denominator."""
     pair = clib.word_pair()
     clib.mach_timebase_info(pair)
     word = clib.get_word(pair, 0)
@@ -101,7 +101,7 @@ def windows_thread_time() -> float:
 
 @compiled
 def windows_until(deadline: float) -> None:
-    """Sleep until an absolute time in s with a high-resolution waitable timer, relative in 100 ns."""
+    """Sleep until an absolute time in s with a high-resolution waitable timer, in steps of 100 ns."""
     remaining = int((deadline - windows_now()) * 1e7)
     if remaining <= 0:
         return

@@ -1,4 +1,4 @@
-"""Drivers run the loop: one per kind of connection, all with the same tick."""
+"""Drivers run the loop: there is one for each kind of connection, and all use the same tick."""
 
 import sys
 from typing import Any
@@ -14,16 +14,16 @@ from hapkit_studio.haptics.health import silent
 from hapkit_studio.haptics.link import Link
 from hapkit_studio.haptics.rows import Ring
 
-# s of zero force after connecting, in which the delay of the line is measured
+# s of zero force after connecting, during which the delay of the line is measured
 HOLD_SECONDS = 0.5
 
 
 class Driver:
-    """Own one connection; ``run`` occupies its thread until the control word ``quit`` is set.
+    """The owner of one connection; ``run`` occupies its thread until the control word ``quit`` is set.
 
-    hold_seconds: time of zero force at the start. rate: Hz of the device's own clock, None without one.
-    planner: plans what the board can render, None without a board. no_planner: the reason in one line why
-    there is none.
+    ``hold_seconds`` is the time of zero force at the start. ``rate`` is that of the device's clock in Hz,
+    None if the device has no clock. ``planner`` plans what the board can render, and is None without a board;
+    ``no_planner`` then says in one line why.
     """
 
     hold_seconds = 0.0
@@ -35,11 +35,11 @@ class Driver:
         self.conn = conn
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
-        """Render until ``quit`` is set; always send zero force last."""
+        """Render until ``quit`` is set; always send a zero force as the last message."""
         raise NotImplementedError
 
     def refusal(self, plan: BoardPlan) -> str:
-        """Return in one line why the device refused a plan, "" if it did not."""
+        """Return one line that says why the device refused a plan, or ""."""
         state = self.conn.state
         refused = state.refused == plan.code_id
         return board_plan.refusal_text(int(state.refusal)) if refused else ""
@@ -52,7 +52,7 @@ class Driver:
 
 
 class SimulatedDriver(Driver):
-    """Run the loop on a simulated device; the hand's motion comes from the parameter block."""
+    """Runs the loop on a simulated device; the parameter block contains the motion of the hand."""
 
     def __init__(self, device: Device):
         super().__init__(link.new_link(device.quantum))
@@ -64,7 +64,7 @@ class SimulatedDriver(Driver):
 
 
 class SerialDriver(Driver):
-    """Run the loop on a board at a serial port, synchronised to its samples."""
+    """Runs the loop on a board at a serial port, synchronised to the board's samples."""
 
     hold_seconds = HOLD_SECONDS
 
@@ -104,7 +104,7 @@ class SerialDriver(Driver):
 
 
 class PortableDriver(SerialDriver):
-    """Run the loop in a plain Python thread, for systems whose ports are not file descriptors."""
+    """Runs the loop in a plain Python thread, for systems whose ports are not file descriptors."""
 
     def _loop(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         if r.control.quit[0]:
@@ -128,5 +128,5 @@ def driver_for(device: Device) -> Driver:
 
 
 def no_board(device: Device) -> str:
-    """Return in one line why a device without a board cannot render laws itself."""
+    """Return one line that says why a device without a board cannot render laws itself."""
     return f"{device.title} has no board: the computer renders."

@@ -33,7 +33,7 @@ from hapkit_studio.haptics.settings import BlockContent
 
 STARTING = Priority("Starting")
 JOIN_SECONDS = 2.0
-LATELY = 2000  # number of newest delays that are evaluated, one or two seconds
+LATELY = 2000  # number of newest delays that are evaluated; they span one or two seconds
 FIRST_LOOP = LoopSettings(hand=GRIP.default_option, viscous=0.0, coulomb=0.0)
 """Settings before a device is open."""
 
@@ -43,7 +43,7 @@ def _environment(named: str | Environment) -> Environment:
 
 
 class Engine:
-    """Run one device's loop in its own thread and pass settings to it."""
+    """Runs one device's loop in a thread and passes settings to the loop."""
 
     def __init__(self, device: Device, environment: str | Environment = "wall", realtime: bool = True):
         self.device = device
@@ -58,16 +58,16 @@ class Engine:
         self._priority = STARTING
         self._message = ""
         self._lock = threading.RLock()
-        # compiled laws by address, each with the last settings generation that used it
+        # compiled laws by address, each with the last settings generation that used the law
         self.kept_laws: dict[int, tuple[int, object]] = {}
-        self._titles: dict[int, str] = {}  # titles of environments by their law's address
+        self._titles: dict[int, str] = {}  # titles of environments, by the address of their law
         self._planning = BackgroundPlanner(self._planned)
         chosen = _environment(environment)
         self._content = BlockContent(chosen, chosen.values(), FIRST_LOOP)
 
     # --- start and end
     def start(self) -> None:
-        """Open the device and start the loop; raise DeviceError. The very first start compiles it."""
+        """Open the device and start the loop; raise DeviceError. The very first start compiles the loop."""
         self.close()
         self.driver, self._message = driver_for(self.device), ""
         try:
@@ -77,11 +77,11 @@ class Engine:
             raise
 
     def _begin(self, driver: Driver) -> None:
-        self._content.decision = RenderingDecision()  # another device's does not count
+        self._content.decision = RenderingDecision()  # discard the decision for the previous device
         known = {key: getattr(self.device, key) for key in ("mass", "viscous", "quantum")}
         known["max_force"] = self._highest_limit()
         self._change_loop(rate=driver.rate or self.loop.rate, **known)
-        # compile or load the loop; it renders nothing, because ``quit`` is set
+        # compile or load the loop; ``quit`` is set, so it renders nothing
         store_release(self.arrays.control.quit, 0, 1)
         driver.run(self.arrays, new_ring(self.arrays.control, 2), self.lateness_bins)
         self.lateness_bins[:] = 0
@@ -104,7 +104,7 @@ class Engine:
             priority.release()
 
     def close(self) -> None:
-        """Stop the loop with a zero command and disconnect the device."""
+        """Stop the loop, which sends a zero force, and disconnect the device."""
         store_release(self.arrays.control.quit, 0, 1)
         if self._thread is not None:
             self._thread.join(JOIN_SECONDS)
@@ -115,7 +115,7 @@ class Engine:
         self._planning.close()
 
     def use(self, device: Device) -> None:
-        """Change to another device with the same settings and readers.
+        """Change to a different device; settings and readers stay the same.
 
         If DeviceError is raised, the force is zero.
         """
@@ -143,7 +143,7 @@ class Engine:
             self._change(settings=replace(self.loop, **changes))
 
     def _write(self, content: BlockContent) -> None:
-        """Write settings to the loop's block; every law stays alive as long as the loop may call it."""
+        """Write settings to the loop's block; keep every law in memory as long as the loop may call it."""
         encoded, law = content.encode(), content.environment.force.compiled()
         accepted = int(load_acquire(self.arrays.control.accepted, 0))
         self.kept_laws[law.address] = content.generation, law
@@ -161,7 +161,7 @@ class Engine:
 
     @property
     def loop(self) -> LoopSettings:
-        """Return the loop settings in force, with the device as the loop models it."""
+        """Return the loop settings in force, with the device's properties that the loop uses."""
         return self._content.settings
 
     @property
@@ -171,7 +171,7 @@ class Engine:
 
     @property
     def modelled(self) -> SimulatedHapkit | None:
-        """Return the device model with the terms simulated now, None for hardware."""
+        """Return the device model with the terms that are simulated now; None for hardware."""
         return self._modelled(self.environment, self._content.values, self.loop.model)
 
     def _modelled(self, environment: Environment, values: Values, terms: str) -> SimulatedHapkit | None:
@@ -184,7 +184,7 @@ class Engine:
 
     @property
     def max_force(self) -> float:
-        """Return the force limit in force in N: the device's own, or a lower one."""
+        """Return the present force limit in N: that of the device, or a lower one."""
         return self.loop.max_force
 
     def set_environment(self, key: str | Environment, values: Mapping[str, object] | None = None) -> None:
@@ -195,9 +195,9 @@ class Engine:
     def replace_environment(
         self, present: Environment, its_values: Mapping[str, float], key: str | Environment, values: Mapping
     ) -> bool:
-        """Switch to an environment only if ``present`` with its values is still in force.
+        """Switch to an environment only if ``present`` is still in force with the given values.
 
-        Return True if so.
+        Return True if the environment was switched.
         """
         with self._lock:
             still = self.environment is present and self.values == its_values
@@ -206,7 +206,7 @@ class Engine:
             return still
 
     def set_parameter(self, key: str, value: object) -> None:
-        """Change one parameter; if ParameterError is raised, the loop continues with the last valid value."""
+        """Change one parameter; if ParameterError is raised, the loop keeps the last valid value."""
         self.put_values(self.environment.changed(self._content.values, {key: value}))
 
     def put_values(self, values: Mapping[str, float]) -> None:
@@ -219,7 +219,7 @@ class Engine:
         self.change_loop({key: getattr(checked, key) for key in changes})
 
     def change_loop(self, changes: Mapping[str, Any]) -> None:
-        """Change checked loop settings; raise ParameterError for a rate that the device does not have."""
+        """Change checked loop settings; raise ParameterError if the device does not have the rate."""
         rate = changes.get("rate")
         own_rate = self.driver.rate if self.driver is not None else None
         if rate is not None and own_rate not in (None, rate):
@@ -259,26 +259,26 @@ class Engine:
             self._change(target=None, releases=self._content.releases + 1)
 
     def _tell_hand(self) -> None:
-        """Pass the hand's target and grip to the driver of a device with a hand of its own."""
+        """Pass the hand's target and grip to the driver of a device that has a simulated hand."""
         if self.driver is not None:
             self.driver.move_hand(self._content.target, self.grip)
 
     # --- where rendering happens, on the computer or the board: changes take effect after the handover
     @property
     def where(self) -> str:
-        """Return who is to render, "computer" or "board"."""
+        """Return which of "computer" and "board" shall render."""
         return self.decision().where
 
     @property
     def rendering(self) -> str:
-        """Return where rendering happens now; "computer" during a handover."""
+        """Return where rendering happens now; during a handover this is "computer"."""
         on_board = self.driver is not None and self.driver.conn.state.handover == link.ON_BOARD
         return BOARD if on_board else COMPUTER
 
     def set_where(self, where: str, rate: float | None = None) -> None:
         """Let the "computer" or the "board" render, the board at a rate in Hz or the law's fastest.
 
-        The force fades out and in again. Raise ParameterError if the board is known to be unable to.
+        The force fades out and in again. Raise ParameterError if it is known that the board cannot render.
         """
         if where not in RENDERERS:
             raise ParameterError(f"{' or '.join(RENDERERS)} renders, not {where!r}.")
@@ -286,29 +286,30 @@ class Engine:
             raise ParameterError(refusal)
         self.prefer(where, rate)
         if where == BOARD and self.arrays.control.fault[0] == arrays.SLOW_LINK:
-            self.clear_fault()  # rendering on the board needs no fast link
+            self.clear_fault()  # a slow link is no problem for rendering on the board
 
     def prefer(self, where: str, rate: float | None = None) -> None:
-        """Set where to render every scene, if possible; raise ParameterError for an unsupported rate."""
+        """Choose who renders every scene, if possible; raise ParameterError for an unsupported rate."""
         board_plan.check_rate(rate)
         self._change_loop(where=where, board_rate=rate)
 
     def decision(self, wait: bool = False) -> RenderingDecision:
         """Return who renders the settings in force, and how.
 
-        A law that is new to the board is compiled in the background, and the decision is pending until that
-        is done, unless one can wait.
+        A law that is new to the board is compiled in the background. Until this is done the decision is
+        pending, unless ``wait`` is true.
         """
         told = self._content.decision
         decided = self._decide(self._content, told, wait)
-        if decided.where == BOARD and decided.in_force != told.in_force:  # the loop has not been told yet
+        # the loop has not received the plan yet
+        if decided.where == BOARD and decided.in_force != told.in_force:
             return replace(decided, pending=True, in_force=told.in_force)
         return decided
 
     def _decide(
         self, content: BlockContent, last: RenderingDecision, wait: bool = False
     ) -> RenderingDecision:
-        """Decide who renders a content of the block; while that is pending as ``last``."""
+        """Decide who renders a content of the block; while the decision is pending, return ``last``."""
         answer, wanted = self._plan(content, wait), content.settings.where == BOARD
         if isinstance(answer, BoardPlan):
             refusal = self.driver.refusal(answer) if self.driver is not None else ""
@@ -321,7 +322,7 @@ class Engine:
         )
 
     def _plan(self, content: BlockContent, wait: bool) -> BoardPlan | str | None:
-        """Return how the open board renders a content, or in one line why not; None: not known yet."""
+        """Return how the open board renders a content, or why it cannot in one line; None if unknown yet."""
         driver = self.driver
         if driver is None:
             return "No device is open." if self.device.has_board else no_board(self.device)
@@ -338,7 +339,7 @@ class Engine:
 
     @property
     def plan_request(self) -> PlanRequest:
-        """Return what the board is asked to render with the settings in force."""
+        """Return the request for the board to render the settings in force."""
         return self._request(self._content)
 
     def _planned(self, planner: BoardPlanner) -> None:
@@ -352,14 +353,14 @@ class Engine:
                 self._content.decision = self._decide(self._content, self._content.decision)
 
     def delay_of(self, where: str) -> MeasuredDelay | None:
-        """Return the recently measured delay in s of one place of rendering, None if not measured yet."""
+        """Return the recently measured delay in s of one renderer; None if it is not measured yet."""
         if self.driver is None:
             return None
         which = delays.OF_BOARD if where == BOARD else delays.OF_COMPUTER
         return delays.measured_delay(self.driver.conn.delays, which, LATELY)
 
     def missed_of(self, where: str) -> int:
-        """Return the missed ticks of one place: late answers, or ticks that the board skipped."""
+        """Return the missed ticks of one renderer: late answers, or ticks that the board skipped."""
         skipped = 0 if self.driver is None else int(self.driver.conn.state.skipped)
         return skipped if where == BOARD else max(int(self.arrays.control.missed[0]) - skipped, 0)
 
@@ -375,7 +376,7 @@ class Engine:
         store_release(word, 0, int(word[0]) + 1)
 
     def stop(self) -> None:
-        """E-stop: zero force from the next tick on until it is released."""
+        """E-stop: the force is zero from the next tick on until the stop is released."""
         store_release(self.arrays.control.stop, 0, 1)
 
     def release_stop(self) -> None:
@@ -410,13 +411,13 @@ class Engine:
         return RingReader(self._ring)
 
     def renders(self, environment: Environment) -> bool:
-        """Return True if the newest rows contain this environment's state, after the tick that switches."""
+        """Return True if the newest rows contain this environment's state, so the tick has switched to it."""
         law = int(self.arrays.laws[self.arrays.tick.slot])
         return environment is self.environment and law == environment.force.compiled().address
 
     @property
     def settled(self) -> bool:
-        """Return True if the newest rows come from the environment's law alone, after the cross-fade."""
+        """Return True if only the environment's law makes the newest rows, after the cross-fade."""
         r = self.arrays
         if not self.renders(self.environment) or r.tick.blend < 1.0:
             return False
@@ -427,15 +428,16 @@ class Engine:
 
     @property
     def excess(self) -> tuple[float, float]:
-        """Return the energy in J given beyond the limit, and the threshold in J of a felt excess."""
+        """Return the energy in J given beyond the limit, and the threshold in J from which it is felt."""
         watch, quantum = self.arrays.watch, float(self.arrays.settings.quantum)
         felt = passivity.FELT + passivity.COUNTS * quantum * float(watch.peak)
         return float(watch.alarm.excess), felt
 
     def health(self) -> Health:
-        """Return the loop's health; call it a few times per second.
+        """Return the loop's health; call this method a few times per second.
 
-        If the device disconnects, the loop ends at once; its message is ready as soon as it no longer runs.
+        If the device disconnects, the loop ends at once. Its message is available as soon as the loop has
+        ended.
         """
         control, thread, held = self.arrays.control, self._thread, self._priority
         rate, late, missed_lately = self._watch.look(control, self.lateness_bins)

@@ -1,4 +1,4 @@
-"""Render a scene without a window and without real time: used by simulate, sweeps and stability tests."""
+"""Render a scene without a window and without real time, for simulate, sweeps and stability tests."""
 
 import math
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ def simulate_sample(
 ) -> bool:
     """Fill one row, whose time is set, and move the device while the hand's target moves to `after` m.
 
-    shown: target stored in the row, NaN without a hand. Return False if the run is to end.
+    ``shown`` is the target that is stored in the row, NaN without a hand. Return False if the run shall end.
     """
     simulated_loop.write_truth(body, shown, row)
     force = tick(r, simulated_loop.measure(body), r.block.settings.period, body.dev[simulated.EFFECT], row)
@@ -40,10 +40,11 @@ def simulate_sample(
 def run_batch(
     r: LoopArrays, body: Plant, hand: np.ndarray, targets: np.ndarray, holding: np.ndarray, out: np.ndarray
 ) -> int:
-    """Fill one row per sample; return the number of rows, fewer only if the run was cancelled.
+    """Fill one row per sample; return the number of rows, which is smaller only if the run was cancelled.
 
-    hand: mass, damping, stiffness. targets: (n + 1,) in m, linear between samples. holding: (n,), whether the
-    hand holds the handle from sample k on. out: (n, ROW_WIDTH), row 0 is the initial state.
+    ``hand`` contains mass, damping and stiffness. ``targets`` (n + 1,) are in m and linear between samples.
+    ``holding`` (n,) tells whether the hand holds the handle from sample k on. ``out`` is (n, ROW_WIDTH); row
+    0 is the initial state.
     """
     settings = r.block.settings
     period, grip = settings.period, (hand[0], hand[1], hand[2])
@@ -64,7 +65,7 @@ def run_batch(
 def run_prescribed(
     r: LoopArrays, body: Plant, positions: np.ndarray, velocities: np.ndarray, out: np.ndarray
 ) -> None:
-    """Fill one row per sample of a prescribed motion: positions in m and velocities in m/s, (n,)."""
+    """Fill one row per sample of a prescribed motion: positions (n,) in m and velocities (n,) in m/s."""
     settings = r.block.settings
     simulated_loop.configure(body, settings, (0.0, 0.0, 0.0), False)
     patience.begin(r)
@@ -77,7 +78,7 @@ def run_prescribed(
             return
 
 
-_AT_ONCE = 1 << 17  # rows per call, 35 MB, so that Ctrl+C is handled soon
+_AT_ONCE = 1 << 17  # rows per call, which take 35 MB, so that Ctrl+C is handled soon
 
 
 def new_rows(count: int) -> np.ndarray:
@@ -88,16 +89,17 @@ def new_rows(count: int) -> np.ndarray:
     return out
 
 
-# step in s of the numerical derivative of a prescribed motion
+# s: step of the numerical derivative of a prescribed motion
 _DIFFERENCE_SECONDS = 1e-6
 
 
 @dataclass(frozen=True)
 class Scene:
-    """An environment with its values, device and loop; values need only be finite, not within limits.
+    """An environment with its values, device and loop; values must be finite, but may exceed their limits.
 
-    true_velocity: the law gets the paddle's true velocity instead of the loop's estimate. designed_for:
-    sensor quantum in m that the velocity estimator assumes, None for the device's own.
+    If ``true_velocity`` is true, the law gets the paddle's true velocity instead of the loop's estimate.
+    ``designed_for`` is the sensor quantum in m that the velocity estimator assumes, None for that of the
+    device.
     """
 
     environment: Environment
@@ -128,7 +130,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class PreparedRun:
-    """A prepared scene and hand; ``run`` executes compiled code only, and may be called once."""
+    """A prepared scene and hand; ``run`` executes only compiled code, and may be called once."""
 
     title: str
     arrays: LoopArrays
@@ -148,7 +150,7 @@ class PreparedRun:
 def prepare_run(scene: Scene, hand: Hand, count: int, room: int | None = None) -> PreparedRun:
     """Prepare a scene for count rows; raise ParameterError for a motion that is not finite.
 
-    room: rows of memory, for rendering in chunks.
+    ``room`` is the number of rows in memory, for rendering in chunks.
     """
     r, body = scene.prepare()
     times = np.arange(count + 1) / scene.loop.rate
@@ -159,11 +161,11 @@ def prepare_run(scene: Scene, hand: Hand, count: int, room: int | None = None) -
     return PreparedRun(scene.environment.title, r, body, numbers, targets, holding, out)
 
 
-_CHUNK = 256  # rows per chunk, which fit into the processor's cache
+_CHUNK = 256  # number of rows in a chunk, which fit into the processor's cache
 
 
 def render_every(scene: Scene, hand: Hand, count: int, every: int) -> np.ndarray:
-    """Return every n-th of count telemetry rows; only one chunk of rows is in memory at a time."""
+    """Return every n-th of ``count`` telemetry rows; only one chunk of rows is in memory at a time."""
     made, kept = prepare_run(scene, hand, count, min(count, _CHUNK * every)), []
     for at in range(0, count, len(made.out)):
         targets, holding = made.targets[at : at + len(made.out) + 1], made.holding[at : at + len(made.out)]
@@ -177,9 +179,9 @@ def render_every(scene: Scene, hand: Hand, count: int, every: int) -> np.ndarray
 
 
 def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np.ndarray, LoopArrays]:
-    """Return count telemetry rows and the loop's final arrays.
+    """Return ``count`` telemetry rows and the loop's final arrays.
 
-    Raise ParameterError for a motion that is not finite, LawError for a law that is too slow.
+    Raise ParameterError if a motion is not finite, and LawError if a law is too slow.
     """
     if isinstance(hand, Prescribed):
         return _render_prescribed(hand, scene, count)

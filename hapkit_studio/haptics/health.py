@@ -16,7 +16,7 @@ from hapkit_studio.haptics.priority import Priority
 from hapkit_studio.haptics.record import Record
 
 _FINE = np.arange(1, 1001)
-# widths of bins: 1 µs up to 1 ms, 10 µs up to 10 ms, 100 µs up to 100 ms, and one overflow bin
+# widths of the bins: 1 µs up to 1 ms, 10 µs up to 10 ms, 100 µs up to 100 ms, and one overflow bin
 LATENESS_EDGES_US = np.concatenate((_FINE, 1000 + 10 * _FINE[:900], 10_000 + 100 * _FINE[:900], [np.inf]))
 LATENESS_BINS = 2801
 
@@ -42,7 +42,7 @@ def add_lateness(bins: np.ndarray, lateness: float) -> None:
 
 
 def lateness_percentiles(bins: np.ndarray) -> dict[str, float]:
-    """Return p50, p99, p99.9 and max in µs, each the upper edge of its bin; 0 for empty bins."""
+    """Return p50, p99, p99.9 and max in µs, each as the upper edge of its bin; 0 if all bins are empty."""
     total = int(bins.sum())
     if not total:
         return {"p50": 0.0, "p99": 0.0, "p99.9": 0.0, "max": 0.0}
@@ -59,9 +59,9 @@ WINDOW_SECONDS = 10.0
 class LinkCounts:
     """Counts of link errors between computer and board since the start.
 
-    no_sample, away, held_up, cut: how often the force went to zero because no sample arrived, the computer
-    was suspended, the law blocked the loop, the board switched its motor off. clock_jumps: how often the
-    board's clock jumped back, stopped or jumped ahead.
+    ``no_sample``, ``away``, ``held_up`` and ``cut`` count how often the force went to zero because no sample
+    arrived, the computer was suspended, the law blocked the loop, or the board switched its motor off.
+    ``clock_jumps`` counts how often the board's clock jumped back, stopped or jumped ahead.
     """
 
     lost_frames: int
@@ -84,10 +84,10 @@ def count_link(control: Record) -> LinkCounts:
 
 @dataclass(frozen=True)
 class Health:
-    """A snapshot of the loop for status bar and command line; delay in s, None before it is measured.
+    """A snapshot of the loop for status bar and command line; the delay in s is None before it is measured.
 
-    Rate, lateness in µs and missed_lately (including lost frames) cover the last 10 s, other counts all time.
-    stale: the reason for temporary zero force, "" if there is none.
+    Rate, lateness in µs and missed_lately (which includes lost frames) cover the last 10 s; all other counts
+    cover the whole time. ``stale`` is the reason why the force is temporarily zero, or "".
     """
 
     rate: float
@@ -104,7 +104,7 @@ class Health:
 
 @dataclass
 class Watch:
-    """Compare counts over a sliding window, for the rate and lateness of the last seconds."""
+    """Compares counts over a sliding window, for the rate and lateness of the last seconds."""
 
     past: deque = field(default_factory=deque)
 
@@ -143,7 +143,7 @@ _STALE = {
 
 
 def stale_reason(r: LoopArrays) -> str:
-    """Return the reason for temporary zero force, "" if there is none."""
+    """Return the reason why the force is temporarily zero, or ""."""
     cause = int(r.tick.stale) - 1
     return "" if cause < 0 else _STALE[cause][0]
 
@@ -158,13 +158,13 @@ class Fault:
 
 
 def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | None:
-    """Describe a latched fault from the loop's values, None for no fault; law: the name of the law."""
+    """Describe a latched fault from the loop's values; None without a fault. ``law`` is the law's name."""
     value, second = float(r.tick.fault_value), float(r.tick.fault_position)
     line, limit = int(r.fault[1]), float(r.settings.max_speed)
     place = f"x = {number(1e3 * second, 2)} mm"
     name, at = "NaN" if math.isnan(value) else "infinity", f" (line {line})" if line else ""
     stale, remedy = _STALE[int(value) if code == arrays.STALE_SENSOR else arrays.NO_SAMPLE]
-    # the board measures no longer delays
+    # the board cannot measure longer delays
     trip = f"more than {_ms(LONGEST_DELAY)} ms" if value >= LONGEST_DELAY else f"{_ms(value)} ms"
     gone = silent("The board", value) if value > 0.0 else "The device is gone."
     found = {
@@ -202,7 +202,7 @@ def silent(name: str, seconds: float) -> str:
 
 
 def _beyond(value: float, limit: float) -> str:
-    """Format a speed with enough decimals to show that it exceeds the limit.
+    """Format a speed with so many decimals that it visibly exceeds the limit.
 
     The board samples up to four times per telemetry frame, so a short peak may be missing in the rows.
     """

@@ -1,9 +1,8 @@
 """One serial connection in a loop: frames in, rows and answers out, for both serial drivers.
 
-A board renders from the first telemetry of its law on, the computer from the first sample on. They hand over
-at
-zero force: towards the board the computer's force fades out, the computer sends zero and direction as a
-person set them, then the law; the board then fades its force in.
+The board renders from the first telemetry of its law on; the computer renders from the first sample on. The
+handover happens at zero force. Towards the board, the computer's force fades out, and the computer sends zero
+and direction as a person has set them, then the law. The board then fades its force in.
 """
 
 import math
@@ -28,14 +27,15 @@ STATE = record(
     ("sign", "f8"),  # 1.0, or -1.0 for a reversed direction
     ("zero", "f8"),  # sensor count at 0 m
     ("effect", "f8"),
-    ("fade_left", "f8"),  # weight of the computer's force during the handover to the board, 1 to 0
-    ("last_arrival", "f8"),  # arrival of the last frame, by the computer's clock and by the board's
+    # weight of the computer's force during the handover to the board; it falls from 1 to 0
+    ("fade_left", "f8"),
+    ("last_arrival", "f8"),  # arrival of the last frame, by the clocks of computer and board
     ("last_board_time", "f8"),
-    ("quiet", "f8"),  # time without a received byte
+    ("quiet", "f8"),  # time since the last received byte
     ("looked_at", "f8"),  # time at which the line was last read
     ("last_answer", "f8"),
     ("asked_at", "f8"),  # time of the last request
-    ("moved_at", "f8"),  # time at which the board's counter of received bytes last changed
+    ("moved_at", "f8"),  # time at which the board's counter of received bytes changed last
     ("tuned_at", "f8"),  # time at which constants were last sent
     ("alive_at", "f8"),  # time of the last keep-alive message
     ("faded_at", "f8"),  # time at which the board's fade ends
@@ -45,7 +45,7 @@ STATE = record(
     ("seen_speed", "f8"),  # speed from consecutive positions in telemetry
     ("round_trip", "f8"),  # last measured time from a sample to its force, without added delay
     ("too_long_since", "f8"),
-    ("watchdog", "f8"),  # time after which the board switches off without a force
+    ("watchdog", "f8"),  # time without a force after which the board switches off
     ("motor_off_time", "f8"),  # time for which the motor has been off although the board was answered
     ("clock_shift", "f8"),  # correction of the board's clock for its jumps
     ("clock_last", "f8"),  # last corrected board time, and its arrival by the computer's clock
@@ -53,56 +53,59 @@ STATE = record(
     ("clock_ahead", "f8"),  # recent minimum of computer time minus board time
     ("started", "i8"),
     ("sent_stop", "i8"),
-    ("zeroed", "i8"),  # last processed values of the counters of zero and direction
+    ("zeroed", "i8"),  # values of the counters of zero and direction that were processed last
     ("flipped", "i8"),
     ("handover", "i8"),  # state of the handover, one of the six below
-    ("settings_seen", "i8"),  # the board's settings are known; they can be changed; its zero was stored
+    # whether the board's settings are known, whether they can be changed, and whether a zero was stored
+    ("settings_seen", "i8"),
     ("configurable", "i8"),
     ("calibrated", "i8"),
-    ("generation", "i8"),  # last generation sent, of a law or of a change of its constants
-    ("law_generation", "i8"),  # generation of the law, 0 before the first
-    ("tuning", "i8"),  # generation of the change in progress, 0: none
+    ("generation", "i8"),  # the last generation sent, for a law or for a change of its constants
+    ("law_generation", "i8"),  # generation of the law; 0 before the first law
+    ("tuning", "i8"),  # generation of the change in progress; 0 if there is none
     ("code_id", "i8"),  # code_id of the law last sent
-    ("program_id", "i8"),  # its program_id, 0 if the board may have different constants
-    ("law_due", "i8"),  # nonzero: the law must be sent again
-    ("received", "i8"),  # bytes of the law that the board has received, and that were sent
+    ("program_id", "i8"),  # program_id of this law; 0 if the constants on the board may differ
+    ("law_due", "i8"),  # nonzero if the law must be sent again
+    ("received", "i8"),  # number of the law's bytes that the board has received, and number of bytes sent
     ("sent", "i8"),
-    ("refused", "i8"),  # code_id of the law that the board refused, 0: none; and the reason
+    ("refused", "i8"),  # code_id of the law that the board refused, 0 if there is none; and the reason
     ("refusal", "i8"),
-    ("overruns", "i8"),  # the board's counters: missed ticks, forces too old, unreadable frames
+    ("overruns", "i8"),  # the board's counters: missed ticks, forces that were too old, unreadable frames
     ("stale_told", "i8"),
     ("errors_told", "i8"),
-    ("skipped", "i8"),  # ticks that the board has skipped since it was opened
-    ("motor_seen_on", "i8"),  # nonzero once a force of the computer has switched the motor on
-    ("left_out", "i8"),  # nonzero: samples since the last row have no row
+    ("skipped", "i8"),  # number of ticks that the board has skipped since it was opened
+    ("motor_seen_on", "i8"),  # nonzero after a force of the computer has switched the motor on
+    ("left_out", "i8"),  # nonzero if samples since the last row have no row
     ("last_was_sample", "i8"),  # nonzero if the last frame was a sample, which the computer's tick renders
     ("answered", "i8"),  # number of the sample that the last force answered
-    ("too_long", "i8"),  # consecutive answers that took longer than the board's watchdog time
+    ("too_long", "i8"),  # number of consecutive answers that took longer than the board's watchdog time
 )
 
 ON_COMPUTER, FADING_OUT, SENDING_SETTINGS, SENDING_LAW, ON_BOARD, RETURNING = range(6)
 """States of the handover: the computer renders; its force fades out; the board receives zero and direction.
 
-It receives its law; it renders; it was told to stop rendering.
+Then: the board receives its law; the board renders; the board was told to stop rendering.
 """
 
 CHUNK, HISTORY = 4096, 2048
-MOST_ADDED = 255  # most periods of added delay: the message has one byte for the age of its sample
-# s without a frame after which the board counts as disconnected: it has restarted, and no longer streams, or
-# hangs
+# largest number of periods of added delay: the message has one byte for the age of its sample
+MOST_ADDED = 255
+# s without a frame after which the board counts as disconnected: it has restarted and no longer streams, or
+# it hangs
 GONE_AFTER = 1.0
-MOTOR_ON_WITHIN = 0.3  # s after which a board that is answered has switched its motor on
-# the computer cannot render after this many consecutive late answers over this many s
+MOTOR_ON_WITHIN = 0.3  # s after which a board that is answered has certainly switched its motor on
+# the computer cannot render if this many consecutive answers over this many s were late
 _SLOW_ANSWERS, SLOW_AFTER = 4, 0.15
-REPEAT_AFTER = 0.1  # s after which a message without effect is repeated
-CLOCK_SLACK = 0.1  # s by which the board's clock may run ahead of the computer's between two frames
-# fraction by which it may run slower permanently, as a virtual board on a busy computer does
+REPEAT_AFTER = 0.1  # s after which a message that had no effect is repeated
+CLOCK_SLACK = 0.1  # s by which the board's clock may run ahead of the computer's clock between two frames
+# fraction by which the board's clock may be slower permanently, like that of a virtual board on a busy
+# computer
 _CLOCK_SLOW = 0.1
 _ROUNDING = 1e-9
 
 _MOTOR_OFF = codec.FLAG_WATCHDOG | codec.FLAG_STOPPED | codec.FLAG_REFUSED
 
-# --- header of the board's law, in the order of the block's board_form
+# --- the header of the board's law, in the order of the block's board_form
 PERIOD, ESTIMATOR, STATES, CONSTANTS, SLOTS, CODE, CHECK = range(7)
 
 
@@ -115,8 +118,8 @@ class Link(NamedTuple):
     forces: np.ndarray  # the answers to the last samples, in the board's direction
     state: Record  # a STATE record
     delays: Delays
-    law: np.ndarray  # (7,), header of the law last sent to the board
-    program: np.ndarray  # its packed bytes, with the constants last sent
+    law: np.ndarray  # (7,): header of the law that was sent last to the board
+    program: np.ndarray  # packed bytes of this law, with the constants that were sent last
     unsure: np.ndarray  # 1 for each leading number that the board may not have
     settings: np.ndarray  # body of the board's Board message, uint8
     motor: np.ndarray  # force in N at each duty from 0 to full duty
@@ -124,14 +127,14 @@ class Link(NamedTuple):
 
 
 def new_link(quantum: float, watchdog: float = 0.025) -> Link:
-    """Return a new connection for a sensor with a travel of quantum in m per count.
+    """Return a new connection for a sensor with a travel of ``quantum`` in m per count.
 
-    watchdog: time in s after which the board switches off without a force.
+    ``watchdog`` is the time in s without a force after which the board switches off.
     """
     reader, buffer = codec.new_reader()
     state = zeros(STATE)
     state.quantum, state.sign, state.watchdog = quantum, 1.0, watchdog
-    state.last_arrival = math.inf  # so that the first frame does not count as late
+    state.last_arrival = math.inf  # infinite, so that the first frame does not count as late
     return Link(
         reader=reader,
         buffer=buffer,
@@ -152,9 +155,10 @@ def new_link(quantum: float, watchdog: float = 0.025) -> Link:
 
 @internal
 def wanted_code(r: LoopArrays, link: Link) -> int:
-    """Return the CODE_ID of the law that the board is to render now, 0 if the computer renders.
+    """Return the CODE_ID of the law that the board shall render now; 0 if the computer renders.
 
-    The computer applies a zero and a direction set by a person; it also renders laws that the board refused.
+    The computer applies a zero and a direction that a person has set. It also renders laws that the board
+    refused.
     """
     zeroed, flipped = load_acquire(r.control.zero, 0), load_acquire(r.control.flip, 0)
     if zeroed != link.state.zeroed or flipped != link.state.flipped:
@@ -165,7 +169,7 @@ def wanted_code(r: LoopArrays, link: Link) -> int:
 
 @internal
 def fade_out(r: LoopArrays, link: Link, period: float) -> float:
-    """Return the weight of the force in a sample's answer: it fades out during a handover to the board."""
+    """Return the force's weight in a sample's answer, which fades out during a handover to the board."""
     state = link.state
     held = r.tick.hold > 0.0 or r.tick.stale or load_acquire(r.control.fault, 0)
     if state.handover == ON_COMPUTER:
@@ -200,7 +204,7 @@ def position_of(link: Link, count: float) -> float:
 
 @internal
 def resume(r: LoopArrays, link: Link, count: float, velocity: float) -> None:
-    """Continue the tick from another position and velocity; the force fades in."""
+    """Continue the tick from a different position and velocity; the force fades in."""
     position = position_of(link, count)
     estimators.resume(r.memory, position, velocity)
     r.tick.last_position = position
@@ -209,7 +213,7 @@ def resume(r: LoopArrays, link: Link, count: float, velocity: float) -> None:
 
 @internal
 def apply_zero_and_direction(r: LoopArrays, link: Link, count: float) -> None:
-    """Set zero and direction if the window requested it; without a stored zero, at the first sample."""
+    """Set zero and direction if the window requests it; without a stored zero, use the first sample."""
     state = link.state
     zeroed = load_acquire(r.control.zero, 0)
     flipped = load_acquire(r.control.flip, 0)
@@ -241,8 +245,8 @@ def effect(link: Link, sample: np.ndarray, period: float) -> float:
 def note_link(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None:
     """Measure the round trip of samples and forces; latch a fault if no force can arrive in time.
 
-    Delays are measured from consecutive samples while the motor is on. The board ignores a force whose newest
-    sample is older than its watchdog time, unless the force is zero.
+    Delays are measured from consecutive samples while the motor is on. The board ignores a nonzero force
+    whose newest sample is older than the board's watchdog time.
     """
     state, delay = link.state, sample[codec.DELAY]
     seq, answered, period = int(sample[codec.SEQ]), int(sample[codec.ANSWERED]), r.settings.period
@@ -271,14 +275,14 @@ def added_periods(r: LoopArrays) -> int:
 
 @compiled
 def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
-    """Return True if nothing was answered for STALE_AFTER; mark the sensor stale after its first sample.
+    """Return True if nothing was answered for STALE_AFTER; after the first sample mark the sensor stale.
 
-    The board's motor is off by then. A wait never takes much longer than STALE_AFTER.
+    By then the board's motor is off. A wait never takes much longer than STALE_AFTER.
     """
     state = link.state
     if now - state.last_answer < STALE_AFTER:
         return False
-    # within one iteration of the loop, so the iteration itself was too slow
+    # the last answer belongs to this iteration of the loop, so the iteration itself was too slow
     if state.last_answer > state.looked_at:
         slow = load_acquire(r.control.fault, 0) == arrays.SLOW_LAW
         cause = arrays.HELD_UP if slow else arrays.AWAY
@@ -291,9 +295,10 @@ def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
 
 @compiled
 def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
-    """Return True if a board that has sent frames is silent for GONE_AFTER; latch that it disconnected.
+    """Return True if a board that has sent frames is silent for GONE_AFTER, and latch this as a fault.
 
-    An iteration longer than its wait, as when the computer was suspended, counts at most twice the wait.
+    An iteration that took longer than its wait, e.g. because the computer was suspended, counts at most as
+    twice the wait.
     """
     state = link.state
     if not math.isfinite(state.last_arrival):
@@ -310,8 +315,8 @@ def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
 def watch_motor(r: LoopArrays, link: Link, said: int, now: float) -> None:
     """Treat the sensor as stale if the board switched its motor off although it was answered.
 
-    The motor is off as expected until the first answer arrives and after an E-stop and its release, but only
-    for MOTOR_ON_WITHIN.
+    The motor may be off until the first answer arrives, and after an E-stop and its release, but only for
+    MOTOR_ON_WITHIN.
     """
     state = link.state
     if said & codec.FLAG_STOPPED or state.handover != ON_COMPUTER:
@@ -331,10 +336,9 @@ def watch_motor(r: LoopArrays, link: Link, said: int, now: float) -> None:
 def check_clock(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None:
     """Correct a sample's board time after the board's clock jumped back, stopped or jumped ahead.
 
-    It jumped ahead if it advanced by more than the samples that were sent, and more than the computer's
-    clock. The
-    corrected time advances by their periods, and the force is zero as after a gap: the board may have
-    restarted.
+    The clock jumped ahead if it advanced by more than the period of the samples that were sent and by more
+    than the computer's clock. The corrected time advances by the periods of the samples. The force is zero as
+    after a gap, because the board may have restarted.
     """
     state = link.state
     time, elapsed = sample[codec.BOARD_TIME] + state.clock_shift, now - state.clock_at
@@ -359,7 +363,7 @@ def check_clock(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> No
 
 @internal
 def time_since_last(link: Link, sample: np.ndarray) -> float:
-    """Return the time in s since the last row by the board's clock, 0 if unknown."""
+    """Return the time in s since the last row by the board's clock; 0 if it is unknown."""
     before = link.state.last_board_time
     passed = sample[codec.BOARD_TIME] - before
     return passed if before > 0.0 and 0.0 < passed < 1.0 else 0.0
@@ -369,8 +373,8 @@ def time_since_last(link: Link, sample: np.ndarray) -> float:
 def write_times(link: Link, board_time: float, row: np.ndarray, now: float) -> None:
     """Fill in the row's times, and NaN for simulated quantities.
 
-    A frame's lateness is its delay beyond one board period after the previous frame. It is compared with the
-    previous frame only, because the two clocks drift and a delayed virtual board stays behind.
+    The lateness of a frame is its delay beyond one board period after the previous frame. Only the previous
+    frame is used, because the two clocks drift and a delayed virtual board stays behind.
     """
     state = link.state
     row[rows.LATENESS] = max(0.0, (now - state.last_arrival) - (board_time - state.last_board_time))
@@ -382,7 +386,7 @@ def write_times(link: Link, board_time: float, row: np.ndarray, now: float) -> N
 
 @internal
 def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
-    """Render the k-th decoded sample into the ring's next row; store its answer.
+    """Render the k-th decoded sample into the ring's next row; store the answer.
 
     There is a gap if more than a period has passed by the board's clock. Lost samples count as answered with
     the same force.

@@ -1,26 +1,26 @@
 """The passivity observer and controller in the time domain (Hannaford & Ryu, 2002), between law and guard.
 
 The observer sums the energy that the law gives to handle and hand, and compares it with a limit: the energy
-that the law can give from the position where the observer started. This is the maximum work of the law's
-static force, which the observer computes by calling the law at rest, with its initial state, at a few more
-cells in every tick. For a law without a state the limit also decreases as the handle moves, so energy taken
-by a damper earlier does not excuse energy given later; a law with moving objects reports the energy stored in
-them. Energy dissipated by the paddle's own damping raises the limit by at most the excess.
+that the law can give from the position at which the observer started. This limit is the maximum work of the
+law's static force. To compute it, the observer calls the law at rest and with its initial state, at a few
+more cells in every tick. For a law without a state the limit also decreases as the handle moves, so energy
+that a damper took earlier does not excuse energy given later. A law with moving objects reports the energy
+stored in them. Energy dissipated by the damping of the paddle raises the limit, at most by the excess.
 
-Quantisation causes no apparent energy: at a change by one count the handle is exactly at the edge between
-both counts, so a slow motion in and out over the same edges sums to zero.
+Quantisation causes no apparent energy. When the reading changes by one count, the handle is exactly at the
+edge between both counts, so a slow motion in and out over the same edges sums to zero.
 
-Quantisation causes no apparent damping either. Summing b v² over differences of counts overestimates the
-dissipation, because counts jump while the handle glides. An alarm may be optimistic, since it must not be
-false, but a controller must not. Hence two limits: the tolerant one for the alarm, and for the controller a
-strict one, raised only by the dissipation that the counts prove. Of all motions through the same counts, the
-one that keeps its velocity until an edge forces it to turn has the smallest integral of v².
+Quantisation causes no apparent damping either. A sum of b v² over differences of counts overestimates the
+dissipation, because counts jump while the handle glides. An optimistic limit is acceptable for an alarm,
+which must not be false, but not for a controller. Therefore there are two limits: a tolerant one for the
+alarm, and a strict one for the controller. Only dissipation that is proven by the counts raises the strict
+limit. Of all motions through the same counts, the motion that keeps its velocity until an edge forces it to
+turn has the smallest integral of v².
 
-A delay of a fraction of a period is covered as well: if the force changes within a period, the controller
-assumes the largest energy beyond the mean force's that a free handle can get. The controller's effect is
-limited
-by its damping, which is itself delayed: it stabilises a spring if K (T/2 + td) - b is at most 0.75 of
-most_damping; above 0.9, only the motor's force limit ends the growth.
+A delay of a fraction of a period is covered as well. If the force changes within a period, the controller
+assumes the largest energy, beyond that of the mean force, that a free handle can get. The controller's
+damping limits its effect, and this damping is delayed, too: it stabilises a spring if K (T/2 + td) - b is at
+most 0.75 of most_damping. Above 0.9, only the motor's force limit ends the growth.
 """
 
 import math
@@ -33,38 +33,39 @@ from hapkit_studio.haptics.arrays import CELLS, LoopArrays
 from hapkit_studio.haptics.record import Record
 from hapkit_studio.laws.native import LAW_FUEL, call
 
-# energy in J that fingers do not feel: 0.3 N over 0.4 mm
+# J: energy that fingers do not feel, 0.3 N over 0.4 mm
 FELT = 0.12e-3
-# Sensor error in counts at the largest force: one count at either end of the path, half a count of delay,
-# and, where the limit follows the handle, the same again.
+# Sensor error in counts at the largest force: one count at either end of the path, and half a count of delay.
+# If the limit follows the handle, the same error occurs again.
 COUNTS = 4.0
-# Cell width in m, and the number of cells per tick and side for which the law is called: more while the
-# handle moves fast, up to the maximum, so that the possible energy is known before it is given.
+# Width of a cell in m, and the number of cells per tick and side for which the law is called. While the
+# handle moves fast this number is larger, up to the maximum, so that the possible energy is known before it
+# is given.
 CELL, A_TICK, MOST_A_TICK = 0.125e-3, 4, 64
 A_METRE = 1.0 / CELL
-# Loop iterations that one call of the law, and all calls in a tick, may take. A slower law is not called, and
-# the energy that it can give remains unknown.
+# Number of loop iterations that one call of the law, and all calls in a tick, may take. A slower law is not
+# called, and the energy that it can give remains unknown.
 MOST_PASSES, PASSES_A_TICK = 250, 2000
-# largest fraction of a period, in a live loop, for the law's own call and the observer's
+# largest fraction of a period, in a live loop, for the loop's call of the law and the observer's calls
 MOST_SHARE = 0.5
 # Largest damping of the controller, as a fraction of mass over period plus delay. Without a spring the limit
-# is 1.3 in theory; in simulation 2.0, and 0.83 with a delay of a period; with a stiff spring and a delay at
-# best 0.42.
+# is 1.3 in theory; in simulation it is 2.0, or 0.83 with a delay of a period. With a stiff spring and a delay
+# it is at most 0.42.
 SAFE = 0.25
-# largest force that a controller adds, as a fraction of the device's maximum
+# largest force that a controller adds, as a fraction of the device's largest force
 SHARE = 0.5
 
 HELD = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
 
 
 def most_damping(mass: float, period: float, delay: float) -> float:
-    """Return the most damping in N·s/m that a controller may add, for mass in kg, period and delay in s."""
+    """Return the largest damping in N·s/m that a controller may add; mass in kg, period and delay in s."""
     return SAFE * mass / (period + delay)
 
 
 @inlined
 def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
-    """Add the energy given since the last sample by the mean force in N over that time."""
+    """Add the energy that the mean force in N has given since the last sample."""
     w = r.watch
     moved = position - r.tick.last_position
     controlled = r.settings.damper != 0.0
@@ -83,7 +84,7 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
         proven = viscous * straighten(w, position, edge, elapsed)
     if abs(moved) <= 1.5 * quantum:
         if w.since > 0.0:
-            edge *= period / elapsed  # the edge is half a sample in the past
+            edge *= period / elapsed  # the handle crossed the edge half a sample ago
             effect = (w.impulse + effect * period) / elapsed
             period = elapsed
         if moved < 0.0:
@@ -100,11 +101,10 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
 
 @inlined
 def untold(r: LoopArrays, effect: float) -> float:
-    """Return the largest possible work in J of a change to another mean force in N, beyond the mean's work.
+    """Return the largest possible work in J of a change to a mean force in N, beyond the mean's work.
 
-    If the force changes by dF at a fraction d of a period, a free handle gets d (1 - d) T² / 2m dF
-    ((1/2 - d) dF - b v) more, plus a term in F² that averages out. The maxima of the two terms over d are
-    1/24 and 1/8.
+    If the force changes by dF at a fraction d of a period, a free handle gets d (1 - d) T² / 2m dF ((1/2 - d)
+    dF - b v) more, plus a term in F² that averages out. The maxima of the two terms over d are 1/24 and 1/8.
     """
     w, settings = r.watch, r.settings
     change, w.effect = effect - w.effect, effect
@@ -115,7 +115,7 @@ def untold(r: LoopArrays, effect: float) -> float:
 
 @inlined
 def straighten(w: Record, position: float, half: float, elapsed: float) -> float:
-    """Extend the straightest motion by one count, half of it in m; return the increase of v² dt in m²/s."""
+    """Extend the straightest motion by one count of 2 half m; return the increase of v² dt in m²/s."""
     w.lasted += elapsed
     ahead = position - w.turn
     if ahead - half > w.greatest * w.lasted:
@@ -136,7 +136,7 @@ def straighten(w: Record, position: float, half: float, elapsed: float) -> float
 
 @inlined
 def turn(w: Record, velocity: float, time: float) -> None:
-    """Turn at a count's edge after a time in s with a velocity in m/s; the motion until then is final."""
+    """Turn at a count's edge after a time in s with a velocity in m/s; the motion before is final."""
     w.turn += velocity * time
     w.before += velocity * velocity * time
     w.lasted -= time
@@ -147,7 +147,7 @@ def turn(w: Record, velocity: float, time: float) -> None:
 def compare(r: LoopArrays, position: float, taken: float, proven: float) -> None:
     """Compare the given energy with both limits.
 
-    Taken, proven: dissipated energy in J, and its provable part.
+    ``taken`` is the dissipated energy in J, and ``proven`` its provable part.
     """
     w = r.watch
     known = w.cells_known
@@ -158,18 +158,18 @@ def compare(r: LoopArrays, position: float, taken: float, proven: float) -> None
         w.strict.limit += proven
         return
     level = w.given
-    if follows:  # plus the energy that a law without a state can still give
+    if follows:  # add the energy that a law without a state can still give
         below = math.floor(cell)
         i, work = CELLS + int(below), w.work
         level += w.most - (work[i] + (cell - below) * (work[i + 1] - work[i]))
     settle(w.alarm, level, taken, follows)
-    if r.settings.damper != 0.0:  # only the controller uses it, and it costs 0.5 ns
+    if r.settings.damper != 0.0:  # only the controller uses this limit, and computing it takes 0.5 ns
         settle(w.strict, level, proven, follows)
 
 
 @inlined
 def settle(limit: Record, level: float, taken: float, follows: bool) -> None:
-    """Update a limit and its excess in J: dissipated energy raises the limit by at most the excess."""
+    """Update a limit and its excess in J; dissipated energy raises the limit, at most by the excess."""
     excess = level - limit.limit
     if excess > 0.0:
         lifted = min(taken, excess)
@@ -189,7 +189,7 @@ def threshold(r: LoopArrays) -> float:
 
 @inlined
 def control(r: LoopArrays, period: float) -> float:
-    """Return the force in N along the motion, to be subtracted, that removes the excess within a period."""
+    """Return the force in N along the motion that must be subtracted to remove the excess in a period."""
     w = r.watch
     most = r.settings.damper
     if most == 0.0 or w.strict.excess <= FELT:
@@ -223,7 +223,7 @@ def judge(r: LoopArrays, taken: float, position: float, period: float, row: np.n
 
 @internal
 def force_at(r: LoopArrays, position: float, period: float) -> float:
-    """Return the law's static force in N at a position from its initial state, within the motor's limit."""
+    """Return the law's static force in N at a position, for its initial state, within the motor's limit."""
     w = r.watch
     fault = w.fault
     for i in range(rows.STATES):
@@ -244,7 +244,7 @@ def force_at(r: LoopArrays, position: float, period: float) -> float:
 
 @internal
 def ask(r: LoopArrays, position: float, period: float) -> None:
-    """Call the law at the next cells, and add the work up to them."""
+    """Call the law at the next cells, and add the work up to these cells."""
     w = r.watch
     if w.cells_known == 0:
         begin(r, position, period)
@@ -269,7 +269,7 @@ def ask(r: LoopArrays, position: float, period: float) -> None:
 
 @internal
 def reach(r: LoopArrays, position: float, period: float) -> int:
-    """Return the last cell to evaluate: beyond the position reached in one period at twice the speed.
+    """Return the last cell to evaluate, beyond the position reached in one period at twice the speed.
 
     In a live loop the law's duration limits the number of cells.
     """
@@ -288,7 +288,7 @@ def reach(r: LoopArrays, position: float, period: float) -> int:
 
 @internal
 def lift(w: Record, work: float) -> None:
-    """Raise the maximum of the law's work to a value in J."""
+    """Raise the maximum of the law's work to a value in J if the value is larger."""
     if work > w.most:
         w.alarm.limit += work - w.most
         w.strict.limit += work - w.most
@@ -297,7 +297,7 @@ def lift(w: Record, work: float) -> None:
 
 @internal
 def begin(r: LoopArrays, position: float, period: float) -> None:
-    """Start the observer here; no energy is given, no cell known, only the energy stored in objects."""
+    """Start the observer here: no energy is given, no cell is known, and the limit is the stored energy."""
     w = r.watch
     w.opaque = 0
     w.given = w.alarm.limit = w.alarm.excess = w.strict.limit = w.strict.excess = w.most = 0.0

@@ -1,7 +1,8 @@
 """End a headless run early if its law takes too long or the user presses Ctrl+C.
 
-Reading a clock takes longer than a tick. Instead, work is counted in ticks and loop iterations of the law,
-and the clock is read after some tenths of a millisecond of work, or after a few ticks if iterations are slow.
+Reading a clock takes longer than a tick. Therefore work is counted in ticks and in loop iterations of the
+law, and the clock is read after some tenths of a millisecond of work, or after a few ticks if iterations are
+slow.
 """
 
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
@@ -16,9 +17,11 @@ from hapkit_studio.laws.native import INTERPRETED
 from hapkit_studio.laws.translate import FUEL
 
 LONGEST = 1e-3
-"""s of processor time allowed for a call of a law in a headless run, at least a period, since reference runs
-use rates that no machine achieves."""
-# work in loop iterations of a law: of one tick, and between readings of the clock
+"""s of processor time that a call of a law may take in a headless run, even if a period is shorter.
+
+Reference runs use rates that no computer achieves.
+"""
+# work in loop iterations of a law: the work of one tick, and the work between two readings of the clock
 _WORK_OF_A_TICK, _LOOK_AFTER = 20, 50_000
 _PEEK = 2
 
@@ -32,7 +35,7 @@ def interrupted(r: LoopArrays) -> bool:
 
 @compiled
 def look(r: LoopArrays) -> None:
-    """Cancel the run if its law takes too long or the user requests it."""
+    """Cancel the run if its law takes too long or the user cancels it."""
     t = r.tick
     ticks, before = t.ticks_done, t.clock_read_at
     t.work_done = t.ticks_done = 0
@@ -46,7 +49,7 @@ def look(r: LoopArrays) -> None:
 
 @internal
 def begin(r: LoopArrays) -> None:
-    """Restart the measurement of the law's time, because other work has intervened."""
+    """Restart the measurement of the law's time, because other work was done in between."""
     r.tick.clock_read_at = 0.0
     r.tick.work_done = r.tick.ticks_done = 0
 
@@ -65,7 +68,7 @@ def goes_on(r: LoopArrays) -> bool:
 
 
 def check(r: LoopArrays, title: str) -> None:
-    """Raise LawError if a run was ended because of a slow law, KeyboardInterrupt if by the user."""
+    """Raise LawError if a slow law ended the run, and KeyboardInterrupt if the user ended it."""
     if r.control.fault[0] == arrays.SLOW_LAW:
         taken, limit = float(r.tick.fault_value), float(r.tick.fault_position)
         raise LawError(

@@ -1,8 +1,8 @@
-"""The loop's thread priority: request the highest that the system grants, and describe the result.
+"""The priority of the loop's thread: request the highest that the system grants, and describe the result.
 
-``obtain`` and ``release`` are called in the thread concerned, ``demote`` from compiled code. Linux is in
-``realtime_linux``. macOS uses a time-constraint policy (<mach/thread_policy.h>), Windows the "Pro Audio" task
-of the Multimedia Class Scheduler (avrt.h); both reserve processor time for other threads.
+``obtain`` and ``release`` are called in the thread that they change, ``demote`` from compiled code. Linux is
+in ``realtime_linux``. macOS uses a time-constraint policy (<mach/thread_policy.h>), Windows the "Pro Audio"
+task of the Multimedia Class Scheduler (avrt.h). Both reserve processor time for other threads.
 """
 
 import ctypes
@@ -24,7 +24,7 @@ _task = threading.local()
 def macos_obtain(library: Any = None) -> tuple[str, int]:
     """Request 0.2 ms of computing within 0.5 ms of every 1 ms.
 
-    Return a description and the level, 0: none.
+    Return a description and the level; 0 means that no priority was granted.
     """
     library = library or ctypes.CDLL(None)
     ratio = (ctypes.c_uint32 * 2)()
@@ -58,7 +58,7 @@ def _macos_thread(library: Any) -> int:
 
 
 def windows_obtain(library: Any = None) -> tuple[str, int]:
-    """Join the task "Pro Audio" at critical priority; return a description and the level, 0: none."""
+    """Join the task "Pro Audio" at critical priority; return a description and the level, or level 0."""
     library = _avrt(library)
     index = ctypes.c_uint32(0)
     handle = library.AvSetMmThreadCharacteristicsW("Pro Audio", ctypes.byref(index))
@@ -99,8 +99,8 @@ class System(NamedTuple):
     release: Callable[[], None]
     demote: Callable[[], None]
     how_to_get_more: str
-    enough: int = 1  # no higher priority exists from this level on
-    # the system never withdraws the priority permanently
+    enough: int = 1  # there is no higher priority from this level on
+    # by default the system never withdraws the priority permanently
     is_realtime: Callable[[int], bool] = lambda thread: True
 
 
@@ -130,9 +130,9 @@ release, demote = _system.release, _system.demote
 
 @dataclass(frozen=True)
 class Priority:
-    """A description of the priority, e.g.
+    """A description of the priority, such as "Real-time, FIFO 80".
 
-    "Real-time, FIFO 80", and how to get a higher one (may be empty).
+    It also says how to get a higher priority; this text may be empty.
     """
 
     text: str
@@ -142,13 +142,13 @@ class Priority:
 
 
 def obtain() -> Priority:
-    """Raise the calling thread's priority; call it after compiling everything, just before the loop."""
+    """Raise the calling thread's priority; call this after compiling everything, just before the loop."""
     text, level = _system.obtain()
     return Priority(text, level > 0, "" if level >= _system.enough else _system.how_to_get_more, level)
 
 
 def held(obtained: Priority, thread: int) -> Priority:
-    """Return the present priority: a thread that did not block has been demoted meanwhile."""
+    """Return the present priority; the system may have demoted a thread that did not block."""
     if not obtained.realtime or _system.is_realtime(thread):
         return obtained
     return Priority("Normal priority, demoted", how="Lower the rate, then connect again.")

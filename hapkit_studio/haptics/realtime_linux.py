@@ -1,9 +1,9 @@
 """Real-time priority on Linux for the calling thread: SCHED_FIFO, RealtimeKit, nice.
 
-Also timer slack, locked memory and processors without sleep states, which need no priority. A signal handler
-demotes a thread that does not block: the kernel sends SIGXCPU once a real-time thread has run for
-RLIMIT_RTTIME without blocking (setrlimit(2)). A Python handler would have to wait for the main thread and the
-GIL, so this one is compiled.
+The module also sets timer slack, locks memory and keeps processors out of sleep states, which needs no
+priority. A signal handler demotes a thread that does not block: the kernel sends SIGXCPU once a real-time
+thread has run for RLIMIT_RTTIME without blocking (setrlimit(2)). The handler is compiled, because a Python
+handler would have to wait for the main thread and the GIL.
 """
 
 import ctypes
@@ -31,7 +31,8 @@ _SLOTS = 16
 _SYMBOL = "hapkit_studio_realtime_threads"
 _OTHER_RESET_ON_FORK = 0x40000000
 
-# word 0 counts demotions, the others are thread ids or 0; a symbol keeps the handler cacheable
+# word 0 counts demotions, the other words are thread ids or 0; numba can cache the handler because it uses a
+# symbol
 _table = (ctypes.c_int64 * (1 + _SLOTS))()
 llvm.add_symbol(_SYMBOL, ctypes.addressof(_table))
 
@@ -100,13 +101,14 @@ _KIT = ("org.freedesktop.RealtimeKit1", "/org/freedesktop/RealtimeKit1", "org.fr
 
 
 def obtain() -> tuple[str, int]:
-    """Raise the calling thread's priority as far as allowed; return a description and the level, 0: none.
+    """Raise the calling thread's priority as far as allowed; return a description and the level, or level 0.
 
-    Compile everything first: from here on, 100 ms without blocking end the privilege.
+    Compile everything first, because from here on 100 ms without blocking end the privilege.
     """
     thread = threading.get_native_id()
     if not config.DISABLE_JIT:
-        _handler()  # compiled first: an inherited limit leaves a real-time thread no time for it
+        # compile the handler first: an inherited limit leaves a real-time thread no time to compile it
+        _handler()
     set_timer_slack(1)
     lock_memory()
     keep_processors_awake()
@@ -135,7 +137,7 @@ def demote() -> None:
 
 
 def set_timer_slack(nanoseconds: int) -> None:
-    """Limit the extra lateness of the calling thread's sleeps, in addition to the scheduler's; 0: default."""
+    """Limit how late the calling thread's sleeps may end, in addition to the scheduler; 0 is the default."""
     ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(nanoseconds), 0, 0, 0)
 
 
@@ -151,8 +153,7 @@ def lock_memory() -> None:
 def keep_processors_awake() -> bool:
     """Request a wake-up latency of 0 µs until released, if permitted (the kernel's PM QoS interface).
 
-    A halted virtual processor is resumed late by its host: p99.9 is 3 ms without the request, 0.18 ms with
-    it.
+    A host resumes a halted virtual processor late: p99.9 is 3 ms without the request, and 0.18 ms with it.
     """
     let_processors_sleep()
     try:

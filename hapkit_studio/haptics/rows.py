@@ -1,8 +1,8 @@
 """Telemetry: the row that every tick writes, in SI units, and a ring buffer of rows for readers.
 
 HOST_TIME is the computer's monotonic clock (time.perf_counter), so rows before and after a lost connection
-share a time axis; BOARD_TIME is the device's own clock since it started. The loop writes without waiting;
-each reader has its own cursor.
+share a time axis. BOARD_TIME is the device's clock since the device started. The loop writes without waiting.
+Each reader has a separate cursor.
 """
 
 from typing import NamedTuple
@@ -26,13 +26,13 @@ STATE = len(SIGNALS)
 ROW_WIDTH = STATE + STATES
 
 CLAMPED, STOPPED, FAULT, STALE, FADING, GAP = 1, 2, 4, 8, 16, 32
-# the passivity observer: more energy was given than the limit; the controller adds damping
+# flags of the passivity observer: more energy was given than the limit; the controller adds damping
 ACTIVE, DAMPED = 64, 128
 CAPACITY = 1 << 16
 
 
 class Ring(NamedTuple):
-    """Rows (capacity, ROW_WIDTH), and the control words with the number of rows written."""
+    """Rows (capacity, ROW_WIDTH), and the control words, which contain the number of rows written."""
 
     rows: np.ndarray
     control: Record  # a CONTROL record
@@ -62,7 +62,7 @@ def _head(ring):
 
 
 class RingReader:
-    """Read every row once; ``lost`` counts the rows overwritten before they were read."""
+    """Reads every row once; ``lost`` counts the rows that were overwritten before they were read."""
 
     def __init__(self, ring: Ring):
         self._ring = ring
@@ -70,14 +70,14 @@ class RingReader:
         self.lost = 0
 
     def rewind(self, count: int) -> None:
-        """Go back by up to ``count`` rows, as far as they are still stored."""
+        """Go back by up to ``count`` rows, as far as these are still stored."""
         oldest = max(int(_head(self._ring)) - self._ring.rows.shape[0] + 1, 0)
         self._cursor = max(self._cursor - count, oldest)
 
     def read(self, most: int = CAPACITY) -> np.ndarray:
         """Return at most ``most`` rows written since the last call: (n, ROW_WIDTH), oldest first."""
         capacity = self._ring.rows.shape[0]
-        # The writer may be overwriting the oldest row right now, so it counts as lost too.
+        # The writer may be overwriting the oldest row at this moment, so this row also counts as lost.
         head = int(_head(self._ring))
         first = max(self._cursor, head - capacity + 1)
         stop = min(head, first + most)

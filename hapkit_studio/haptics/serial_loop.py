@@ -1,11 +1,11 @@
-"""The live loop on a serial port: a frame wakes it, it answers at once, and never busy-waits.
+"""The live loop on a serial port: a frame wakes the loop, which answers at once and never busy-waits.
 
-Each chunk of received bytes gets one answer. The same functions serve the compiled loop and the plain Python
-thread for systems whose ports are not file descriptors. They write the answer to the start of the link's
+Each chunk of received bytes gets one answer. The compiled loop, and the plain Python thread for systems whose
+ports are not file descriptors, use the same functions. These write the answer to the start of the link's
 ``frame`` and return its length.
 
-A hang-up, error or end of the line (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the loop with a latched
-fault. So does a board that stops sending, because a restarted board no longer streams.
+A hang-up, an error or the end of the line (poll(2): HUP, ERR, NVAL; read(2): 0, EIO) ends the loop with a
+latched fault. So does a board that stops sending, because a restarted board no longer streams.
 """
 
 import contextlib
@@ -27,16 +27,16 @@ from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Sample
 
-# Time limit in s for rendering the samples before the newest; beyond it their forces, and the newest's, are
-# too old.
+# s: time limit for rendering the samples before the newest one; after a longer time their forces, and the
+# newest one's, are too old.
 CATCH_UP = 0.005
 
 
 @compiled
 def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> int:
-    """Render the samples in the first size bytes of the line's data, and answer the newest.
+    """Render the samples in the first ``size`` bytes of the line's data, and answer the newest sample.
 
-    Older samples in the same chunk count as missed, because their answers would be too late; if the law is
+    Older samples in the same chunk count as missed, because their answers would be too late. If the law is
     too slow for them, they are skipped. Telemetry is written to rows.
     """
     count = codec.feed(conn.reader, conn.buffer, conn.data, size, conn.samples)
@@ -71,7 +71,7 @@ def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> i
 
 @internal
 def has_no_time_for(r: LoopArrays, conn: Link, sample: np.ndarray, older: int) -> bool:
-    """Return True if the law, at its last duration, is too slow to render samples before the newest."""
+    """Return True if the law, at its last duration, is too slow to render samples before the newest one."""
     if sample[codec.KIND] != codec.SAMPLE or not conn.state.last_was_sample:
         return False
     each = r.tick.law_time
@@ -82,7 +82,7 @@ def has_no_time_for(r: LoopArrays, conn: Link, sample: np.ndarray, older: int) -
 def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
     """Fill the ring's next row from frame k; return False if the row must not be published.
 
-    It must not while the board changes its zero, since the zero of its count is unknown then.
+    While the board changes its zero no row is published, because the zero of the count is unknown.
     """
     state = conn.state
     count_errors(r, conn, conn.samples[k])
@@ -91,7 +91,7 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
         board_rendering.show(r, conn, out, k, now)
         return True
     if state.handover == link.SENDING_SETTINGS or state.handover == link.SENDING_LAW:
-        # a board that applies settings or verifies a law skips samples, which the line has not lost
+        # a board that applies settings or verifies a law skips samples, so the line has not lost them
         conn.reader[codec.LOST_FRAMES] -= int(conn.samples[k, codec.LOST])
     if state.handover == link.SENDING_SETTINGS:
         state.left_out, state.last_was_sample = 1, 0
@@ -112,7 +112,7 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
 
 @internal
 def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
-    """Update counts of the board's errors from its 8-bit counters: refused forces and unreadable frames."""
+    """Update the counts of refused forces and unreadable frames from the board's 8-bit counters."""
     state = conn.state
     errors, stale = int(sample[codec.RX_ERRORS]), int(sample[codec.STALE])
     if state.started and sample[codec.KIND] == codec.SAMPLE:
@@ -130,8 +130,8 @@ def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
 def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
     """Encode the answer to frame k: a changed E-stop first, then a force, or a message to a rendering board.
 
-    While the board renders, a latched fault also stops it. With added delay the answer belongs to an earlier
-    sample.
+    While the board renders, a latched fault also stops the board. With added delay the answer belongs to an
+    earlier sample.
     """
     state, length, stopped = conn.state, 0, load_acquire(r.control.stop, 0)
     conn.state.last_answer = now
@@ -140,7 +140,7 @@ def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
     if stopped != state.sent_stop:
         state.sent_stop = stopped
         if not stopped:
-            state.law_due = 1  # its state has changed since
+            state.law_due = 1  # the law's state has changed since it was sent
         length = codec.encode_simple(conn.frame, codec.STOP if stopped else codec.RELEASE)
     if not link.computer_answers(conn):
         return length + board_rendering.answer(r, conn, k, now, conn.frame[length:])
@@ -153,7 +153,7 @@ def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
 def answer_silence(r: LoopArrays, conn: Link) -> int:
     """If nothing was answered for STALE_AFTER, mark the sensor stale and encode zero force.
 
-    A rendering board gets a keep-alive request, without which it switches off.
+    A rendering board gets a keep-alive message, because it switches off without one.
     """
     now = clock.now()
     if not link.note_gap(r, conn, now):
@@ -166,7 +166,7 @@ def answer_silence(r: LoopArrays, conn: Link) -> int:
 
 @compiled
 def encode_zero(conn: Link) -> int:
-    """Encode zero force, the last message of every loop; a rendering board is first told to stop rendering.
+    """Encode zero force, the last message of every loop; a rendering board is told to stop rendering first.
 
     After a second message the board stops at once; after a single one its force fades out over 30 ms.
     """
@@ -181,13 +181,13 @@ _POLLIN = 1
 _POLL_ENDED = 8 | 16 | 32
 _EAGAIN, _EINTR = errno.EAGAIN, errno.EINTR
 _TIMEOUT_MS = int(1e3 * STALE_AFTER)
-# s: poll returns sooner if bytes are already there, and takes longer if it has to wait
+# s: poll returns sooner if bytes are already available, and takes longer if it has to wait
 _NO_WAIT = 10e-6
 
 
 @internal
 def send(fd: int, frame: np.ndarray, size: int) -> None:
-    """Write a frame, if any; drop it if the line's buffer is full, which the board's watchdog tolerates."""
+    """Write a frame, if any; drop the frame if the line's buffer is full, which the board tolerates."""
     if size > 0:
         clib.write(fd, frame.ctypes.data, size)
 
@@ -209,8 +209,9 @@ def wait(fd: int, spec: np.ndarray) -> int:
 def hold_back(r: LoopArrays, before: float, hurried: int) -> int:
     """Latch a fault if the machine cannot keep up; then wait a period per iteration until it is cleared.
 
-    Return the number of consecutive iterations that found bytes without waiting. Clearing resets it: after a
-    wait of a period bytes are always there, so a board at its own rate could never be cleared otherwise.
+    Return the number of consecutive iterations that found bytes without waiting. Clearing the fault resets
+    this number: after a wait of a period bytes are always available, so otherwise the fault of a board with
+    its own rate could never be cleared.
     """
     if hurried == MOST_PASSES_WITHOUT_WAITING + 1:
         latch(r, arrays.RUNAWAY, 1.0 / r.settings.period, 0.0)
@@ -249,7 +250,7 @@ def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None
 
 
 def warm_up() -> None:
-    """Compile or load everything that a sample needs, by rendering one with a latched fault and no law."""
+    """Compile or load everything that a sample needs: render a sample with a latched fault and no law."""
     r, conn = new_arrays(block.new_block()), new_link(1.0)
     r.control.fault[0] = arrays.RUNAWAY
     frame = np.frombuffer(encode(Sample(*13 * (0,))), dtype=np.uint8)
@@ -270,7 +271,7 @@ def run_portable(
 ) -> None:
     """Run the loop in a plain Python thread, for systems whose ports are not file descriptors.
 
-    Tick, codec and answers are those of ``run``; waiting, reading and writing use read(seconds) and
+    Tick, codec and answers are those of ``run``. The loop waits, reads and writes with read(seconds) and
     write(bytes), which may raise OSError.
     """
 
@@ -293,7 +294,7 @@ def run_portable(
     except OSError:
         latch(r, arrays.DEVICE_GONE, 0.0, 0.0)
     finally:
-        # if the line has ended, the board's own watchdog switches the motor off
+        # if the line has ended, the board's watchdog switches the motor off
         with contextlib.suppress(OSError):
             send(encode_zero(conn))
         store_release(r.control.done, 0, 1)

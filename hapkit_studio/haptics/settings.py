@@ -23,11 +23,12 @@ MAX_SPEED = 3.0
 class BlockContent:
     """The content of the parameter block, by name.
 
-    settings.mass and viscous: the passivity observer's assumptions. viscous and coulomb: friction of a
-    simulated device, 0 for a board, which has its own. true_velocity: the law gets the paddle's true
-    velocity. designed_for: sensor quantum in m that the estimator assumes, None for settings.quantum. target:
-    of the hand in m, None after release. releases: how often a simulated handle was released at rest.
-    decision: who renders, and the board's plan in force.
+    ``settings.mass`` and ``settings.viscous`` are the values that the passivity observer assumes. ``viscous``
+    and ``coulomb`` are the friction of a simulated device; they are 0 for a board, whose friction is real.
+    ``true_velocity`` tells that the law gets the paddle's true velocity. ``designed_for`` is the sensor
+    quantum in m that the estimator assumes, None for settings.quantum. ``target`` is that of the hand in m,
+    None after a release. ``releases`` counts how often a simulated handle was released at rest. ``decision``
+    tells who renders, and the board's plan in force.
     """
 
     environment: Environment
@@ -42,7 +43,7 @@ class BlockContent:
     generation: int = 0
 
     def encode(self) -> Block:
-        """Return the block; compiles the law if it is new."""
+        """Return the block; a law that is new is compiled."""
         content = block.new_block()
         settings = content.settings
         law = self.environment.force.compiled()

@@ -1,7 +1,7 @@
 """Release a scene's handle, at rest or with a speed: does it settle, and if not, how does it oscillate?
 
-The run is evaluated in windows of a given number of samples, so that it ends as soon as the outcome is known.
-Every sample equals that of the batch engine bit for bit.
+The run is evaluated in windows of a given number of samples, and ends as soon as the outcome is known. Every
+sample equals that of the batch engine bit for bit.
 """
 
 import math
@@ -17,42 +17,43 @@ from hapkit_studio.haptics.cell_batch import restart
 from hapkit_studio.haptics.simulated_loop import Plant
 from hapkit_studio.laws.native import call
 
-# Outcomes: at rest; moved far away; oscillation shrinking for long, steady, growing, or irregular; undecided
-# after the most windows.
+# The outcomes: the handle rests; it has moved far away; the oscillation shrinks for long, is steady, grows,
+# or is irregular; the outcome is undecided after the largest number of windows.
 RESTS, LEAVES, SHRINKS, STEADY, GROWS, IRREGULAR, OPEN = range(7)
 FIRST_LOOK, MOST_WINDOWS, CALM_WINDOWS = 16, 256, 4
 # Largest relative change of a steady oscillation from one quarter of the run to the next; above the second
-# value it grows.
+# value the oscillation grows.
 _STEADY_SHARE, _GROWING_SHARE = 0.002, 0.04
-# After this many windows an oscillation that neither grows nor shrinks is irregular, or steady if its last
+# After this many windows an oscillation that neither grows nor shrinks is irregular; it is steady if its last
 # two quarters differ by less than this fraction.
 _LONG_LOOK, _IRREGULAR_SHARE = 64, 0.05
-# Converging to a limit cycle: the logarithmic decay of the last quarter is below this fraction of the one
-# before.
+# The oscillation converges to a limit cycle if the logarithmic decay of the last quarter is below this
+# fraction of the decay in the quarter before.
 _AS_FAST = 0.9
-# hysteresis of a reversal, as a fraction of the window's range beyond its drift
+# hysteresis of a reversal, as a fraction of the window's range after removing drift
 _TURNED = 0.25
 
 
 class Quiet(NamedTuple):
-    """Thresholds for rest, and the distance at which the handle has left."""
+    """Thresholds for rest, and the distance at which the handle has moved away."""
 
-    least: float  # m: a window with a range up to this is at rest
-    reach: float  # m: a window with a range up to this is at rest if its force is steady
+    least: float  # m: a window with at most this range is at rest
+    reach: float  # m: a window with at most this range is at rest if its force is steady
     force: float  # N: largest peak-to-peak change of a steady force
-    still: int  # number of samples without any motion
-    far: float  # m from the start
-    # True if no force centres the handle: the amplitude is measured between reversals, without the drift
+    still: int  # number of samples without any motion after which the handle is at rest
+    far: float  # m: distance from the start at which the handle has moved away
+    # True if no force centres the handle; the amplitude is then measured between reversals, without the drift
     drifts: bool
 
 
 class Swing(NamedTuple):
-    """The oscillation in the last half of a run; each of shape (1,), except low and high."""
+    """The oscillation in the last half of a run; each array is of shape (1,), except low and high."""
 
-    # m, peak to peak; with a drift, the mean of the reversals, or the maximum of an irregular oscillation
+    # m, peak to peak; with a drift, it is the mean of the reversals, or the maximum of an irregular
+    # oscillation
     reach: np.ndarray
-    frequency: np.ndarray  # Hz, NaN without a complete cycle
-    clamped: np.ndarray  # fraction of the samples with the force at its limit
+    frequency: np.ndarray  # Hz; NaN if there is no complete cycle
+    clamped: np.ndarray  # fraction of the samples at which the force is at its limit
     samples: np.ndarray  # number of samples of the whole run, up to the end of its last window
     # (MOST_WINDOWS,) m: lowest and highest position of each window; with a drift, 0 and the mean reversal
     low: np.ndarray
@@ -108,9 +109,10 @@ def let_go(
 ) -> int:
     """Render one run into ``swing`` and return the outcome; ``patience.check`` reports a cancelled run.
 
-    flat: the memory of arrays and plant; made: a copy of its initial content. hand: mass, damping, stiffness,
-    zeros for none. start: position in m, speed in m/s, the hand's target in m. window: samples. shrinks,
-    grows: whether to end a run with that outcome. row (ROW_WIDTH,): a buffer for one sample.
+    ``flat`` is the memory of arrays and plant, and ``made`` a copy of its initial content. ``hand`` contains
+    mass, damping and stiffness, or zeros without a hand. ``start`` contains the position in m, the speed in
+    m/s and the hand's target in m. ``window`` is a number of samples. ``shrinks`` and ``grows`` tell whether
+    the run ends with these outcomes. ``row`` (ROW_WIDTH,) is a buffer for one sample.
     """
     restart(r, body, flat, made, hand, start[:0], start[0])
     body.dev[simulated.V] = start[1]
@@ -142,8 +144,8 @@ def let_go(
             elif way * (extreme - x) > band:
                 if way > 0.0:
                     first, last, turns = done if turns == 0 else first, done, turns + 1
-                # width of a reversal beside a straight drift: distance of its far end from the middle of its
-                # neighbours
+                # the width of a reversal without a straight drift is the distance of its far end from the
+                # middle of its neighbours
                 width = abs(turned - 0.5 * (earlier + extreme))
                 turn, widest, sides = turn + width, max(widest, width), sides + 1
                 earlier, turned = turned, extreme
@@ -174,7 +176,7 @@ def let_go(
                 swing.frequency[0] = (turns - 1) / ((last - first) * period) if turns > 1 else math.nan
                 return end
             look *= 2
-        if n + 1 == look // 2:  # keep only the last half
+        if n + 1 == look // 2:  # keep only the last half of the run
             turns, clamped, counted, sides, turn, widest = 0, 0, 0, 0, 0.0, 0.0
     return OPEN
 

@@ -1,4 +1,4 @@
-"""The signals: every quantity that a tick writes into its row, declared once.
+"""The signals: every quantity that a tick writes into its row is declared once.
 
 Rows, session files, exported tables, plots, cursors and trigger take name, unit, scale and storage format
 from this table. Its order is that of the row's columns; the law's state variables follow.
@@ -7,21 +7,20 @@ from this table. Its order is that of the row's columns; the law's state variabl
 from dataclasses import dataclass
 
 ALWAYS, ON_REQUEST, NEVER = "always", "on request", "never"
-"""Recording of a signal in sessions."""
+"""When a session records a signal."""
 
 
 @dataclass(frozen=True)
 class Signal:
     """A quantity in every row, in SI units.
 
-    shown_unit, scale: its unit in the window, and the number of such units per SI unit.
-    step: session files store integer multiples of it; without a step, 32-bit floats. in_counts: step in units
-    of the sensor's quantum.
-    delta_to: session files store the difference to this signal.
-    whole: the values are integers. extremes: session files store the extremes of every block for the overview
-    plot.
-    header: the column's name in exported tables if it is not the name with the unit.
-    gaps: plots show every single NaN as a gap, even if a pixel column contains many samples.
+    ``shown_unit`` is its unit in the window, and ``scale`` the number of such units per SI unit. Session
+    files store integer multiples of ``step``, or 32-bit floats without a step. ``in_counts`` tells that step
+    is in units of the sensor's quantum. ``delta_to`` is a signal to which session files store the difference.
+    ``whole`` tells that the values are integers. ``extremes`` tells that session files store the extremes of
+    every block for the overview plot. ``header`` is the column's name in exported tables if it is not the
+    name with the unit. ``gaps`` tells that plots show every single NaN as a gap, even if a pixel column
+    contains many samples.
     """
 
     name: str
@@ -43,8 +42,9 @@ class Signal:
         return self.header or "_".join(filter(None, (self.name, self.unit.replace("/", "_per_"))))
 
 
-# energy: work on the handle since the loop started; energy_given: since the passivity observer restarted;
-# energy_limit: the most that a passive scene could have given since then. Both are NaN without the observer.
+# energy is the work on the handle since the loop started, and energy_given that since the passivity observer
+# restarted. energy_limit is the largest energy that a passive scene could have given since then. Both are NaN
+# while the observer is inactive.
 SIGNALS = (
     Signal("tick", step=1.0, whole=True),
     Signal("time", "s", "s", step=1e-6),

@@ -1,4 +1,4 @@
-"""The simulated Hapkit in a loop, and the live loop on it.
+"""The simulated Hapkit in a loop, and the live loop that renders on it.
 
 The loop sleeps until absolute deadlines, renders a sample, and advances the paddle.
 """
@@ -24,7 +24,8 @@ from hapkit_studio.haptics.tick import adopt, latch, live_tick
 MASS, QUANTUM = 0, 1
 HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET, TOP_SPEED, RELEASES = 2, 5, 6, 7, 8, 9, 10, 11
 _CONSTANTS = 12
-# s: a pointer's steps, once per video frame, are smoothed over this time, since a hand moves smoothly
+# s: the pointer moves in steps, once per video frame; they are smoothed over this time, because a hand moves
+# smoothly
 POINTER_SECONDS = 0.012
 
 
@@ -47,9 +48,9 @@ def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
 
 @internal
 def configure(plant: Plant, settings: Record, hand: tuple[float, float, float], holds: bool) -> None:
-    """Apply the hand and the settings' period, delay and friction if any of them changed.
+    """Apply the hand, and the settings' period, delay and friction, if any of them changed.
 
-    hand: mass, damping and stiffness in SI units.
+    ``hand`` contains mass, damping and stiffness in SI units.
     """
     now = plant.constants
     m, b, k = hand if holds else (0.0, 0.0, 0.0)
@@ -68,8 +69,8 @@ def configure(plant: Plant, settings: Record, hand: tuple[float, float, float], 
 def follow_settings(plant: Plant, r: LoopArrays) -> None:
     """Apply the block's device, hand, period and delay; a new hand starts at the handle's position.
 
-    A hand that releases the handle at rest sets its speed to zero. After a change of sensor, its first
-    reading is the handle's present position and not a motion.
+    A hand that releases the handle at rest sets its speed to zero. After a change of sensor, the first
+    reading is the handle's present position, and does not count as a motion.
     """
     settings, constants = r.settings, plant.constants
     on = settings.hand_on != 0
@@ -104,7 +105,7 @@ def measure(plant: Plant) -> float:
 
 @compiled
 def write_truth(plant: Plant, target: float, row: np.ndarray) -> None:
-    """Write the row's truth: the paddle's true motion at this instant."""
+    """Write the row's truth, which is the paddle's true motion at this instant."""
     row[rows.TRUE_POSITION] = plant.dev[simulated.X]
     row[rows.TRUE_VELOCITY] = plant.dev[simulated.V]
     row[rows.HAND_FORCE] = plant.dev[simulated.HAND_FORCE]
@@ -123,7 +124,7 @@ def lead(plant: Plant, pointer: float) -> tuple[float, float]:
     return target, now[TARGET]
 
 
-# number of consecutive iterations that missed their deadline after which the machine cannot keep up
+# the machine cannot keep up if this many consecutive iterations missed their deadline
 MOST_PASSES_WITHOUT_WAITING = 100
 
 

@@ -1,6 +1,6 @@
-"""The tick: position in, force out. Every driver renders through it, live, headless and in sweeps.
+"""The tick: position in, force out. Every driver renders through the tick, live, headless and in sweeps.
 
-position -> velocity estimate -> law -> passivity -> fade -> safety -> motor command -> telemetry row
+    position -> velocity estimate -> law -> passivity -> fade -> safety -> motor command -> telemetry row
 
 The passivity controller's force is subtracted from the clamped force, and the result is clamped again.
 
@@ -25,21 +25,22 @@ RECOVER_AFTER = 0.100
 STALE_WINDOW = 10.0
 OVERRUN_WINDOW, MOST_OVERRUN, MOST_ONCE = 0.1, 0.005, 0.050
 """s of processor time: a law latches a fault if two or more calls longer than a period take MOST_OVERRUN in
-total within OVERRUN_WINDOW, or one call takes MOST_ONCE. A page that the kernel must clear takes some ms,
-once."""
+total within OVERRUN_WINDOW, or if one call takes MOST_ONCE. A single call may take some ms if the kernel must
+clear a page."""
 LONGEST_TURN = 20e-6
-"""s of processor time that one loop iteration of a law explains, and the rest of a call: about 1,000 sines.
+"""Largest s of processor time of one loop iteration of a law, and of the rest of a call: about 1,000 sines.
 
-A computer that lends its processor to others counts their time as the thread's, 4 ms at a time.
+A longer time does not count as the law's: a shared processor adds the time of other threads, 4 ms at once.
 """
-# fraction of a period: the processor time is read only after ticks longer than this by the wall clock
+# fraction of a period: the processor time is read only after ticks that are longer than this by the wall
+# clock
 _SUSPECT = 0.1
 _ROUNDING = 1e-9
 
 
 @internal
 def due(r: LoopArrays) -> bool:
-    """Return True if ``refresh`` has work to do; in nearly every tick it has none."""
+    """Return True if ``refresh`` has work to do, which is rarely the case."""
     if load_acquire(r.block.sequence, 0) != r.sequence[0]:
         return True
     if load_acquire(r.control.clear, 0) != r.tick.cleared:
@@ -50,7 +51,7 @@ def due(r: LoopArrays) -> bool:
 
 @internal
 def refresh(r: LoopArrays, position: float, period: float) -> None:
-    """Read a newer block, advance ramp and cross-fade by a period, clear a fault on request."""
+    """Read a newer block, advance ramp and cross-fade by a period, and clear a fault on request."""
     if load_acquire(r.block.sequence, 0) != r.sequence[0]:
         adopt(r, position)
     t = r.tick
@@ -67,7 +68,7 @@ def refresh(r: LoopArrays, position: float, period: float) -> None:
 
 @compiled
 def adopt(r: LoopArrays, position: float) -> None:
-    """Adopt a new block; during a cross-fade it waits, and the newest block is adopted afterwards."""
+    """Adopt a new block; during a cross-fade the block waits, and the newest one is adopted afterwards."""
     t = r.tick
     if t.blend < 1.0 and t.started:
         return
@@ -132,7 +133,7 @@ def other_form(r: LoopArrays) -> bool:
 
 @internal
 def other_numbers(r: LoopArrays) -> bool:
-    """Return True if a parameter's target differs from that of its present ramp."""
+    """Return True if a parameter's target differs from the target of its present ramp."""
     for i in range(r.settings.n_params):
         if r.settings.params[i] != r.goal[i]:
             return True
@@ -158,7 +159,7 @@ def switch(r: LoopArrays) -> None:
 
 @internal
 def enter(r: LoopArrays, slot: int, fresh: bool) -> None:
-    """Load law and parameters into a slot, and for a fresh law its initial state."""
+    """Load law and parameters into a slot, and also the initial state if ``fresh`` is true."""
     r.laws[slot] = r.settings.law
     for i in range(r.settings.n_params):
         r.params[slot, i] = r.settings.params[i]
@@ -170,21 +171,21 @@ def enter(r: LoopArrays, slot: int, fresh: bool) -> None:
 
 @internal
 def restore(r: LoopArrays, slot: int) -> None:
-    """Set a slot's state to its law's initial state."""
+    """Set a slot's state to the initial state of its law."""
     for i in range(rows.STATES):
         r.states[slot, i] = r.settings.initial_state[i]
 
 
 @internal
 def advanced(share: float, step: float) -> float:
-    """Return a progress advanced towards 1; a remainder due to rounding counts as complete."""
+    """Return a progress that is advanced towards 1; a remainder due to rounding counts as complete."""
     share += step
     return share if share < 1.0 - _ROUNDING else 1.0
 
 
 @internal
 def move(r: LoopArrays, step: float) -> None:
-    """Advance the parameters' ramp and the cross-fade by a step, a fraction of the whole."""
+    """Advance the parameters' ramp and the cross-fade by a step, which is a fraction of the whole."""
     t = r.tick
     if t.ramp < 1.0:
         ramp = advanced(t.ramp, step)
@@ -226,7 +227,7 @@ def render(r: LoopArrays, position: float, velocity: float, period: float) -> fl
 
 @compiled
 def latch(r: LoopArrays, code: int, value: float, position: float) -> None:
-    """Latch a fault; only the first one is stored until it is cleared."""
+    """Latch a fault; only the first fault is stored until it is cleared."""
     if load_acquire(r.control.fault, 0) == arrays.NO_FAULT:
         r.tick.fault_value = value
         r.tick.fault_position = position
@@ -235,7 +236,7 @@ def latch(r: LoopArrays, code: int, value: float, position: float) -> None:
 
 @compiled
 def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
-    """Mark the sensor stale: zero force from now on; latch a fault at the third time in ten seconds."""
+    """Mark the sensor stale: the force is zero from now on. The third time in ten seconds latches a fault."""
     t = r.tick
     t.good = 0.0
     if r.tick.stale:
@@ -255,7 +256,7 @@ def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
 def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: int) -> bool:
     """Record the processor time in s of some ticks; latch a law whose calls are longer than a limit.
 
-    now: s by any clock that runs meanwhile. Return True if this call latches the law.
+    ``now`` is in s by any clock that runs meanwhile. Return True if this call latches the law.
     """
     t, each = r.tick, spent / ticks
     if each <= limit:
@@ -299,10 +300,10 @@ def blocked(r: LoopArrays, period: float) -> int:
 def guard(
     r: LoopArrays, asked: float, taken: float, velocity: float, position: float, period: float
 ) -> float:
-    """Return the force in N that may reach the motor, the last check before it, and set the row's flags.
+    """Return the force in N that may reach the motor, and set the row's flags; this is the last check.
 
-    taken: the passivity controller's force. It is subtracted after clamping, since it would have no effect on
-    a force beyond the motor's limit.
+    ``taken`` is the force of the passivity controller. It is subtracted after clamping, because otherwise it
+    would have no effect on a force beyond the motor's limit.
     """
     t = r.tick
     if not math.isfinite(asked - taken) or r.fault[0]:
@@ -336,8 +337,8 @@ def guard(
 def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
     """Render one sample; fill the row's columns that the tick knows; return the motor force in N.
 
-    effect: mean force in N in effect since the last sample. The driver fills in times and truth, the truth
-    before the tick if the block requests the true velocity.
+    ``effect`` is the mean force in N in effect since the last sample. The driver fills in times and truth; if
+    the block requests the true velocity, the truth is filled in before the tick.
     """
     t = r.tick
     if due(r):
@@ -375,11 +376,10 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
 
 @inlined
 def live_tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
-    """Render one sample like ``tick``, and measure its law's duration: a law that is too slow gives no force.
+    """Render one sample like ``tick``, and measure its law's duration; a law that is too slow gives no force.
 
     During a cross-fade each of the two laws may take a period. Only processor time that the law's loop
-    iterations
-    explain counts: a thread that waited for a processor has a slow machine, not a slow law.
+    iterations explain counts: if a thread waited for a processor, the machine is slow, not the law.
     """
     r.watch.calls = 0
     used, begun = clock.thread_time(), clock.now()
