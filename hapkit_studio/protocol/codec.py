@@ -1,6 +1,6 @@
-"""Compiled codec for the real-time loop: received bytes to rows, forces to bytes, without allocation.
+"""A compiled codec for the real-time loop: received bytes to rows, forces to bytes, without allocation.
 
-A reader consists of two arrays, initially zero: ``state`` (int64, STATE_WIDTH) and ``buffer`` (uint8,
+A reader consists of two arrays that are initially zero: ``state`` (int64, STATE_WIDTH) and ``buffer`` (uint8,
 BUFFER_SIZE).
 """
 
@@ -19,13 +19,13 @@ from hapkit_studio.protocol.messages import (
     Telemetry,
 )
 
-# columns of a decoded row: those of a sample, then those only of telemetry
+# columns of a decoded row: first those of a sample, then those that only telemetry has
 SEQ, BOARD_TIME, COUNT, ANSWERED, DELAY, FLAGS, PWM, LOST, RX_ERRORS = range(9)
 KIND, GENERATION, STALE, RECEIVED, REFUSAL = range(9, 14)
 VELOCITY, ASKED, OVERRUNS, STATE_AT, STATE = range(14, 19)
 SAMPLE_WIDTH = 19
 
-# source of a row; LOST counts lost samples for SAMPLE, ticks without a frame for TELEMETRY
+# kind of a row; LOST counts lost samples for SAMPLE, and ticks without a frame for TELEMETRY
 SAMPLE, TELEMETRY = 0, 1
 
 US = 1e-6
@@ -41,7 +41,7 @@ _UNSIGNED, _SIGNED, _FLOAT = range(3)
 
 
 def layout_of(kind: type[Message]) -> np.ndarray:
-    """Return a message's fields (n, 4): column of the row or -1, offset in id plus payload, bytes, number."""
+    """Return a message's fields (n, 4): column of the row or -1, offset in id plus payload, bytes, kind."""
     kinds = {"f": _FLOAT, "b": _SIGNED, "h": _SIGNED, "i": _SIGNED}
     fields = [
         (_COLUMNS.get(w.name, -1), kind.offset(w.name), w.size, kinds.get(w.code, _UNSIGNED))
@@ -83,7 +83,7 @@ def put_integer(out: np.ndarray, at: int, size: int, value: int) -> None:
 
 @compiled
 def _read(buffer, layout, row):
-    """Fill a row except time and losses."""
+    """Fill a row except its time and its losses."""
     row[:] = 0.0
     for i in range(layout.shape[0]):
         column, at, size, kind = layout[i, 0], layout[i, 1], layout[i, 2], layout[i, 3]
@@ -98,7 +98,7 @@ def _read(buffer, layout, row):
 
 @compiled
 def put_fields(out: np.ndarray, message_id: int, layout: np.ndarray, values: tuple[float, ...]) -> int:
-    """Write id and first fields of a message, as floats, to out[1:]; return the length with the id."""
+    """Write the id and the first fields of a message, given as floats, to out[1:]; return their length."""
     out[1] = message_id
     size = 1
     for i in range(len(values)):
@@ -109,15 +109,15 @@ def put_fields(out: np.ndarray, message_id: int, layout: np.ndarray, values: tup
     return size
 
 
-# state layout: public counters, then the reader's own
+# layout of the state: public counters, then the reader's private values
 FRAMES, BAD_FRAMES, OTHER_FRAMES, LOST_FRAMES, SKIPPED = range(5)
 _SIZE, _LEFT, _ZERO_DUE, _CRC, _STARTED, _LAST_SEQ, _LAST_TIME, _TIME_US = range(5, 13)
-SETTINGS_FRAMES = 13  # included in OTHER_FRAMES
+SETTINGS_FRAMES = 13  # these frames are also counted in OTHER_FRAMES
 _LAST_KIND = 14
 STATE_WIDTH = 16
 
 BUFFER_SIZE = 64
-"""Bytes of the longest body that is stored; longer frames are only checked."""
+"""Size in bytes of the longest body that is stored; longer frames are only checked."""
 
 FRAME_SIZE = 1 + Force.size() + CRC_SIZE + 2
 """Largest encoded command in bytes."""
@@ -183,9 +183,9 @@ def _push(state, buffer, byte):
 
 @compiled
 def _lost_before(state, seq, kind):
-    """Return the number of sequence numbers missing since the last row; 0 after a row of the other kind.
+    """Return how many sequence numbers are missing since the last row; 0 after a row of the other kind.
 
-    For telemetry this is not a number of lost frames: the spacing of ticks depends on the rate.
+    For telemetry this is not a number of lost frames, because the spacing of ticks depends on the rate.
     """
     follows = state[FRAMES] > 0 and state[_LAST_KIND] == kind
     lost = (seq - state[_LAST_SEQ] - 1) & 0xFFFF if follows else 0
@@ -195,7 +195,7 @@ def _lost_before(state, seq, kind):
 
 @compiled
 def _continued(state, time_us):
-    """Return the board's unwrapped time in µs; differences below half the range may be negative."""
+    """Return the board's unwrapped time in µs; a difference below half the range may be negative."""
     passed = (time_us - state[_LAST_TIME]) & 0xFFFFFFFF
     if state[FRAMES] > 0 and passed >= 1 << 31:
         passed -= 1 << 32
@@ -206,7 +206,7 @@ def _continued(state, time_us):
 
 @compiled
 def _kind(state, buffer):
-    """Return the kind of row in a complete frame, -1 for none; count other frames."""
+    """Return the kind of the row in a complete frame, -1 if it has none; count the other frames."""
     size = state[_SIZE] - CRC_SIZE
     if buffer[0] == SAMPLE_ID and size == SAMPLE_BODY:
         return SAMPLE
@@ -220,7 +220,7 @@ def _kind(state, buffer):
 
 @compiled
 def _finish(state, buffer, out, rows):
-    """End a frame at its delimiter; return 1 if it gave a row and out had room for it."""
+    """End a frame at its delimiter; return 1 if the frame gave a row and ``out`` had room for the row."""
     started = state[_STARTED]
     state[_STARTED] = 0
     if started == 0:
@@ -251,8 +251,8 @@ def _finish(state, buffer, out, rows):
 def feed(state: np.ndarray, buffer: np.ndarray, data: np.ndarray, n: int, out: np.ndarray) -> int:
     """Decode the first n received bytes; return the number of rows filled.
 
-    out: float64 (rows, SAMPLE_WIDTH), one row per valid Sample or Telemetry in SI units, with rows >=
-    rows_for(n).
+    ``out`` is float64 (rows, SAMPLE_WIDTH), with one row in SI units for each valid Sample or Telemetry and
+    rows >= rows_for(n).
     """
     rows = 0
     for i in range(n):
@@ -268,7 +268,7 @@ def feed(state: np.ndarray, buffer: np.ndarray, data: np.ndarray, n: int, out: n
 def enclose(out: np.ndarray, size: int) -> int:
     """Frame the body at out[1 : 1 + size] in place; return the frame's length.
 
-    COBS: every zero, and the byte before the body, becomes the distance to the next zero.
+    COBS: every zero, and the byte before the body, is replaced by the distance to the next zero.
     """
     crc = CRC_START
     for i in range(1, size + 1):
@@ -294,6 +294,6 @@ def encode_force(out: np.ndarray, seq: int, behind: int, force: float) -> int:
 
 @compiled
 def encode_simple(out: np.ndarray, message_id: int) -> int:
-    """Write the frame of a message without fields, STOP or RELEASE, to out; return its length."""
+    """Write the frame of a message without fields, e.g. STOP or RELEASE, to out; return its length."""
     out[1] = message_id
     return enclose(out, 1)

@@ -13,12 +13,12 @@ _BY_ID = {m.ID: m for m in MESSAGES}
 
 
 def crc16(body: bytes) -> int:
-    """Return the CRC-16/CCITT-FALSE; zero over a body followed by its CRC, high byte first."""
+    """Return the CRC-16/CCITT-FALSE; it is zero for a body followed by its CRC, high byte first."""
     return binascii.crc_hqx(body, CRC_START)
 
 
 def cobs_encode(raw: bytes) -> bytes:
-    """Return raw without any zero byte: each becomes the distance to the next one (Cheshire & Baker 1999)."""
+    """Return raw without zeros: each is replaced by the distance to the next (Cheshire & Baker 1999)."""
     out = bytearray()
     for run in raw.split(b"\0"):
         rest = run
@@ -70,7 +70,7 @@ class Decoder:
         self.bad_frames = 0
 
     def bodies(self, data: bytes) -> list[bytes]:
-        """Return every valid body, known or not, that the data complete."""
+        """Return every valid body, of a known or unknown message, that the data complete."""
         self._pending += data
         *whole, rest = self._pending.split(DELIMITER)
         self._pending = bytearray(rest)
@@ -84,7 +84,7 @@ class Decoder:
         return found
 
     def feed(self, data: bytes) -> list[Message]:
-        """Return every message that the data complete; bodies of unknown size or id are skipped."""
+        """Return every message that the data complete; bodies with an unknown size or id are skipped."""
         messages = []
         for body in self.bodies(data):
             kind = _BY_ID.get(body[0])

@@ -1,6 +1,6 @@
-"""Compiled frames for a board that renders: law in pieces, constants, keep-alive.
+"""Compiled frames for a board that renders: a law in pieces, constants, keep-alive.
 
-A law's bytes are packed into int64 words, little endian, as ``packed`` returns them.
+The bytes of a law are packed into int64 words, little endian, as ``packed`` returns them.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ HELLO_REQUEST = HelloRequest.ID
 LEAVE = Leave.ID
 
 ROOM = Board.size() + 3 * (Piece.size() + CRC_SIZE + 3) + 2 * codec.FRAME_SIZE
-"""Largest reply in bytes: settings, or three pieces, a stop and one more command."""
+"""Size of the largest reply in bytes: settings, or three pieces, a stop and one more command."""
 
 BOARD_BODY = 1 + Board.size()
 AT_ZERO, AT_SENSE, AT_DIRECTION = (Board.offset(name) for name in ("zero", "sense", "direction"))
@@ -91,7 +91,7 @@ def begin_tune(out: np.ndarray, law: int, generation: int) -> None:
 
 @compiled
 def add_constant(out: np.ndarray, slot: int, bits: int) -> int:
-    """Add a constant to the Tune in out, at most TUNED; return their number."""
+    """Add a constant to the Tune in out, up to TUNED constants; return their number."""
     k = out[_TUNE_COUNT]
     out[_TUNE_SLOTS + k] = slot
     put_integer(out, _TUNE_VALUES + 4 * k, 4, bits)
