@@ -1,4 +1,4 @@
-"""The folder of a user's own environments, which are Python files, and templates for new ones."""
+"""The folder of a user's environments, which are Python files, and templates for new files."""
 
 import ast
 import json
@@ -22,20 +22,20 @@ _LONGEST = 40
 
 
 def own_folder() -> Path:
-    """Return the folder of own environments, created if missing; raise OSError."""
+    """Return the folder of the user's environments, which is created if missing; raise OSError."""
     folder = own_folder_path()
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
 def existing() -> Path:
-    """Return the folder of own environments, or its nearest existing parent."""
+    """Return the folder of the user's environments, or the nearest parent that exists."""
     place = own_folder_path()
     return next((f for f in (place, *place.parents) if f.is_dir()), place)
 
 
 def own_files() -> list[Path]:
-    """Return the Python files in the folder, sorted by name; empty without a folder."""
+    """Return the Python files in the folder, sorted by name; empty if there is no folder."""
     try:
         return sorted(f for f in own_folder_path().glob("*.py") if f.is_file())
     except OSError:
@@ -53,7 +53,7 @@ def new_path(title: str) -> Path:
 
 
 def free_title(title: str, titles: Iterable[str] = ()) -> str:
-    """Return a title, numbered if another environment has it or its file name exists."""
+    """Return a title with a number if another environment has this title or its file name exists."""
     taken = {plain_name(t) for t in titles} | {f.stem.lower() for f in own_files()} | taken_keys()
     found, number = title, 2
     while plain_name(found) in taken:
@@ -62,7 +62,7 @@ def free_title(title: str, titles: Iterable[str] = ()) -> str:
 
 
 def save(path: Path, text: str) -> None:
-    """Write a file atomically: on failure the old one is unchanged; raise OSError."""
+    """Write a file atomically: if this fails, the old file is unchanged; raise OSError."""
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         with open(part, "w", encoding="utf-8", newline="\n") as file:
@@ -106,9 +106,10 @@ def templates() -> tuple[Template, ...]:
 
 
 def fill_template(template: Template, title: str, key: str) -> str:
-    """Return a template's text with another title and key."""
+    """Return a template's text with a different title and key."""
     new = {"key": key, "title": title}
-    lines = template.text.encode().splitlines(keepends=True)  # the syntax tree counts columns in bytes
+    # encoded, because the syntax tree counts columns in bytes
+    lines = template.text.encode().splitlines(keepends=True)
     own = [k for call in calls(ast.parse(template.text), "Environment") for k in call.keywords]
     for value, name in reversed([(k.value, k.arg) for k in own if k.arg in new]):
         line, start, end = value.lineno - 1, value.col_offset, value.end_col_offset

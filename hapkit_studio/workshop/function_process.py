@@ -1,4 +1,4 @@
-"""The process that calls the functions of a user's file; started with the file's path."""
+"""The process that calls the functions of a user's file; its argument is the path of the file."""
 
 import json
 import os
@@ -15,7 +15,7 @@ from hapkit_studio.workshop.functions import CALL_SECONDS, GIVES, START_SECONDS
 
 
 def main(path: str) -> None:
-    """Execute a text with this file path, then answer calls of its functions until the input ends."""
+    """Execute a text with this file path, then call its functions on request until the input ends."""
     heard, said = isolated.take_pipes()
     isolated.limit_memory()
     try:
@@ -29,18 +29,18 @@ def main(path: str) -> None:
             isolated.exit_after(2 * CALL_SECONDS)
             answer = _called(environment, *asked)
     finally:
-        os._exit(0)  # also if memory runs out or the parent has ended
+        os._exit(0)  # this is also reached if memory runs out or the parent has ended
 
 
 def _called(environment: Environment, name: str, values: Mapping[str, float], *more: Any) -> Any:
-    """Return a function's result for JSON; None if it raises or returns the wrong type."""
+    """Return a function's result for JSON; None if the function raises or returns a wrong type."""
     convert = GIVES[name][0]
     args = [Conditions(**m) if isinstance(m, dict) else np.array(m) for m in more]
     try:
         found = convert(getattr(environment, name)(values, *args))
     except MemoryError:
         raise
-    except Exception:  # a user's function can raise anything
+    except Exception:  # a user's function may raise anything
         return None
     return found.tolist() if isinstance(found, np.ndarray) else found
 

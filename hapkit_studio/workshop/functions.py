@@ -1,8 +1,8 @@
 """Functions of a user's file, called in a separate process so that they cannot block the window or a run.
 
 The process is ``function_process``: it receives a line of JSON with the text, then one line per call. Time is
-limited everywhere; memory is limited on Linux, and elsewhere by what can be allocated in that time.
-Module-level code also runs in the studio's own process, which creates the law, without limits.
+limited on every system. Memory is limited on Linux; elsewhere the time limits how much can be allocated.
+Module-level code also runs in the studio's process, which creates the law, without limits.
 """
 
 import contextlib
@@ -37,8 +37,8 @@ def _pair(found: Any) -> tuple[float, float]:
 
 
 _CURVE = (partial(np.asarray, dtype=float), lambda values, along: np.full(len(along), math.nan), "numbers")
-# conversion of a function's result, raising TypeError or ValueError; default for an invalid result;
-# description of the type
+# For each function: a conversion of the result, which raises TypeError or ValueError; the default for an
+# invalid result; a description of the type.
 GIVES: Mapping[str, tuple[Callable, Callable, str]] = {
     "check": (str, lambda values: "", "text"),
     "warnings": (lambda found: tuple(map(str, found)), lambda values, conditions: (), "a list of text"),
@@ -59,7 +59,7 @@ def overridden(environment: Environment) -> list[str]:
 
 
 class Functions:
-    """The functions of one file; the first that exceeds its time or memory disables them all."""
+    """The functions of one file; the first one that exceeds its time or memory disables all of them."""
 
     def __init__(self, owner: Source):
         self._source = owner
@@ -70,7 +70,7 @@ class Functions:
         self._hello: Future[bytes] | None = None
 
     def begin(self) -> None:
-        """Start the process unless it runs."""
+        """Start the process unless it is running."""
         with self._lock:
             if self._process is not None or self.off:
                 return
@@ -84,11 +84,11 @@ class Functions:
 
     @property
     def ready(self) -> bool:
-        """Return True if a call need not wait for the process to start."""
+        """Return True if a call does not have to wait until the process has started."""
         return bool(self.off) or (self._hello is not None and self._hello.done())
 
     def call(self, name: str, *args: Any) -> Any:
-        """Return a function's result; its default if it raises, returns a wrong type or is disabled."""
+        """Return a function's result; the default if it raises, returns a wrong type or is disabled."""
         convert, otherwise, _ = GIVES[name]
         found = self._answer(name, *args)
         return otherwise(*args) if found is None else convert(found)
@@ -111,7 +111,7 @@ class Functions:
                 return None
 
     def _ask(self, words: Any) -> "Future[bytes]":
-        """Send a line; return a future of the reply, which is empty if the process ended."""
+        """Send a line; return a future of the reply, which is empty if the process has ended."""
         line = json.dumps(words, default=_plain).encode() + b"\n"
         return self._worker.submit(_exchange, self._process, line)
 

@@ -35,7 +35,7 @@ def end(process: subprocess.Popen) -> None:
 
 
 def take_pipes() -> tuple[BinaryIO, BinaryIO]:
-    """Return the streams from and to the parent process; output that the file prints is discarded."""
+    """Return the streams from and to the parent process; text that the file prints is discarded."""
     heard, said = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", 0)
     nothing = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
@@ -44,7 +44,7 @@ def take_pipes() -> tuple[BinaryIO, BinaryIO]:
 
 
 def exit_after(seconds: float | None) -> None:
-    """Exit this process after a time in s, even without a parent; None cancels that."""
+    """Exit this process after a time in s, even if the parent has ended; None cancels the exit."""
     faulthandler.cancel_dump_traceback_later()
     if seconds is not None:
         faulthandler.dump_traceback_later(seconds, exit=True)

@@ -1,4 +1,4 @@
-"""A user's environment: its law runs compiled only, its other functions run in another process.
+"""A user's environment: its law always runs compiled, and its other functions run in another process.
 
 Compiled laws are called in compiled loops, or once without compiling a caller.
 """
@@ -29,14 +29,15 @@ from hapkit_studio.workshop.source import Source
 NO_FAULT = -1
 _DT = 1e-3
 CURVE_SECONDS = 0.5
-"""s of processor time for a curve, during which the window waits."""
+"""s of processor time that computing a curve may take, because the window waits."""
 
 
 @compiled
 def call_law(address, p, s, x, v, dt, fault, force):
     """Call a law at every x (n,) in m and v (n,) in m/s, into force (n,) in N; return the failed index.
 
-    NO_FAULT without one. fault: FAULT_WORDS words, of which the first is the code, 0 without a fault.
+    The index is NO_FAULT if no call failed. ``fault`` has FAULT_WORDS words; the first one is the code, 0
+    without a fault.
     """
     for i in range(len(x)):
         force[i] = native.call(address, p, s, x[i], v[i], dt, fault)
@@ -46,13 +47,13 @@ def call_law(address, p, s, x, v, dt, fault, force):
 
 
 def law_memory(law: CompiledLaw) -> tuple[np.ndarray, np.ndarray]:
-    """Return a law's initial state, at least one value long, and its fault words."""
+    """Return the initial state of a law, which has at least one value, and its fault words."""
     return np.append(law.initial_state, 0.0), np.zeros(FAULT_WORDS, dtype=np.int64)
 
 
 @dataclass(frozen=True, kw_only=True)
 class OwnEnvironment(Environment):
-    """An environment read from a user's file, with the file's content."""
+    """An environment that was read from a user's file, with the content of the file."""
 
     source: Source
     functions: Functions | None = None
@@ -60,7 +61,7 @@ class OwnEnvironment(Environment):
     def curve(self, values: Values, position: np.ndarray, velocity: np.ndarray | float = 0.0) -> np.ndarray:
         """Return the compiled law's force (n,) in N in its initial state.
 
-        NaN on a fault, and for the remaining points after CURVE_SECONDS.
+        The force is NaN at a fault, and at all remaining points after CURVE_SECONDS.
         """
         law = self.force.compiled()
         p = np.array([values[q.key] for q in self.parameters] + [0.0])
@@ -86,18 +87,18 @@ class OwnEnvironment(Environment):
 
 @cache
 def built_in() -> Mapping[str, Environment]:
-    """Return the studio's own environments by key, without those of other packages."""
+    """Return the studio's environments by key, without those of other packages."""
     here = environments.__name__ + "."
     return {k: e for k, e in environments.discover().items() if e.force.function.__module__.startswith(here)}
 
 
 def taken_keys() -> set[str]:
-    """Return the keys of the studio's own environments, from file names, without loading them."""
+    """Return the keys of the studio's environments from their file names, without loading the files."""
     return {module.name for module in pkgutil.iter_modules(environments.__path__)}
 
 
 def owned(environment: Environment, source: Source) -> OwnEnvironment:
-    """Return an environment marked as a user's own, without shortcut."""
+    """Return an environment that is marked as a user's, without a shortcut."""
     given = {f.name: getattr(environment, f.name) for f in fields(Environment) if f.init}
     given |= {"parameters": tuple(environment.parameters), "shortcut": "", "terms": None}
     given["formula"] = _own_formula(environment.formula, source.text)
@@ -110,7 +111,7 @@ def owned(environment: Environment, source: Source) -> OwnEnvironment:
 
 
 def _own_formula(formula: str, text: str) -> str:
-    """Return a file's formula; "" if copied from a template or an environment with another law."""
+    """Return a file's formula; "" if it was copied from a template or an environment with another law."""
     begun = [path.read_text(encoding="utf-8") for path in resources.path("templates").glob("*.py")]
     theirs = [other for other in begun if f'formula="{formula}"' in other]
     theirs += [
@@ -123,7 +124,7 @@ def _own_formula(formula: str, text: str) -> str:
 
 
 def _code(text: str) -> list[str]:
-    """Return a file's statements without imports, docstrings and ENVIRONMENT, for comparison."""
+    """Return a file's statements without imports, docstrings and ENVIRONMENT, for a comparison."""
     words = ast.Import, ast.ImportFrom, ast.Expr
     return [
         ast.dump(node)
@@ -134,7 +135,7 @@ def _code(text: str) -> list[str]:
 
 
 def switched_off(environment: Environment) -> list[str]:
-    """Return one line naming the disabled function of a user's file, or none."""
+    """Return one line that names the disabled function of a user's file; empty if none is disabled."""
     functions = environment.functions if isinstance(environment, OwnEnvironment) else None
     return [functions.off] if functions and functions.off else []
 
@@ -142,6 +143,6 @@ def switched_off(environment: Environment) -> list[str]:
 def _warnings(
     functions: Functions, theirs: Callable, values: Values, conditions: Conditions
 ) -> tuple[str, ...]:
-    """Return the warnings of a user's environment, and the disabled function."""
+    """Return the warnings of a user's environment, and one that names a disabled function."""
     found = theirs(values, conditions)
     return (*found, functions.off) if functions.off else tuple(found)

@@ -22,7 +22,7 @@ from hapkit_studio.workshop.own import OwnEnvironment, owned, taken_keys
 from hapkit_studio.workshop.source import Source, read
 
 _MOST = 300
-# (pattern of Python's message, message for students); groups of the pattern fill the message
+# (pattern of Python's message, message for students); the groups of the pattern fill the message
 _MADE = r"(?:\w+\.)?(\w+)\.__init__\(\) "
 _OTHER = (
     (r"cannot import name ('\w+') from '([\w.]+)'.*", r"there is no \1 in \2"),
@@ -38,14 +38,14 @@ _OTHER = (
 
 
 def without_line(error: LawError) -> str:
-    """Return an error's text without its line."""
+    """Return the text of an error without its line."""
     return str(error).removeprefix(f"Line {error.line}: ")
 
 
 def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
-    """Return the error raised while a file was executed, with the last line of that file in the traceback.
+    """Return the error raised while a file was executed, with the last line of this file in the traceback.
 
-    otherwise: the line if the file is not in the traceback.
+    ``otherwise`` is the line if the traceback does not contain the file.
     """
     line, inside = _line_in(error.__traceback__, file)
     line = line or otherwise
@@ -55,7 +55,7 @@ def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
 
 
 def _words_for(error: BaseException, inside: bool) -> str:
-    """Return the text for an exception; inside: it was raised by the user's own line."""
+    """Return the text for an exception; ``inside`` tells that a line of the user's file raised it."""
     match error:
         case NameError(name=str(name)):
             return f"'{name}' is not defined"
@@ -83,7 +83,7 @@ def _words_for(error: BaseException, inside: bool) -> str:
 
 
 def _line_in(traceback: TracebackType | None, file: str) -> tuple[int, bool]:
-    """Return the last line of a file in a traceback, and whether it is the innermost frame."""
+    """Return the last line of a file in a traceback, and whether this is the innermost frame."""
     line, inside = 0, False
     while traceback is not None:
         inside = traceback.tb_frame.f_code.co_filename == file
@@ -150,7 +150,7 @@ def _check_words(made: Environment, tree: ast.Module) -> None:
 
 
 def _parameter_fault(parameter: AnyParameter) -> str:
-    """Return the fault of a parameter, "" without one."""
+    """Return what is wrong with a parameter; "" if it is valid."""
     key = parameter.key
     if not isinstance(key, str) or not key.isidentifier() or key.startswith("_"):
         return f'a parameter\'s first value is its name in the law, like "stiffness", not {key!r}'
@@ -188,7 +188,7 @@ def _number_fault(parameter: Parameter) -> str:
 
 
 def calls(tree: ast.Module, name: str) -> Iterator[ast.Call]:
-    """Yield every call of a function of this name."""
+    """Yield every call of a function with this name."""
     for node in ast.walk(tree):
         match node:
             case ast.Call(func=ast.Name(id=found)) if found == name:
@@ -196,19 +196,19 @@ def calls(tree: ast.Module, name: str) -> Iterator[ast.Call]:
 
 
 def _environment_line(tree: ast.Module) -> int:
-    """Return the line of the last assignment to ENVIRONMENT, 0 without one."""
+    """Return the line of the last assignment to ENVIRONMENT; 0 if there is none."""
     names = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
     return max((n.lineno for n in names if n.id == NAME), default=0)
 
 
 def _keyword_line(tree: ast.Module, keyword: str) -> int:
-    """Return the line of a keyword argument of Environment, or else of ENVIRONMENT."""
+    """Return the line of a keyword argument of Environment; without it, the line of ENVIRONMENT."""
     given = [k for call in calls(tree, "Environment") for k in call.keywords if k.arg == keyword]
     return given[0].value.lineno if given else _environment_line(tree)
 
 
 def _call_line(tree: ast.Module, parameter: AnyParameter) -> int:
-    """Return the last line on which a parameter of this key is declared, 0 if not found."""
+    """Return the last line on which a parameter with this key is declared; 0 if it is not found."""
     lines = [0]
     for call in calls(tree, type(parameter).__name__):
         match [*call.args[:1], *(k.value for k in call.keywords if k.arg == "key")]:
@@ -218,13 +218,13 @@ def _call_line(tree: ast.Module, parameter: AnyParameter) -> int:
 
 
 def _indentation(error: SyntaxError, lines: list[str]) -> str:
-    """Return the message on a line's expected indentation, "" for other errors."""
+    """Return the message on the indentation that a line needs; "" for other errors."""
     if not isinstance(error, IndentationError) or not 1 < (error.lineno or 1) <= len(lines):
         return ""
     if isinstance(error, TabError):
         return "indent this line by spaces only: tabs and spaces are mixed"
     *above, this = ["" if line.lstrip().startswith("#") else line for line in lines[: error.lineno]]
-    opens = re.search(r"on line (\d+)$", error.msg)  # the line with the colon that expects a block
+    opens = re.search(r"on line (\d+)$", error.msg)  # the line with the colon after which a block must follow
     last = lines[int(opens[1]) - 1] if opens else next((line for line in above[::-1] if line.strip()), "")
     if "unindent" in error.msg:
         return f"this line has {_indent(this)} spaces before it: indent it as far as a line above it"
@@ -239,7 +239,8 @@ def _indent(line: str) -> int:
 def load(path: str | Path) -> OwnEnvironment:
     """Execute a file and return its ENVIRONMENT; raise LawError with the line of the mistake.
 
-    Security: executes the file in this process. Ask for consent before loading another person's file.
+    Security: this executes the file in the studio's process. Ask for consent before loading another person's
+    file.
     """
     return load_source(read(Path(path).expanduser().absolute()))
 
@@ -253,7 +254,7 @@ def execute(source: Source) -> Environment:
     """Execute a text as a separate module and return its checked ENVIRONMENT; raise LawError."""
     name, file = str(source.path), f"own_environment_{source.digest[:20]}"
     lines = io.StringIO(source.text, newline="\n").readlines()
-    # source for tracebacks and laws; without a time it is never compared with the file on disk
+    # the source for tracebacks and laws; without a time it is never compared with the file on disk
     linecache.cache[name] = (len(source.text), None, lines, name)
     module = ModuleType(file)
     module.__file__ = name

@@ -1,7 +1,7 @@
-"""Export an environment with its values as an Arduino sketch that renders it without the studio.
+"""Export an environment with its values as an Arduino sketch that renders without the studio.
 
-The sketch contains the law in C, its values as named constants, and the helpers it needs. The Arduino IDE
-requires a folder of the same name.
+The sketch contains the law in C, its values as named constants, and the helpers that it needs. The Arduino
+IDE requires a folder with the same name.
 """
 
 import re
@@ -27,7 +27,7 @@ from hapkit_studio.protocol.messages import Board, MotorMap, Pins, Sensor
 
 
 def translated(environment: Environment, values: Mapping[str, float]) -> Source:
-    """Return a law's C; raise LawError if it is outside the law language."""
+    """Return a law in C; raise LawError if it is outside the law language."""
     return c_source.translate(environment.force, [values[p.key] for p in environment.force.parameters])
 
 
@@ -50,12 +50,12 @@ def constants(environment: Environment, values: Mapping[str, float], law: Source
 
 
 def one_line(words: str) -> str:
-    """Return text on one line that cannot end a C comment or continue on the next line."""
+    """Return a text on one line that cannot end a C comment or continue on the next line."""
     return " ".join(words.split()).replace("\\", "/").replace("·", "*")
 
 
 def law_text(law: Source) -> str:
-    """Return the law in its namespace, after the helpers it needs."""
+    """Return the law in its namespace, after the helpers that it needs."""
     pieces = re.split(r"^=== (.*)\n", resources.path("sketch", "helpers.txt").read_text("utf-8"), flags=re.M)
     known = zip(pieces[1::2], pieces[2::2], strict=True)
     helpers = [words.strip() for names, words in known if law.helpers & set(names.split())]
@@ -63,10 +63,10 @@ def law_text(law: Source) -> str:
 
 
 RATES = (250, 500, 1000, 2000)
-"""Rates in Hz available to a sketch."""
+"""Rates in Hz that a sketch can use."""
 USUAL_RATE = 1000
 SLOWER = {"rk4": 500, "implicit_euler": 500, "trapezoid": 500, "exact": 250}
-"""Rates in Hz for expensive methods, measured in the simulated chip."""
+"""Highest rates in Hz for slow methods, measured in the simulated chip."""
 MOST_PRINTS, _WIDTH = 50, 105
 _LEVER = """\
 // N*m on the motor for 1 N on the handle: the gear multiplies the motor's torque, the handle divides it.
@@ -87,7 +87,7 @@ _NEAR = (
 
 @dataclass(frozen=True)
 class Kit:
-    """The kit of a sketch: its settings, and whether they are calibrated."""
+    """The kit of a sketch: its settings, and whether these are calibrated."""
 
     board: Board = profiles.default().board
     calibrated: bool = False
@@ -104,9 +104,9 @@ def text(
 ) -> str:
     """Return the sketch.
 
-    values: those that differ from the defaults. rate in Hz: ``usual_rate`` by default. prints: lines per
-    second on the serial monitor. remark: text at the top for the reader. Raise ParameterError for options
-    that a sketch does not support, LawError for an invalid law.
+    values are those that differ from the defaults. rate is in Hz, by default ``usual_rate``. prints is the
+    number of lines per second on the serial monitor. remark is a text for the reader at the top. Raise
+    ParameterError for options that a sketch does not support, and LawError for an invalid law.
     """
     kit, values = kit or Kit(), environment.values(values)
     rate = usual_rate(environment, values) if rate is None else rate
@@ -135,7 +135,7 @@ def text(
 
 
 def usual_rate(environment: Environment, values: Mapping[str, float]) -> int:
-    """Return the highest usual rate in Hz without late ticks."""
+    """Return the highest usual rate in Hz at which no tick is late."""
     chosen = [p.text(values[p.key]) for p in environment.parameters if isinstance(p, Choice)]
     return min([USUAL_RATE, *(SLOWER[name] for name in chosen if name in SLOWER)])
 
@@ -221,9 +221,9 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")
 
 
 def sketch_path(wanted: str | Path) -> Path:
-    """Return the path of the sketch, including its folder, for "wall", "wall.ino" or "wall/wall.ino".
+    """Return the path of the sketch with its folder, for "wall", "wall.ino" or "wall/wall.ino".
 
-    Raise ParameterError for a name that the Arduino IDE rejects.
+    Raise ParameterError if the Arduino IDE rejects the name.
     """
     path = Path(wanted).expanduser()
     if is_special(path):

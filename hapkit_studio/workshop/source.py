@@ -1,4 +1,4 @@
-"""Content of a user's file, identified by the hash of its bytes; the list of trusted files."""
+"""The content of a user's file, identified by the hash of its bytes; the list of trusted files."""
 
 import hashlib
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Source:
 
 
 def read(path: Path) -> Source:
-    """Read a file; raise LawError with the line of an undecodable byte."""
+    """Read a file; raise LawError with the line of a byte that is not UTF-8."""
     try:
         data = files.read_bytes(path, MOST_BYTES)
     except FileError as error:
@@ -32,18 +32,18 @@ def read(path: Path) -> Source:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise LawError("this line is not text in UTF-8: save the file as UTF-8", line) from None
-    if "\0" in text:  # Python versions differ in their message
+    if "\0" in text:  # raised here, because the message differs between Python versions
         raise LawError("the file is not text", 1)
     return Source(path, text.replace("\r\n", "\n").replace("\r", "\n"), hashlib.sha256(data).hexdigest())
 
 
 def typed(path: Path, text: str) -> Source:
-    """Return the Source that ``read`` would return after saving a text."""
+    """Return the Source that ``read`` would return if a text were saved."""
     return Source(path, text, hashlib.sha256(text.encode()).hexdigest())
 
 
 def is_trusted(source: Source) -> bool:
-    """Return True if the user has trusted exactly this content."""
+    """Return True if the user trusts exactly this content."""
     try:
         return source.digest in files.read_text(_trusted_list(), MOST_BYTES).split()
     except FileError:

@@ -1,7 +1,7 @@
 """Try a file in another process, ``python -m hapkit_studio.workshop.trial PATH``, which prints JSON.
 
-The window stays responsive whatever the file does: it only polls a pipe. Independent of Qt. Outcomes are
-cached by content: going back to an older version needs no new trial.
+The window stays responsive whatever the file does, because it only polls a pipe. The module does not depend
+on Qt. Outcomes are cached by content, so returning to an older version needs no new trial.
 """
 
 import contextlib
@@ -39,7 +39,7 @@ def has_failed(source: Source) -> bool:
 
 
 def remember(source: Source, passed: bool) -> None:
-    """Store the outcome of a trial; if that is not possible, the trial is repeated next time.
+    """Store the outcome of a trial; if this fails, the trial is repeated next time.
 
     Outcomes are removed at the same age as compiled laws.
     """
@@ -75,7 +75,7 @@ _MODULE = "hapkit_studio.workshop.trial"
 
 
 def begin(tried: Source) -> subprocess.Popen:
-    """Start a trial; poll() the process, then call ``result``, or ``stop`` after TIMEOUT."""
+    """Start a trial; poll() the process, then call ``result``, or call ``stop`` after TIMEOUT."""
     process = isolated.begin(_MODULE, str(tried.path))
     with contextlib.suppress(BrokenPipeError), process.stdin as its_input:  # type: ignore[union-attr]
         its_input.write(tried.text.encode())
@@ -84,13 +84,13 @@ def begin(tried: Source) -> subprocess.Popen:
 
 
 def result(process: subprocess.Popen, timeout: float = TIMEOUT) -> TrialResult:
-    """Return a trial's verdict; wait up to timeout in s, then kill it."""
+    """Return a trial's verdict; wait for it up to ``timeout`` in s, then kill the trial."""
     try:
         process.wait(timeout)
     except subprocess.TimeoutExpired:
         return stop(process)
     try:
-        # a child process of the file may still hold the pipe
+        # a child process of the file may still have the pipe open
         words, _ = process.communicate(timeout=_LAST_WORDS_SECONDS)
     except subprocess.TimeoutExpired:
         isolated.end(process)
@@ -99,23 +99,23 @@ def result(process: subprocess.Popen, timeout: float = TIMEOUT) -> TrialResult:
 
 
 def stop(process: subprocess.Popen) -> TrialResult:
-    """Kill a trial on time-out, with its children; return the verdict."""
+    """Kill a trial and its children after a time-out; return the verdict."""
     isolated.end(process)
     return _verdict(process.communicate()[0], NO_END)
 
 
 def check(tried: Source, timeout: float = TIMEOUT) -> TrialResult:
-    """Run a trial and wait up to timeout in s for its verdict."""
+    """Run a trial, and wait up to ``timeout`` in s for its verdict."""
     process = begin(tried)
     try:
         return result(process, timeout)
-    except BaseException:  # Ctrl+C
+    except BaseException:  # for example Ctrl+C
         isolated.end(process)
         raise
 
 
 def _verdict(words: bytes, otherwise: str) -> TrialResult:
-    """Return the last verdict printed; without one, a verdict on the function that ran last."""
+    """Return the last verdict in the output; without one, a verdict on the function that ran last."""
     name, line = "the file", 0
     try:
         found = files.parse_json(words.decode().splitlines()[-1], "verdict")
@@ -128,7 +128,7 @@ def _verdict(words: bytes, otherwise: str) -> TrialResult:
 
 
 def main(path: str) -> None:
-    """Print the verdict on a text with this file path as JSON; before it, a line per function called."""
+    """Print the verdict on a text with this file path as JSON, after one line for each function called."""
     heard, said = isolated.take_pipes()
     isolated.exit_after(2 * TIMEOUT)
     if sys.platform != "win32":
@@ -142,7 +142,7 @@ def main(path: str) -> None:
         tried = source.typed(Path(path), heard.read().decode())
         tell(asdict(trying.try_out(tried, lambda name, line: tell({"function": name, "line": line}))))
     finally:
-        os._exit(0)  # immediately: threads and exit handlers of the file must not run
+        os._exit(0)  # exit at once, because threads and exit handlers of the file must not run
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Try an environment: read, check and compile it, and call its functions at corner values.
+"""Try an environment: read, check and compile it, and call its functions at extreme values.
 
 A law is called at the corners of its parameter ranges and over the range of positions and speeds.
 """
@@ -34,7 +34,7 @@ Values = dict[str, float]
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem that prevents an environment from running: line, 0 for none, and text."""
+    """A problem that prevents an environment from running: its line, 0 if there is none, and its text."""
 
     line: int
     text: str
@@ -45,9 +45,10 @@ class Problem:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """Outcome of a trial; without problems the environment may run in the loop.
+    """The outcome of a trial; if there are no problems, the environment may run in the loop.
 
-    warnings: on the whole law; remarks: on single lines. ns_per_call and calls: 0 if the law was not called.
+    ``warnings`` concern the whole law, and ``remarks`` single lines. ``ns_per_call`` and ``calls`` are 0 if
+    the law was not called.
     """
 
     problems: tuple[Problem, ...] = ()
@@ -87,7 +88,7 @@ class Sequence:
 
 
 def sequences(environment: Environment) -> Iterator[Sequence]:
-    """Yield sequences of at least CALLS calls, those near the defaults first.
+    """Yield sequences of at least CALLS calls in total, first those near the defaults.
 
     Combinations of values that the environment itself rejects are left out.
     """
@@ -119,7 +120,7 @@ def near(parameters: tuple[AnyParameter, ...]) -> Iterator[Values]:
 
 
 def places(parameters: tuple[AnyParameter, ...], values: Values) -> list[float]:
-    """Return test positions in m, including parameters that are lengths."""
+    """Return test positions in m, which include parameters that are lengths."""
     own = [sign * values[p.key] for p in parameters if p.unit == "m" for sign in (1.0, -1.0)]
     return list(dict.fromkeys([*(x for x in own if abs(x) <= FAR), *POSITIONS]))
 
@@ -148,7 +149,7 @@ def _ends(p: AnyParameter) -> list[float]:
     return [float(i) for i in range(len(p.options))] if isinstance(p, Choice) else [p.low, p.high]
 
 
-# a law slower than this gets a warning: 5 % of the shortest period, 100 µs
+# a slower law gets a warning: this is 5 % of the shortest period, which is 100 µs
 SLOW_NS = 5_000.0
 ALONG = np.linspace(-FAR, FAR, 25)
 _SAID = {
@@ -166,7 +167,7 @@ _SAID = {
         "test for it first, or narrow the parameter's limits",
     ),
 }
-# further arguments of the other functions
+# additional arguments of the other functions
 _ARGUMENTS = {"warnings": (Conditions(),), "over_position": (ALONG,), "over_velocity": (ALONG,)}
 
 
@@ -189,12 +190,12 @@ def _try(environment: Environment, path: Path, tell: Callable[[str, int], object
         return _try_law(environment)
     except LawError as error:
         raise LawError(reading.without_line(error), error.line or law_line) from None
-    except (Exception, SystemExit) as error:  # a user's functions or a compiler can raise anything
+    except (Exception, SystemExit) as error:  # a user's functions or a compiler may raise anything
         raise reading.law_error(error, str(path), law_line) from None
 
 
 def _try_function(environment: Environment, name: str) -> None:
-    """Call one of the environment's functions at corner values; raise LawError for an invalid result."""
+    """Call a function of the environment at extreme values; raise LawError for an invalid result."""
     function, (convert, _, wanted) = getattr(environment, name), functions.GIVES[name]
     if complaint := environment.check({p.key: p.default for p in environment.parameters}):
         raise LawError(f"the defaults do not go together: {complaint}", _first_line(environment.check))
@@ -216,7 +217,7 @@ def _first_line(function: Callable) -> int:
 
 
 def _try_law(environment: Environment) -> TrialResult:
-    """Call the law at corner values; raise LawError if it returns no force."""
+    """Call the law at extreme values; raise LawError if it returns no force."""
     law, costs, calls, pushes = environment.force.compiled(), [], 0, False
     for sequence in sequences(environment):
         p = np.array([sequence.values[q.key] for q in environment.parameters] + [0.0])
@@ -229,7 +230,7 @@ def _try_law(environment: Environment) -> TrialResult:
             raise LawError(_words(environment, sequence, wrong, int(fault[0])), int(fault[1]))
         calls += len(force)
         pushes = pushes or bool(force.any())
-    cost = float(np.median(costs))  # robust against other load on the machine
+    cost = float(np.median(costs))  # the median is robust against other load on the computer
     return TrialResult((), tuple(_warnings(environment, cost, pushes)), cost, calls, remarks(environment))
 
 
@@ -248,7 +249,7 @@ def _words(environment: Environment, sequence: Sequence, call: int, code: int) -
 
 
 def _warnings(environment: Environment, cost: float, pushes: bool) -> Iterator[str]:
-    """Yield warnings that do not prevent running."""
+    """Yield warnings that do not prevent the environment from running."""
     if cost > SLOW_NS:
         yield f"One call of the law takes {cost / 1000:,.0f} µs: the loop may not keep 10 kHz."
     if not pushes:
