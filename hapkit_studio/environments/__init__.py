@@ -1,4 +1,4 @@
-"""The library of virtual environments: each module with an ``ENVIRONMENT`` defines one."""
+"""The library of virtual environments; each module with an ``ENVIRONMENT`` defines one."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -17,14 +17,14 @@ RESERVED = "ABFGHLRT"
 
 @cache
 def discover() -> Mapping[str, Environment]:
-    """Return every environment by its key: this folder's, then those of installed packages."""
+    """Return every environment by its key: those of this folder, then those of installed packages."""
     found = discovery.declared(__name__, "ENVIRONMENT", Environment, group=ENTRY_POINTS)
     known = sorted(found, key=lambda e: (e.order, e.title))
     return MappingProxyType({e.key: e for e in with_shortcuts(known)})
 
 
 def with_shortcuts(known: Sequence[Environment]) -> list[Environment]:
-    """Assign a free shortcut to environments without one, preferably a letter of their title."""
+    """Assign a free shortcut to environments that have none, preferably a letter of their title."""
     free = {c for c in ascii_uppercase if c not in RESERVED} - {e.shortcut for e in known}
     found = []
     for environment in known:
@@ -42,7 +42,7 @@ def named(key: str) -> Environment:
 
 
 class _Library(ModuleType):
-    """Make ``hapkit_studio.environments()`` return the library, although the name is a package."""
+    """Makes ``hapkit_studio.environments()`` return the library, although the name is a package."""
 
     def __call__(self) -> Mapping[str, Environment]:
         return discover()

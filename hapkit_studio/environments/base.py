@@ -16,7 +16,7 @@ Curve = Callable[[Values, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Conditions(LoopSettings):
-    """Loop settings of a scene, and the handle's recent maximum speed in m/s, 0 if unknown."""
+    """The loop settings of a scene, and the handle's recent maximum speed in m/s, 0 if it is unknown."""
 
     coulomb: float = 0.0
     speed: float = 0.0
@@ -24,11 +24,12 @@ class Conditions(LoopSettings):
 
 @dataclass(frozen=True)
 class ForceTerms:
-    """Spring, damper and friction of a law at given values; None for undefined ones.
+    """Spring, damper and friction of a law at given values; an undefined value is None.
 
-    stiffness N/m about centre m, damping N·s/m, friction N. one_way: +1 or -1 if damping acts only on motion
-    to that side. contact: only while the law pushes. settle: distance in m after a reversal until friction is
-    fully developed. simple: the law consists of these terms only. terms: those for identification.
+    ``stiffness`` is in N/m about ``centre`` in m, ``damping`` in N·s/m, ``friction`` in N. ``one_way`` is +1
+    or -1 if damping acts only on motion to this side. ``contact`` tells that the terms act only while the law
+    pushes. ``settle`` is the distance in m after a reversal until friction is fully developed. ``simple``
+    tells that the law consists only of these terms. ``terms`` are those for identification.
     """
 
     stiffness: float | None = None
@@ -43,16 +44,17 @@ class ForceTerms:
 
 
 def no_terms(values: Values) -> ForceTerms:
-    """Return no terms, for a law whose impedance bounds its stability but does not describe its force."""
+    """Return no terms, for a law whose impedance limits its stability but does not describe its force."""
     return ForceTerms(simple=False)
 
 
 @dataclass(frozen=True)
 class MovingObject:
-    """An object that moves besides the handle: a short name, and the law's state with its position in m.
+    """An object that moves in addition to the handle: a short name, and the state with its position in m.
 
-    Without a state, it rests at the position of a parameter, and the handle pushes it to the right. swing:
-    its mass kg, damping N·s/m and stiffness N/m in contact, which limit an integrator's step.
+    Without a state, the object rests at the position of a parameter, and the handle pushes it to the right.
+    ``swing`` returns mass in kg, damping in N·s/m and stiffness in N/m in contact, which limit an
+    integrator's step.
     """
 
     name: str
@@ -61,24 +63,25 @@ class MovingObject:
     swing: Callable[[Values], tuple[float, float, float]] | None = None
 
     def place(self, values: Values, position: np.ndarray, state: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return its position in m (n,) from the handle's position in m and each state by name, (n,) all."""
+        """Return the object's position (n,) in m from the handle's position (n,) in m and named states."""
         return state[self.state] if self.state else np.maximum(position, values[self.rests])
 
 
 @dataclass(frozen=True)
 class Environment:
-    """A virtual environment; each module in this folder with an ``ENVIRONMENT`` is discovered.
+    """A virtual environment; every ``ENVIRONMENT`` of a module in this folder is discovered.
 
-    formula: short HTML. impedance: maps values by name to the (stiffness N/m, damping N·s/m) that bound
-    stability, None without a linear limit. terms: maps them to the terms for identification, the impedance by
-    default. shades: contact is shaded in the plots. check: one line on why values are incompatible, "" if
-    they are compatible. warnings: what cannot be rendered well under given conditions. unused: maps
-    parameters without effect at the present values to the reason. over_position, over_velocity: theory
-    curves, (n,) or one row per branch, NaN for gaps; by default the law at rest. restless: why the scene does
-    not come to rest at its defaults, "" if it does. stored: a law that returns the energy in J stored in
-    objects. moves: the object whose position is plotted. drives: how the scene generates energy itself.
-    counts: states that count events a person notices. hands: those for judging the scene. needs: terms of the
-    device whose absence is perceptible at the default values.
+    ``formula`` is short HTML. ``impedance`` maps values by name to the (stiffness N/m, damping N·s/m) that
+    limit stability; it is None if there is no linear limit. ``terms`` maps them to the terms for
+    identification, by default the impedance. ``shades`` tells that contact is shaded in the plots. ``check``
+    returns one line on why values are incompatible, "" if they are compatible. ``warnings`` returns what
+    cannot be rendered well under given conditions. ``unused`` maps parameters that have no effect at the
+    present values to the reason. ``over_position`` and ``over_velocity`` are theory curves, (n,) or one row
+    per branch, NaN for gaps; by default they are the law at rest. ``restless`` says why the scene does not
+    come to rest at its defaults, "" if it does. ``stored`` is a law that returns the energy in J stored in
+    objects. ``moves`` is the object whose position is plotted. ``drives`` says how the scene generates energy
+    itself. ``counts`` are states that count events which a person notices. ``hands`` are those for judging
+    the scene. ``needs`` are terms of the device whose absence is perceptible at the default values.
     """
 
     key: str
@@ -127,7 +130,7 @@ class Environment:
             self.force.companion = self.stored
 
     def values(self, given: Mapping[str, object] | None = None) -> dict[str, float]:
-        """Return every parameter's number, with defaults for missing ones; raise ParameterError."""
+        """Return every parameter's number, with defaults for missing parameters; raise ParameterError."""
         given = {} if given is None else given
         if not isinstance(given, Mapping):
             raise ParameterError(
@@ -140,7 +143,7 @@ class Environment:
         return values
 
     def changed(self, values: Values, changes: Mapping[str, object]) -> dict[str, float]:
-        """Return valid values with some of them changed; only these are checked. Raise ParameterError."""
+        """Return valid values with some changes; only the changes are checked. Raise ParameterError."""
         known = {p.key: p for p in self.parameters}
         for key in changes.keys() - known.keys():
             resolve(self.parameters, {key: changes[key]}, self.title)  # raises, because the key is unknown
@@ -159,7 +162,7 @@ class Environment:
         return None if self.moves is None else self.moves.place(values, position, named)
 
     def touched_at(self, values: Values, depth: float) -> float:
-        """Return a position in m in contact with the scene: its centre, or ``depth`` inside its surface."""
+        """Return a position in m in contact with the scene: the centre, or ``depth`` inside the surface."""
         place = values.get("position", values.get("center", 0.0))
         if self.shades and "position" in values:
             place += depth if values.get("side", 0.0) == 0.0 else -depth

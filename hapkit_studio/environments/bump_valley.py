@@ -9,30 +9,30 @@ from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
 BUMP = -0.025
-# a Gaussian is cut at 3 sigma: its value there is subtracted, so that force and height are continuous
+# A Gaussian is cut off at 3 sigma. Its value there is subtracted, so that force and height are continuous.
 CUT = math.exp(-4.5)
-# 1 / maximum of t (exp(−t²/2) − CUT), at t = 0.9909
+# 1 over the maximum of t (exp(−t²/2) − CUT), which is at t = 0.9909
 GAUSSIAN_PEAK = 1.6793390230328566
-# 1 / height at the centre
+# 1 over the height at the centre
 GAUSSIAN_RISE = 1.0 / (1.0 - 5.5 * CUT)
-# height at the centre per width, for bumps of maximum slope 1
+# height at the centre over width, for bumps whose largest slope is 1
 COSINE_TOP, GAUSSIAN_TOP = 1.0 / math.pi, GAUSSIAN_PEAK / 6.0 / GAUSSIAN_RISE
 # N: the relief is drawn so that its slope times this force is the rendered force
 NORMAL_FORCE = 1.0
 
 
 def gaussian_push(a):
-    """Return the normalised force of a Gaussian bump, at most 1, ``a`` widths (6 sigma) from its centre."""
+    """Return the force of a Gaussian bump, at most 1, at ``a`` widths (6 sigma) from the centre."""
     return GAUSSIAN_PEAK * 6.0 * a * (math.exp(-18.0 * a * a) - CUT)
 
 
 def gaussian_rise(a):
-    """Return the normalised height of the Gaussian bump, 1 at its centre."""
+    """Return the height of the Gaussian bump, which is 1 at the centre."""
     return GAUSSIAN_RISE * (math.exp(-18.0 * a * a) - 5.5 * CUT + 18.0 * CUT * a * a)
 
 
 def cosine_rise(a):
-    """Return the normalised height of the cosine bump, 1 at its centre."""
+    """Return the height of the cosine bump, which is 1 at the centre."""
     return 0.5 * (1.0 + math.cos(math.tau * a))
 
 
@@ -54,9 +54,10 @@ def _top(values):
 
 
 def height(values: Values, x: np.ndarray) -> np.ndarray:
-    """Return the relief in m (n,) to draw at x (n,) in m, 0 on the flat ground.
+    """Return the height (n,) in m of the drawn relief at x (n,) in m; it is 0 on the flat ground.
 
-    ``same`` is the relief that the gradient law renders for a weight of 1 N, ``opposite`` its mirror image.
+    ``same`` is the relief that the gradient law renders for a weight of 1 N, and ``opposite`` is its mirror
+    image.
     """
     sign = np.where(x < 0.0, 1.0, -1.0)
     a = (x - sign * BUMP) / values["width"]
@@ -69,7 +70,7 @@ def height(values: Values, x: np.ndarray) -> np.ndarray:
 
 
 def impedance(values: Values) -> tuple[float, float]:
-    """Return the steepest slope of the force, at the centre for the gradient; no damping."""
+    """Return the steepest slope of the force, which for the gradient is at the centre, and no damping."""
     per_width = values["peak_force"] / values["width"]
     if values["law"]:
         return per_width / _top(values), 0.0

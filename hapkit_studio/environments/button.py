@@ -9,14 +9,14 @@ from hapkit_studio.environments.base import Conditions, Environment, ForceTerms,
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
-# N/m of the hysteresis between press and release: as stiff as a paddle can render, and faded in over the
-# first half millimetre, so that contact causes no step of the force
+# N/m of the hysteresis between press and release: as stiff as a paddle can render. The hysteresis fades in
+# over the first half millimetre, so that contact causes no step of the force.
 PLAY_STIFFNESS = 1500.0
 FADE = 0.0005
 
 
 def curve(s, peak, snap, snap_start, travel, stop):
-    """Return the button's force in N >= 0 at a travel ``s`` in m >= 0, without hysteresis."""
+    """Return the button's force in N (>= 0) at a travel ``s`` in m (>= 0), without hysteresis."""
     if s >= travel:
         return snap + stop * (s - travel)
     if s < snap_start:
@@ -47,7 +47,7 @@ def force(p, s, x, v, dt):
 
 
 def check(values: Values) -> str:
-    """Return the reason why the snap cannot start at a position, "" if it can."""
+    """Return why the snap cannot start at a position; "" if it can."""
     start, travel = 1e3 * values["snap_start"], 1e3 * values["travel"]
     if start < travel:
         return ""

@@ -11,29 +11,31 @@ from hapkit_studio.parameters import Choice, Parameter
 
 FUR_STIFFNESS = 200.0  # N/m: a stroke bends hairs by 2 to 3 mm before they slip
 HAIR_SPACING = 0.003  # m
-# Speeds of the hand in m/s: at rest below the first; felt as a caress between the next two (1 to 10 cm/s:
-# C-tactile afferents, Löken et al. 2009; wider here, as tufts vary the speed); rough beyond the last.
+# Speeds of the hand in m/s. Below the first speed it rests. Between the next two the cat feels a caress (1 to
+# 10 cm/s: C-tactile afferents, Löken et al. 2009; the range is wider here, because tufts vary the speed).
+# Above the last speed the hand is rough.
 RESTS, SLOW, FAST, ROUGH = 0.003, 0.005, 0.12, 0.14
-PACE_TIME = 0.01  # s: time constant of two low-passes, against sensor counts and the purr
-# contentment per metre at a caress, at another speed, and against the nap
+PACE_TIME = 0.01  # s: time constant of two low-pass filters, which suppress sensor counts and the purr
+# contentment per metre for a caress, for another speed, and against the nap
 LIKED, MISLIKED, HATED = 3.0, 0.8, 3.5
-FORGETS = 10.0  # s: time constant of the mood; a caress decays only while the hand rests
+FORGETS = 10.0  # s: time constant of the mood; the effect of a caress decays only while the hand rests
 PURRS_ABOVE, SWATS_BELOW = 0.3, -0.5
-BREATH_PITCH, BREATH_STRENGTH = 1.2, 0.2  # Hz, and the relative increase on exhaling and decrease on inhaling
-SWAT_TIME, SWAT_FORCE = 0.3, 1.5  # s, N
-SULK_TIME = 5.0  # s
+# Hz, and the relative increase on exhaling, which equals the decrease on inhaling
+BREATH_PITCH, BREATH_STRENGTH = 1.2, 0.2
+SWAT_TIME, SWAT_FORCE = 0.3, 1.5  # s, N: duration and force of a swat
+SULK_TIME = 5.0  # s: time after a swat during which the cat sulks
 CHOOSY, GRUMPY = 1, 2
 TURN = 2.0 * math.pi
 
 
 def noticed(way, nearly, pace, dt):
-    """Return the filtered speed of the hand in m/s, and the intermediate filter state."""
+    """Return the filtered speed of the hand in m/s, and the intermediate state of the filter."""
     nearly += (way - nearly * dt) / (PACE_TIME + dt)
     return nearly, pace + (nearly - pace) * dt / (PACE_TIME + dt)
 
 
 def feeling(pace, temperament, sulk):
-    """Return the contentment per metre of the hand's motion to the right, by its filtered speed in m/s.
+    """Return the contentment per metre of the hand's motion to the right, for a filtered speed in m/s.
 
     The distance is signed, so that jitter leaves the mood unchanged.
     """
@@ -54,7 +56,7 @@ def feeling(pace, temperament, sulk):
 
 
 def paw(swat, sulk, provoked, dt):
-    """Return the seconds left of a swat and of the following sulk, which blocks another swat."""
+    """Return the remaining seconds of a swat and of the following sulk, which prevents another swat."""
     if swat > 0.0:
         swat = max(0.0, swat - dt)
         return swat, SULK_TIME if swat == 0.0 else 0.0
@@ -64,12 +66,12 @@ def paw(swat, sulk, provoked, dt):
 
 
 def turned(angle, frequency, dt):
-    """Return an angle in rad after dt s at a frequency in Hz, below one turn."""
+    """Return an angle in rad, below one turn, after dt s at a frequency in Hz."""
     return math.fmod(angle + TURN * frequency * dt, TURN)
 
 
 def purr(contentment, strength, frequency, breath, phase, dt):
-    """Return the purr in N and its phase in rad, accumulated so that the pitch may vary with the breath."""
+    """Return the purr in N and its phase in rad; the phase is accumulated, so that the pitch may vary."""
     if contentment <= PURRS_ABOVE:
         return 0.0, 0.0
     out = 1.0 if breath < math.pi else -1.0
@@ -112,12 +114,12 @@ def force(p, s, x, v, dt):
 
 
 def impedance(p: Values) -> tuple[float, float]:
-    """Return the (stiffness, damping) of bending hairs at their steepest ripple."""
+    """Return the (stiffness, damping) of bending hairs at the steepest ripple."""
     return FUR_STIFFNESS + p["hair"] * TURN / HAIR_SPACING, p["fur_damping"]
 
 
 def over_position(p: Values, x: np.ndarray) -> np.ndarray:
-    """Return the force in N, (2, n), of slipping with the nap and against it, without tufts."""
+    """Return the force in N, (2, n), of slipping with the nap and against the nap, without tufts."""
     return np.outer((-p["fur_friction"], p["fur_friction"] * p["nap_ratio"]), np.ones_like(x))
 
 

@@ -1,4 +1,4 @@
-"""Virtual damping: a force against the motion, in proportion to the speed."""
+"""Virtual damping: a force against the motion, proportional to the speed."""
 
 from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law

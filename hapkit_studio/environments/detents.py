@@ -1,4 +1,4 @@
-"""Detents: a notch at every multiple of the pitch, with a spring and damper inside, free in between."""
+"""Detents: each multiple of the pitch has a notch with a spring and damper; the handle is free in between."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Free: no force at all, the paddle's own dynamics."""
+"""Free: there is no force, and the handle moves only by the paddle's dynamics."""
 
 from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law

@@ -1,7 +1,7 @@
 """Dry friction by seven models, to compare their artefacts with correct sticking and slipping.
 
-A device knows position and speed, not the hand's force: sticking is rendered by a stiff spring to an anchor,
-which is dragged along when the spring exceeds the friction level.
+A device measures position and speed, not the hand's force. Sticking is rendered by a stiff spring to an
+anchor, which is dragged along when the spring force exceeds the friction level.
 """
 
 import math
@@ -20,20 +20,21 @@ from hapkit_studio.parameters import Choice, Parameter
 MODELS = ("coulomb", "smoothed", "karnopp", "stribeck", "projection", "tether", "lugre")
 LABELS = ("Coulomb", "Smoothed", "Karnopp", "Stribeck", "Projection", "Tether", "LuGre")
 COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODELS))
-# N: zero friction has no ratio of kinetic to static
+# N: smallest friction, because zero friction has no ratio of kinetic to static
 LEAST = 1e-3
 
-# fraction of the kinetic force at which LuGre's bristles count as sliding: they reach it asymptotically
+# fraction of the kinetic force at which LuGre's bristles count as sliding, because they reach it only
+# asymptotically
 SLIDING = 0.99
 
-# m/s: at rest below, in curves over velocity
+# m/s: a slower handle is at rest in curves over velocity
 REST = 1e-6
 
-# s: assumed period for functions of the values only
+# s: period assumed by functions that have only the values
 USUAL_PERIOD = 1e-3
 # just-noticeable relative difference of a force (Jones: 6 to 7 %)
 NOTICED = 0.07
-SMALL_LACK = 0.01  # fraction of the friction below which a deviation gets no warning
+SMALL_LACK = 0.01  # fraction of the friction below which a deviation causes no warning
 
 
 @law(state={"anchor": 0.0, "slides": 0.0, "before": 0.0, "started": 0.0})
@@ -93,7 +94,7 @@ def levels(values: Values) -> tuple[float, float]:
 
 
 def over_velocity(values: Values, v: np.ndarray) -> np.ndarray:
-    """Return the force (n,) in N of steady sliding at v (n,) in m/s; the static friction at rest."""
+    """Return the force (n,) in N of steady sliding at v (n,) in m/s; at rest it is the static friction."""
     static, kinetic = levels(values)
     model = values["model"]
     level = np.full_like(v, kinetic)
@@ -108,16 +109,16 @@ def over_velocity(values: Values, v: np.ndarray) -> np.ndarray:
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:
-    """Return the force (2, n) in N of slow sliding to the right, and back."""
+    """Return the force (2, n) in N of slow sliding to the right and to the left."""
     static, kinetic = levels(values)
     level = static if values["model"] in (STRIBECK, LUGRE, KARNOPP) else kinetic
     return np.array([np.full_like(x, -level), np.full_like(x, level)])
 
 
 def impedance(values: Values) -> tuple[float, float]:
-    """Return the stiffness of sticking, or the initial damping of a friction by speed alone.
+    """Return the stiffness of sticking, or the initial damping of a friction that uses only the speed.
 
-    Plain Coulomb friction is judged at the lowest speed a usual sensor resolves: a count per period.
+    Plain Coulomb friction is judged at the lowest speed that a usual sensor resolves, a count per period.
     """
     kinetic, viscous = levels(values)[1], values["viscous"]
     by_speed: dict[float, float] = {
@@ -145,7 +146,7 @@ def terms(values: Values) -> ForceTerms:
 
 
 def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Warn if quantisation makes the model take slow sliding for fast sliding.
+    """Warn if quantisation makes the model mistake slow sliding for fast sliding.
 
     A bristle moves with the count itself; the other models respond to the highest estimated speed.
     """
@@ -165,11 +166,11 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
 
 
 def creep_speed(pull: float, values: Values) -> float:
-    """Return the steady creep speed in m/s of smoothed friction under a pull in N below it."""
-    from scipy.optimize import brentq  # imported here, because it is slow
+    """Return the steady creep speed in m/s of smoothed friction under a pull in N below the friction."""
+    from scipy.optimize import brentq  # imported here because it is slow
 
     kinetic, width, viscous = levels(values)[1], values["stick_velocity"], values["viscous"]
-    # without viscous friction; with a margin for rounding errors
+    # the speed without viscous friction, with a margin for rounding errors
     fastest = 1.001 * width * math.atanh(pull / kinetic)
     return float(brentq(lambda v: kinetic * math.tanh(v / width) + viscous * v - pull, 0.0, fastest))
 
@@ -183,7 +184,7 @@ def _damping_limit(conditions: Conditions) -> float:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Warn of a model beyond its stability limit, and of a model that cannot stick."""
+    """Warn if a model exceeds its stability limit, and if a model cannot stick."""
     model, period = values["model"], conditions.period
     kinetic = levels(values)[1]
     if model == COULOMB:

@@ -1,4 +1,4 @@
-"""Hard surface: a wall with a short vibration at every entry, as on tapping something solid.
+"""Hard surface: a wall with a short vibration at every entry, as if something solid were tapped.
 
 The vibration is a decaying sinusoid scaled by the speed of entry (Okamura, Cutkosky, Dennerlein 2001).
 """
@@ -11,20 +11,20 @@ from hapkit_studio.environments.base import Conditions, Environment, ForceTerms,
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
-# m: a handle must retract this far before the next tap; at rest it jitters by one sensor count, 20.7 µm
+# m: the handle must retract this far before the next tap; at rest it jitters by one sensor count, 20.7 µm
 LEFT = 2.0 * nominal.QUANTUM
 # the vibration ends when it has decayed to exp(-30)
 OVER = 30.0
 MATERIALS = ("custom", "rubber", "wood", "aluminium")
 RUBBER, WOOD, ALUMINIUM = 1, 2, 3
-# amplitudes: the paper's accelerations per speed, 116.7, 150 and 300 1/s, as forces on 0.044 kg
+# amplitudes: the accelerations per speed in the paper, 116.7, 150 and 300 1/s, as forces on 0.044 kg
 RUBBER_A, RUBBER_DECAY, RUBBER_HZ = 5.1, 60.0, 18.0
 WOOD_A, WOOD_DECAY, WOOD_HZ = 6.6, 80.0, 100.0
 ALUMINIUM_A, ALUMINIUM_DECAY, ALUMINIUM_HZ = 13.2, 90.0, 300.0
 
 
 def sound(material, amplitude, decay, hertz):
-    """Return (amplitude N per m/s, decay 1/s, frequency Hz) of a material, the given ones if custom."""
+    """Return (amplitude N per m/s, decay 1/s, frequency Hz) of a material; for custom, the given values."""
     if material == RUBBER:
         return RUBBER_A, RUBBER_DECAY, RUBBER_HZ
     if material == WOOD:
@@ -35,15 +35,15 @@ def sound(material, amplitude, decay, hertz):
 
 
 def ringing(since, amplitude, decay, hertz):
-    """Return the vibration per speed of entry in N per m/s, ``since`` s after it."""
+    """Return the vibration per speed of entry in N per m/s, ``since`` s after the entry."""
     return amplitude * math.exp(-decay * since) * math.sin(math.tau * hertz * since)
 
 
 def ringing_steps(decay, hertz, dt):
-    """Return (first, kept, drawn) of the recursion for ``ringing`` at the samples, amplitude 1.
+    """Return (first, kept, drawn) of the recursion for ``ringing`` at the samples, for amplitude 1.
 
-    The first difference is ``first``; each following one is ``kept`` times the one before minus ``drawn``
-    times the value in between.
+    The first difference is ``first``. Each following difference is ``kept`` times the previous one minus
+    ``drawn`` times the value in between.
     """
     shrinks, angle = math.exp(-decay * dt), math.tau * hertz * dt
     kept = shrinks * shrinks
@@ -52,7 +52,7 @@ def ringing_steps(decay, hertz, dt):
 
 @law(state={"since": -1.0, "speed": 0.0, "ring": 0.0, "rise": 0.0})
 def force(p, s, x, v, dt):
-    """Render the wall and the vibration ``ringing``, computed recursively."""
+    """Render the wall and the vibration ``ringing``, which is computed recursively."""
     depth, pull = x - p.position, 0.0
     if depth > 0.0:
         pull = -p.stiffness * depth
@@ -77,7 +77,7 @@ def force(p, s, x, v, dt):
 
 
 def unused(values: Values) -> dict[str, str]:
-    """Return the parameters that a material sets itself."""
+    """Return the parameters that the chosen material sets itself."""
     if not values["material"]:
         return {}
     name = MATERIALS[int(values["material"])].capitalize()
@@ -90,7 +90,7 @@ def unused(values: Values) -> dict[str, str]:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Warn if a cycle of the vibration gets fewer than 10 samples."""
+    """Warn if a cycle of the vibration has fewer than 10 samples."""
     _, _, hertz = sound(*(values[key] for key in ("material", "amplitude", "decay", "frequency")))
     highest = 0.1 / conditions.period
     if hertz > highest * (1.0 + 1e-9):
@@ -98,7 +98,7 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
 
 
 def terms(p: Values) -> ForceTerms:
-    """Return the surface's spring and its damper, which acts on entry."""
+    """Return the surface's spring and its damper, which acts only on entry."""
     found = "stiffness", "damping"
     return ForceTerms(
         p["stiffness"], p["damping"], None, p["position"], 1.0, contact=True, simple=False, terms=found

@@ -1,4 +1,4 @@
-"""A mass on a spring and damper, pushed by the handle from the left; its integrator is a choice."""
+"""A mass on a spring and damper that the handle pushes from the left; its integrator is a choice."""
 
 from collections.abc import Iterable
 
@@ -18,7 +18,7 @@ STATE = dict.fromkeys(
 
 @law(state=STATE)
 def force(p, s, x, v, dt):
-    """Move the object over the past sample with the handle held, then push the handle back."""
+    """Move the object during the past sample with the handle held, then push the handle back."""
     begins = s.started == 0.0
     if begins:
         s.started = 1.0

@@ -1,4 +1,4 @@
-"""A puck that slides between two walls, pushed by the handle from either side."""
+"""A puck that slides between two walls; the handle pushes it from either side."""
 
 from collections.abc import Iterable
 
@@ -13,7 +13,7 @@ from hapkit_studio.parameters import Parameter
 
 START = 0.010
 RADIUS = 0.005
-# m: the puck's largest distance from the middle, at a wall's face
+# m: the largest distance of the puck from the middle, at which it touches a wall
 REACH = 0.040 - RADIUS
 
 STATE = dict.fromkeys(
@@ -22,7 +22,7 @@ STATE = dict.fromkeys(
 
 
 def begin(x):
-    """Return the puck's initial position: at START, or next to a handle there."""
+    """Return the puck's initial position: START, or next to a handle that is there."""
     gap = x - START
     if abs(gap) >= RADIUS:
         return START
@@ -31,7 +31,7 @@ def begin(x):
 
 @law(state=STATE)
 def force(p, s, x, v, dt):
-    """Move the puck over the past sample with the handle held, then push the handle back."""
+    """Move the puck during the past sample with the handle held, then push the handle back."""
     if s.started == 0.0:
         s.started = 1.0
         s.object = begin(x)
@@ -48,7 +48,7 @@ def force(p, s, x, v, dt):
             s.started, s.object = 0.0, START
             s.object_velocity = 0.0
             return 0.0
-    # inside the puck the handle stays on the side it came from, at any depth
+    # at any depth inside the puck, the handle stays on the side from which it came
     gap = x - s.object
     if s.side == 0.0 or abs(gap) >= RADIUS:
         s.side = 1.0 if gap < 0.0 else -1.0
@@ -117,7 +117,7 @@ ENVIRONMENT = Environment(
     "With too much energy the puck flies out and is reset to rest.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
     terms=no_terms,
-    # the force depends on the puck's position: no curve over the handle's position
+    # the force depends on the puck's position, so there is no curve over the handle's position
     over_position=lambda values, x: np.full_like(x, np.nan),
     warnings=warnings,
     stored=stored,

@@ -1,4 +1,4 @@
-"""Shared by objects that the handle pushes: contact, integrator, and the check of its step."""
+"""Functions for objects that the handle pushes: contact, integrator, and a check of its step."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.environments.base import Conditions, Values
 from hapkit_studio.parameters import Choice, Parameter
 
-# one per integrator
+# one label per integrator
 LABELS = (
     "Explicit Euler", "Lecture's rule", "Semi-implicit", "Verlet", "RK4", "Implicit Euler",
     "Trapezoid", "Exact",

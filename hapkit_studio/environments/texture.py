@@ -11,20 +11,21 @@ from hapkit_studio.parameters import Choice, Parameter
 
 KINDS = ("bands", "grating", "sandpaper")
 BANDS, GRATING = 0, 1
-# maximum slope of 16 u² (1 − u)², at u = (1 − 1/√3) / 2
+# largest slope of 16 u² (1 − u)², at u = (1 − 1/√3) / 2
 STEEPEST = 16.0 * math.sqrt(3.0) / 9.0
-# Period of the sandpaper in half wavelengths: a prime, so that cubes of smaller integers are distinct modulo
-# it, and small enough to be exact in single precision, so that the board draws the same grains.
+# Period of the sandpaper in half wavelengths. It is a prime, so that cubes of smaller integers are distinct
+# modulo this number. It is small enough to be exact in single precision, so that the board renders the same
+# grains.
 GRAINS = 251
 
 
 def centred(n):
-    """Return an integer modulo the number of grains, from -125 to 125, robust against rounding."""
+    """Return an integer modulo the number of grains, from -125 to 125, robust against rounding errors."""
     return n - GRAINS * math.floor(n * (1.0 / GRAINS) + 0.5)
 
 
 def grain(n, seed):
-    """Return the height, 0 to 1, of grain n: each of 251 heights once, in a pseudo-random order."""
+    """Return the height, 0 to 1, of grain n: each of 251 heights occurs once, in a pseudo-random order."""
     m = centred(n + 17.0 * seed)
     m = centred(centred(m * m * m) + seed + 1.0)
     m = centred(m * m * m)
@@ -38,7 +39,8 @@ def force(p, s, x, v, dt):
         return p.amplitude * math.sin(math.tau * u)
     if p.kind == "bands":
         return -p.damping * v if u - math.floor(u) < 0.5 else 0.0
-    # the force of sandpaper is the scaled negative slope of its heights; a grain is chosen at a cell's start
+    # the force of sandpaper is the scaled negative slope of its heights; at the start of a cell a grain is
+    # chosen
     u, seed = 2.0 * u, math.floor(p.seed)
     n = math.floor(u)
     if n != s.cell or seed != s.seed:
@@ -64,7 +66,7 @@ def unused(values: Values) -> dict[str, str]:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Warn of ridges too fast or too fine to be sampled."""
+    """Warn if ridges pass too fast or are too fine to be sampled."""
     wavelength, period = values["wavelength"], conditions.period
     fastest = wavelength / (10.0 * period)
     if conditions.speed > fastest:
@@ -78,14 +80,14 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:
-    """Return the ridges' force (n,) in N; NaN for bands, whose force depends on speed."""
+    """Return the force (n,) in N of ridges; NaN for bands, whose force depends on the speed."""
     if values["kind"] == BANDS:
         return np.full(len(x), np.nan)
     return ENVIRONMENT.curve(values, x)
 
 
 def over_velocity(values: Values, v: np.ndarray) -> np.ndarray:
-    """Return the bands' forces (2, n) in N, inside and between them; NaN for ridges."""
+    """Return the forces (2, n) in N inside bands and between bands; NaN for ridges."""
     if values["kind"] == BANDS:
         return np.array([-values["damping"] * v, 0.0 * v])
     return np.full((2, len(v)), np.nan)

@@ -1,4 +1,4 @@
-"""Virtual wall: free space, then a spring and a damper that by default acts only on entry."""
+"""Virtual wall: free space, then a spring, and a damper that by default acts only on entry."""
 
 from hapkit_studio.environments.base import Environment, ForceTerms, Values
 from hapkit_studio.laws import law
