@@ -35,6 +35,7 @@ def window_parser() -> LineParser:
         help="play a demo, or the one in a file; alone, the first",
     )
     parser.add_argument("--replay", type=Path, metavar="FILE", help="recorded session to begin with")
+    parser.add_argument("--lessons", type=Path, metavar="FOLDER", help="folder with your own lessons")
     parser.add_argument("--theme", choices=("system", "light", "dark", "contrast"), help="light or dark")
     parser.add_argument("--size", type=size, metavar="WxH", help="window size in pixels, e.g. 1280x720")
     parser.add_argument("--screenshot", metavar="PATH", help="save a picture of the window, then leave")

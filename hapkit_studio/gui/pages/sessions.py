@@ -19,9 +19,9 @@ from hapkit_studio.gui.live.export import COMMA, TABLES
 from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.drawing import Drawing
-from hapkit_studio.gui.pages.lessons.page import FOLDER as LESSONS_FOLDER
 from hapkit_studio.gui.pages.lessons.page import STUDENT
 from hapkit_studio.gui.state.background import Job, Progress
+from hapkit_studio.gui.state.stored import LESSONS_FOLDER
 from hapkit_studio.gui.widgets.dialogs import WordsDialog
 from hapkit_studio.gui.widgets.parts import choose_file, hbox, hint, primary, rule, vbox
 from hapkit_studio.gui.widgets.style import mark

@@ -18,7 +18,7 @@ from hapkit_studio.formatting import printable
 from hapkit_studio.gui.shell.actions import new_window
 from hapkit_studio.gui.shell.window import MainWindow
 from hapkit_studio.gui.state import prepare
-from hapkit_studio.gui.state.stored import StoredSettings
+from hapkit_studio.gui.state.stored import LESSONS_FOLDER, StoredSettings
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.teach import demos
 from hapkit_studio.gui.widgets import style
@@ -87,6 +87,8 @@ def build(options: argparse.Namespace) -> MainWindow:
     """
     settings = StoredSettings()
     theme.set_mode(options.theme or settings.choice("theme", "system", MODES))
+    if options.lessons is not None:
+        settings.setValue(LESSONS_FOLDER, str(options.lessons.absolute()))
     studio = Studio(devices.available)
     key = named(options.environment).key if options.environment is not None else None
     window = new_window(studio, settings)

@@ -228,6 +228,19 @@ def test_an_invalid_lesson_shows_one_line_and_the_others_stay(page, home):
     assert line in [part.text() for part in page.listed.findChildren(type(page.title))]
 
 
+def test_a_folder_that_is_gone_is_said_and_the_studios_lessons_stay(page, home):
+    page.choose_folder(str(home / "gone"))
+    assert page.message.text().startswith("There is no folder ")
+    assert list(page.rows) == list(library().lessons)
+
+
+def test_a_folder_may_be_given_by_an_option(start_window, home):
+    (home / "mine.md").write_text(SMALL, encoding="utf-8")
+    window = start_window("--lessons", str(home))
+    window.views.show("lessons")
+    assert "mine" in window.views.page("lessons").rows
+
+
 def test_next_and_back_have_keys(small, kept_window):
     window = kept_window
     window.centre.scene.setFocus()

@@ -8,14 +8,14 @@ from PySide6.QtCore import QPoint, QRect, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLayout, QPushButton, QScrollArea, QStackedWidget, QWidget
 
-from hapkit_studio.errors import FileError
+from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.pages.base import Page
 from hapkit_studio.gui.pages.lessons.player import LessonPlayer
 from hapkit_studio.gui.pages.lessons.tasks import CheckTask, HintPart, QuestionTask, Task, plot_part
 from hapkit_studio.gui.pages.lessons.text import formula_label, text_label
-from hapkit_studio.gui.state.stored import StoredSettings
+from hapkit_studio.gui.state.stored import LESSONS_FOLDER, StoredSettings
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.dialogs import WordsDialog
@@ -26,8 +26,8 @@ from hapkit_studio.lessons.lesson import Block, Check, Formula, Hint, Lesson, Pl
 from hapkit_studio.lessons.library import Library, library
 from hapkit_studio.lessons.progress import Progress, file_of
 
-FOLDER, STUDENT = "lessons_folder", "lessons_student"
-"""Under which the instructor's folder and the student's name stand in the settings."""
+STUDENT = "lessons_student"
+"""The setting with the student's name."""
 _SIDE = 14
 _DOT, _LONGEST_NAME = 24, 60
 
@@ -177,10 +177,10 @@ class LessonsPage(Page):
 
     def load(self) -> None:
         """Read the lessons that there are now."""
-        folder = str(self._settings.value(FOLDER, "")) or None
+        folder = str(self._settings.value(LESSONS_FOLDER, "")) or None
         try:
             self.library = library(folder, self._studio.environments)
-        except FileError as error:
+        except ParameterError as error:
             self.library = library(known=self._studio.environments)
             self.say(str(error))
         self._show_list()
@@ -228,7 +228,7 @@ class LessonsPage(Page):
             row.clicked.connect(partial(self.open, key))
         errors = [label(words, "error") for words in self.library.errors]
         self.listed.show_parts([*errors, *self.rows.values()])
-        folder = str(self._settings.value(FOLDER, ""))
+        folder = str(self._settings.value(LESSONS_FOLDER, ""))
         self.own.setText(f"Also the lessons in {Path(folder).name}" if folder else "Lessons of your own:")
         self.own.setToolTip(folder)
         self.usual.setVisible(bool(folder))
@@ -241,7 +241,7 @@ class LessonsPage(Page):
     def choose_folder(self, folder: str) -> None:
         """Show the lessons of a folder too, of none with ""."""
         self.say("")
-        self._settings.setValue(FOLDER, folder)
+        self._settings.setValue(LESSONS_FOLDER, folder)
         self.load()
 
     # the open step
