@@ -1,5 +1,6 @@
 """A resizable matplotlib drawing of ``charts`` in the window, in the theme's colours."""
 
+import warnings
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 _NEAR = 16.0  # px: reach of the pointer
 _PAD = 10.0 / 72.0, 6.0 / 72.0  # inches
+_NO_ROOM = "constrained_layout not applied"  # warning of matplotlib: no room for axes beside their labels
 _PIXELS_AN_INCH = 72  # sizes in points are then pixels
 
 
@@ -55,7 +57,8 @@ class Drawing(QWidget):
         self.canvas = FigureCanvasQTAgg(self.figure)
         self.canvas.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(*least)
+        self._least = least
+        self._set_least()
         self.setAccessibleName(name)
         vbox(self.canvas, into=self)
         self._paint: Paint | None = None
@@ -65,6 +68,7 @@ class Drawing(QWidget):
         self._press: _Press | None = None
         self._soon = QTimer(self, interval=0, singleShot=True)
         self._soon.timeout.connect(self.redraw)
+        theme.changed.connect(self._set_least)
         theme.changed.connect(self._outdate)
         connect = self.canvas.mpl_connect
         connect("draw_event", self._drawn)
@@ -74,6 +78,10 @@ class Drawing(QWidget):
         connect("motion_notify_event", self._moved)
         connect("axes_leave_event", lambda _event: self.pointed.emit(None))
         connect("figure_leave_event", lambda _event: self.pointed.emit(None))
+
+    def _set_least(self) -> None:
+        """Scale the smallest size with the text."""
+        self.setMinimumSize(*(theme.px(size) for size in self._least))
 
     def show_drawing(self, paint: "Paint", pale: bool = False) -> None:
         """Show another drawing; pale: it is out of date."""
@@ -103,7 +111,14 @@ class Drawing(QWidget):
         colors = style.colors(theme.name)
         self.figure.set_facecolor(colors.surface)
         if self._paint is not None:
-            moving: Any = self._paint(self.figure, style.pale(colors) if self.pale else colors)
+            try:
+                with warnings.catch_warnings():
+                    warnings.filterwarnings("error", _NO_ROOM)
+                    moving: Any = self._paint(self.figure, style.pale(colors) if self.pale else colors)
+            except UserWarning:  # while the window changes its size
+                self.figure.clear()
+                self._old = True
+                return
             self.moving = list(moving or ())
         for artist in self.moving:
             artist.set_animated(True)

@@ -213,6 +213,8 @@ class MeasuringPage(Page):
         self.bar.run_pressed.connect(self.press)
         self.bar.export_pressed.connect(self.export)
         self.job.finished.connect(self.show_result)
+        if self.heading:
+            self.job.finished.connect(lambda _result: self.side.lay_out())
         self._saving = Job(self, needs="", must_finish=True)
         self._saving.finished.connect(lambda path: self.bar.say(f"Saved {Path(path).name}"))
         self._saving.failed.connect(lambda text: self.bar.say(text, danger=True))

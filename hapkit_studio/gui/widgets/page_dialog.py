@@ -8,6 +8,7 @@ from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.theme import theme
 
 _WIDE, _HIGH = 860, 480  # px
+_BESIDE = 200  # px: the dialog's other parts, and the header of a small window
 _MARGIN, _PADDING, _ABOVE_HEADING, _APART = 12, 4, 18, 8
 
 
@@ -26,7 +27,8 @@ class PageDialog(TextDialog):
         self.page.setOpenExternalLinks(True)
         self.page.setMarkdown(text)
         self.page.document().setDocumentMargin(_MARGIN)
-        self.page.setMinimumSize(theme.px(_WIDE), theme.px(_HIGH))
+        high = parent.window().height() - theme.px(_BESIDE) if parent is not None else _HIGH
+        self.page.setMinimumSize(theme.px(_WIDE), min(theme.px(_HIGH), high))
         self.field.textChanged.connect(self.find_first)
         self.field.returnPressed.connect(self.find_next)
         theme.changed.connect(self._format)

@@ -223,6 +223,12 @@ class ScrollColumn(QScrollArea):
         for part in parts:
             self.column.insertWidget(self.column.count() - 1, part)
 
+    def lay_out(self) -> None:
+        """Give changed texts their height at once: otherwise a frame is painted in which they are cut."""
+        for part in (*reversed(self.body.findChildren(QWidget)), self.body, self):
+            if part is self or part.layout() is not None:
+                QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))
+
     def reveal(self, part: QWidget) -> None:
         """Scroll to a part that has just grown, as far as it fits."""
         grown: QWidget | None = part

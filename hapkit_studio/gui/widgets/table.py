@@ -175,7 +175,8 @@ class Table(QTableView):
 
     def _fit(self) -> None:
         """Fit the height to all rows, with text wrapped in narrow columns."""
-        self.verticalHeader().setMinimumSectionSize(theme.px(_ROW))
+        lines = self.sizeHintForRow(0) if self._cells and self.content.rows else 0
+        self.verticalHeader().setMinimumSectionSize(max(theme.px(_ROW), lines))
         if self._tall:
             return
         self.setVisible(bool(self.content.rows))

@@ -202,6 +202,19 @@ def test_eight_views_and_an_open_law_are_visible_in_order(window, qapp, size):
     window.editor.shown.emit(False)
 
 
+def test_every_view_keeps_its_tab_at_1280_while_paused_and_recording(window, qapp):
+    settle(qapp, window, (1280, 720))
+    header = window.header
+    assert header.tabs.more.isHidden()
+    header.show_paused(True)
+    header.show_recording("10:05")
+    qapp.processEvents()
+    assert header.tabs.more.isHidden()
+    assert every_view_is_offered(window)
+    header.show_paused(False)
+    header.show_recording("")
+
+
 def test_a_view_opened_from_the_menu_is_shown_with_its_tab(window, qapp):
     settle(qapp, window, (1024, 640))
     last = window.header.tabs.menu.actions()[-1]

@@ -236,6 +236,7 @@ class StabilityPage(MeasuringPage):
         self._show_map(self.lines)
         pairs = dict(conditions(plane.setting, real)) | ({"Hand": "all hands"} if self.lines.hands else {})
         column.conditions.show_pairs([(_NAMES.get(name, name), value) for name, value in pairs.items()])
+        column.lay_out()  # now: the first drawing of the map takes a second
         if newest is not None and not self.job.running:
             self.bar.say("Out of date" if self.outdated else newest.words((plane.width, plane.top)))
 
