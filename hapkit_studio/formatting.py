@@ -15,6 +15,7 @@ _WITH_NUMBER = re.compile(
 )
 _SLASH = re.compile(r"(?<=[Nms1])/(?=[ms](?![a-z]))")
 _WHOLE_HERTZ = 20.0
+_MOST_DECIMALS = 12
 _LONGEST_SHOWN = 40  # characters of a foreign text in a message
 # characters that Python calls non-printable, but that are harmless
 _KEPT = "\n\N{NO-BREAK SPACE}\N{WORD JOINER}"
@@ -79,11 +80,11 @@ def interval(value: float, half: float, decimals: int) -> str:
 
 
 def tick_labels(values: Sequence[float]) -> list[str]:
-    """Format the ticks of a linear axis (n,) with the decimals that their smallest distance needs."""
-    size = min(np.diff(values)) if len(values) > 1 else abs(values[0]) if len(values) else 1.0
-    decimals = max(0, -math.floor(math.log10(size) + 1e-9)) if size > 0 else 0
-    if abs(size - round(size, decimals)) > 1e-6 * size:  # 0.25
-        decimals += 1
+    """Format the ticks of a linear axis (n,), all with the fewest decimals that show their values."""
+    ticks = np.asarray(values, dtype=float)
+    dust = 1e-6 * float(np.abs(ticks).max(initial=0.0))
+    exact = (d for d in range(_MOST_DECIMALS) if np.all(np.abs(np.round(ticks, d) - ticks) <= dust))
+    decimals = next(exact, _MOST_DECIMALS)
     return [number(value, decimals) for value in values]
 
 
