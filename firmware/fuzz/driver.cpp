@@ -23,7 +23,7 @@ std::mt19937_64 chance;
 std::size_t below(std::size_t limit) { return chance() % limit; }
 
 std::vector<Bytes> read_corpus(int count, char** folders) {
-  std::set<std::filesystem::path> paths;  // in the same order on every machine
+  std::set<std::filesystem::path> paths;  // a set has the same order on every machine
   for (int k = 0; k < count; ++k)
     for (const auto& entry : std::filesystem::directory_iterator(folders[k])) paths.insert(entry.path());
   std::vector<Bytes> found;

@@ -1,7 +1,8 @@
-// Fuzz target: the machine's verifier, and the machine with code that passed it.
+// Fuzz target: the machine's verifier, and the machine running code that passed it.
 //
-// An input is the shape, 3 bytes; the initial values, one byte each; the code. Verified code is run: it must
-// leave code and constants unchanged, and not exceed the verifier's number of cycles.
+// An input consists of the shape (3 bytes), the initial values (one byte each) and the code. Verified code is
+// run: it must leave code and constants unchanged, and take at most the number of cycles that the verifier
+// computed.
 
 #include "machine.h"
 

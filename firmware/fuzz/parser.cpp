@@ -1,12 +1,12 @@
-// The firmware's parser for Python, by ctypes.
+// The firmware's parser as functions that Python calls by ctypes.
 
 #include <cstddef>
 #include <cstring>
 
 #include "frame.h"
 
-// Feed a line of n bytes; write each valid body after its length to out, which has room for as many bytes as
-// the line. Return the number of bytes written; bad: invalid frames.
+// Feed a line of n bytes. Write each valid body, after its length, to out, which has room for as many bytes
+// as the line. Return the number of bytes written; bad receives the number of invalid frames.
 extern "C" std::size_t parse(const uint8_t* line, std::size_t n, uint8_t* out, uint32_t* bad) {
   frame::Parser parser;
   std::size_t end = 0;
@@ -24,7 +24,7 @@ extern "C" std::size_t parse(const uint8_t* line, std::size_t n, uint8_t* out, u
   return end;
 }
 
-// Random lines of n bytes that are valid COBS, as frames; return how many pass the CRC by chance.
+// Parse random lines of n bytes that are valid COBS; return how many pass the CRC by chance.
 extern "C" uint64_t parse_noise(uint64_t count, std::size_t n, uint64_t seed) {
   frame::Parser parser;
   uint64_t accepted = 0;

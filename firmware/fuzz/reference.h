@@ -18,7 +18,7 @@ inline uint16_t crc_of(const Bytes& bytes) {
   return static_cast<uint16_t>(crc);
 }
 
-// The frame of a body, with its delimiter.
+// Return the frame of a body, with its delimiter.
 inline Bytes frame_of(Bytes body) {
   const uint16_t crc = crc_of(body);
   body.push_back(crc >> 8);
@@ -36,7 +36,7 @@ inline Bytes frame_of(Bytes body) {
   return coded;
 }
 
-// The body in a frame without its delimiter; false if structure, length or CRC are wrong.
+// Write the body in a frame without its delimiter; return false if structure, length or CRC are wrong.
 inline bool body_of(const Bytes& coded, std::size_t largest, Bytes* body) {
   body->clear();
   for (std::size_t at = 0; at < coded.size(); at += coded[at]) {

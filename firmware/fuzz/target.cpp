@@ -1,7 +1,8 @@
-// Fuzz target: parser, controller and everything they call, as on the board except the chip.
+// Fuzz target: the parser, the controller and everything they call, as on the board but without the chip.
 //
-// The first byte of an input selects the form of the rest. Bit 7 set: bodies, each after its length, which get
-// a valid frame here; otherwise bytes of the line. Bits 0 to 4, plus four: number of bytes until a sample.
+// The first byte of an input selects the form of the rest. If bit 7 is set, the rest consists of bodies, each
+// after its length, which get a valid frame here. Otherwise it consists of the bytes on the line. Bits 0 to
+// 4, plus four, are the number of bytes until the next sample.
 
 #include <cmath>
 #include <cstdio>
@@ -25,7 +26,7 @@ using reference::Bytes;
 constexpr std::size_t kLargest = 1 + protocol::kLargestToBoard;
 constexpr uint32_t kSilence = 1000u * profile::kWatchdogMs;
 
-// Motor torque at a duty, by the settings; the table has its points at eighths.
+// Return the motor's torque at a duty, by the settings; the table has its points at eighths of full duty.
 float torque_of(const protocol::Board& kit, int pwm) {
   if (pwm <= kit.dead_band) return 0.0f;
   const float share = float(pwm - kit.dead_band) / float(profile::kPwmTop - kit.dead_band);
@@ -37,7 +38,7 @@ float torque_of(const protocol::Board& kit, int pwm) {
   return kit.motor_constant * (below + (above - below) * (place - cell)) / 255.0f;
 }
 
-// For any input, the duty is within the limit, up to one step.
+// Check that the duty is within the limit, up to one step, for any input.
 void check_motor() {
   static int checked = 0;
   if (fake::pwm == checked) return;
@@ -51,7 +52,7 @@ void check_motor() {
   CHECK(kit.max_force <= limits::kMostForce);
 }
 
-// The board's output consists of frames with known messages.
+// Check that the board's output consists of frames with known messages.
 void check_sent() {
   Bytes coded, body;
   for (uint8_t byte : fake::sent) {
@@ -59,7 +60,7 @@ void check_sent() {
       coded.push_back(byte);
       continue;
     }
-    if (coded.empty()) continue;  // padding delimiter
+    if (coded.empty()) continue;  // a delimiter used as padding
     CHECK(reference::body_of(coded, 1 + protocol::kLargestFromBoard, &body));
     CHECK(body[0] & 0x80);
     coded.clear();
@@ -105,14 +106,14 @@ class Board {
     check_sent();
   }
 
-  // After silence the motor is switched off in time.
+  // Check that the motor is switched off in time after silence.
   void fall_silent() {
     for (uint32_t until = fake::now_us + kSilence; fake::now_us < until;) sample(500);
     CHECK(fake::pwm == 0);
   }
 
  private:
-  // Readings possible with the configured sensor.
+  // Return a reading that the configured sensor can have.
   static uint16_t reading(uint16_t raw) {
     const uint8_t sensor = settings::now().sensor;
     return sensor == protocol::kSensorQuadrature ? raw : raw & (sensor == protocol::kSensorAs5048A ? 16383 : 1023);
@@ -136,7 +137,7 @@ Bytes framed(const uint8_t* data, std::size_t size) {
   return line;
 }
 
-// The parser accepts exactly the frames that the plain decoder accepts, and counts the others.
+// Check that the parser accepts exactly the frames that the plain decoder accepts, and counts the others.
 void compare(const Bytes& line) {
   frame::Parser parser;
   Bytes coded, body;

@@ -12,7 +12,7 @@ class Answers {
 
   void want(Which which) { wanted_ |= which; }
 
-  // refused: the computer sent invalid settings.
+  // Send the settings as the next reply; refused: the computer has sent invalid settings.
   void want_settings(bool refused) {
     refused_ = refused;
     want(kSettings);
@@ -20,11 +20,11 @@ class Answers {
 
   bool waiting() const { return wanted_ != 0; }
 
-  // Send pending replies that fit; settings wait until a save has ended.
+  // Send the pending replies that fit into the queue; settings wait until a save has ended.
   void send(Sender& sender);
 
  private:
-  // noinline: its stack frame must not add to the caller's deepest path.
+  // noinline, because its stack frame must not add to the deepest path of the caller
   __attribute__((noinline)) bool send_hello(Sender& sender);
   bool send_settings(Sender& sender);
 

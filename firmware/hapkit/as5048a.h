@@ -1,25 +1,25 @@
-// Protocol of an AS5048A, a magnetic angle sensor of 14 bits on the SPI bus.
+// The protocol of an AS5048A, a magnetic angle sensor with 14 bits on the SPI bus.
 #pragma once
 
 #include <stdint.h>
 
-// A frame is 16 bits: even parity, the read bit of a request or the error bit of a reply, 14 data bits.
-// A reply comes in the frame after its request. Each reading requests the angle, then the sensor's
-// diagnostics, whose reply comes at the beginning of the next reading.
+// A frame has 16 bits: even parity, the read bit of a request or the error bit of a reply, and 14 data bits.
+// A reply comes in the frame after its request. Each reading requests the angle, and then the diagnostics of
+// the sensor, whose reply comes at the beginning of the next reading.
 class As5048A {
  public:
   static constexpr uint16_t kReadAngle = 0xffff;
   static constexpr uint16_t kReadHealth = 0x7ffd;
   static constexpr uint16_t kClearError = 0x4001;
 
-  // The request after the angle. An error bit stays set until it is cleared.
+  // Return the request that follows the angle. An error bit stays set until it is cleared.
   uint16_t next() {
     asked_ = clear_ ? kClearError : kReadHealth;
     return asked_;
   }
 
-  // Process the replies to the last reading's second request and to this one's first; false if this reading
-  // is invalid.
+  // Process two replies: to the second request of the last reading, and to the first request of this reading.
+  // Return false if this reading is invalid.
   bool take(uint16_t health, uint16_t angle) {
     const bool healthy = expected_ && whole(health) && (health & kSettled) && !(health & kOverflow);
     const bool after_clearing = !expected_ && begun_;
@@ -31,10 +31,10 @@ class As5048A {
     return good;
   }
 
-  // The last valid angle, 0..16383.
+  // Return the last valid angle, 0..16383.
   uint16_t reading() const { return reading_; }
 
-  // True if a frame has even parity and no error bit.
+  // Return true if a frame has even parity and no error bit.
   static bool whole(uint16_t frame) {
     uint8_t bits = static_cast<uint8_t>(frame >> 8) ^ static_cast<uint8_t>(frame);
     bits ^= bits >> 4;
@@ -52,6 +52,6 @@ class As5048A {
   uint16_t reading_ = 0;
   uint16_t asked_ = 0;
   bool clear_ = false;
-  bool expected_ = false;  // the next frame begins with a reply with diagnostics
+  bool expected_ = false;  // the next frame begins with a reply that contains diagnostics
   bool begun_ = false;
 };

@@ -1,4 +1,4 @@
-// Clock and start of the Hapkit board, an ATmega328P at 16 MHz.
+// The clock and the start of the Hapkit board, an ATmega328P at 16 MHz.
 #ifdef __AVR__
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -14,21 +14,21 @@ namespace {
 constexpr uint8_t kTicksPerUs = 1 / board::kTickUs;
 constexpr uint16_t kUsual = profile::kPeriodUs * kTicksPerUs;
 
-volatile uint16_t period = kUsual;         // of the current period, in ticks
-volatile uint16_t period_wanted = kUsual;  // of the next period
-volatile bool sampling_busy = false;  // from the start of a reading to the end of its handling
+volatile uint16_t period = kUsual;         // duration of the current period, in ticks
+volatile uint16_t period_wanted = kUsual;  // duration of the next period
+volatile bool sampling_busy = false;  // true from the start of a reading until it has been handled
 volatile bool held = false;
 Clock board_clock;
-board::Sampling sampling;         // the newest one: constant while it is processed
+board::Sampling sampling;         // the newest sampling; it does not change while it is processed
 volatile uint16_t passed = 0;     // ticks before the current period, lower half
-volatile uint16_t wraps = 0;      // and upper half
+volatile uint16_t wraps = 0;      // ticks before the current period, upper half
 volatile uint8_t missed = 0;      // periods since the newest sampling
 uint16_t sampled = 0;             // time of the newest sampling, lower half of the ticks
 
-// Timer 1 counts one sample period repeatedly: it is the clock and starts every sample.
+// Timer 1 counts one sample period repeatedly. It is the clock, and it starts every sample.
 void begin_clock() {
   TCCR1A = 0;
-  TCCR1B = _BV(WGM12) | _BV(CS11);  // up to OCR1A, prescaler 8
+  TCCR1B = _BV(WGM12) | _BV(CS11);  // count up to OCR1A, prescaler 8
   OCR1A = kUsual - 1;
   TCNT1 = 0;
   TIFR1 = _BV(OCF1A);
@@ -37,8 +37,8 @@ void begin_clock() {
 
 }  // namespace
 
-// Start a reading and store its time, or count a missed one. The timer is below any new limit, because it has
-// just restarted.
+// Start a reading and store its time, or count a missed reading. The timer is below any new limit, because it
+// has just restarted.
 ISR(TIMER1_COMPA_vect) {
   const uint16_t ended = period;
   const uint16_t now = passed + ended;
@@ -73,8 +73,8 @@ void hardware::reading_done(uint16_t raw, bool failed) {
   sampling_busy = false;
 }
 
-// Replaces the Arduino core's init, which also starts timers and an interrupt. The converter is on because
-// the first tick may come before the kit is known.
+// Replaces the init of the Arduino core, which also starts timers and an interrupt. The converter is switched
+// on because the first tick may come before the kit is known.
 extern "C" void init() {
   ADCSRA = _BV(ADEN);
   sei();
@@ -102,18 +102,18 @@ void board::set_period(uint16_t ticks) {
   period_wanted = ticks;
 }
 
-// Ticks before the present period; interrupts are off.
+// Return the ticks before the present period; interrupts must be off.
 static uint32_t all_passed() { return static_cast<uint32_t>(wraps) << 16 | passed; }
 
 uint32_t board::us_of(uint32_t stamp) { return board_clock.us_of(stamp); }
 
-// The sample is less than 16 ms from the start of the present period.
+// The sample is less than 16 ms after the start of the present period.
 uint32_t board::stamp() {
   const Lock lock;
   return all_passed() + static_cast<int16_t>(sampled - passed);
 }
 
-// Periods may have started meanwhile.
+// Periods may have started since the sample.
 uint16_t board::age_us() {
   const Lock lock;
   const uint16_t ticks = TCNT1 + passed - sampled;

@@ -18,7 +18,7 @@ const Message& as(const uint8_t* body) {
   return *reinterpret_cast<const Message*>(body + 1);
 }
 
-// Loop settings for supervision while the computer renders.
+// Return the loop settings that supervise the handle while the computer renders.
 estimator::Loop usual() { return {profile::kPeriodUs * board::kTicksPerMs / 1000, protocol::kEstimatorDifference, 0.0f, 0.0f}; }
 
 }  // namespace
@@ -70,7 +70,7 @@ void Controller::ask(const uint8_t* body, uint8_t size) {
   }
 }
 
-// A message sent before a restart of the board is not meant for it; a delayed one is outdated,
+// A message that was sent before a restart of the board is not meant for it. A delayed message is outdated,
 // unless its force is zero.
 void Controller::command(const protocol::Force& force) {
   if (renderer_.active()) return safety_.alive();
@@ -82,7 +82,7 @@ void Controller::command(const protocol::Force& force) {
     seq = last_seq_;
     stamp = last_stamp_;
   }
-  // samples are strictly periodic, so the time of an older one follows from its number
+  // Samples are strictly periodic, so the time of an older sample follows from its number.
   const uint16_t age = seq - force.seq;
   if (age > profile::kWatchdogMs && force.force != 0.0f) {
     ++stale_;
@@ -106,7 +106,7 @@ void Controller::command(const protocol::Force& force) {
   delay_us_ = told ? static_cast<uint16_t>(delay) : kForever;
 }
 
-// A law in force fades out first; poll() does the rest.
+// The present law fades out first; poll() does the rest.
 void Controller::announce(const protocol::Law& law) {
   if (!loading_.announce(law)) return;
   if (renderer_.active()) {
@@ -120,8 +120,8 @@ void Controller::take_pieces() {
   if (loading_.begin()) start_law();
 }
 
-// Verifying a law may take longer than the hardware watchdog allows; meanwhile ticks feed the watchdog on behalf
-// of the main program.
+// The verification of a law may take longer than the hardware watchdog allows. Meanwhile the ticks feed the
+// watchdog for the main program.
 void Controller::take(const protocol::Piece& piece) {
   vouched_ = kVouched;
   const bool ready = loading_.take(piece);
@@ -129,7 +129,7 @@ void Controller::take(const protocol::Piece& piece) {
   if (ready) start_law();
 }
 
-// The tick delays the start until the period has the law's length.
+// The tick delays the start until a period has the length that the law needs.
 void Controller::start_law() {
   fade_.restart();
   fade_.stay();
@@ -139,14 +139,14 @@ void Controller::start_law() {
   renderer_.start(loading_.shape(), loading_.generation());
 }
 
-// An invalid change leaves no law to render: the motor is off until the next law.
+// After an invalid change there is no law to render, so the motor is off until the next law.
 void Controller::tune(const protocol::Tune& tune) {
   if (renderer_.tune(tune)) return;
   safety_.refuse();
   off();
 }
 
-// The computer renders after the board's force has faded out, see poll(); on a repeated request, at once.
+// The computer renders after the board's force has faded out (see poll()), or at once after a second request.
 void Controller::leave() {
   loading_.cancel();
   const bool felt = renderer_.active() && !safety_.off();
@@ -161,8 +161,7 @@ void Controller::leave_law() {
   redesign(usual());
 }
 
-// The zero may have changed, so rendering ends; the sensor tells the next tick that the handle
-// has not moved.
+// The zero may have changed, so rendering ends. The sensor tells the next tick that the handle has not moved.
 void Controller::set_kit(const protocol::Board& kit) {
   loading_.cancel();
   renderer_.leave();

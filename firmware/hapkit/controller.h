@@ -1,4 +1,4 @@
-// Replies to the computer and moves the motor. receive() and poll() run in the main program, sample() is the
+// Replies to the computer and moves the motor. receive() and poll() run in the main program. sample() is the
 // tick: it runs in the interrupt, and the main program never interrupts it.
 #pragma once
 
@@ -16,26 +16,26 @@
 
 class Controller {
  public:
-  // Start once the settings are known.
+  // Start after the settings are known.
   void begin();
 
-  // Process one received byte and the message that it completes.
+  // Process one received byte, and the message that this byte completes.
   void receive(uint8_t byte);
 
-  // Send the report of the last tick and pending replies; ramp the law's constants.
+  // Send the report of the last tick and the pending replies; ramp the constants of the law.
   void poll();
 
-  // True once per millisecond, until poll() has handled it.
+  // Return true once per millisecond, until poll() has handled it.
   bool due() const { return due_; }
 
-  // Handle one sensor reading: position, velocity, safety, and the force of the board's own law.
+  // Handle one sensor reading: compute position and velocity, check safety, and render the board's law.
   void sample(const board::Sampling& sampling);
 
  private:
-  static constexpr float kFastest = 5.0f;  // m/s; faster motion is a fault
-  static constexpr uint8_t kVouched = 50;  // ms for which ticks may feed the watchdog
+  static constexpr float kFastest = 5.0f;  // m/s; a faster motion is a fault
+  static constexpr uint8_t kVouched = 50;  // ms for which the ticks may feed the watchdog
 
-  // Main program.
+  // These functions belong to the main program.
   void dispatch(const uint8_t* body, uint8_t size);
   void ask(const uint8_t* body, uint8_t size);
   void command(const protocol::Force& force);
@@ -53,13 +53,13 @@ class Controller {
   void report(uint32_t time_us);
   uint8_t overrun_flag();
 
-  // Called by both sides; by the main program under a Lock.
+  // Both sides call this; the main program does so under a Lock.
   void drive(int16_t pwm) {
     board::set_motor(pwm);
     pwm_ = pwm;
   }
 
-  // The tick: tick.cpp.
+  // These functions belong to the tick (tick.cpp).
   void adopt();
   void miss(const board::Sampling& sampling, int32_t count);
   void watch(const board::Sampling& sampling, int32_t count);
@@ -71,13 +71,13 @@ class Controller {
   void show_sample(const board::Sampling& sampling, int32_t count);
   void show_law(const board::Sampling& sampling, int32_t count);
 
-  // The tick's data, placed first: the chip addresses the first 64 bytes directly.
+  // The tick's data come first, because the chip addresses the first 64 bytes directly.
   estimator::Estimator estimator_;
-  estimator::Design design_ = {};  // no period until a design is set
+  estimator::Design design_ = {};  // there is no period until a design is set
   float asked_ = 0.0f;
   uint16_t delays_us_ = 0;  // sum since the last report
   int16_t pwm_ = 0;
-  uint8_t since_shown_ = 0;  // ticks of the loop
+  uint8_t since_shown_ = 0;  // ticks of the loop since the last report
   volatile bool next_ready_ = false;
   Safety safety_;
   render::Fade fade_;
@@ -85,25 +85,26 @@ class Controller {
   uint16_t last_seq_ = 0;
   uint32_t last_stamp_ = 0;
   volatile uint8_t overruns_ = 0;
-  volatile bool due_ = false;   // set: the report of a tick belongs to the main program
-  volatile bool late_ = false;  // a tick was due to report while due_ was set
-  volatile uint8_t vouched_ = 0;  // ms for which the watchdog is fed for the main program
+  volatile bool due_ = false;   // set while the report of a tick belongs to the main program
+  volatile bool late_ = false;  // set if a tick had a report while due_ was set
+  volatile uint8_t vouched_ = 0;  // remaining ms for which the ticks feed the watchdog for the main program
 
   frame::Parser parser_;
   Sender sender_;
   Answers answers_;
   Loading loading_;
   bool streaming_ = false;
-  bool lost_frame_ = false;  // the last frame did not fit the queue
+  bool lost_frame_ = false;  // true if the last frame did not fit into the queue
   uint8_t told_overruns_ = 0;
   volatile uint16_t answered_ = 0;
   volatile uint16_t delay_us_ = 0;
   uint8_t stale_ = 0;
 
-  // Passed to the tick, which applies it after the first period of the new length.
+  // The main program passes this design to the tick, which applies it after the first period of the new
+  // length.
   estimator::Design next_ = {};
 
-  // Report of a tick: a sample, or telemetry of a law.
+  // The report of a tick: a sample, or telemetry of a law.
   uint32_t stamp_ = 0;
   bool shows_law_ = false;
   union Shown {

@@ -7,7 +7,7 @@ namespace crc {
 
 constexpr uint16_t kStart = 0xffff;
 
-// The CRC in two bytes, which suits an 8-bit chip.
+// The CRC as two bytes, which suits an 8-bit chip.
 struct Crc {
   uint8_t high, low;
 
@@ -19,7 +19,7 @@ struct Crc {
   }
 };
 
-// Return the CRC after one more byte. After a body and its CRC, high byte first, it is zero.
+// Return the CRC after one more byte. It is zero after a body and its CRC, high byte first.
 inline uint16_t update(uint16_t crc, uint8_t byte) {
   Crc next = {static_cast<uint8_t>(crc >> 8), static_cast<uint8_t>(crc)};
   next.add(byte);

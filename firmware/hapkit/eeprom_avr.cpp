@@ -14,7 +14,7 @@ uint8_t eeprom::read(uint16_t at) {
   return EEDR;
 }
 
-// Both bits must be set within four cycles.
+// The second bit must be set within four cycles of the first.
 void eeprom::write(uint16_t at, uint8_t byte) {
   EEAR = at;
   EEDR = byte;

@@ -9,7 +9,7 @@ namespace {
 constexpr uint32_t kWhole = 0x80000000;
 constexpr uint32_t kNone = 0xffffffff;
 
-// Convert a coefficient for Design; kNone unless 0 <= value < 2.
+// Convert a coefficient for Design; return kNone unless 0 <= value < 2.
 __attribute__((noinline)) uint32_t half(float value) {
   return value >= 0.0f && value < 2.0f ? static_cast<uint32_t>(value * 2147483648.0f) : kNone;
 }
@@ -52,8 +52,8 @@ bool design(const Loop& loop, float quantum, float fastest, Design* made) {
   return true;
 }
 
-// After one missed period a shift replaces the division, which takes so long that the next period might be
-// missed.
+// After one missed period a shift replaces the division: a division takes so long that the next period might
+// be missed.
 void Estimator::miss(uint8_t periods, int32_t count) {
   const int32_t moved = count - last_;
   last_ = count - (periods == 1 ? moved >> 1 : moved / (periods + 1));

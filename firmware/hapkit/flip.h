@@ -3,17 +3,16 @@
 
 #include <stdint.h>
 
-// A jump of more than half the sensor's range between two readings is a wrap, so up to half the range per
-// sample may be travelled; the range is constant, so errors do not accumulate.
+// A jump of more than half the sensor's range between two readings is a wrap, so the handle may travel up to
+// half the range per sample. The range is constant, so errors do not accumulate.
 //
 // At the wrap, a reading may fall between both ends. A handle changes its speed by less than an eighth of the
-// range per sample: other readings are bridged by extrapolating the motion, while a second hypothesis is
-// tracked. Readings that fit the old motion again end the doubt; two consecutive readings that fit the
-// second hypothesis confirm it.
+// range per sample. A reading that implies a larger change is bridged: the motion is extrapolated, while a
+// second hypothesis is tracked. Readings that fit the old motion again end the doubt. Two consecutive
+// readings that fit the second hypothesis confirm it.
 class FlipTracker {
  public:
-  // Reset. counts: range of the sensor, 8..16384; 0 means 65536, and every jump is
-  // accepted.
+  // Reset. counts is the range of the sensor, 8..16384; 0 means 65536, and every jump is accepted.
   void start(uint16_t counts) {
     counts_ = counts;
     slack_ = counts ? counts / 8 : 32767;
@@ -31,7 +30,7 @@ class FlipTracker {
   // Shift the position.
   void shift(int32_t by) { position_ += by; }
 
-  // Process a reading that continues the motion; return false without changes for any other.
+  // Process a reading that continues the motion; return false without changes for any other reading.
   bool follow(uint16_t raw) {
     const int16_t jump = nearest(raw - last_);
     if (!alike(jump, going_)) return false;
@@ -42,22 +41,23 @@ class FlipTracker {
     return true;
   }
 
-  // Process any reading; return the unwrapped position, including shifts.
+  // Process any reading; return the unwrapped position, which includes shifts.
   int32_t update(uint16_t raw) {
     if (follow(raw) || (settle(raw) && follow(raw))) bridged_ = 0;
     return position_;
   }
 
-  // The last result of update().
+  // Return the last result of update().
   int32_t position() const { return position_; }
 
-  // True if the last reading was bridged.
+  // Return true if the last reading was bridged.
   bool doubtful() const { return bridged_ != 0; }
 
  private:
-  static constexpr uint8_t kPatience = 8;  // consecutive bridged readings; the next one is accepted
+  // number of consecutive readings that are bridged; the next one is accepted
+  static constexpr uint8_t kPatience = 8;
 
-  // The difference modulo the range, at most half the range in size.
+  // Return the difference modulo the range; its size is at most half the range.
   __attribute__((always_inline)) int16_t nearest(int16_t difference) const {
     if (static_cast<uint16_t>(difference + counts_ / 2) < counts_ || !counts_) return difference;
     return difference < 0 ? difference + counts_ : difference - counts_;
@@ -67,14 +67,15 @@ class FlipTracker {
     return static_cast<uint16_t>(static_cast<uint16_t>(step) - other + slack_) <= 2 * slack_;
   }
 
-  // The extrapolated step is the smaller one of the last two, 0 if they have opposite signs.
+  // Return the smaller one of the last two steps, or 0 if they have opposite signs. This is the extrapolated
+  // step.
   static int16_t common(int16_t a, int16_t b) {
     if ((a ^ b) < 0) return 0;
     if (a < 0) return a < b ? b : a;
     return a < b ? a : b;
   }
 
-  // Process a doubtful reading; return true if the second hypothesis is confirmed and replaces the motion.
+  // Process a doubtful reading. Return true if the second hypothesis is confirmed and replaces the motion.
   // Otherwise the reading is bridged.
   bool settle(uint16_t raw) {
     const int16_t further = nearest(raw - (bridged_ ? aside_ : static_cast<uint16_t>(last_)));
@@ -84,7 +85,7 @@ class FlipTracker {
     if (believed) {
       position_ += aside_ahead_;
       step_ = aside_step_;
-      going_ = nearest(further);  // as it will appear from there
+      going_ = nearest(further);  // the extrapolated step, as the readings show it
       last_ = raw - further;
     }
     aside_ahead_ += further;

@@ -2,7 +2,7 @@
 
 namespace frame {
 
-// COBS: a zero becomes the distance to the next one, written before the bytes between them.
+// COBS: each zero is replaced by the distance to the next zero, which is written before the bytes in between.
 #ifndef __AVR__
 void Writer::put(Writer* self, const void* bytes, uint8_t size) {
   const uint8_t* from = static_cast<const uint8_t*>(bytes);

@@ -34,10 +34,10 @@ uint32_t of(uint32_t y, const uint32_t (&table)[terms]) {
 
 namespace {
 
-// Flush numbers below the smallest normal float to zero, before and after an operation.
+// Flush numbers below the smallest normal float to zero; this is done before and after an operation.
 float whole(float x) { return is_zero(x) ? signed_as(0.0f, x) : x; }
 
-// A result in double precision, rounded once.
+// Round a result in double precision once.
 float rounded(double exact) {
   const float wide = static_cast<float>(exact * 0x1p64);
   return wide < 0x1p-62f && wide > -0x1p-62f ? signed_as(0.0f, wide) : static_cast<float>(exact);
@@ -84,7 +84,7 @@ float assembled(uint32_t m, int16_t e, uint8_t sign) {
   if (m == 0) return number(top);
   for (; m < kSign; e--) m <<= 1;
   if (e >= 255 || e <= 0) return number(top | (e > 0 ? 0x7f800000UL : 0));
-  // rounding may carry into the exponent, which is correct
+  // rounding may carry into the exponent, which gives the correct result
   return number(top | ((static_cast<uint32_t>(e) << 23) + (((m & ~kSign) + 0x80) >> 8)));
 }
 
@@ -140,31 +140,31 @@ constexpr float kHalfPi = 1.5707963267948966f;
 constexpr float kPi = 3.1415926535897932f;
 constexpr float kLog2 = 0.69314718055994531f;
 
-// Below 2^-12, sin, tan, asin and atan are x, except for the last bit.
+// Below 2^-12, sin, tan, asin and atan equal x, except for the last bit.
 bool is_small(float x) { return exponent(x) < kOne - 12; }
 
-// log(1 + u) / u in 2^-31, for u 2^32 with u from sqrt(1/2) - 1 to sqrt(2) - 1
+// Return log(1 + u) / u in 2^-31, for u 2^32 with u from sqrt(1/2) - 1 to sqrt(2) - 1.
 uint32_t log_slope(uint32_t u) {
   const uint32_t above = u + 0x4afb0ccdUL;
   return of(above + fraction(above, 0x6a09e668UL), kLog);
 }
 
-// atan for 0 to 1
+// Return atan of a number from 0 to 1.
 float small_atan(float z) {
   if (is_small(z)) return z;
   const uint32_t size = fixed(z, 32) - 1;
   return times(z, of(fraction(size, size), kAtan));
 }
 
-// acos for 1/2 to 1
+// Return acos of a number from 1/2 to 1.
 float small_acos(float z) {
-  const float rest = sum(1.0f, -z);  // exact
+  const float rest = sum(1.0f, -z);  // this difference is exact
   if (rest == 0.0f) return rest;
   const float half = times(functions::sqrt(product(rest, 0.5f)), of(0 - fixed(rest, 33), kAsin));
   return sum(half, half);
 }
 
-// The fractional bits of a number from 1 to 2^23.
+// Return the fractional bits of a number from 1 to 2^23.
 uint32_t behind_point(float x) {
   const uint8_t places = 150 - exponent(x);
   uint8_t top = 0xff;
@@ -273,7 +273,7 @@ float log(float x) {
   if (is_zero(x)) return -INFINITY;
   if (is_negative(x) || !is_finite(x)) return bits(x) == 0x7f800000UL ? x : NAN;
   const uint32_t m = mantissa(x);
-  const bool high = m > 0xb504f333UL;  // sqrt(2): half of a larger number is closer to 1
+  const bool high = m > 0xb504f333UL;  // above sqrt(2), half of the number is closer to 1
   const int8_t whole = static_cast<int8_t>(exponent(x) - kOne + high);
   const uint32_t u = high ? m : m << 1;
   const float rest = assembled(high ? 0 - u : u, kOne - 1, high ? 0x80 : 0);
@@ -323,7 +323,8 @@ float power(float x, float y) {
   if (is_zero(y) || x == 1.0f) return 1.0f;
   if (is_nan(x) || is_nan(y)) return NAN;
   const float size = magnitude(x);
-  const uint32_t lowest = fixed(magnitude(y), 31);  // lowest bit of the integer part of y, above the fraction
+  // the lowest bit of the integer part of y, above the fraction
+  const uint32_t lowest = fixed(magnitude(y), 31);
   const bool whole = (lowest << 1) == 0;
   if (is_negative(x) && !whole && !is_zero(x) && is_finite(x)) return NAN;
   const float found = size == 1.0f ? size : exp_times(product(y, functions::log(size)), 0);
@@ -339,7 +340,7 @@ float hypot(float x, float y) {
   }
   if (!is_finite(a)) return bits(b) == 0x7f800000UL ? b : a;
   if (is_zero(b)) return a;
-  // scale them, so that their squares are floats too
+  // scale both numbers, so that their squares are floats, too
   if (exponent(a) > kOne + 60) return product(functions::hypot(product(a, 0x1p-64f), product(b, 0x1p-64f)), 0x1p64f);
   if (exponent(a) < kOne - 50) return product(functions::hypot(product(a, 0x1p64f), product(b, 0x1p64f)), 0x1p-64f);
   return functions::sqrt(sum(product(a, a), product(b, b)));

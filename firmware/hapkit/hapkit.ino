@@ -1,4 +1,5 @@
-// Firmware of the Hapkit board for Hapkit Studio. The program is in program.cpp; the chip is in the files *_avr.cpp.
+// The firmware of the Hapkit board for Hapkit Studio. program.cpp contains the program; the files *_avr.cpp
+// contain the chip's part.
 #include "program.h"
 
 void setup() { program::begin(); }

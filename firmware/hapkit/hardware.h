@@ -1,4 +1,4 @@
-// Interface between the files that depend on the chip (*_avr.cpp).
+// The interface between the files that depend on the chip (*_avr.cpp).
 #pragma once
 
 #include <stdint.h>
@@ -8,30 +8,30 @@
 
 namespace hardware {
 
-// After a reset, before the kit is known: keep the motors of the usual board off.
+// After a reset, before the kit is known: keep the motors of the default board off.
 void begin_motor();
 
-// Motor off; then set the kit's motor pins and timer, everything else off.
+// Turn the motor off, then set the kit's motor pins and timer; all other outputs stay off.
 void set_motor(const protocol::Board& kit);
 
-// Initialise the kit's sensor. A reading in progress is lost. Interrupts are off.
+// Initialise the kit's sensor. A reading in progress is lost. Interrupts must be off.
 void set_sensor(const protocol::Board& kit);
 
-// Serial port, and sleep between its interrupts.
+// Set up the serial port, and sleep between its interrupts.
 void begin_serial();
 
-// Reset the board from now on after 15 ms without feeding.
+// From here on, reset the board after 15 ms without feeding.
 void begin_watchdog();
 
-// True if the sensor is the converter, started by this value of ADCSRA. Others start in the interrupt of
-// OCR1B, with the encoder's present steps.
+// True if the sensor is read by the converter, which this value of ADCSRA starts. The other sensors start in
+// the interrupt of OCR1B, with the encoder's present steps.
 extern volatile bool converts;
 constexpr uint8_t kConvert = 0xcd;  // ADEN, ADSC, ADIE; 500 kHz
 extern Quadrature encoder;
 extern volatile uint16_t latched;
 
-// Called by the sensor when a reading is done, from an interrupt that lets other interrupts through.
-// failed: the sensor's own check reports an invalid reading.
+// The sensor calls this when a reading is complete, from an interrupt during which other interrupts are
+// enabled. failed: the sensor itself reports that the reading is invalid.
 void reading_done(uint16_t raw, bool failed);
 
 }  // namespace hardware

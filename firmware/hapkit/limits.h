@@ -1,4 +1,4 @@
-// Valid ranges of a kit's numbers. All Hapkits are inside; a value outside probably has a wrong unit.
+// The valid ranges of a kit's numbers. All Hapkits are inside; a value outside probably has a wrong unit.
 #pragma once
 
 #include <stdint.h>
@@ -14,15 +14,15 @@ namespace limits {
 struct Range {
   float low, high;
 
-  // Also false for NaN.
+  // This is also false for NaN.
   constexpr bool holds(float value) const { return low <= value && value <= high; }
 };
 
-constexpr float kMostForce = 5.0f;  // [N] the board's hard limit for any command
+constexpr float kMostForce = 5.0f;  // [N] the board's hard limit for any force command
 
-// Numbers of a kit from quantum to coulomb, in order.
+// Numbers of a kit from quantum to coulomb, in the order of the message.
 static const Range kNumbers[] PROGMEM = {
-    {1e-7f, 2e-3f},   // [m] quantum: 14 bits a turn .. an encoder of 48 steps, thick pulley
+    {1e-7f, 2e-3f},   // [m] quantum: from 14 bits per turn to an encoder of 48 steps with a thick pulley
     {0.0f, kMostForce},
     {1e-4f, 0.2f},    // [N m] motor constant
     {0.02f, 0.3f},    // [m] handle radius
@@ -33,10 +33,11 @@ static const Range kNumbers[] PROGMEM = {
     {0.0f, 5.0f},     // [N] Coulomb
 };
 
-constexpr uint16_t kFewestCounts = 100;   // counts of a magnetoresistive sensor, from one repeat to the next
-constexpr uint16_t kMostCounts = 1007;    // 1008 from rail to rail
+// smallest number of counts of a magnetoresistive sensor, from one repeat to the next
+constexpr uint16_t kFewestCounts = 100;
+constexpr uint16_t kMostCounts = 1007;    // there are 1008 counts from rail to rail
 constexpr uint16_t kAs5048ACounts = 16384;
-constexpr uint16_t kFewestSteps = 4;      // counts of an encoder per turn
+constexpr uint16_t kFewestSteps = 4;      // smallest number of counts per turn of an encoder
 constexpr int32_t kLargestZero = 1000000;
 constexpr uint8_t kLargestDeadBand = 200;
 

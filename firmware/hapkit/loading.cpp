@@ -21,7 +21,7 @@ bool Loading::begin() {
 
 bool Loading::take(const protocol::Piece& piece) {
   if (phase_ != kComing || piece.generation != law_.generation || piece.at != received_) return false;
-  // initial values follow the slots of position and velocity; the code follows all slots
+  // The initial values follow the slots of position and velocity; the code follows all slots.
   const uint16_t values = 4 * law_.given;
   const uint16_t gap = 4 * (law_.slots - law_.given - machine::kFirstGiven);
   for (uint8_t i = 0; i < protocol::kPiece && received_ < size(); ++i, ++received_) {
@@ -31,7 +31,7 @@ bool Loading::take(const protocol::Piece& piece) {
   return advance();
 }
 
-// Once all bytes have arrived: damaged code is requested again from the start.
+// After all bytes have arrived, damaged code is requested again from the start.
 bool Loading::advance() {
   if (received_ < size()) return false;
   if (crc_ != law_.check) {
@@ -45,7 +45,7 @@ bool Loading::advance() {
   return refusal_ == machine::Refusal::kNone;
 }
 
-// Checks of the header alone.
+// These checks need only the header.
 machine::Refusal Loading::look() const {
   estimator::Design made;
   if (!estimator::design(loop(), 1.0f, 1.0f, &made)) return machine::Refusal::kRate;

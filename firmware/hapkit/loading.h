@@ -1,4 +1,4 @@
-// Transfer of a law from the computer into the machine's memory, verified when complete.
+// Transfers a law from the computer into the machine's memory, and verifies it when it is complete.
 #pragma once
 
 #include <stdint.h>
@@ -9,23 +9,24 @@
 
 class Loading {
  public:
-  // Announce a law; false if it is the last one again. It is rejected at once if the board has
-  // no room or does not support its rate.
+  // Announce a law; return false if it is the last law again. The law is refused at once if the board has no
+  // room or does not support its rate.
   bool announce(const protocol::Law& law);
 
   // Discard an incomplete law.
   void cancel() { phase_ = kNone; }
 
-  // The memory is free: return true if the law is complete already; otherwise accept its pieces from now on.
+  // The memory is free: return true if the law is already complete; otherwise accept its pieces from here on.
   bool begin();
 
-  // Accept a piece if it is the next one; return true if the law is complete and valid.
+  // Accept a piece if it is the next one; return true if the law is then complete and valid.
   bool take(const protocol::Piece& piece);
 
   machine::Shape shape() const { return {law_.states, law_.given, law_.slots, law_.code}; }
   estimator::Loop loop() const { return {law_.period, law_.estimator, law_.first, law_.second}; }
 
-  // Status, for samples, of the law being received or received last; generation 0: none since the start.
+  // Status, for samples, of the law that is being received or was received last; generation 0 means that
+  // there was no law since the start.
   uint8_t generation() const { return law_.generation; }
   uint16_t received() const { return received_; }
   uint8_t refusal() const { return static_cast<uint8_t>(refusal_); }

@@ -1,5 +1,5 @@
-// Disable interrupts during the life of a Lock, which must be far shorter than 250 cycles, two bytes on the
-// wire.
+// Disables interrupts during the life of a Lock. This must be far shorter than 250 cycles, in which two bytes
+// arrive on the wire.
 #pragma once
 
 #ifdef __AVR__
@@ -34,5 +34,5 @@ class Lock {
 
 #endif
 
-// Compiler barrier: writes before it are not moved after it.
+// A compiler barrier: writes before the fence are not moved after it.
 inline void fence() { __asm__ volatile("" ::: "memory"); }

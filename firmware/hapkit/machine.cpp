@@ -4,14 +4,14 @@
 
 namespace machine {
 
-// A build with bounded runs redefines this to count operations.
+// A build with bounded runs redefines this macro to count operations.
 #ifndef MACHINE_COUNT
 #define MACHINE_COUNT(opcode)
 #endif
 
 alignas(4) uint8_t arena[kArena];
 
-// machine_avr.S is the chip's version; a test there renames this one and compares both.
+// machine_avr.S is the version for the chip. A test on the chip renames this version and compares both.
 #ifndef __AVR__
 #define HAPKIT_RUN run
 #endif

@@ -8,9 +8,9 @@ namespace {
 // Constants for the upper half of a float.
 constexpr uint16_t kSign = 0x8000;
 constexpr uint16_t kInfinite = 0x7f80;
-constexpr uint16_t kSmallest = 0x0080;  // below this, the mantissa has no leading one
+constexpr uint16_t kSmallest = 0x0080;  // below this value the mantissa has no leading one
 
-// A force times the factor is value / 2^places.
+// A force times the factor equals value / 2^places.
 struct Product {
   uint16_t value;
   int16_t places;
@@ -33,14 +33,14 @@ uint16_t shifted(uint16_t value, uint8_t places) {
   return value;
 }
 
-// The integer nearest to the root of the value plus a quarter: a step is the nearest from half a step
-// below it on, and (step - 1/2)^2 = step (step - 1) + 1/4.
+// Return the integer nearest to the root of the value plus a quarter. A step is the nearest one from half a
+// step below it on, and (step - 1/2)^2 = step (step - 1) + 1/4.
 __attribute__((always_inline)) inline uint8_t with_bit(uint8_t bit, uint8_t root, uint16_t square_less_quarter) {
   const uint8_t larger = root | bit;
   return static_cast<uint16_t>(larger * static_cast<uint8_t>(larger - 1)) <= square_less_quarter ? larger : root;
 }
 
-// Unrolled: a loop over the bits would take 50 % longer in every tick.
+// The loop over the bits is unrolled, because it would take 50 % longer in every tick.
 uint8_t nearest_root(uint16_t square_less_quarter) {
   uint8_t root = with_bit(0x80, 0, square_less_quarter);
   root = with_bit(0x40, root, square_less_quarter);
@@ -55,7 +55,7 @@ uint8_t nearest_root(uint16_t square_less_quarter) {
 uint8_t square_steps(Product steps_squared) {
   const int16_t places = steps_squared.places;
   if (places < 0) return map.top;
-  if (places < 8) return nearest_root(shifted(steps_squared.value, places));  // a quarter is negligible here
+  if (places < 8) return nearest_root(shifted(steps_squared.value, places));  // here a quarter is negligible
   if (places > 24) return 0;
   const uint16_t fine = shifted(steps_squared.value, places - 8);
   return fine < 64 ? 0 : nearest_root((fine - 64) >> 8);
@@ -88,7 +88,7 @@ uint8_t steps_of(Halves force) {
 
 }  // namespace
 
-// Floats of one sign are ordered like their bits; non-finite ones come last.
+// Floats of one sign are ordered like their bits; floats that are not finite come last.
 Duty duty_of(float force) {
   Halves size = halves_of(force);
   const bool left = size.high & kSign;

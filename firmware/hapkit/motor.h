@@ -1,4 +1,4 @@
-// Conversion of the force on the handle to the duty of the motor, by the settings in force.
+// Converts the force on the handle to the duty of the motor, by the settings in force.
 #pragma once
 
 #include <stdint.h>
@@ -7,19 +7,20 @@
 
 namespace motor {
 
-// Motor command after the safety limits.
+// A motor command after the safety limits.
 struct Duty {
-  int16_t pwm;    // signed, 0..profile::kPwmTop in size
+  int16_t pwm;    // signed; its size is 0..profile::kPwmTop
   uint8_t flags;  // protocol::kFlagClamped, protocol::kFlagRefused
 };
 
-// Prepare for a kit: limit, motor map, dead band. Only while no sensor reading is processed.
+// Prepare for a kit: limit, motor map, dead band. Call it only while no sensor reading is processed.
 void set(const protocol::Board& kit);
 
-// Return the duty nearest to a force: that of the limit for a larger force, 0 for NaN.
+// Return the duty that is nearest to a force. A larger force than the limit gets the duty of the limit; NaN
+// gets 0.
 //
-// The effective duty is (pwm - dead band) / (pwm top - dead band); torque follows
-// from it by the motor map. Zero force is zero duty.
+// The effective duty is (pwm - dead band) / (pwm top - dead band). The torque follows from it by the motor
+// map. A force of zero gives a duty of zero.
 Duty duty_of(float force);
 
 }  // namespace motor

@@ -1,4 +1,4 @@
-// Pins of the L298 motor driver, on the usual board and on board 1.0.
+// The pins of the L298 motor driver, on the default board and on board 1.0.
 #ifdef __AVR__
 
 #include <avr/io.h>
@@ -21,7 +21,7 @@ constexpr uint8_t kD13 = _BV(PB5);
 bool on_timer_2 = false;
 bool high_is_right = true;
 
-// Both timers are stopped and disconnected from their pins, so that the ports' low level applies.
+// Stop both timers and disconnect them from their pins, so that the ports' low level applies.
 void stop_timers() {
   TCCR0A = TCCR0B = TIMSK0 = OCR0B = 0;
   TCCR2A = TCCR2B = TIMSK2 = OCR2B = 0;
@@ -35,8 +35,8 @@ void hold_low(uint8_t on_port_d, uint8_t on_port_b) {
   DDRB |= on_port_b;
 }
 
-// All enables of both boards stay low, unless the pin belongs to a sensor. Direction pins of the other board may
-// have a different function, such as a memory card.
+// All enables of both boards stay low, unless the pin belongs to a sensor. Direction pins of the other board
+// may have a different function, such as a memory card.
 void claim_pins(const protocol::Board& kit) {
   if (kit.pins == protocol::kPinsD3D12) return hold_low(kD3 | kD5 | kD6, kD11 | kD12 | kD13);
   const uint8_t d3 = kit.sensor == protocol::kSensorQuadrature ? 0 : kD3;
@@ -44,8 +44,8 @@ void claim_pins(const protocol::Board& kit) {
   hold_low(kD5 | kD6 | kD7 | d3, kD8 | d11);
 }
 
-// Phase-correct PWM without prescaler: 31.4 kHz, above hearing and below the 40 kHz of the L298. Its overflow
-// interrupt would take a fifth of the processor: it stays off.
+// Phase-correct PWM without prescaler: 31.4 kHz is above hearing and below the 40 kHz of the L298. The
+// overflow interrupt stays off, because it would take a fifth of the processor's time.
 void start_timer() {
   if (on_timer_2) {
     TCCR2A = _BV(COM2B1) | _BV(WGM20);
@@ -82,7 +82,7 @@ void hardware::set_motor(const protocol::Board& kit) {
   start_timer();
 }
 
-// The duty changes at the next PWM cycle, the direction at once: up to 32 us apart.
+// The duty changes at the next PWM cycle, and the direction at once: they may be up to 32 us apart.
 void board::set_motor(int16_t pwm) {
   const bool right = pwm >= 0;
   const uint8_t duty = static_cast<uint8_t>(right ? pwm : -pwm);

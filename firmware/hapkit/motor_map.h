@@ -8,20 +8,21 @@
 
 namespace motor {
 
-// Factor of a force: mantissa / 2^16, and a shift minus the force's exponent.
+// The factor of a force: mantissa / 2^16, and a shift minus the force's exponent.
 struct Factor {
   uint16_t mantissa;
   int16_t places;
 };
 
-// A linear piece of the map. Torque is in 255ths of that at full duty, duty in 256ths of a step.
+// A linear piece of the map. The torque is in 255ths of that at full duty, the duty in 256ths of a step.
 struct Piece {
   uint8_t to;           // torque at the end of the piece
   uint8_t slope;        // whole steps of duty per 255th of torque
   uint16_t slope_rest;  // fraction of a step, in 65536ths
 };
 
-// The two halves of a float's bits: float operations take 100 to 500 cycles, on the bits a quarter of that.
+// The two halves of a float's bits. An operation on floats takes 100 to 500 cycles, an operation on the bits
+// a quarter of this.
 struct Halves {
   uint16_t low, high;
 };
@@ -36,12 +37,12 @@ struct Map {
   Halves most;    // the largest force
   int16_t full;   // duty at the largest force
   uint8_t dead_band;
-  uint8_t top;  // steps of duty above the dead band
-  bool straight;  // true: linear pieces; false: the square law
-  Factor factor;  // converts newton to steps squared, or to 255ths of the torque at full duty
+  uint8_t top;  // number of duty steps above the dead band
+  bool straight;  // true: linear pieces; false: square law
+  Factor factor;  // converts newtons to steps squared, or to 255ths of the torque at full duty
   Piece pieces[sizeof(protocol::Board::table)];
   uint8_t piece_count;
-  uint16_t width;  // duty of each piece
+  uint16_t width;  // width of each piece in duty
 };
 
 extern Map map;

@@ -1,4 +1,4 @@
-// Constants of the board, and the default kit until settings are stored.
+// The constants of the board, and the default kit, which is used until settings are stored.
 #pragma once
 
 #include <stdint.h>
@@ -17,9 +17,9 @@ constexpr float kCoulomb = 0.10f;  // [N] dry friction
 
 constexpr float kMotorConstant = 0.0183f;  // [N m] torque at full duty, torque = constant * duty^2
 constexpr float kMaxForce = 3.0f;          // [N] at the handle
-constexpr uint8_t kPwmTop = 255;           // full duty
+constexpr uint8_t kPwmTop = 255;           // the value of full duty
 
-constexpr uint16_t kCountsPerFlip = 921;  // the sensor spans 5..95 % of its supply every half turn
+constexpr uint16_t kCountsPerFlip = 921;  // the sensor spans 5..95 % of its supply in every half turn
 constexpr uint16_t kSampleRate = 1000;    // [Hz]
 constexpr uint32_t kPeriodUs = 1000000UL / kSampleRate;
 constexpr uint8_t kWatchdogMs = 25;

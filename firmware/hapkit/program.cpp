@@ -8,8 +8,8 @@ namespace {
 Controller controller;
 }
 
-// For a test of the hardware watchdog, a build can hang 0.3 s after its start: 1 in the tick, 2 in the main
-// program.
+// For a test of the hardware watchdog, a build can hang 0.3 s after its start: 1 hangs in the tick, 2 in the
+// main program.
 #ifdef HAPKIT_HANG
 void hang(uint8_t where) {
   while (where == HAPKIT_HANG && board::now_us() > 300000UL) {

@@ -1,4 +1,4 @@
-// The whole program: connects the board's hardware with the controller.
+// The whole program, which connects the board's hardware with the controller.
 #pragma once
 
 namespace program {
@@ -6,7 +6,7 @@ namespace program {
 // Start the hardware with the motor off.
 void begin();
 
-// Process received messages; samples are taken in an interrupt.
+// Process received messages; samples are processed in an interrupt.
 void poll();
 
 }  // namespace program

@@ -42,7 +42,7 @@ struct __attribute__((packed)) HelloRequest {
   static constexpr uint8_t kSize = 0;
 };
 
-// Set the force on the handle. A nonzero force whose sample is too old is refused.
+// Set the force on the handle. The board refuses a nonzero force whose sample is too old.
 struct __attribute__((packed)) Force {
   static constexpr uint8_t kId = 0x02;
   static constexpr uint8_t kSize = 7;
@@ -52,7 +52,7 @@ struct __attribute__((packed)) Force {
 };
 static_assert(sizeof(Force) == Force::kSize, "Force has gaps");
 
-// Emergency stop: motor off at once, and off until Release.
+// Emergency stop: the motor is off at once, and stays off until Release.
 struct __attribute__((packed)) Stop {
   static constexpr uint8_t kId = 0x03;
   static constexpr uint8_t kSize = 0;
@@ -64,7 +64,7 @@ struct __attribute__((packed)) Release {
   static constexpr uint8_t kSize = 0;
 };
 
-// Switch the samples on or off; off also switches the motor off.
+// Switch the samples on or off; switching them off also switches the motor off.
 struct __attribute__((packed)) Stream {
   static constexpr uint8_t kId = 0x05;
   static constexpr uint8_t kSize = 2;
@@ -73,10 +73,11 @@ struct __attribute__((packed)) Stream {
 };
 static_assert(sizeof(Stream) == Stream::kSize, "Stream has gaps");
 
-// Announce a law. The one in force fades out over 30 ms, then its memory receives the new law's pieces.
+// Announce a law. The present law fades out over 30 ms, then its memory receives the new law's pieces.
 //
-// After the last byte, unless the law is refused, it fades in over 30 ms. Its bytes are `given` float32, the
-// state's initial values and the constants, then the code. Repeating the same generation has no effect.
+// After the last byte the new law fades in over 30 ms, unless it is refused. Its bytes are `given` float32,
+// which are the state's initial values and the constants, then the code. Repeating the same generation has
+// no effect.
 struct __attribute__((packed)) Law {
   static constexpr uint8_t kId = 0x06;
   static constexpr uint8_t kSize = 19;
@@ -93,7 +94,9 @@ struct __attribute__((packed)) Law {
 };
 static_assert(sizeof(Law) == Law::kSize, "Law has gaps");
 
-// A piece of a law; accepted only in order: lost ones are repeated from the byte named in samples.
+// A piece of a law; the board accepts pieces only in order.
+//
+// Lost pieces are sent again from the byte that samples and telemetry name.
 struct __attribute__((packed)) Piece {
   static constexpr uint8_t kId = 0x07;
   static constexpr uint8_t kSize = 35;
@@ -115,13 +118,15 @@ struct __attribute__((packed)) Tune {
 };
 static_assert(sizeof(Tune) == Tune::kSize, "Tune has gaps");
 
-// Let the computer render: the law's force fades out over 30 ms, then samples follow. Twice: at once.
+// Let the computer render: the law's force fades out over 30 ms, then samples follow.
+//
+// A second Leave stops the law at once.
 struct __attribute__((packed)) Leave {
   static constexpr uint8_t kId = 0x0d;
   static constexpr uint8_t kSize = 0;
 };
 
-// Keep-alive while the board renders; without it for watchdog_ms, the motor is switched off.
+// Keep-alive while the board renders; after watchdog_ms without it, the board switches the motor off.
 struct __attribute__((packed)) Alive {
   static constexpr uint8_t kId = 0x09;
   static constexpr uint8_t kSize = 0;
@@ -139,9 +144,9 @@ struct __attribute__((packed)) Save {
   static constexpr uint8_t kSize = 0;
 };
 
-// Settings of a kit: pins, sensor, geometry, motor. Motor off, in force at once, not saved.
+// Settings of a kit: pins, sensor, geometry, motor. They apply at once, with the motor off, unsaved.
 //
-// The board answers with Settings; implausible numbers are refused as a whole.
+// The board answers with Settings. If one number is implausible, it refuses all.
 struct __attribute__((packed)) Board {
   static constexpr uint8_t kId = 0x0c;
   static constexpr uint8_t kSize = 69;
@@ -212,10 +217,10 @@ struct __attribute__((packed)) Sample {
 };
 static_assert(sizeof(Sample) == Sample::kSize, "Sample has gaps");
 
-// Motion and force of a law that the board renders, instead of Sample.
+// Motion and force of a law that the board renders, sent instead of Sample.
 //
-// Sent for each tick that comes a millisecond or more after the previous one sent: for every tick up to 1
-// kHz, above that for every second, third or fourth.
+// It is sent for each tick that comes a millisecond or more after the previous one sent: for every tick up
+// to 1 kHz, above that for every second, third or fourth tick.
 struct __attribute__((packed)) Telemetry {
   static constexpr uint8_t kId = 0x83;
   static constexpr uint8_t kSize = 31;

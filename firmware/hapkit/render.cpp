@@ -13,7 +13,7 @@ using machine::kFirstGiven;
 
 constexpr uint8_t kRampMs = 30;
 
-// Fraction of the remaining distance in the next step of a ramp: 1 / remaining steps.
+// The fraction of the remaining distance that the next step of a ramp covers: 1 / remaining steps.
 const float kShares[] PROGMEM = {1.0f,      1.0f / 2,  1.0f / 3,  1.0f / 4,  1.0f / 5,  1.0f / 6,  1.0f / 7, 1.0f / 8,
                                  1.0f / 9,  1.0f / 10, 1.0f / 11, 1.0f / 12, 1.0f / 13, 1.0f / 14, 1.0f / 15};
 static_assert(2 * sizeof(kShares) / sizeof(*kShares) == kRampMs, "a step every other ms");
@@ -39,7 +39,7 @@ void Renderer::start(const machine::Shape& shape, uint8_t generation) {
   active_ = true;
 }
 
-// Number of constants that fit the memory.
+// Return how many moving constants fit into the memory.
 uint8_t Renderer::room() const {
   const uint16_t most = (machine::kArena - 4 * shape_.slots - shape_.code) / sizeof(Moving);
   return most < 255 ? most : 255;
@@ -77,7 +77,7 @@ bool Renderer::tune(const protocol::Tune& tune) {
   return true;
 }
 
-// Steps every other millisecond take half of the work, and are imperceptible.
+// A step every other millisecond takes half of the work, and is imperceptible.
 void Renderer::move_on() {
   for (uint8_t i = 0; i < count_;) {
     Moving* one = moving() + i;

@@ -1,4 +1,5 @@
-// The board's own law: run by the tick in the machine, its constants ramped by the main program, its force faded.
+// The board's law: the tick runs it in the machine, the main program ramps its constants, and its force fades
+// in and out.
 #pragma once
 
 #include <stdint.h>
@@ -15,7 +16,7 @@ class Fade {
  public:
   void restart() { gone_ = 0; }
 
-  // Start to fade out, or in again.
+  // Start to fade the force out, or in again.
   void leave() { leaving_ = true; }
   void stay() { leaving_ = false; }
   bool leaving() const { return leaving_; }
@@ -24,7 +25,7 @@ class Fade {
     return leaving_ && gone_ == 0;
   }
 
-  // True if the force has full weight.
+  // Return true if the force has its full weight.
   bool whole() const { return gone_ >= kWhole && !leaving_; }
 
   // Return the weighted force, and advance the fade by a period in ticks.
@@ -39,38 +40,38 @@ class Fade {
 
 class Renderer {
  public:
-  // Main program.
+  // These functions belong to the main program.
 
-  // Start the law in the machine's memory.
+  // Start the law that is in the machine's memory.
   void start(const machine::Shape& shape, uint8_t generation);
 
-  // Return rendering to the computer.
+  // Let the computer render again.
   void leave() {
     active_ = false;
     count_ = 0;
   }
 
-  // Start ramps of constants of the law in force to new values. A message for a different law, or without free
-  // ramps for its constants, is ignored; return false for a message that is invalid for every law.
+  // Start ramps of constants of the present law to new values. A message for a different law, or without free
+  // ramps for its constants, is ignored. Return false for a message that is invalid for every law.
   bool tune(const protocol::Tune& tune);
 
-  // Advance the constants' ramps by a millisecond.
+  // Advance the ramps of the constants by a millisecond.
   void move() {
     if (count_) move_on();
   }
 
   bool active() const { return active_; }
 
-  // The tick, which the main program never interrupts.
+  // These functions belong to the tick, which the main program never interrupts.
 
-  // Generation of the law in force, or of its last change.
+  // Return the generation of the present law, or of its last change.
   uint8_t generation() const { return generation_; }
 
-  // Write one state variable and its index; all are sent in turn.
+  // Write one state variable and its index; all state variables are sent in turn.
   void show_state(protocol::Telemetry* shown);
 
  private:
-  // A constant's ramp, stored after the code.
+  // The ramp of a constant, stored after the code.
   struct __attribute__((packed, may_alias)) Moving {
     uint8_t slot;
     uint8_t left;  // ms until the target
@@ -88,7 +89,7 @@ class Renderer {
   machine::Shape shape_ = {};
   uint8_t law_ = 0;  // generation of the law
   uint8_t generation_ = 0;
-  uint8_t turn_ = 0;  // index of the state variable to send next
+  uint8_t turn_ = 0;  // index of the state variable that is sent next
   uint8_t count_ = 0;  // number of active ramps
 };
 

@@ -1,4 +1,4 @@
-// A queue of bytes between one writer and one reader, of which either may be an interrupt.
+// A queue of bytes between one writer and one reader; either of them may be an interrupt.
 #pragma once
 
 #include <stdint.h>

@@ -1,4 +1,4 @@
-// Decides whether the motor may run: emergency stop, over-speed, refusal, silence of the computer.
+// Decides whether the motor may run: emergency stop, over-speed, refused force, silence of the computer.
 #pragma once
 
 #include <stdint.h>
@@ -17,25 +17,25 @@ class Safety {
     return !(latched_ | sensor_);
   }
 
-  // Record the flags of a force of the board's own law; a non-finite one ends rendering.
+  // Record the flags of a force of the board's law; a force that is not finite ends the rendering.
   void rendered(uint8_t flags) {
     command_flags_ = flags & protocol::kFlagClamped;
     latched_ |= flags & protocol::kFlagRefused;
   }
 
-  // Record a message of the computer.
+  // Record that the computer has sent a message.
   void alive() {
     const Lock lock;
     patience_ = kPatience;
   }
 
-  // Count a sample period in ticks of the clock. A message arrives within its first period, so the
-  // motor is off before the full time is over.
+  // Count a sample period in ticks of the clock. A message arrives at some time in its first period, so the
+  // motor is switched off before the full time is over.
   void period(uint16_t ticks) {
     patience_ = patience_ < 2 * ticks ? 0 : patience_ - ticks;
   }
 
-  // End the permission to run the motor until the next message.
+  // Forbid the motor to run until the next message.
   void expire() { patience_ = 0; }
 
   void stop() { latched_ |= protocol::kFlagStopped; }

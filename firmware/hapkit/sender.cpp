@@ -1,6 +1,6 @@
 #include "sender.h"
 
-// Size of a frame with padding, at most 255, as a frame has less than 128 bytes.
+// Return the size of a frame with padding. It is at most 255, because a frame has less than 128 bytes.
 uint8_t Sender::filled(uint8_t size) const {
   if (multiple_ == 0) return size;
   uint8_t whole = multiple_;

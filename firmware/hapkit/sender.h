@@ -1,4 +1,4 @@
-// Queues whole frames for the computer, padded to a multiple of bytes if requested.
+// Queues whole frames for the computer; on request it pads them to a multiple of bytes.
 #pragma once
 
 #include <stdint.h>
@@ -8,11 +8,11 @@
 
 class Sender {
  public:
-  // Pad every frame with delimiters to a multiple of this size; 0: no padding. A padded frame that cannot fit the queue
-  // is sent without padding.
+  // Pad every frame with delimiters to a multiple of this size; 0 means no padding. A padded frame that
+  // cannot fit into the queue is sent without padding.
   void pad(uint8_t multiple) { multiple_ = multiple; }
 
-  // Queue the frame of a message; false, with nothing queued, if it does not fit now.
+  // Queue the frame of a message. Return false, and queue nothing, if the frame does not fit now.
   template <class Message>
   bool send(const Message& message) {
     if (!begin<Message>()) return false;
@@ -21,7 +21,7 @@ class Sender {
     return true;
   }
 
-  // The same for a message in two parts.
+  // The same for a message that consists of two parts.
   template <class Message, class First, class Second>
   bool send(const First& first, const Second& second) {
     static_assert(sizeof(First) + sizeof(Second) == sizeof(Message), "the parts are not the whole message");
@@ -44,6 +44,6 @@ class Sender {
   uint8_t filled(uint8_t size) const;
 
   frame::Writer frame_;
-  uint8_t* end_ = nullptr;  // end of the frame with padding
+  uint8_t* end_ = nullptr;  // end of the frame with its padding
   uint8_t multiple_ = 0;
 };

@@ -5,27 +5,29 @@
 namespace sensor {
 namespace {
 
-// Within 5..95 % of its supply a magnetoresistive reading is an angle; at the rails the sensor is broken.
+// Within 5..95 % of the supply, a magnetoresistive reading is an angle. A reading at the rails means that the
+// sensor is broken.
 constexpr uint16_t kLowestReading = 8;
 constexpr uint16_t kHighestReading = 1015;
 constexpr uint16_t kAnyReading = 65535;
 
-// Doubt increases by 4 with a doubtful reading and decreases by 1 with a good one: 8 in a row are a fault.
+// The doubt increases by 4 with a doubtful reading and decreases by 1 with a good one; 8 doubtful readings in
+// a row are a fault.
 constexpr uint8_t kFault = 32;
 
 uint8_t kind = protocol::kSensorMagnetoresistive;
-uint16_t range = 0;       // range of counts of the sensor
-int32_t zero = 0;     // from the settings; flips are counted from its nearest repeat
+uint16_t range = 0;       // range of the sensor in counts
+int32_t zero = 0;     // zero in the settings; wraps are counted from its nearest repeat
 bool started = false;
 uint8_t doubt = 0;
 
 FlipTracker flips;
 uint16_t lowest = 0;          // smallest valid reading
-uint16_t span = kAnyReading;  // range of valid readings above lowest
-bool wary = true;             // not started, or in doubt
+uint16_t span = kAnyReading;  // range of the valid readings above lowest
+bool wary = true;             // true before the start, or while in doubt
 int8_t sense = 1;
 
-// Distance of the first reading from the nearest repeat of the stored zero.
+// Return the distance of the first reading from the nearest repeat of the stored zero.
 int32_t ahead_of_zero(int32_t first) {
   if (kind == protocol::kSensorQuadrature) return 0;
   int32_t ahead = (first - zero) % range;
@@ -74,9 +76,11 @@ void change(const protocol::Board& kit) {
   news = news | kMoved;
 }
 
-// Process a reading that does not continue the motion, or is in doubt; return the position before applying the sense.
+// Process a reading that does not continue the motion, or comes while in doubt; return the position before
+// the sense is applied.
 static int32_t consider(uint16_t raw, bool failed) {
-  const bool counted = kind == protocol::kSensorQuadrature;  // a slip of its counter does not invalidate later readings
+  // a slip of an encoder's counter does not invalidate later readings
+  const bool counted = kind == protocol::kSensorQuadrature;
   bool doubtful = true;
   if (possible(raw) && (!failed || counted)) {
     if (started) {

@@ -1,4 +1,4 @@
-// The angle sensors on the chip: converter on A2, AS5048A on the SPI bus, encoder on D2 and D3.
+// The angle sensors on the chip: the converter on A2, an AS5048A on the SPI bus, an encoder on D2 and D3.
 #ifdef __AVR__
 
 #include <avr/interrupt.h>
@@ -11,11 +11,11 @@
 namespace {
 
 constexpr uint8_t kChannel = 2;          // A2
-constexpr uint8_t kSelect = _BV(PB2);    // D10: selects the AS5048A while low
+constexpr uint8_t kSelect = _BV(PB2);    // D10, which selects the AS5048A while it is low
 constexpr uint8_t kBusOut = _BV(PB3) | _BV(PB5);  // D11, D13
 constexpr uint8_t kBusIn = _BV(PB4);     // D12
 constexpr uint8_t kEncoder = _BV(PD2) | _BV(PD3);
-constexpr uint8_t kSpi = _BV(SPE) | _BV(MSTR) | _BV(CPHA);  // 4 MHz, data sampled at the falling edge
+constexpr uint8_t kSpi = _BV(SPE) | _BV(MSTR) | _BV(CPHA);  // 4 MHz; data are sampled at the falling edge
 
 As5048A angle;
 
@@ -27,7 +27,7 @@ void all_off() {
   DIDR0 = 0;
 }
 
-// 500 kHz: a conversion takes 26 us and its ten bits are within one count.
+// At 500 kHz a conversion takes 26 us, and its ten bits are accurate to one count.
 void begin_converter() {
   ADMUX = _BV(REFS0) | kChannel;
   ADCSRB = 0;
@@ -35,7 +35,7 @@ void begin_converter() {
   ADCSRA = (hardware::kConvert & ~_BV(ADSC)) | _BV(ADIF);
 }
 
-// The pull-up makes a missing sensor reply with ones, which is an error.
+// With the pull-up a missing sensor replies with ones, which is an error.
 void begin_bus() {
   PORTB |= kSelect | kBusIn;
   DDRB |= kSelect | kBusOut;
@@ -48,7 +48,7 @@ void begin_encoder() {
   PORTD |= kEncoder;
   DDRD &= ~kEncoder;
   hardware::encoder.start(PIND & kEncoder);
-  EICRA = _BV(ISC00) | _BV(ISC10);  // every edge
+  EICRA = _BV(ISC00) | _BV(ISC10);  // interrupt at every edge
   EIFR = _BV(INTF0) | _BV(INTF1);
   EIMSK = _BV(INT0) | _BV(INT1);
 }
@@ -59,7 +59,7 @@ uint8_t byte_back() {
   return SPDR;
 }
 
-// Two bytes in both directions; the first is complete.
+// Exchange two bytes in both directions; the first one is complete.
 uint16_t finish_frame(uint8_t high, uint8_t second) {
   SPDR = second;
   const uint8_t low = byte_back();
@@ -95,7 +95,7 @@ void hardware::set_sensor(const protocol::Board& kit) {
   }
 }
 
-// For all three sensors: interrupts are enabled at or near the first instruction; no other reading starts
+// For all three sensors, interrupts are enabled at or near the first instruction; no other reading starts
 // meanwhile.
 ISR(ADC_vect, ISR_NOBLOCK) { hardware::reading_done(ADC, false); }
 

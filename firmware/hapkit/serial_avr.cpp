@@ -1,4 +1,4 @@
-// Serial port of the Hapkit board.
+// The serial port of the Hapkit board.
 #ifdef __AVR__
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -17,12 +17,12 @@ static_assert((kBaudDivisor + 1) * 16 * protocol::kBaud == board::kCpu, "this ba
 Ring<88> received;  // the settings of a kit arrive as one frame of 74 bytes
 volatile uint8_t lost = 0;
 
-// Frames are queued consecutively and sent up to `stop`, the low byte of an address. When all have
-// been sent, the next one is written at the beginning again.
+// Frames are queued one after the other and sent up to `stop`, the low byte of an address. After all have
+// been sent, the next frame is written at the beginning again.
 uint8_t queue[board::kQueue];
 uint8_t* volatile from = queue;
 volatile uint8_t stop;
-uint8_t* end = queue;  // main program only
+uint8_t* end = queue;  // used only by the main program
 
 constexpr uint8_t kQuiet = _BV(RXEN0) | _BV(TXEN0) | _BV(RXCIE0);
 constexpr uint8_t kSending = kQuiet | _BV(TXCIE0);
@@ -33,7 +33,7 @@ inline bool all_sent() { return low(from) == stop; }
 
 }  // namespace
 
-// Store the byte in the ring and end the sleep. Damaged bytes, and bytes without room, are counted.
+// Store the byte in the ring and end the sleep. Count damaged bytes, and bytes for which there is no room.
 ISR(USART_RX_vect) {
   const uint8_t status = UCSR0A;
   if (status & (_BV(FE0) | _BV(DOR0))) lost = lost + 1;
@@ -41,13 +41,12 @@ ISR(USART_RX_vect) {
   SMCR = 0;
 }
 
-// The shift register and its buffer are empty: send two bytes. With the last ones, this interrupt is disabled;
-// its flag remains set after they are sent, and starts the next frame. Two bytes are sent every 352 cycles, so
-// this is in
-// assembler: 40 cycles instead of the compiler's 83. Three reserved registers save pushes, and no instruction
-// changes the status register. The second byte must wait until the first has left the buffer, up to a bit's time,
-// 16 cycles,
-// which the instructions in between take.
+// The shift register and its buffer are empty, so send two bytes. With the last bytes, this interrupt is
+// disabled; its flag is set again after they are sent, and starts the next frame. Two bytes are sent every
+// 352 cycles, so this is written in assembler: it takes 40 cycles, the compiler's code 83. Three reserved
+// registers make pushes unnecessary, and no instruction changes the status register. The second byte must
+// wait until the first one has left the buffer, up to the time of a bit, 16 cycles; the instructions in
+// between take this time.
 ISR(USART_TX_vect, ISR_NAKED) {
   __asm__ volatile(
       "out %[keep0], r30\n\t"
@@ -93,7 +92,7 @@ void hardware::begin_serial() {
   UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
   UCSR0B = kQuiet;
   stop = low(from);
-  UDR0 = 0;  // a first delimiter: when it has been sent, its flag starts the next byte
+  UDR0 = 0;  // the first delimiter: after it is sent, its flag starts the next byte
 }
 
 bool board::read(uint8_t* byte) { return received.pop(byte); }

@@ -18,13 +18,14 @@
 namespace settings {
 namespace {
 
-// The EEPROM has two slots. A save writes to the unused one: first its mark is erased, then the
-// block is written, then the mark; finally the mark of the other slot is erased. So at every instant there is
-// a complete block, old or new, or none yet; and a mark with an invalid block means damage.
-// Byte 0 is unused: a failing supply damages it first.
-constexpr uint16_t place_of(uint8_t which) { return 16 + 256 * which; }  // an array would take RAM
+// The EEPROM has two slots. A save writes to the unused slot: first its mark is erased, then the block is
+// written, then the mark; finally the mark of the other slot is erased. So at every instant there is a
+// complete block, old or new, or there was never one. A mark with an invalid block means damage. Byte 0 is
+// not used, because a failing supply damages it first.
+// a function, because an array would take RAM
+constexpr uint16_t place_of(uint8_t which) { return 16 + 256 * which; }
 constexpr uint8_t kNone = 2;
-constexpr uint8_t kMark = 1;  // version of this layout
+constexpr uint8_t kMark = 1;  // the version of this layout
 constexpr uint8_t kSequenceAt = 1;
 constexpr uint8_t kBoardAt = 2;
 constexpr uint8_t kCrcAt = kBoardAt + protocol::Board::kSize;
@@ -38,15 +39,15 @@ protocol::Board in_force = {
     profile::kViscous, profile::kCoulomb, 0, {32, 64, 96, 128, 159, 191, 223, 255}, "Hapkit"};
 uint8_t from = protocol::kOriginDefault;
 
-uint8_t place = kNone;  // in use
+uint8_t place = kNone;  // the slot in use
 uint8_t sequence = 0;   // sequence number of the block in use
 uint8_t target = 0;     // slot of the save in progress
-uint8_t step = 0;       // its next step; 0: no save in progress
+uint8_t step = 0;       // the next step of this save; 0 if no save is in progress
 uint16_t crc_word = 0;
 
 // --- validation
 bool has_pins_free(const protocol::Board& kit) {
-  // the encoder needs D3, the AS5048A D11 to D13, which the other board uses for its motors
+  // The encoder needs D3, and the AS5048A needs D11 to D13, which the other board uses for its motors.
   return kit.pins == protocol::kPinsD5D8 ||
          (kit.pins == protocol::kPinsD3D12 && kit.sensor == protocol::kSensorMagnetoresistive);
 }
@@ -102,7 +103,7 @@ bool is_a_kit(const protocol::Board& kit) {
 // --- EEPROM
 uint8_t mark_of(uint8_t which) { return eeprom::read(place_of(which)); }
 
-// Read one slot; false if it has no complete block.
+// Read one slot; return false if it has no complete block.
 bool read_block(uint8_t which, protocol::Board* kit) {
   uint8_t* bytes = reinterpret_cast<uint8_t*>(kit);
   uint16_t crc = crc::kStart;
@@ -142,8 +143,8 @@ uint16_t crc_of_block() {
   return crc;
 }
 
-// True if the settings equal the complete slot in use. Compared by byte, since a copy would take too much
-// stack.
+// Return true if the settings equal those of the complete slot in use. They are compared byte by byte,
+// because a copy would take too much stack.
 bool is_kept() {
   if (place == kNone || mark_of(place) != kMark) return false;
   for (uint8_t i = kBoardAt; i < kCrcAt; ++i) {
@@ -152,12 +153,13 @@ bool is_kept() {
   return true;
 }
 
-// Steps of a save: erase the mark, 2 .. kBlock: the bytes after it, the mark, the other slot's mark.
+// Steps of a save: erase the mark; write the bytes after the mark (2 .. kBlock); write the mark; erase the
+// mark of the other slot.
 constexpr uint8_t kEraseMark = 1;
 constexpr uint8_t kWriteMark = kBlock + 1;
 constexpr uint8_t kEraseOther = kBlock + 2;
 
-// Begin to write one byte; false if it is unchanged.
+// Begin to write one byte; return false if the byte is unchanged.
 bool write(uint16_t at, uint8_t byte) {
   if (eeprom::read(at) == byte) return false;
   eeprom::write(at, byte);
@@ -200,7 +202,7 @@ void load() {
 bool accept(const protocol::Board& wanted) {
   if (!is_a_kit(wanted)) return false;
   if (memcmp(&wanted, &in_force, sizeof(wanted)) != 0) from = protocol::kOriginUnsaved;
-  step = 0;  // an unfinished save is discarded
+  step = 0;  // discard a save that is not finished
   board::hold(true);
   in_force = wanted;
   motor::set(in_force);

@@ -1,4 +1,4 @@
-// Settings of one kit: validated, in force, stored in the EEPROM.
+// The settings of one kit: validated, in force, and stored in the EEPROM.
 #pragma once
 
 #include <stdint.h>
@@ -7,28 +7,29 @@
 
 namespace settings {
 
-// The settings in force. They change only in the main program, while no sensor reading is processed, so
-// the sample interrupt may read them at any time.
+// Return the settings in force. They change only in the main program, while no sensor reading is processed,
+// so the sample interrupt may read them at any time.
 const protocol::Board& now();
 
-// Their origin: protocol::kOriginDefault, kOriginStored, kOriginDamaged, kOriginUnsaved.
+// Return their origin: protocol::kOriginDefault, kOriginStored, kOriginDamaged, kOriginUnsaved.
 uint8_t origin();
 
-// At the start, after board::begin(): apply the EEPROM's settings, or the defaults if it is empty
-// or fails its check.
+// At the start, after board::begin(): apply the settings in the EEPROM, or the defaults if it is empty or
+// fails its check.
 void load();
 
-// Apply settings from the computer after switching the motor off; false, without changes, if a
-// number is out of range. Main program only.
+// Apply settings from the computer after switching the motor off. Return false without changes if a number is
+// out of range. Call it only in the main program.
 bool accept(const protocol::Board& wanted);
 
-// Begin to store the settings in force in the EEPROM; unchanged bytes are not written. Main program only.
+// Begin to store the settings in force in the EEPROM; unchanged bytes are not written. Call it only in the
+// main program.
 void save();
 
-// True while a save is in progress; afterwards origin() is protocol::kOriginStored.
+// Return true while a save is in progress; afterwards origin() is protocol::kOriginStored.
 bool saving();
 
-// Continue a save, 3.4 ms per byte, without waiting. Call it in every pass of the main program.
+// Continue a save without waiting; each byte takes 3.4 ms. Call it in every pass of the main program.
 void poll();
 
 }  // namespace settings

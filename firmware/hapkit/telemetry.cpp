@@ -1,5 +1,5 @@
-// Main program, once per millisecond: send pending replies
-// that fit, then the report of the last tick.
+// The main program does this once per millisecond: it sends the pending replies that fit, then the report of
+// the last tick.
 #include "controller.h"
 #include "lock.h"
 
@@ -42,7 +42,7 @@ void Controller::report(uint32_t time_us) {
   lost_frame_ = !sender_.send(shown_.sample);
 }
 
-// Ticks skipped, and reports lost, since the last frame.
+// Return the flag for skipped ticks and lost reports since the last frame.
 uint8_t Controller::overrun_flag() {
   const bool lost = lost_frame_ || late_ || told_overruns_ != overruns_;
   late_ = false;

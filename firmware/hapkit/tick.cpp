@@ -1,10 +1,10 @@
-// The controller in the interrupt: position, velocity, safety, force, motor.
+// The controller's part in the interrupt: position, velocity, safety, force, motor.
 #include "controller.h"
 #include "lock.h"
 #include "motor.h"
 #include "sensor.h"
 
-// Assume uniform motion of the handle over missed periods.
+// Assume that the handle moves uniformly over missed periods.
 void Controller::miss(const board::Sampling& sampling, int32_t count) {
   for (uint8_t missed = sampling.missed; missed; --missed) safety_.period(sampling.ticks);
   overruns_ += sampling.missed;
@@ -52,7 +52,7 @@ __attribute__((always_inline)) inline void Controller::render(int32_t count) {
   delays_us_ += age;
 }
 
-// Report ticks at least a millisecond apart: an integer fraction of all, 500 Hz or more.
+// Report ticks that are at least a millisecond apart: an integer fraction of all ticks, at 500 Hz or more.
 inline void Controller::show(const board::Sampling& sampling, int32_t count, bool rendered) {
   if (++since_shown_ >= design_.shown) show_now(sampling, count, rendered);
 }
@@ -85,7 +85,7 @@ void Controller::sample(const board::Sampling& sampling) {
   if (next_ready_ && sampling.ticks == next_.ticks) adopt();
   const int32_t count = sensor::count(sampling.raw, sampling.failed);
   watch(sampling, count);
-  const bool renders = renderer_.active() && !next_ready_;  // a new law waits for its rate
+  const bool renders = renderer_.active() && !next_ready_;  // a new law waits until its rate applies
   if (renders) {
     render(count);
   } else {
@@ -98,8 +98,8 @@ void Controller::sample(const board::Sampling& sampling) {
 
 static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSensor : 0; }
 
-// A force applied after this belongs to the next sample, even if this one is not sent yet, so that the computer
-// assigns no force age to two periods.
+// A force applied after this belongs to the next sample, even if this sample is not sent yet, so that the
+// computer never uses the age of one force for two periods.
 void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   shown_.sample.seq = sampling.seq;
   shown_.sample.count = count;
@@ -109,9 +109,9 @@ void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   shown_.sample.flags = doubt_flag();
 }
 
-// For one to four ticks, because a division would take 200 cycles.
+// Return the mean over one to four ticks without a division, which would take 200 cycles.
 static uint16_t mean(uint16_t sum, uint8_t ticks) {
-  constexpr uint32_t kThird = 21846;  // in 2^-16
+  constexpr uint32_t kThird = 21846;  // a third in 2^-16
   if (ticks == 3) return static_cast<uint16_t>(sum * kThird >> 16);
   for (; ticks > 1; ticks >>= 1) sum >>= 1;
   return sum;

@@ -1,4 +1,4 @@
-// Integer times positive factor: 1.5 times the time of the multiplication alone.
+// Multiplies an integer by a positive factor, in 1.5 times the time of the multiplication alone.
 #pragma once
 
 #include <stdint.h>

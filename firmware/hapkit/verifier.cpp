@@ -9,8 +9,8 @@ namespace {
 
 constexpr uint16_t kSaturated = 65535;
 static_assert(kMostCycles == kSaturated - 1, "costs are counted in 16 bits");
-constexpr uint16_t kEnd = 65535;      // jump target: out of the section
-constexpr uint16_t kNowhere = 65534;  // no jump
+constexpr uint16_t kEnd = 65535;      // a jump target outside the section
+constexpr uint16_t kNowhere = 65534;  // there is no jump
 static_assert(kArena < kNowhere, "code may reach the places that mean others");
 
 uint16_t sum(uint16_t a, uint16_t b) {
@@ -33,14 +33,15 @@ Operation operation_of(uint8_t opcode) {
   return opcode < sizeof kTable / sizeof *kTable ? flash::read(kTable + opcode) : Operation{kUnknown, 0};
 }
 
-// One forward pass over a law's code: memory accesses, jumps, cycles. All jumps lead forward.
+// One forward pass over a law's code, which checks memory accesses, jumps and cycles. All jumps except those
+// of NEXT lead forward.
 class Verifier {
  public:
   explicit Verifier(const Shape& shape) : shape_(shape), code_(code(shape)) {}
 
   Refusal check();
 
-  // After kNone: offset of MAIN, worst-case cycles, whether the velocity is read.
+  // After kNone, these return the offset of MAIN, the worst-case cycles, and whether the velocity is read.
   uint16_t entry() const { return section_; }
   uint16_t cycles() const { return worst_; }
   bool reads_velocity() const { return velocity_; }
@@ -50,9 +51,9 @@ class Verifier {
   struct Way {
     uint16_t target;
     uint16_t cost;
-    uint8_t depth;  // number of enclosing loops, except those it has left
+    uint8_t depth;  // number of enclosing loops, without those that it leaves
   };
-  // An open loop: costs inside it count from 0.
+  // An open loop; costs inside it count from 0.
   struct Loop {
     uint16_t body;
     uint16_t times;
@@ -83,13 +84,13 @@ class Verifier {
   uint16_t section_ = 0;
   uint16_t cost_ = 0;
   uint16_t worst_ = 0;
-  bool inside_ = false;  // a section
-  bool alive_ = false;   // reachable
+  bool inside_ = false;  // true within a section
+  bool alive_ = false;   // true while the code is reachable
   bool velocity_ = false;
   uint8_t counters_ = 0;
   uint8_t calls_ = 0;
   uint8_t depth_ = 0;
-  uint8_t free_ = kMostCounters;  // counters below this one are free
+  uint8_t free_ = kMostCounters;  // the counters below this one are free
   Way* end_ = ways_;
   Subroutine* last_ = subroutines_;
   Way ways_[kMostJumps];
@@ -181,7 +182,7 @@ Refusal Verifier::end_section() {
   return Refusal::kNone;
 }
 
-// Join the jumps to here with the code above.
+// Join the jumps that lead here with the code above.
 Refusal Verifier::arrive() {
   for (Way* way = ways_; way != end_;) {
     if (way->target > at_) {
@@ -216,7 +217,7 @@ Refusal Verifier::open_loop(uint8_t counter, uint16_t times) {
   return Refusal::kNone;
 }
 
-// Before an exit from inside the loop, at most times - 1 iterations are complete.
+// When control leaves from inside the loop, at most times - 1 iterations are complete.
 Refusal Verifier::close_loop(uint8_t counter, uint16_t back) {
   if (depth_ == 0) return Refusal::kLoop;
   const Loop& loop = loops_[--depth_];
@@ -245,7 +246,7 @@ Refusal Verifier::leave(uint16_t target) {
   return Refusal::kNone;
 }
 
-// States and temporaries are writable.
+// Only states and temporaries are writable.
 Refusal Verifier::touch(uint8_t first, uint8_t count, bool written) {
   const uint8_t last = first + count - 1;
   if (last < first || last >= shape_.slots) return Refusal::kSlot;

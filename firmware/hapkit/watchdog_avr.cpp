@@ -1,4 +1,4 @@
-// Hardware watchdog, and the reset cause.
+// The hardware watchdog, and the cause of the last reset.
 #ifdef __AVR__
 
 #include <avr/io.h>
@@ -15,7 +15,8 @@ constexpr uint8_t kCauses = _BV(PORF) | _BV(EXTRF) | _BV(BORF) | _BV(WDRF);
 
 }  // namespace
 
-// Bootloaders clear the register with the cause; optiboot from 4.6 on passes it in r2, which is unused so far.
+// Boot loaders clear the register that contains the cause; optiboot from 4.6 on passes the cause in r2, which
+// is unused so far.
 extern "C" void __attribute__((naked, used, section(".init0"))) keep_cause() {
   __asm__ volatile("sts %0, r2" : : "i"(&cause));
 }

@@ -1,4 +1,4 @@
-// A controller on a fresh board; the test controls the sample periods.
+// A controller on a new board; the test controls the sample periods.
 #pragma once
 
 #include <cstring>
@@ -25,7 +25,7 @@ class Bench {
     for (uint8_t byte : bytes) controller_.receive(byte);
   }
 
-  // Advance by one sample period, or by several of which all but the last are missed; the main program does
+  // Advance by one sample period, or by several of which all but the last are missed. The main program does
   // not run.
   void tick(uint16_t raw = 500, uint8_t missed = 0) {
     const uint16_t ended = ticks_;

@@ -1,4 +1,4 @@
-// A test is TEST(name) { CHECK(...); }; main.cpp runs all tests and reports the failing lines.
+// A test is written as TEST(name) { CHECK(...); }. main.cpp runs all tests and reports the lines that fail.
 #pragma once
 
 #include <cmath>

@@ -18,7 +18,7 @@ void erase_eeprom() {
   eeprom_busy = false;
 }
 
-static const protocol::Board defaults = settings::now();  // stored before any test
+static const protocol::Board defaults = settings::now();  // the defaults, stored before any test
 
 void power_on() {
   settings::accept(defaults);

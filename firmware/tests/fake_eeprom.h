@@ -1,4 +1,4 @@
-// Fake EEPROM for the tests: its bytes, and the number of writes.
+// A fake EEPROM for the tests: its bytes, and the number of writes.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ extern bool eeprom_busy;
 // Erase everything and reset the write counters.
 void erase_eeprom();
 
-// Start the board with the EEPROM's content.
+// Start the board with the present content of the EEPROM.
 void power_on();
 
 // Start a board with an erased EEPROM.

@@ -1,4 +1,4 @@
-// Helpers for tests of rendering on the board: small laws in machine code, a board that receives one.
+// Helpers for tests of rendering on the board: small laws in machine code, and a board that receives a law.
 #pragma once
 
 #include <algorithm>
@@ -11,18 +11,18 @@
 #include "crc.h"
 #include "machine.h"
 
-constexpr uint16_t kStill = 400;            // reading of a handle at rest, 8.3 mm to the right
+constexpr uint16_t kStill = 400;            // reading of a handle that rests 8.3 mm to the right
 constexpr int kFadeMs = 30;
 constexpr double kQuantum = 20.742975e-6;  // m per count: pi * 0.090 * 0.005 / (0.074 * 921)
 
-// First slot of a law after position and velocity.
+// The first slot of a law after position and velocity.
 constexpr uint8_t kFirst = machine::kFirstGiven;
 
 struct Law {
   std::vector<float> given;  // state, then constants
   std::vector<uint8_t> code;
   uint8_t states = 0;
-  uint8_t slots = 0;  // 0: no temporaries
+  uint8_t slots = 0;  // 0 means that there are no temporaries
 
   std::vector<uint8_t> bytes() const {
     const auto* values = reinterpret_cast<const uint8_t*>(given.data());
@@ -32,7 +32,7 @@ struct Law {
   }
 };
 
-// A law whose force is one slot times the first constant.
+// Return a law whose force is one slot times the first constant.
 inline Law product(uint8_t slot, double constant) {
   return {{static_cast<float>(constant)}, {machine::kMain, machine::kLoad, slot, machine::kMultiply, kFirst,
                                            machine::kReturn}};
@@ -41,7 +41,7 @@ inline Law product(uint8_t slot, double constant) {
 inline Law spring(double stiffness) { return product(0, -stiffness); }
 inline Law damper(double damping) { return product(1, -damping); }
 
-// A law with two state variables, incremented and decremented from a start; no force.
+// Return a law with two state variables that count up and down from a start; it renders no force.
 inline Law counter(double start) {
   using namespace machine;
   const float first = static_cast<float>(start);
@@ -51,7 +51,7 @@ inline Law counter(double start) {
           2};
 }
 
-// The difference estimator at this rate in Hz.
+// Return the settings of the difference estimator at this rate in Hz.
 inline estimator::Loop at(int rate) {
   return {static_cast<uint16_t>(std::lround(2e6 / rate)), protocol::kEstimatorDifference, 0.0f, 0.0f};
 }
@@ -82,7 +82,7 @@ inline protocol::Tune tune(uint8_t law, uint8_t generation, std::vector<std::pai
   return made;
 }
 
-// A board with streaming on and the handle at rest.
+// A board with streaming on, and with the handle at rest.
 class Rendering : public Bench {
  public:
   Rendering() {
@@ -90,7 +90,7 @@ class Rendering : public Bench {
     period(kStill);
   }
 
-  // A board that renders a law at a rate in Hz.
+  // Create a board that renders a law at a rate in Hz.
   explicit Rendering(const Law& law, int rate = 1000) : Rendering() {
     change(law, 1, at(rate));
     period(kStill);
@@ -104,7 +104,7 @@ class Rendering : public Bench {
     }
   }
 
-  // Send a law; the one in force fades out first.
+  // Send a law; the present law fades out first.
   void change(const Law& law, uint8_t generation, const estimator::Loop& loop = at(1000)) {
     say(head_of(law, generation, loop));
     alive((kFadeMs + 2) * 4);  // no period is shorter than a quarter of a millisecond
@@ -128,8 +128,9 @@ class Rendering : public Bench {
   }
 };
 
-// Reading of a sensor that repeats every 921 counts, starting at 51.
+// Return the reading at a count of a sensor that repeats every 921 counts, starting at 51.
 inline uint16_t raw_of(int count) { return static_cast<uint16_t>(51 + (count - 51) % 921); }
 
-// Force of a spring in N/m about zero at a reading; counts start at the reading's nearest repeat.
+// Return the force of a spring in N/m about zero at a count; counts start at the nearest repeat of the
+// reading.
 inline double pull(double stiffness, int count) { return -stiffness * kQuantum * count; }

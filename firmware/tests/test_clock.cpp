@@ -1,4 +1,4 @@
-// The board's clock over every wrap of its counters.
+// The board's clock is tested over every wrap of its counters.
 #include <random>
 
 #include "check.h"
@@ -9,7 +9,8 @@ TEST(the_clock_is_monotonic_over_every_wrap) {
   Clock clock;
   int64_t ticks = 0;
   for (int i = 0; i < 20000; ++i) {
-    // after each sample, after a pause of up to 17 minutes, and for a sample older than the last query
+    // The clock is read after each sample, after a pause of up to 17 minutes, and for a sample older than the
+    // last query.
     const auto far = static_cast<int64_t>(random() % 0x7fffffff);
     ticks += i % 10 ? 2001 : i % 20 ? far : -far;
     if (ticks < 0) ticks = 0;

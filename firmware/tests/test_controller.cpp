@@ -1,4 +1,4 @@
-// Messages in, motor and frames out; the test sets the clock.
+// Messages go in, and motor commands and frames come out; the test sets the clock.
 #include <cmath>
 #include <initializer_list>
 #include <cstring>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kWatchdogPeriods = 25;
 
-// A force that answers the newest sample.
+// Return a force that answers the newest sample.
 protocol::Force force(const Bench& bench, float newtons) { return {bench.seq(), 0, newtons}; }
 
 }  // namespace
@@ -146,7 +146,7 @@ TEST(silence_switches_the_motor_off_within_the_watchdog_time) {
   CHECK(bench.sample().flags == protocol::kFlagWatchdog);
   CHECK(fake::pwm == 0);
   bench.say(force(bench, 1.0f));
-  CHECK(fake::pwm > 0);  // continues without a further command
+  CHECK(fake::pwm > 0);  // the force continues without a further command
   CHECK(bench.sample().flags == 0);
 }
 

@@ -1,4 +1,4 @@
-// Settings in the EEPROM: which are stored, and the effect of damage and power cuts.
+// Settings in the EEPROM: which are stored, and what damage and power cuts cause.
 #include <cstddef>
 #include <cstring>
 #include <initializer_list>
@@ -21,7 +21,7 @@ using protocol::Board;
 
 bool is_default() { return std::strcmp(settings::now().label, "Hapkit") == 0; }
 
-// Save and wait until it is complete; return the number of bytes written.
+// Save, and wait until the save is complete; return the number of bytes written.
 int save() {
   const int before = fake::eeprom_writes;
   settings::save();
@@ -114,7 +114,8 @@ TEST(a_valid_block_with_an_implausible_number_counts_as_damaged) {
   CHECK(is_default() && settings::origin() == protocol::kOriginDamaged);
 }
 
-// Cut the power after some written bytes, with the last one half written; false if fewer bytes were written.
+// Cut the power after some written bytes, with the last byte half written. Return false if fewer bytes were
+// written.
 static bool cut_after(int bytes, uint8_t wreck) {
   const int before = fake::eeprom_writes;
   settings::save();
@@ -153,7 +154,7 @@ TEST(a_power_cut_during_a_save_leaves_the_old_or_the_new_settings) {
   }
 }
 
-// True if a place has a mark with a wrong block after it.
+// Return true if a slot has a mark and an invalid block after it.
 static bool is_wreck(int place) {
   const auto begin = fake::eeprom.begin() + place;
   const std::vector<uint8_t> block(begin, begin + 2 + Board::kSize + 2);
@@ -169,7 +170,7 @@ TEST(with_two_complete_blocks_a_power_cut_damages_neither) {
     settings::save();
     const uint16_t mark = turn % 2 ? 272 : 16;
     fake::eeprom_last = 0;
-    // up to the new mark; the old one is not erased
+    // run until the new mark is written, before the old one is erased
     for (int poll = 0; poll < 200 && (fake::eeprom_last != mark || fake::eeprom[mark] != 1); ++poll) {
       settings::poll();
       CHECK(!is_wreck(16) && !is_wreck(272));

@@ -18,7 +18,7 @@ estimator::Design design(uint8_t method, float first, float second) {
 
 }  // namespace
 
-// Run with sanitizers: an unstable filter doubles its state within a few readings.
+// Run this with sanitizers: an unstable filter doubles its state within a few readings.
 TEST(an_unstable_filter_has_no_undefined_behaviour) {
   std::mt19937 random(7);
   for (const float first : {0.0f, 1e-4f, 0.35f, 1.0f}) {

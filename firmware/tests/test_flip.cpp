@@ -1,4 +1,5 @@
-// The flip tracker compared with the true handle position: speed, noise, gaps at the sensor's wrap, impacts.
+// The flip tracker is compared with the true handle position: speed, noise, gaps at the sensor's wrap,
+// impacts.
 #include <cmath>
 #include <initializer_list>
 #include <random>
@@ -12,8 +13,8 @@ namespace {
 constexpr int kCounts = 921;
 constexpr double kHalf = kCounts / 2.0;
 
-// The sensor's reading at a handle position in counts: 5..95 % of its supply, repeating every half motor
-// turn.
+// Return the sensor's reading at a handle position in counts. It spans 5..95 % of the supply and repeats
+// every half turn of the motor.
 uint16_t reading(double counts) {
   return static_cast<uint16_t>(51.0 + counts - kCounts * std::floor(counts / kCounts));
 }
@@ -25,7 +26,7 @@ FlipTracker begun(uint16_t first) {
   return flips;
 }
 
-// Return the error in counts after a slow acceleration to a speed in counts per sample and a phase at that
+// Return the error in counts after a slow acceleration to a speed in counts per sample, and a phase at this
 // speed.
 double error_at(double speed) {
   FlipTracker flips = begun(reading(0.5));
@@ -41,7 +42,7 @@ double error_at(double speed) {
   return found - std::floor(counts);
 }
 
-// Records the errors over a sequence of readings, each with its true counts.
+// Records the errors over a sequence of readings, each with its true count.
 class Judge {
  public:
   explicit Judge(double counts) : flips_(begun(reading(counts))), start_(flips_.position() - std::floor(counts)) {}
@@ -62,7 +63,7 @@ class Judge {
 }  // namespace
 
 TEST(flips_are_unwrapped_over_the_whole_range) {
-  // 40 mm at 2 Hz is 0.5 m/s; the error must not grow with the number of flips
+  // 40 mm at 2 Hz are 0.5 m/s; the error must not grow with the number of wraps
   for (double rate : {230.0, 500.0, 1000.0, 4000.0}) {
     Judge judge(0.0);
     for (int i = 1; i < 3 * rate; ++i) {
@@ -95,7 +96,7 @@ TEST(noise_at_the_wrap_does_not_accumulate) {
 }
 
 TEST(readings_in_the_gap_do_not_accumulate) {
-  // a handle at rest at the wrap, whose readings lie anywhere between both ends
+  // The handle rests at the wrap, where the readings lie anywhere between both ends.
   for (double share : {0.01, 0.1}) {
     std::mt19937 random(2);
     std::uniform_int_distribution<int> gap(51, 971);
@@ -105,7 +106,7 @@ TEST(readings_in_the_gap_do_not_accumulate) {
     for (int i = 0; i < 100000; ++i) {
       const double counts = noise(random);
       judge.see(counts, falls(random) ? gap(random) : reading(counts));
-      judge.see(counts, reading(counts));  // never two in a row
+      judge.see(counts, reading(counts));  // two readings in the gap never follow each other
     }
     judge.see(0.0, reading(0.0));
     CHECK(judge.last <= 4.0);
@@ -118,7 +119,7 @@ TEST(every_reading_in_the_gap_at_every_speed_is_bridged) {
     for (int gap = 51; gap <= 971; ++gap) {
       Judge judge(-60.0 * speed);
       for (int i = -59; i < 0; ++i) judge.see(i * speed, reading(i * speed));
-      if (speed && judge.worst > 1.0) break;  // a start that is too fast has its own test
+      if (speed && judge.worst > 1.0) break;  // another test covers a start that is too fast
       judge.see(0.0, gap);
       for (int i = 1; i < 10; ++i) judge.see(i * speed, reading(i * speed));
       CHECK(judge.last <= 1.0);
@@ -128,7 +129,7 @@ TEST(every_reading_in_the_gap_at_every_speed_is_bridged) {
 }
 
 TEST(impacts_and_rebounds_are_followed) {
-  // speeds before and after, in counts per sample; 48 are 1 m/s at 1 kHz
+  // speeds before and after the impact, in counts per sample; 48 are 1 m/s at 1 kHz
   for (double before : {50.0, 100.0, 150.0, 200.0}) {
     for (double after : {0.0, -0.2, -0.5}) {
       for (double at = 0.0; at < 1.0; at += 0.05) {

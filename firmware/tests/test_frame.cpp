@@ -1,4 +1,4 @@
-// Framing compared with an independent coder: every length, every byte, every single-byte damage.
+// Framing is compared with an independent coder: every length, every byte, every damage of a single byte.
 #include <cstddef>
 #include <cstring>
 #include <random>
@@ -80,7 +80,8 @@ TEST(every_single_damaged_byte_is_detected) {
       CHECK(parsed(parser, bad).empty());
       bad.push_back(0);
       bad.insert(bad.end(), good.begin(), good.end());
-      CHECK(parsed(parser, bad) == std::vector<Bytes>{body});  // synchronised again at the next frame
+      // the parser is synchronised again at the next frame
+      CHECK(parsed(parser, bad) == std::vector<Bytes>{body});
       CHECK(parser.bad_frames() >= 1);
     }
   }
@@ -104,7 +105,7 @@ TEST(endless_garbage_does_not_overflow_the_buffer) {
   frame::Parser parser;
   std::size_t found = 0;
   for (int i = 0; i < 200000; ++i) {
-    // long runs without a delimiter, full blocks included
+    // long runs without a delimiter, which include full blocks
     const uint8_t byte = random() % 50 ? static_cast<uint8_t>(random() | 1) : static_cast<uint8_t>(random() % 2 * 255);
     const uint8_t size = parser.push(byte);
     if (size) {
@@ -112,7 +113,7 @@ TEST(endless_garbage_does_not_overflow_the_buffer) {
       CHECK(size <= 1 + protocol::kLargestToBoard);
     }
   }
-  CHECK(found < 5);  // about 2000 frames, each right by chance once in 65536
+  CHECK(found < 5);  // about 2000 frames, each with a CRC that is right by chance once in 65536
 }
 
 TEST(lone_delimiters_are_not_errors) {

@@ -1,4 +1,4 @@
-// Transfer of a law: pieces in order, lost, damaged and unknown; laws that the board refuses.
+// Transfer of a law: pieces in order, lost, damaged and unknown, and laws that the board refuses.
 #include "rendering.h"
 #include "settings.h"
 
@@ -6,7 +6,7 @@ namespace {
 
 using machine::Refusal;
 
-// A law of this many bytes without any effect.
+// Return a law with this many bytes that has no effect.
 Law long_law(std::size_t bytes) {
   Law law{{1.0f}, std::vector<uint8_t>(bytes - 4, machine::kAbsolute)};
   law.code.front() = machine::kMain;
@@ -40,7 +40,7 @@ TEST(samples_report_the_received_bytes_of_a_law) {
 TEST(only_pieces_of_the_announced_law_are_accepted_in_order) {
   Rendering board;
   const Law law = long_law(100);
-  board.say(piece_of(law, 7, 0));  // a piece of a law that was not announced
+  board.say(piece_of(law, 7, 0));  // this law was not announced
   board.say(head_of(law, 7, at(1000)));
   CHECK(told(board).received == 0);
   board.say(piece_of(law, 7, 32));
@@ -50,7 +50,7 @@ TEST(only_pieces_of_the_announced_law_are_accepted_in_order) {
   board.say(piece_of(law, 7, 0));
   board.say(piece_of(law, 7, 64));
   CHECK(told(board).received == 32);
-  board.say(head_of(law, 7, at(1000)));  // announced again: nothing is lost
+  board.say(head_of(law, 7, at(1000)));  // the law is announced again, and nothing is lost
   CHECK(told(board).received == 32);
   for (uint16_t from : {32, 64, 96}) board.say(piece_of(law, 7, from));
   CHECK(board.shown().generation == 7);
@@ -81,7 +81,7 @@ TEST(the_bytes_are_stored_in_the_layout_of_the_machine) {
   for (uint8_t i = kFirst + 4; i < law.slots; ++i) CHECK(slots[i] == 0.0f);
   const machine::Shape shape{law.states, 4, law.slots, static_cast<uint16_t>(law.code.size())};
   CHECK(std::memcmp(machine::code(shape), law.code.data(), law.code.size()) == 0);
-  // the padding zeros after the last byte are not written
+  // The zeros that pad the piece after the last byte are not written.
   CHECK(machine::code(shape)[law.code.size()] == 0xa5);
 }
 
@@ -94,7 +94,7 @@ TEST(a_law_that_is_too_large_is_refused_at_once) {
     if (which == 0) bad.code = machine::kArena;
     if (which == 1) bad.code = 65535;
     if (which == 2) bad.slots = 255;
-    if (which == 3) bad.given = 2;  // more given values than slots
+    if (which == 3) bad.given = 2;  // there are more given values than slots
     if (which == 4) bad.states = 2;
     board.say(bad);
     const auto sample = told(board);

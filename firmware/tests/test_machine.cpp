@@ -1,5 +1,5 @@
-// The verifier with valid code and code that differs in one byte, for each reason of refusal; and the
-// machine.
+// The verifier is tested with valid code, and with code that differs in one byte for each reason of refusal.
+// The machine is tested, too.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -14,7 +14,7 @@ namespace {
 using namespace machine;
 using Bytes = std::vector<uint8_t>;
 
-// Slots of these laws: x, v, a state 2, a constant 3, temporaries 4 to 6.
+// The slots of these laws: x, v, a state 2, a constant 3, temporaries 4 to 6.
 constexpr uint8_t kState = 2, kConstant = 3, kTemporary = 4, kSlots = 7;
 
 uint32_t cycles = 0;
@@ -30,7 +30,7 @@ Refusal verified(const Bytes& bytes, float constant = 5.0f, uint8_t states = 1, 
   return verify(shape, &cycles);
 }
 
-// A valid law of one section.
+// Return a valid law that consists of one section.
 Bytes law(std::initializer_list<uint8_t> body) {
   Bytes bytes{kMain};
   bytes.insert(bytes.end(), body);
@@ -62,8 +62,8 @@ TEST(a_law_larger_than_the_arena_is_too_large) {
 
 TEST(an_inconsistent_shape_is_too_large) {
   CHECK(verified(law({}), 5.0f, 1, 1, 3) == Refusal::kNone);
-  CHECK(verified(law({}), 5.0f, 2, 1, 4) == Refusal::kTooLarge);  // more states than given values
-  CHECK(verified(law({}), 5.0f, 1, 2, 3) == Refusal::kTooLarge);  // more given values than slots
+  CHECK(verified(law({}), 5.0f, 2, 1, 4) == Refusal::kTooLarge);  // there are more states than given values
+  CHECK(verified(law({}), 5.0f, 1, 2, 3) == Refusal::kTooLarge);  // there are more given values than slots
 }
 
 TEST(operations_must_be_known_complete_and_inside_a_section) {
@@ -73,11 +73,11 @@ TEST(operations_must_be_known_complete_and_inside_a_section) {
     CHECK(known || found == Refusal::kOperation);
   }
   CHECK(verified({kMain, kReturn}) == Refusal::kNone);
-  // an operation before the first section
+  // an operation stands before the first section
   CHECK(verified({kNegate, kMain, kReturn}) == Refusal::kOperation);
-  CHECK(verified({kMain, kReturn, kAdd}) == Refusal::kOperation);              // truncated
+  CHECK(verified({kMain, kReturn, kAdd}) == Refusal::kOperation);              // the instruction is truncated
   CHECK(verified({kMain, kReturn, kLoadAt, 0, 0}) == Refusal::kOperation);
-  CHECK(verified({kMain, kReturn, kMain, kReturn}) == Refusal::kOperation);    // two MAIN sections
+  CHECK(verified({kMain, kReturn, kMain, kReturn}) == Refusal::kOperation);    // there are two MAIN sections
   CHECK(verified({kMain, kReturn, kSubroutine, kReturn}) == Refusal::kOperation);
 }
 
@@ -108,17 +108,17 @@ TEST(tables_must_be_inside_the_slots) {
   CHECK(verified_law({kStoreAt, 0, kTemporary, 3}) == Refusal::kNone);
   CHECK(verified_law({kStoreAt, 0, kTemporary, 4}) == Refusal::kSlot);
   CHECK(verified_law({kStoreAt, 0, kState, 1}) == Refusal::kNone);
-  CHECK(verified_law({kStoreAt, 0, kState, 2}) == Refusal::kSlot);       // writes a constant
-  CHECK(verified_law({kStoreAt, 0, kState, 4}) == Refusal::kSlot);       // writes across a constant
-  // no constants between the writable slots
+  CHECK(verified_law({kStoreAt, 0, kState, 2}) == Refusal::kSlot);       // this writes a constant
+  CHECK(verified_law({kStoreAt, 0, kState, 4}) == Refusal::kSlot);       // this writes across a constant
+  // there are no constants between the writable slots
   CHECK(verified(law({kStoreAt, 0, kState, 4}), 5.0f, 2, 2) == Refusal::kNone);
 }
 
 TEST(jumps_must_lead_forward_to_an_instruction_of_the_same_section) {
   CHECK(verified_law({kJump, 0}) == Refusal::kNone);
   CHECK(verified_law({kJump, 1, kNegate}) == Refusal::kNone);
-  CHECK(verified_law({kJump, 2, kNegate}) == Refusal::kJump);           // beyond the end
-  CHECK(verified_law({kJump, 1, kAdd, 0}) == Refusal::kJump);           // into an instruction
+  CHECK(verified_law({kJump, 2, kNegate}) == Refusal::kJump);           // jumps beyond the end
+  CHECK(verified_law({kJump, 1, kAdd, 0}) == Refusal::kJump);           // jumps into an instruction
   CHECK(verified_law({kTest | 1, 2, kAdd, 0}) == Refusal::kNone);
   CHECK(verified_law({kTest | 1, 3, kAdd, 0}) == Refusal::kJump);
   CHECK(verified_law({kCompare | 1, 0, 2, kAdd, 0}) == Refusal::kNone);
@@ -126,8 +126,10 @@ TEST(jumps_must_lead_forward_to_an_instruction_of_the_same_section) {
   CHECK(verified_law({kFarJump, 1, 0, kNegate}) == Refusal::kNone);
   CHECK(verified_law({kFarJump, 0xff, 0xff, kNegate}) == Refusal::kJump);
   CHECK(verified({kSubroutine, kTest | 1, 0, kReturn, kMain, kReturn}) == Refusal::kNone);
-  CHECK(verified({kSubroutine, kTest | 1, 1, kReturn, kMain, kReturn}) == Refusal::kJump);  // up to MAIN
-  CHECK(verified({kSubroutine, kTest | 1, 2, kReturn, kMain, kReturn}) == Refusal::kJump);  // beyond MAIN
+  // jumps up to MAIN
+  CHECK(verified({kSubroutine, kTest | 1, 1, kReturn, kMain, kReturn}) == Refusal::kJump);
+  // jumps beyond MAIN
+  CHECK(verified({kSubroutine, kTest | 1, 2, kReturn, kMain, kReturn}) == Refusal::kJump);
 }
 
 TEST(the_number_of_pending_jumps_is_limited) {
@@ -147,28 +149,31 @@ TEST(the_number_of_pending_jumps_is_limited) {
 TEST(loops_may_only_be_entered_at_their_start) {
   CHECK(verified_law({kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kNone);
   CHECK(verified_law({kTest | 1, 0, kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kNone);
-  // into a loop
+  // a jump into a loop
   CHECK(verified_law({kTest | 1, 4, kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kJump);
   CHECK(verified_law({kTest | 1, 5, kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kJump);
-  // past a loop
+  // a jump past a loop
   CHECK(verified_law({kTest | 1, 9, kLoop, 0, 3, 0, kNegate, kNext, 0, 5, 0}) == Refusal::kNone);
-  // out of a loop
+  // a jump out of a loop
   CHECK(verified_law({kLoop, 0, 3, 0, kTest | 1, 4, kNext, 0, 6, 0}) == Refusal::kNone);
-  // to the end of a loop
+  // a jump to the end of a loop
   CHECK(verified_law({kLoop, 0, 3, 0, kTest | 1, 1, kNegate, kNext, 0, 7, 0}) == Refusal::kNone);
-  // out of one loop into the next
+  // a jump out of one loop into the next loop
   CHECK(verified_law({kLoop, 0, 3, 0, kTest | 1, 8, kNext, 0, 6, 0, kLoop, 0, 3, 0, kNext, 0, 4, 0}) == Refusal::kJump);
 }
 
 TEST(loops_must_be_closed) {
   CHECK(verified_law({kLoop, 0, 1, 0, kNext, 0, 4, 0}) == Refusal::kNone);
-  CHECK(verified_law({kLoop, 0, 0, 0, kNext, 0, 4, 0}) == Refusal::kLoop);               // zero times
-  // wrong jump distance
+  // the loop runs zero times
+  CHECK(verified_law({kLoop, 0, 0, 0, kNext, 0, 4, 0}) == Refusal::kLoop);
+  // the jump distance is wrong
   CHECK(verified_law({kLoop, 0, 1, 0, kNext, 0, 3, 0}) == Refusal::kLoop);
   CHECK(verified_law({kLoop, 0, 1, 0, kNext, 0, 8, 0}) == Refusal::kLoop);
-  CHECK(verified_law({kLoop, 0, 1, 0, kNext, 1, 4, 0}) == Refusal::kLoop);               // different counter
-  CHECK(verified_law({kNext, 0, 4, 0}) == Refusal::kLoop);                               // no open loop
-  CHECK(verified_law({kLoop, 0, 1, 0}) == Refusal::kLoop);                               // never closed
+  // the counter is a different one
+  CHECK(verified_law({kLoop, 0, 1, 0, kNext, 1, 4, 0}) == Refusal::kLoop);
+  CHECK(verified_law({kNext, 0, 4, 0}) == Refusal::kLoop);                               // no loop is open
+  // the loop is never closed
+  CHECK(verified_law({kLoop, 0, 1, 0}) == Refusal::kLoop);
   CHECK(verified_law({kLoop, kMostCounters - 1, 1, 0, kNext, kMostCounters - 1, 4, 0}) == Refusal::kNone);
   CHECK(verified_law({kLoop, kMostCounters, 1, 0, kNext, kMostCounters, 4, 0}) == Refusal::kLoop);
 }
@@ -178,7 +183,7 @@ TEST(inner_loops_need_lower_counters) {
     for (uint8_t inner = 0; inner < 3; inner++)
       CHECK(verified_law({kLoop, outer, 2, 0, kLoop, inner, 2, 0, kNext, inner, 4, 0, kNext, outer, 12, 0}) ==
             (inner < outer ? Refusal::kNone : Refusal::kLoop));
-  // the same through a call
+  // the same, with the inner loop in a called subroutine
   const auto called = [](uint8_t outer) {
     return verified({kSubroutine, kLoop, 1, 2, 0, kNext, 1, 4, 0, kReturn, kMain, kLoop, outer, 2, 0, kCall, 0, 0,
                      kNext, outer, 7, 0, kReturn});
@@ -190,9 +195,11 @@ TEST(inner_loops_need_lower_counters) {
 TEST(calls_must_lead_to_earlier_subroutines) {
   CHECK(verified({kSubroutine, kReturn, kMain, kCall, 0, 0, kReturn}) == Refusal::kNone);
   CHECK(verified({kSubroutine, kReturn, kMain, kCall, 1, 0, kReturn}) == Refusal::kCall);
-  CHECK(verified({kSubroutine, kReturn, kMain, kCall, 2, 0, kReturn}) == Refusal::kCall);     // calls MAIN
+  // this calls MAIN
+  CHECK(verified({kSubroutine, kReturn, kMain, kCall, 2, 0, kReturn}) == Refusal::kCall);
   CHECK(verified({kSubroutine, kReturn, kMain, kCall, 0, 1, kReturn}) == Refusal::kCall);
-  CHECK(verified({kSubroutine, kCall, 0, 0, kReturn, kMain, kReturn}) == Refusal::kCall);     // calls itself
+  // this calls itself
+  CHECK(verified({kSubroutine, kCall, 0, 0, kReturn, kMain, kReturn}) == Refusal::kCall);
 }
 
 TEST(call_depth_and_number_of_subroutines_are_limited) {
@@ -218,9 +225,9 @@ TEST(sections_must_end_with_return) {
   CHECK(verified({}) == Refusal::kEnd);
   CHECK(verified({kMain}) == Refusal::kEnd);
   CHECK(verified({kMain, kNegate}) == Refusal::kEnd);
-  CHECK(verified({kSubroutine, kReturn}) == Refusal::kEnd);  // no MAIN
+  CHECK(verified({kSubroutine, kReturn}) == Refusal::kEnd);  // there is no MAIN
   CHECK(verified({kSubroutine, kMain, kReturn}) == Refusal::kEnd);
-  CHECK(verified({kMain, kReturn, kNegate}) == Refusal::kNone);  // unreachable code
+  CHECK(verified({kMain, kReturn, kNegate}) == Refusal::kNone);  // the last instruction is unreachable
   CHECK(verified({kMain, kTest | 1, 1, kReturn, kNegate}) == Refusal::kEnd);
   CHECK(verified({kMain, kTest | 1, 1, kReturn, kReturn}) == Refusal::kNone);
 }
@@ -244,10 +251,10 @@ TEST(code_beyond_the_cycle_counter_is_too_slow) {
 TEST(the_bound_is_the_cost_of_the_longest_path) {
   CHECK(verified_law({kTest | 1, 2, kPower, 0, kNegate}) == Refusal::kNone);
   CHECK(cycles == uint32_t(most(kTest) + most(kPower) + most(kNegate) + most(kReturn)));
-  // a call costs its callee's cycles
+  // a call also costs the cycles of its callee
   CHECK(verified({kSubroutine, kSin, kReturn, kMain, kCall, 0, 0, kReturn}) == Refusal::kNone);
   CHECK(cycles == uint32_t(most(kCall) + most(kSin) + 2 * most(kReturn)));
-  // a loop costs its body times its count; an exit has completed all but one iteration
+  // a loop costs its body times its count; before an early exit all but one iteration are complete
   CHECK(verified_law({kLoop, 0, 10, 0, kSin, kTest | 1, 6, kCos, kNegate, kNext, 0, 9, 0}) == Refusal::kNone);
   const uint32_t body = most(kSin) + most(kTest) + most(kCos) + most(kNegate) + most(kNext);
   CHECK(cycles == most(kLoop) + 10 * body + most(kReturn));
@@ -267,7 +274,7 @@ TEST(loops_run_the_given_number_of_times) {
 }
 
 TEST(calls_return_to_where_they_came_from) {
-  CHECK(verified({kSubroutine, kAdd, kConstant, kReturn,                     // + 5
+  CHECK(verified({kSubroutine, kAdd, kConstant, kReturn,                     // computes a + 5
                   kSubroutine, kCall, 0, 0, kMultiply, 0, kReturn,           // computes (a + 5) x
                   kMain, kLoad, 1, kCall, 4, 0, kCall, 0, 0, kReturn}) == Refusal::kNone);
   CHECK(run(2.0f, 1.0f) == 17.0f);

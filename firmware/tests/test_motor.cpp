@@ -1,4 +1,4 @@
-// Duty compared with the formulas, for every map, over the whole range.
+// The duty is compared with the formulas, for every map, over the whole range.
 #include <cmath>
 #include <cstring>
 #include <initializer_list>
@@ -13,7 +13,8 @@ namespace {
 
 int pwm_of(float force) { return motor::duty_of(force).pwm; }
 
-// Torque as a fraction of that at full duty; duty: fraction 0..1 of the duty above the dead band.
+// Return the torque as a fraction of that at full duty; duty is a fraction 0..1 of the duty above the dead
+// band.
 double torque_share(const protocol::Board& kit, double duty) {
   if (kit.motor_map == protocol::kMotorMapSquare) return duty * duty;
   if (kit.motor_map == protocol::kMotorMapLinear) return duty;
@@ -22,17 +23,19 @@ double torque_share(const protocol::Board& kit, double duty) {
   return low + (duty * 8.0 - piece) * (kit.table[piece] / 255.0 - low);
 }
 
-// Force on the handle at a duty in steps above the dead band.
+// Return the force on the handle at a duty in steps above the dead band.
 double force_at(const protocol::Board& kit, double steps) {
   const double top = 255.0 - kit.dead_band;
   const double full = double(kit.motor_constant) * kit.sector_radius / kit.handle_radius / kit.pulley_radius;
   return full * torque_share(kit, std::fmin(std::fmax(steps / top, 0.0), 1.0));
 }
 
-// The duty is the nearest step if the force lies between the forces of half a step less and more.
+// Check that the duty is the nearest step: the force must lie between the forces of half a step less and half
+// a step more.
 void check_nearest(const protocol::Board& kit, float force) {
-  constexpr double kHalf = 0.5 + 0.02;                                // half a step, and the rounding of bits
-  const double small = 1.5 * force_at(kit, 1000.0) / (255.0 * 256.0);  // torque is kept in 256ths of 255ths
+  // half a step, and the rounding error of the bits
+  constexpr double kHalf = 0.5 + 0.02;
+  const double small = 1.5 * force_at(kit, 1000.0) / (255.0 * 256.0);  // torque is stored in 256ths of 255ths
   const int pwm = pwm_of(force);
   const int size = std::abs(pwm);
   CHECK(size == 0 || (size > kit.dead_band && size <= 255));

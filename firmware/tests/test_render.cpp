@@ -16,7 +16,7 @@ TEST(the_force_fades_in_over_30_ms) {
   for (int rate : {500, 900, 1000, 1600, 2000, 3400, 4000}) {
     Rendering board;
     board.change(spring(400), 2, at(rate));
-    board.period(kStill);  // ticks of a millisecond
+    board.period(kStill);  // these ticks take a millisecond
     const int ticks = kFadeMs * 2000 / at(rate).period;
     for (int tick = rate == 1000 ? 2 : 1; tick <= ticks; ++tick) {
       board.say(protocol::Alive{});
@@ -28,7 +28,7 @@ TEST(the_force_fades_in_over_30_ms) {
   }
 }
 
-// A law uses its period, so it must not be called in a tick of a different length.
+// A law uses its period, so it must not be called in a tick with a different length.
 TEST(a_law_is_first_called_after_a_period_of_its_own_length) {
   for (int rate : {500, 900, 1000, 1600, 2000, 3400, 4000}) {
     Rendering board;
@@ -90,7 +90,7 @@ TEST(a_ramp_changes_to_the_newest_target) {
   board.alive(10);
   const float there = machine::slots()[kFirst];
   CHECK_NEAR(there, -200.0f, 1e-3);
-  board.say(tune(1, 2, {{kFirst, -400.0f}}));  // sent again: the ramp continues
+  board.say(tune(1, 2, {{kFirst, -400.0f}}));  // the change is sent again, and the ramp continues
   board.alive(2);
   CHECK_NEAR(machine::slots()[kFirst], -220.0f, 1e-3);
   board.say(tune(1, 3, {{kFirst, 80.0f}}));
@@ -103,7 +103,8 @@ TEST(a_ramp_changes_to_the_newest_target) {
 TEST(a_change_without_free_ramps_is_not_acknowledged) {
   constexpr uint8_t kMoving = 30;
   Law law{std::vector<float>(kMoving, 1.0f), {machine::kMain, machine::kLoad, kFirst, machine::kReturn}};
-  law.slots = (machine::kArena - 4 - machine::kRamps * machine::kRamp) / 4;  // the smallest memory for ramps
+  // this leaves the smallest memory for ramps
+  law.slots = (machine::kArena - 4 - machine::kRamps * machine::kRamp) / 4;
   const int room = (machine::kArena - 4 * law.slots - 4) / machine::kRamp;
   Rendering board;
   board.change(law, 1);
@@ -122,7 +123,7 @@ TEST(a_change_without_free_ramps_is_not_acknowledged) {
     CHECK(board.shown().generation == ++generation);
   }
   CHECK(moving >= 6 && moving < kMoving);
-  CHECK(board.shown().generation == generation);  // ignored as a whole
+  CHECK(board.shown().generation == generation);  // the message is ignored as a whole
   board.alive(kFadeMs + 2);
   for (int i = 0; i < kMoving; ++i) CHECK(machine::slots()[kFirst + i] == (i < moving ? 2.0f : 1.0f));
   board.say(tune(1, static_cast<uint8_t>(generation + 1), {{static_cast<uint8_t>(kFirst + moving), 2.0f}}));
@@ -266,7 +267,7 @@ TEST(skipped_ticks_and_the_mean_delay_are_reported) {
   Rendering board(spring(100), 4000);
   fake::age_us = 100;
   board.alive(200);
-  board.tick(kStill, 2);  // two were skipped
+  board.tick(kStill, 2);  // two ticks were skipped
   board.poll();
   fake::sent.clear();
   uint16_t longest = 0;

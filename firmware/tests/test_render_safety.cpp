@@ -40,7 +40,7 @@ TEST(the_force_fades_in_after_stop_and_release) {
   board.alive(60);
   CHECK(fake::pwm == 0 && (board.shown().flags & protocol::kFlagStopped));
   board.say(protocol::Release{});
-  board.say(protocol::Alive{});  // before the first tick after the stop's end
+  board.say(protocol::Alive{});  // sent before the first tick after the end of the stop
   board.tick(kStill);
   CHECK(fake::pwm != 0 && std::abs(fake::pwm) * 2 < std::abs(full));
   board.alive(60);

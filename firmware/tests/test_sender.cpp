@@ -11,14 +11,14 @@ namespace {
 
 constexpr std::size_t kQueue = board::kQueue;  // a padded frame that would not fit is sent without padding
 
-// Size of a frame on the wire: the next multiple of the packet length.
+// Return the size of a frame on the wire, which is the next multiple of the packet length.
 std::size_t filled(std::size_t plain, unsigned multiple) {
   if (multiple == 0) return plain;
   const std::size_t packets = (plain + multiple - 1) / multiple;
   return packets * multiple <= kQueue ? packets * multiple : plain;
 }
 
-// Bodies of the frames sent; padding delimiters have none.
+// Return the bodies of the frames sent; delimiters used as padding have no body.
 std::vector<fake::Body> bodies() {
   std::vector<fake::Body> found;
   for (const fake::Body& body : fake::take_bodies()) {

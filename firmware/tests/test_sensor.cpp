@@ -22,7 +22,7 @@ protocol::Board with_zero(int32_t zero, int8_t sense = 1) {
   return kit;
 }
 
-// Even parity bit by bit, as the datasheet describes it.
+// Compute the even parity bit by bit, as the datasheet describes it.
 uint16_t framed(uint16_t low) {
   int ones = 0;
   for (int bit = 0; bit < 15; ++bit) ones += low >> bit & 1;
@@ -85,7 +85,7 @@ TEST(an_encoder_starts_at_zero_and_counts_beyond_65536) {
 
 TEST(a_failed_reading_repeats_the_last_count) {
   sensor::start(kits::with_sensor(kHall, 16384));
-  CHECK(sensor::count(77, true) == 0);  // not started yet
+  CHECK(sensor::count(77, true) == 0);  // the count has not started yet
   CHECK(sensor::take_doubt());
   CHECK(sensor::count(100, false) == 100);
   CHECK(!sensor::take_doubt());
@@ -143,13 +143,13 @@ TEST(frames_of_the_as5048a_are_checked) {
 TEST(an_as5048a_is_valid_after_its_diagnostics_report_ready) {
   As5048A angle;
   CHECK(angle.next() == As5048A::kReadHealth);
-  CHECK(!angle.take(framed(0), framed(1000)));  // the first frame replies to no request
+  CHECK(!angle.take(framed(0), framed(1000)));  // the first frame does not answer a request
   CHECK(angle.next() == As5048A::kReadHealth);
   CHECK(angle.take(framed(kHealthy), framed(1001)) && angle.reading() == 1001);
   angle.next();
-  CHECK(!angle.take(framed(0), framed(1002)) && angle.reading() == 1001);       // sensor not ready
+  CHECK(!angle.take(framed(0), framed(1002)) && angle.reading() == 1001);       // the sensor is not ready
   angle.next();
-  CHECK(!angle.take(framed(0x0300), framed(1003)) && angle.reading() == 1001);  // invalid angle
+  CHECK(!angle.take(framed(0x0300), framed(1003)) && angle.reading() == 1001);  // the angle is invalid
   angle.next();
   CHECK(!angle.take(framed(kHealthy), framed(1004) ^ 4) && angle.reading() == 1001);
   angle.next();
@@ -165,7 +165,8 @@ TEST(an_error_of_the_as5048a_is_cleared) {
   CHECK(angle.next() == As5048A::kClearError);
   CHECK(!angle.take(framed(kHealthy | 0x4000), framed(0x4000 | 3)));
   CHECK(angle.next() == As5048A::kClearError);
-  CHECK(angle.take(framed(0x0001), framed(4)) && angle.reading() == 4);  // reply of the error register
+  // this is the reply of the error register
+  CHECK(angle.take(framed(0x0001), framed(4)) && angle.reading() == 4);
   CHECK(angle.next() == As5048A::kReadHealth);
 }
 
@@ -188,7 +189,7 @@ TEST(an_encoder_counts_every_edge_both_ways) {
   for (int i = 99; i >= -100; --i) encoder.edge(turn[(i + 400) % 4]);
   CHECK(static_cast<int16_t>(encoder.steps()) == -100);
   CHECK(!encoder.take_slip());
-  encoder.edge(turn[0]);  // no motion
+  encoder.edge(turn[0]);  // there was no motion
   CHECK(static_cast<int16_t>(encoder.steps()) == -100);
 }
 
@@ -196,7 +197,7 @@ TEST(a_missed_edge_counts_in_the_last_direction_and_is_reported) {
   Quadrature encoder;
   encoder.start(0x00);
   encoder.edge(0x04);
-  encoder.edge(0x08);  // an edge of both channels
+  encoder.edge(0x08);  // both channels have an edge
   CHECK(encoder.steps() == 3);
   CHECK(encoder.take_slip() && !encoder.take_slip());
   encoder.edge(0x0c);
@@ -208,7 +209,7 @@ TEST(a_missed_edge_counts_in_the_last_direction_and_is_reported) {
 TEST(a_change_in_the_meaning_of_counts_is_reported_once) {
   sensor::start(with_zero(300));
   CHECK(sensor::take_moved() && !sensor::take_moved());
-  sensor::count(0, false);  // no valid angle: the first valid one determines the zero
+  sensor::count(0, false);  // this angle is invalid; the first valid one determines the zero
   CHECK(!sensor::take_moved());
   sensor::count(500, false);
   CHECK(sensor::take_moved() && !sensor::take_moved());

@@ -1,4 +1,4 @@
-// Settings: those in force at the start, which are refused, and the effect of a change.
+// Settings: those in force at the start, those that are refused, and the effect of a change.
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -31,7 +31,7 @@ bool accepts(const std::function<void(Board&)>& change) {
   return taken;
 }
 
-// A float member with the lower and upper limit of its range.
+// A float member with the lower and the upper limit of its range.
 struct Number {
   float Board::*member;
   float low, high;
@@ -50,7 +50,8 @@ TEST(a_new_board_has_the_default_kit) {
   CHECK(kit.handle_radius == 0.090f && kit.pulley_radius == 0.005f && kit.sector_radius == 0.074f);
   CHECK(fake::configurations == 1 && same(fake::configured, kit) && !fake::held);
   CHECK(fake::eeprom_writes == 0);
-  CHECK(settings::accept(kit) && settings::origin() == protocol::kOriginDefault);  // unchanged
+  // the settings are unchanged
+  CHECK(settings::accept(kit) && settings::origin() == protocol::kOriginDefault);
 }
 
 TEST(accepted_settings_are_in_force_at_once) {
@@ -132,5 +133,5 @@ TEST(tables_must_not_decrease_and_labels_must_be_text) {
   CHECK(accepts([](Board& kit) { std::memset(kit.label, 0, sizeof(kit.label)); }));
   CHECK(!accepts([](Board& kit) { kit.label[0] = '\n'; }));
   CHECK(!accepts([](Board& kit) { kit.label[1] = '\x80'; }));
-  CHECK(!accepts([](Board& kit) { kit.label[1] = 0; }));  // text after the terminating zero
+  CHECK(!accepts([](Board& kit) { kit.label[1] = 0; }));  // there is text after the terminating zero
 }

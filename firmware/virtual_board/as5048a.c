@@ -21,7 +21,7 @@ static uint16_t value_of(struct as5048a *d)
 	case HEALTH:
 		return OFFSETS_DONE | GAIN;
 	case CLEAR_ERROR:
-		return 1 << 2;  // a parity error
+		return 1 << 2;  // the error is a parity error
 	default:
 		return 0;
 	}

@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// An AS5048A at the SPI port: frames of 16 bits with even parity, replies one frame later.
+// An AS5048A at the SPI port: frames have 16 bits with even parity, and replies come one frame later.
 #pragma once
 
 #include "spi.h"
@@ -14,10 +14,10 @@ struct as5048a {
 	bool absent;                  // no sensor is connected
 	uint64_t random;
 
-	bool error;                   // remains set until it is cleared
+	bool error;                   // stays set until it is cleared
 	uint16_t command, answer;
-	int bytes;                    // received bytes of the present frame
-	uint64_t frames, turned;      // number of complete frames; of replies with an inverted bit
+	int bytes;                    // number of received bytes of the present frame
+	uint64_t frames, turned;      // number of complete frames; number of replies with an inverted bit
 };
 
 void as5048a_select(void *device, bool selected);

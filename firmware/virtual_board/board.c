@@ -75,7 +75,7 @@ static void registers_touched(avr_irq_t *irq, uint32_t value, void *param)
 		avr_cycle_timer_register(b->avr, SETTLING, output_settled, b);
 }
 
-// simavr enters a handler in zero time; the chip takes four cycles.
+// simavr enters a handler in zero time; the chip needs four cycles.
 static void handler_entered(avr_irq_t *irq, uint32_t running, void *param)
 {
 	struct board *b = param;
@@ -84,7 +84,7 @@ static void handler_entered(avr_irq_t *irq, uint32_t running, void *param)
 		b->avr->cycle += 4;
 }
 
-// Interrupts were disabled at this cycle or, by an instruction, before the next one.
+// Interrupts were disabled at this cycle, or by an instruction before the next cycle.
 static void note_off(struct board *b, avr_cycle_count_t cycle, avr_flashaddr_t pc)
 {
 	if (b->started && !b->off_since) {
@@ -111,8 +111,8 @@ static _Noreturn void crashed(struct board *b, const char *how)
 	give_up(b, EXIT_CRASHED);
 }
 
-// A program changes the stack pointer a byte at a time, with one instruction in between: a value that remains for
-// four instructions is intended.
+// A program changes the stack pointer byte by byte, with one instruction in between. A value is intended if
+// it remains for four instructions.
 static void watch_stack(struct board *b)
 {
 	unsigned pointer = b->avr->data[R_SPL] | b->avr->data[R_SPH] << 8;
@@ -122,8 +122,8 @@ static void watch_stack(struct board *b)
 		b->lowest_stack = pointer;
 }
 
-// After the instruction that follows the enabling of interrupts, simavr waits for one more; the chip does
-// not, and a program may disable them there.
+// After the instruction that follows the enabling of interrupts, simavr waits for one more instruction. The
+// chip does not wait, and a program may disable the interrupts again in that instruction.
 static void serve_interrupts(struct board *b)
 {
 	bool behind = b->avr->interrupt_state == -1;
@@ -141,7 +141,7 @@ static void step(struct board *b, avr_cycle_count_t until, bool stop_at_frame)
 	if (avr->state == cpu_Running)
 		next = avr_run_one(avr);
 	if (avr->state == cpu_Sleeping && !(avr->data[R_SMCR] & SLEEP_ENABLE))
-		avr->state = cpu_Running;  // simavr would sleep anyway
+		avr->state = cpu_Running;  // otherwise simavr would sleep even if sleep is not enabled
 	watch_stack(b);
 	avr_cycle_count_t idle = avr_cycle_timer_process(avr);
 	avr->pc = next;

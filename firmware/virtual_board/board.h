@@ -18,7 +18,7 @@
 #include <sim_avr.h>
 #include <stdbool.h>
 
-// Cycles that simavr runs per call: one instruction, so that every event is handled at its cycle.
+// Number of cycles that simavr runs per call: one instruction, so that every event is handled at its cycle.
 enum { CHUNK = 1 };
 enum { FREQUENCY = 16000000, MILLIVOLTS = 5000, VECTORS = 26 };
 
@@ -34,37 +34,42 @@ struct board {
 
 	struct spi spi;
 	struct as5048a hall;
-	int steps;                       // steps of the encoder, as output on its pins
-	const char *eeprom;              // file of the EEPROM, NULL: none
+	int steps;                       // steps of the encoder, as its pins show them
+	const char *eeprom;              // file of the EEPROM; NULL means none
 
 	avr_irq_t *sensor_pin;
 	avr_cycle_count_t plant_cycle;   // cycle up to which the paddle has been advanced
-	avr_cycle_count_t log_cycles;    // period of the log, 0: a row per conversion
+	avr_cycle_count_t log_cycles;    // period of the log; 0 writes a row per conversion
 	avr_cycle_count_t next_row;
 	int converted;                   // last value read from the sensor
 
-	avr_cycle_count_t off_since;     // cycle at which interrupts were disabled, 0: enabled
+	avr_cycle_count_t off_since;     // cycle at which interrupts were disabled; 0 while they are enabled
 	bool started;                    // interrupts have been enabled at least once
 	avr_flashaddr_t off_pc;
-	avr_cycle_count_t longest_off;   // program counter at its start
+	// longest time with disabled interrupts, and the program counter at its start
+	avr_cycle_count_t longest_off;
 	avr_flashaddr_t longest_off_pc;
 	avr_cycle_count_t asleep;        // cycles in which the processor slept
-	unsigned stack, stack_stays;     // stack pointer, and number of instructions since it changed
-	unsigned lowest_stack;           // lowest value since interrupts were first enabled
-	// times the motor was switched off after 20 ms without a byte from the computer
+	unsigned stack, stack_stays;     // the stack pointer, and the number of instructions since it changed
+	unsigned lowest_stack;           // its lowest value since interrupts were first enabled
+	// how often the motor was switched off after 20 ms without a byte from the computer
 	unsigned silent_offs;
 	bool quit, frozen;
-	// bytes that the computer reports to have sent since the cable was plugged in; negative: no report
+	// number of bytes that the computer reports to have sent since the cable was plugged in; negative if
+	// there is no report
 	double told;
-	bool adapter;                    // a real cable: opening the port resets the board, baud rates must agree
-	avr_run_t run_one;               // simavr replaces its own to reset by the watchdog
+	// the cable is a real one: opening the port resets the board, and baud rates must agree
+	bool adapter;
+	// simavr's function, which it replaces by a reset when the watchdog expires
+	avr_run_t run_one;
 };
 
-// Load the firmware and connect everything except the cable. Exits with a message if the file is not a
+// Load the firmware and connect everything except the cable. Exit with a message if the file is not a
 // firmware.
 void board_start(struct board *b, const struct options *o);
 
-// Run the chip up to a cycle, or with stop_at_frame until a frame that needs an answer has been sent.
+// Run the chip up to a cycle; with stop_at_frame, stop earlier when a frame that needs an answer has been
+// sent.
 void board_run(struct board *b, avr_cycle_count_t until, bool stop_at_frame);
 
 // Press the reset button.

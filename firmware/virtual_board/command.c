@@ -116,7 +116,7 @@ static void quit(struct call *c)
 
 static const struct {
 	const char *name;
-	int least, most;  // number of arguments
+	int least, most;  // smallest and largest number of arguments
 	void (*run)(struct call *);
 } COMMANDS[] = {
 	{"hand", 4, 7, hand},     {"release", 0, 0, release}, {"force", 1, 1, force},

@@ -13,8 +13,8 @@
 
 enum { SIZE = 1024, ERASED = 0xff };
 
-// Register and bit that start the writing of a byte; the file is saved 20 ms later, after the last byte of a
-// block.
+// The register and the bit that start the writing of a byte. The file is saved 20 ms later, which is after
+// the last byte of a block.
 enum { EECR = 0x3f, EEPE = 1 << 1, LATER = 320000 };
 
 struct kept {
@@ -43,7 +43,7 @@ void eeprom_load(avr_t *avr, const char *path)
 	avr_ioctl(avr, AVR_IOCTL_EEPROM_SET, &all);
 }
 
-// Write to a temporary file first: an interrupted program leaves the old file intact.
+// Write to a temporary file first, so that the old file stays intact if the program is interrupted.
 void eeprom_save(avr_t *avr, const char *path)
 {
 	if (!path)

@@ -7,12 +7,13 @@
 
 #include <sim_avr.h>
 
-// Load its bytes from a file; a missing file is an erased EEPROM. Exits with a message on failure.
+// Load the bytes of the EEPROM from a file; a missing file means an erased EEPROM. Exit with a message on
+// failure.
 void eeprom_load(avr_t *avr, const char *path);
 
-// From now on save the file shortly after the firmware has written, so that killing the program
-// loses nothing. Path NULL: never save.
+// From here on, save the file shortly after the firmware has written, so that killing the program loses
+// nothing. If path is NULL, never save.
 void eeprom_keep(avr_t *avr, const char *path);
 
-// Save its bytes to the file atomically, now. Path NULL: do not save.
+// Save the bytes to the file atomically, at once. If path is NULL, do not save.
 void eeprom_save(avr_t *avr, const char *path);

@@ -2,8 +2,9 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The handle is checked so often that no two edges fall between two checks. If two do, because a script moved
-// the handle by a jump, the edges follow each other at intervals that the chip can handle.
+// The handle is checked so often that no two edges fall between two checks. If a script moves the handle by a
+// jump, there may be several edges between two checks; they then follow each other at intervals that the chip
+// can handle.
 
 #include "encoder.h"
 
@@ -11,7 +12,7 @@
 #include <math.h>
 
 enum { SHORTEST = 32, LONGEST = 256, FIRST_PIN = 2 };
-#define FASTEST_CHANGE 0.05  // m/s: possible change of the speed until the next check
+#define FASTEST_CHANGE 0.05  // m/s: the speed may change by this much until the next check
 
 static void drive(struct board *b)
 {
@@ -23,7 +24,7 @@ static void drive(struct board *b)
 		avr_raise_irq(avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ('D'), FIRST_PIN + pin), (level >> pin) & 1);
 }
 
-// Cycles until the next check, shorter than the time in which the handle can reach the next edge.
+// Return the number of cycles until the next check. The handle cannot reach the next edge in this time.
 static avr_cycle_count_t next_look(const struct board *b)
 {
 	double counts = b->plant.x / b->sensor.metres_per_count + b->sensor.magnet;

@@ -7,5 +7,5 @@
 
 #include "board.h"
 
-// Execute one line; false if it is not one of these commands.
+// Execute one line; return false if it is not one of these commands.
 bool fault_command(struct board *b, const char *line);

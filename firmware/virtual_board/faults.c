@@ -8,7 +8,7 @@
 
 enum { LARGEST_READING = 1023 };
 
-// splitmix64 (Steele, Lea, Flood 2014), good for any seed.
+// splitmix64 (Steele, Lea, Flood 2014) works with any seed.
 static uint64_t draw(uint64_t *state)
 {
 	uint64_t z = *state += 0x9e3779b97f4a7c15u;
@@ -65,14 +65,15 @@ int damage_pass(struct damage *d, uint8_t byte, uint8_t out[2])
 	return n;
 }
 
-// Box and Muller 1958
+// Gaussian numbers by the method of Box and Muller, 1958.
 static double gaussian(uint64_t *state)
 {
 	double radius = sqrt(-2.0 * log1p(-uniform(state)));
 	return radius * cos(2.0 * M_PI * uniform(state));
 }
 
-// With equal probability half a turn away, or in the gap between both ends of the saw tooth.
+// Return a reading that is half a turn away, or in the gap between both ends of the saw tooth, with equal
+// probability.
 static int jumped(struct misreading *m, int count, int lowest, int range)
 {
 	if (draw(&m->random) & 1)

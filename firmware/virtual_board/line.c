@@ -4,8 +4,8 @@
 
 #include "line.h"
 
-// In a separate file: these headers and <termios.h> define the same structure differently, and only
-// these report baud rates without a named constant.
+// This is in a separate file, because these headers and <termios.h> define the same structure differently.
+// Only these headers report baud rates that have no named constant.
 #include <asm/termbits.h>
 #include <asm/ioctls.h>
 

@@ -5,5 +5,5 @@
 // The baud rate that the computer has set at its end of the cable.
 #pragma once
 
-// Return the bit/s of the program that has the pseudo-terminal open, 0 if none has.
+// Return the baud rate [bit/s] of the program that has the pseudo-terminal open; 0 if no program has it open.
 unsigned line_speed(int fd);

@@ -19,7 +19,7 @@ static void fail(const char *what)
 	exit(1);
 }
 
-// Raw mode: no echo, line ends or signals, independent of earlier settings.
+// Set raw mode: no echo, line ends or signals, independent of earlier settings.
 static void make_raw(int fd)
 {
 	struct termios t;
@@ -49,7 +49,7 @@ void link_plug(struct link *l)
 	if (slave < 0)
 		fail(l->path);
 	make_raw(slave);
-	close(slave);  // from here on a hang-up means that no program has the port open
+	close(slave);  // after this, a hang-up means that no program has the port open
 	l->open = l->opened = l->rang = l->asked = false;
 	l->in_at = l->in_end = l->admitted = l->out_end = 0;
 	l->fetched = l->handed = 0;
@@ -119,7 +119,7 @@ bool link_admit_frames(struct link *l, bool all)
 			break;
 	}
 	if (l->in_end == LINK_IN && l->in_at == 0)
-		l->admitted = l->in_end;  // longer than any frame: pass it to the firmware
+		l->admitted = l->in_end;  // this is longer than any frame, so pass it to the firmware
 	return l->admitted > l->in_at;
 }
 

@@ -18,7 +18,7 @@ static void fail(const char *path, const char *why)
 	exit(1);
 }
 
-// simavr logs much on standard output, which is reserved for this program's replies.
+// simavr logs much on standard output, which is reserved for the replies of this program.
 static void log_errors(avr_t *avr, const int level, const char *format, va_list arguments)
 {
 	(void)avr;
@@ -26,7 +26,7 @@ static void log_errors(avr_t *avr, const int level, const char *format, va_list 
 		vfprintf(stderr, format, arguments);
 }
 
-// Return the lowest address of the file's data.
+// Load an Intel hex file; return the lowest address of its data.
 static uint32_t load_hex(avr_t *avr, const char *path)
 {
 	ihex_chunk_p chunks = NULL;
@@ -35,7 +35,7 @@ static uint32_t load_hex(avr_t *avr, const char *path)
 		fail(path, "not an Intel hex file");
 	uint32_t lowest = avr->flashend;
 	for (int i = 0; i < count; i++) {
-		if (chunks[i].size == 0)  // a record with the start address, which the chip does not need
+		if (chunks[i].size == 0)  // a record with the start address, which the chip ignores
 			continue;
 		if (chunks[i].baseaddr + chunks[i].size > avr->flashend + 1)
 			fail(path, "larger than the chip's flash memory");

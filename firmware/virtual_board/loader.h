@@ -7,8 +7,8 @@
 
 #include <sim_avr.h>
 
-// Return an ATmega328P with the .elf or .hex file loaded. Exits with a message on failure.
+// Return an ATmega328P with the .elf or .hex file loaded. Exit with a message on failure.
 avr_t *load_firmware(const char *path, uint32_t frequency, uint32_t millivolts);
 
-// Load a boot loader (.hex) in addition to the firmware; every reset then starts it.
+// Load a boot loader (.hex) in addition to the firmware; every reset then starts the boot loader.
 void load_bootloader(avr_t *avr, const char *path);

@@ -2,8 +2,8 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// Usage: virtual_board FIRMWARE.elf [options]; --help lists them. Prints `port /dev/pts/N` once it is
-// plugged in, and one JSON object with its counters at the end.
+// Usage: virtual_board FIRMWARE.elf [options]; --help lists the options. The program prints `port /dev/pts/N`
+// when the port is plugged in, and one JSON object with its counters at the end.
 
 #include "eeprom.h"
 #include "run.h"
@@ -32,8 +32,9 @@ static void catch_signals(void)
 	signal(SIGPIPE, SIG_IGN);
 }
 
-// At real-time priority, a simulation slower than real time would lock the machine. A short time slice needs no
-// privilege: Linux 6.12 and later wake the thread sooner for less time; older versions ignore it.
+// At real-time priority, a simulation that is slower than real time would lock the machine. A short time
+// slice needs no privilege: Linux 6.12 and later wake the thread sooner for less time; older versions ignore
+// it.
 static void take_ordinary_priority(void)
 {
 	struct {

@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// Command line.
+// The command line.
 #pragma once
 
 #include "faults.h"
@@ -15,14 +15,14 @@ enum mode { PACED, LOCKSTEP, TURNS, FAST };
 struct options {
 	const char *firmware, *bootloader, *link, *log, *script, *eeprom;
 	enum mode mode;
-	bool control;             // commands on standard input
-	double seconds;           // board time to run; infinite by default
-	double slice;             // s of board time between two checks of the clock and the cable
-	double answer_timeout;    // s of real time that lockstep waits for an answer
-	double awaited;           // identifier of the frames that need an answer in lockstep
-	double log_period;        // s; 0: a row per conversion of the sensor
+	bool control;             // commands come on standard input
+	double seconds;           // board time to run [s]; infinite by default
+	double slice;             // board time [s] between two checks of the clock and the cable
+	double answer_timeout;    // real time [s] for which lockstep waits for an answer
+	double awaited;           // in lockstep, identifier of the frames that need an answer
+	double log_period;        // [s]; 0 writes a row per conversion of the sensor
 
-	double mass, viscous, coulomb, stop;                   // paddle
+	double mass, viscous, coulomb, stop;                   // properties of the paddle
 	double position, velocity;                             // initial values
 	double handle_radius, pulley_radius, sector_radius;    // m
 	// N m at full duty; sign of the force while the direction pin is high
@@ -37,5 +37,5 @@ struct options {
 	double latency, seed;
 };
 
-// Parse the command line; on an error print it and exit with code 2.
+// Parse the command line; after an error print the error and exit with code 2.
 struct options options_read(int argc, char **argv);

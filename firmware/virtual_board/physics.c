@@ -2,9 +2,9 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The equation M x" + c x' + k x = f0 + f1 t - sigma Fc is linear between events (a stop of the motion,
-// an end stop, the end of the target's ramp). Each piece is a power series in s = t / h, exact to
-// rounding because h is short compared to the system's time constants; events are its roots.
+// The equation M x" + c x' + k x = f0 + f1 t - sigma Fc is linear between events (a stop of the motion, an
+// end stop, the end of the target's ramp). Each piece is a power series in s = t / h. The series is exact to
+// rounding, because h is short compared to the system's time constants. The events are roots of the series.
 
 #include "physics.h"
 
@@ -76,7 +76,7 @@ static double acceleration_at(const struct series *p, double s)
 	return sum / (p->h * p->h);
 }
 
-// Root of f - level between low, where sign * (f - level) > 0, and high, where it is <= 0.
+// Return the root of f - level between low, where sign * (f - level) > 0, and high, where it is <= 0.
 static double root(double (*f)(const struct series *, double), const struct series *p, double level,
                    double sign, double low, double high)
 {
@@ -90,7 +90,7 @@ static double root(double (*f)(const struct series *, double), const struct seri
 	return high;
 }
 
-// Return the first s in (0, 1] at which a motion with this sign stops; 2 if it does not.
+// Return the first s in (0, 1] at which a motion with this sign stops; 2 if it does not stop.
 static double rest_at(const struct series *p, double v, double sign)
 {
 	double end = sign * velocity_at(p, 1.0);
@@ -107,7 +107,7 @@ static double rest_at(const struct series *p, double v, double sign)
 	return 2.0;
 }
 
-// Return the first s in (0, 1] at which the handle reaches an end stop; 2 if it does not.
+// Return the first s in (0, 1] at which the handle reaches an end stop; 2 if it reaches none.
 static double stop_at(const struct series *p, double stop)
 {
 	double end = position_at(p, 1.0);
@@ -117,7 +117,7 @@ static double stop_at(const struct series *p, double stop)
 	return root(position_at, p, sign * stop, -sign, 0.0, 1.0);
 }
 
-// Return the time in s for which a handle at rest sticks; set the direction of its motion afterwards.
+// Return the time in s for which a resting handle sticks; also return the direction of its motion afterwards.
 static double stuck_for(const struct plant *p, const struct piece *q, double *direction)
 {
 	double net = q->f0 - q->stiffness * p->x;
@@ -131,7 +131,7 @@ static double stuck_for(const struct plant *p, const struct piece *q, double *di
 	return ((q->f1 > 0.0 ? high : low) - net) / q->f1;
 }
 
-// Advance one piece of at most h seconds, up to the next event; return its duration.
+// Advance one piece of at most h seconds, up to the next event; return the duration of the piece.
 static double advance_piece(struct plant *p, double h)
 {
 	struct piece q = piece_of(p);

@@ -9,7 +9,7 @@
 
 struct plant {
 	double mass, viscous, coulomb;  // kg, N s/m, N at the handle
-	double stop;                    // end stops at +-stop [m]; infinite: none
+	double stop;                    // end stops at +-stop [m]; infinite means none
 	bool held;                      // a hand holds the handle
 	bool arriving;                  // the hand has taken the handle and moves to its first target
 	double hand_mass, hand_damping, hand_stiffness;
@@ -19,11 +19,11 @@ struct plant {
 	double x, v;                    // m, m/s
 };
 
-// Move the hand's target to goal within the given time, linearly; at once if the time is 0.
+// Move the hand's target linearly to goal within the given time; if the time is 0, move it at once.
 void plant_aim(struct plant *p, double goal, double seconds);
 
 // Advance exactly by dt seconds with constant motor and external force.
 void plant_advance(struct plant *p, double dt);
 
-// Force of the hand on the handle [N].
+// Return the force of the hand on the handle [N].
 double plant_hand_force(const struct plant *p);

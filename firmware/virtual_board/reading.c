@@ -60,7 +60,7 @@ static int hall_angle(void *outside)
 	return b->misreading.last;
 }
 
-// The encoder counts independently; the program reads its count in the clock's handler.
+// The encoder counts independently; the program reads the count in the handler of the clock.
 static void clock_handler(avr_irq_t *irq, uint32_t running, void *param)
 {
 	struct board *b = param;
@@ -78,7 +78,7 @@ static avr_timer_t *find_timer_1(avr_t *avr)
 	exit(1);
 }
 
-// An interrupt that is enabled while its flag is set is triggered at once; simavr does not do so.
+// An interrupt that is enabled while its flag is set is triggered at once, but not by simavr.
 static void clock_mask_written(avr_irq_t *irq, uint32_t value, void *param)
 {
 	struct board *b = param;
@@ -95,8 +95,8 @@ static void attach_converter(struct board *b)
 	                        conversion_started, b);
 }
 
-// The program uses edges only. If levels are selected, as after a reset, simavr checks a low pin in every cycle,
-// even if the chip sleeps or its interrupt is disabled.
+// The program uses only edges. If levels are selected, as after a reset, simavr checks a low pin in every
+// cycle, even if the chip sleeps or the interrupt of the pin is disabled.
 static void forget_levels(avr_t *avr)
 {
 	for (int pin = EXTINT_IRQ_OUT_INT0; pin <= EXTINT_IRQ_OUT_INT1; pin++)

@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// Connection of the sensor to the chip: by the converter, the SPI port or two pins.
+// Connects the sensor to the chip: by the converter, the SPI port or two pins.
 #pragma once
 
 #include "board.h"

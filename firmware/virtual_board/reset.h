@@ -7,7 +7,8 @@
 
 #include "board.h"
 
-// Power on. adapter: the cable is a real one, so that opening the port resets and baud rates must agree.
+// Power the board on. adapter: the cable is a real one, so opening the port resets the board, and baud rates
+// must agree.
 void reset_by_power(struct board *b, bool adapter);
 
 // Reset if the port has been opened since the last call and the cable is a real one.

@@ -10,9 +10,9 @@
 #include <time.h>
 #include <unistd.h>
 
-// Lockstep: board time granted for one frame from the computer while no frame needs an answer.
+// In lockstep, the board time [s] that one frame from the computer grants while no frame needs an answer.
 #define IDLE_GRANT 20e-3
-// s between checks for an event without notification (port opened, port closed, end of freeze)
+// s between checks for events that cause no notification (port opened, port closed, end of a freeze)
 #define LOOK 5e-3
 
 volatile sig_atomic_t run_ended;
@@ -29,8 +29,8 @@ static bool over(const struct run *r)
 	return run_ended || r->board->quit || board_seconds(r->board) >= r->options->seconds;
 }
 
-// Sleep until the computer or a command sends data, or for a time. A hung-up port is excluded:
-// poll would return immediately, for ever.
+// Sleep until the computer or a command sends data, or for a time. A port that is hung up is excluded,
+// because poll would always return at once.
 static void wait_for_events(struct run *r, double seconds)
 {
 	struct board *b = r->board;
@@ -74,7 +74,7 @@ static void sleep_until(struct run *r, double deadline)
 		wait_for_events(r, left);
 }
 
-// Stop the board until it is resumed.
+// Stop the board until a command resumes it.
 static void stay_frozen(struct run *r)
 {
 	while (r->board->frozen && !over(r))
@@ -95,7 +95,7 @@ static void run_paced(struct run *r)
 			deadline = now;
 		}
 		if (late > 0.5 * slice || now > look) {
-			link_fetch(&r->board->link);  // already done while waiting
+			link_fetch(&r->board->link);  // otherwise sleep_until has done this already
 			look = now + LOOK;
 		}
 		link_admit(&r->board->link);
@@ -115,8 +115,9 @@ static bool answered(struct link *l)
 	return link_admit_frames(l, l->asked) || (l->asked && link_take_silence(l));
 }
 
-// Wait for a complete frame from the computer, or for a lone delimiter; without limit if no answer was requested.
-// Without a request, frames are admitted one at a time, so that the result does not depend on their speed.
+// Wait for a complete frame from the computer, or for a lone delimiter; there is no time limit if no answer
+// was requested. Without a request, frames are admitted one at a time, so that the result does not depend on
+// their speed.
 static void wait_for_answer(struct run *r)
 {
 	struct link *l = &r->board->link;
@@ -157,10 +158,9 @@ static bool more_to_come(const struct link *l, double told)
 	return l->fd >= 0 && l->in_end - l->in_at < LINK_IN && (double)l->fetched < told;
 }
 
-// Wait for the computer's turn: it has received the time and the number of bytes to read, and reports the number
-// of bytes that it sent. Bytes take time to pass a pseudo-terminal, so both sides count them; the result does not
-// depend
-// on that time.
+// Wait for the computer's turn: it has received the time and the number of bytes to read, and reports the
+// number of bytes that it has sent. Bytes need time to pass a pseudo-terminal, so both sides count them, and
+// the result does not depend on this time.
 static void wait_for_turn(struct run *r)
 {
 	struct board *b = r->board;

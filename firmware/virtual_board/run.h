@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// Progress of board time: with the clock, with the computer's answers, or as fast as possible.
+// The progress of board time: with the clock, with the computer's answers, or as fast as possible.
 #pragma once
 
 #include "board.h"
@@ -15,13 +15,13 @@ struct run {
 	const struct options *options;
 	struct script script;
 	struct input input;
-	unsigned slips;             // number of stalls that board time did not catch up
-	double slipped;             // s of real time lost in these stalls
-	unsigned unanswered;        // answers that were late (lockstep)
+	unsigned slips;             // number of delays that board time did not make up for
+	double slipped;             // real time [s] lost in these delays
+	unsigned unanswered;        // in lockstep, number of answers that were late
 };
 
-// Set by a signal handler: end soon.
+// A signal handler sets this to end the run soon.
 extern volatile sig_atomic_t run_ended;
 
-// Run until a command to quit, or to the end of the board time.
+// Run until a command to quit, or until the end of the board time.
 void run_all(struct run *r);

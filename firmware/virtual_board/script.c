@@ -19,7 +19,7 @@ static void fail(const char *what, const char *why)
 	exit(2);
 }
 
-// Advance to the next line with a command; s->line points to the text after its time.
+// Advance to the next line with a command; s->line then points to the text after its time.
 static void next_line(struct script *s, char *from)
 {
 	s->line = NULL;
@@ -85,7 +85,7 @@ static void take_lines(struct input *in, struct board *b)
 	}
 	memmove(in->text, from, in->length);
 	if (in->length == sizeof in->text)
-		in->length = 0;  // longer than any line
+		in->length = 0;  // discard a line that is longer than any command
 }
 
 void input_run(struct input *in, struct board *b)

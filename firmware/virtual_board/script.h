@@ -9,11 +9,12 @@
 
 struct script {
 	char *text;                     // whole file
-	char *line;                     // next line, NULL: none
-	avr_cycle_count_t due;          // cycle of the next line; the largest value: none
+	char *line;                     // next line; NULL if there is none
+	avr_cycle_count_t due;          // cycle of the next line; the largest value if there is none
 };
 
-// Read a script of lines `seconds command` with non-decreasing times. Exits with a message if it is invalid.
+// Read a script of lines `seconds command` with non-decreasing times. Exit with a message if the script is
+// invalid.
 void script_open(struct script *s, const char *path);
 void script_close(struct script *s);
 
@@ -26,5 +27,5 @@ struct input {
 	size_t length;
 };
 
-// Read standard input without waiting; its end quits the board.
+// Read standard input without waiting; the end of the input quits the board.
 void input_run(struct input *in, struct board *b);

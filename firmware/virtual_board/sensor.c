@@ -9,7 +9,8 @@
 
 static const struct {
 	const char *name;
-	double counts, turns;  // usual counts from one repeat to the next, and turns of the motor for them
+	// usual number of counts from one repeat to the next, and of the motor's turns for them
+	double counts, turns;
 } KINDS[] = {{"mr", 921, 0.5}, {"as5048a", 16384, 1.0}, {"quadrature", 48, 1.0}};
 
 struct sensor sensor_make(enum sensor_kind kind, double counts, double metres, double magnet, double lowest)

@@ -11,21 +11,21 @@ enum sensor_kind { MAGNETORESISTIVE, AS5048A, QUADRATURE };
 
 struct sensor {
 	enum sensor_kind kind;
-	double counts_per_turn;  // counts from one repeat to the next; a quadrature encoder's are per turn
-	double metres_per_count; // handle travel per count; negative: the magnet is reversed
+	double counts_per_turn;  // counts from one repeat to the next; for a quadrature encoder, counts per turn
+	double metres_per_count; // handle travel per count; it is negative if the magnet is reversed
 	double magnet;           // counts at position 0, given by the mounting angle of the magnet
 	double lowest;           // converter value at the beginning of each half turn
 };
 
-// Create a sensor. counts: from one repeat to the next, 0: the usual number of this kind; metres: handle travel
-// per turn of the motor, negative: the magnet is reversed.
+// Create a sensor. counts is the number from one repeat to the next; 0 selects the usual number of this kind.
+// metres is the handle travel per turn of the motor; it is negative if the magnet is reversed.
 struct sensor sensor_make(enum sensor_kind kind, double counts, double metres, double magnet, double lowest);
 
-// Find a kind by its name; false if there is none.
+// Find a kind by its name; return false if there is no such kind.
 bool sensor_named(const char *name, enum sensor_kind *kind);
 
-// Return the reading at a handle position [m]: a saw tooth of whole counts, or for an encoder the count
-// itself.
+// Return the reading at a handle position [m]: a saw tooth of whole counts, or the count itself for an
+// encoder.
 int sensor_count(const struct sensor *s, double position);
 
 // Return the smallest voltage [mV] that a 10-bit converter with this reference [mV] converts to the value.

@@ -24,7 +24,7 @@ static avr_cycle_count_t shifted(avr_t *avr, avr_cycle_count_t when, void *param
 {
 	struct spi *s = param;
 	(void)when;
-	uint8_t answer = 0xff;  // the line is not driven and pulled up
+	uint8_t answer = 0xff;  // the line is not driven, so the pull-up makes it high
 	// the device samples data at the falling edge of a clock that is low when idle
 	bool understood = (avr->data[SPCR] & (CPOL | CPHA)) == CPHA && s->selected;
 	if (understood)
@@ -71,7 +71,7 @@ static void write_status(avr_t *avr, avr_io_addr_t addr, uint8_t value, void *pa
 	avr->data[addr] = (uint8_t)((avr->data[addr] & ~SPI2X) | (value & SPI2X));
 }
 
-// Enabling the interrupt triggers it if its flag is set.
+// If the interrupt is enabled while its flag is set, it is triggered.
 static void write_control(avr_t *avr, avr_io_addr_t addr, uint8_t value, void *param)
 {
 	struct spi *s = param;

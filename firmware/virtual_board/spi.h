@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The chip's SPI port as master, cycle-accurate, with one device, selected by D10.
+// The chip's SPI port as master, accurate to the cycle, with one device that D10 selects.
 #pragma once
 
 #include <sim_avr.h>
@@ -12,7 +12,8 @@
 struct spi {
 	avr_t *avr;
 	avr_int_vector_t *vector;
-	// The device: selected or deselected; a byte exchanged with it, after both have been shifted.
+	// The functions of the device: it is selected or deselected; it exchanges a byte, after both bytes have
+	// been shifted.
 	void (*select)(void *device, bool selected);
 	uint8_t (*exchange)(void *device, uint8_t byte);
 	void *device;
@@ -20,8 +21,9 @@ struct spi {
 	bool selected, shifting;
 	uint8_t leaving;
 	avr_cycle_count_t changed;  // time of the last change of selection
-	unsigned hasty;             // selections and clocks within 350 ns of each other: the result is undefined
-	unsigned overwritten;       // bytes written while another byte was being shifted
+	// number of selections and clocks that are within 350 ns of each other, so that the result is undefined
+	unsigned hasty;
+	unsigned overwritten;       // number of bytes written while another byte was being shifted
 };
 
 // Replace simavr's SPI port, which takes 100 us per byte. Call spi_reset after every reset.

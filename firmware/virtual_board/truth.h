@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The truth log: the true state at every conversion of the sensor or at a fixed period.
+// The truth log, which contains the true state at every conversion of the sensor or at a fixed period.
 #pragma once
 
 #include <stdint.h>
@@ -11,11 +11,11 @@
 enum { TRUTH_COLUMNS = 8 };
 
 struct truth {
-	FILE *file;     // NULL: no log
+	FILE *file;     // NULL if there is no log
 	uint64_t rows;
 };
 
-// Rows of TRUTH_COLUMNS little-endian float64: board time [s], position [m], velocity [m/s], motor
+// A row contains TRUTH_COLUMNS little-endian float64: board time [s], position [m], velocity [m/s], motor
 // force [N], signed duty of 255, hand force [N], hand target [m], converter value.
 void truth_open(struct truth *t, const char *path);
 void truth_write(struct truth *t, const double row[TRUTH_COLUMNS]);

@@ -2,8 +2,8 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// simavr's serial port has 64 bytes of receive buffer and 11-bit bytes; the chip has neither, and this program
-// tests whether the firmware reads in time. Therefore the three registers are replaced.
+// simavr's serial port has a receive buffer of 64 bytes and bytes that take 11 bits. The chip has neither,
+// and this program tests whether the firmware reads in time. Therefore the three registers are replaced.
 
 #include "uart.h"
 
@@ -30,7 +30,7 @@ static avr_cycle_count_t byte_cycles(const struct uart *u)
 	return (avr_cycle_count_t)(divisor + 1) * per_bit * BITS_PER_BYTE;
 }
 
-// Return the value received for a byte sent at a different baud rate; a receiver tolerates up to 4 %.
+// Return the value that is received for a byte sent at a different baud rate; a receiver tolerates up to 4 %.
 static uint8_t on_the_line(const struct uart *u, uint8_t byte)
 {
 	double own = (double)u->avr->frequency * BITS_PER_BYTE / (double)byte_cycles(u);
@@ -38,7 +38,8 @@ static uint8_t on_the_line(const struct uart *u, uint8_t byte)
 	return ratio > 0.96 && ratio < 1.04 ? byte : (uint8_t)~(byte << 3);
 }
 
-// An interrupt is requested while its flag is set; serving it clears the flag of the last request here.
+// An interrupt is requested while its flag is set. When it is served, the flag of the last request is cleared
+// here.
 static void ask(struct uart *u)
 {
 	if (*status(u) & RXC)
@@ -87,7 +88,7 @@ static avr_cycle_count_t bit_began(avr_t *avr, avr_cycle_count_t when, void *par
 	return 0;
 }
 
-// The transmitter's bit clock runs continuously, so a byte may wait up to one bit before an idle shift
+// The transmitter's bit clock runs continuously, so a byte may wait for up to one bit before an idle shift
 // register takes it; the data sheet guarantees no less. Until then the buffer is full.
 static void write_data(avr_t *avr, avr_io_addr_t addr, uint8_t value, void *param)
 {

@@ -2,8 +2,9 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// The USB chip between serial line and computer, after FTDI's note AN232B-04: bytes from the board are passed to
-// the computer when a packet of 62 is full or when the latency timer ends, which restarts with each packet.
+// The USB chip between serial line and computer, as in FTDI's note AN232B-04. Bytes from the board are passed
+// to the computer when a packet of 62 bytes is full or when the latency timer ends; the timer restarts with
+// each packet.
 
 #include "link.h"
 

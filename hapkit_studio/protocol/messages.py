@@ -1,6 +1,6 @@
 """Every message between computer and board, declared once; the firmware's header is generated from here.
 
-A message is a frozen dataclass whose fields carry their type on the wire: little-endian packed structs.
+A message is a frozen dataclass. Its fields carry their type on the wire: little-endian packed structs.
 """
 
 import struct
@@ -9,7 +9,7 @@ from enum import IntEnum, IntFlag
 from typing import Any, ClassVar, NamedTuple, Self
 
 FROM_BOARD = 0x80
-FLOAT_MAX = (2.0 - 2.0**-23) * 2.0**127  # greatest finite float32
+FLOAT_MAX = (2.0 - 2.0**-23) * 2.0**127  # largest finite float32
 
 
 class Wire(NamedTuple):
@@ -26,7 +26,7 @@ class Wire(NamedTuple):
 
     @property
     def numbers(self) -> int:
-        """Return the number of numbers in the field; text is one value."""
+        """Return the number of numbers in the field; a text is one value."""
         return 1 if self.code.endswith("s") else int(self.code[:-1] or 1)
 
     @property
@@ -46,7 +46,7 @@ def wire(code: str, help: str, unit: str = "") -> Any:
 
 @dataclass(frozen=True)
 class Message:
-    """Base of all messages; a subclass declares its id, whose top bit is set for messages from the board."""
+    """The base of all messages; a subclass declares its id, whose top bit is set if the board sends it."""
 
     ID: ClassVar[int]
 
@@ -113,14 +113,14 @@ PROTOCOL_VERSION = 4
 BAUD = 1_000_000
 
 PIECE = 32
-"""Bytes of a law per message."""
+"""Largest number of a law's bytes in a message."""
 
 TUNED = 6
-"""Constants of a law per message."""
+"""Largest number of a law's constants in a message."""
 
 
 class Estimator(IntEnum):
-    """Velocity estimator of the board; its coefficients are ``first`` and ``second`` of Law."""
+    """The velocity estimator of the board; its coefficients are ``first`` and ``second`` of Law."""
 
     DIFFERENCE = 0
     """v = (x - before) / T."""
@@ -168,7 +168,7 @@ class Origin(IntEnum):
     STORED = 1
     """Loaded from the EEPROM, or saved to it since."""
     DAMAGED = 2
-    """The EEPROM's checksum is wrong, so the defaults are used."""
+    """The checksum of the EEPROM is wrong, so the defaults are used."""
     UNSAVED = 3
     """Changed since the start, not saved."""
 
@@ -177,19 +177,19 @@ class BoardFlag(IntFlag):
     """State of the board's motor and loop in a sample."""
 
     WATCHDOG = 1
-    """No valid force command within the watchdog's time: motor off until the next one."""
+    """No valid force command came within the watchdog's time: the motor is off until the next command."""
     STOPPED = 2
-    """Emergency stop: motor off until Release."""
+    """Emergency stop: the motor is off until Release."""
     CLAMPED = 4
     """The last force command exceeded the force limit and was clamped."""
     OVERRUN = 8
     """A sample was skipped or its frame did not fit the send buffer since the last frame."""
     REFUSED = 16
-    """The last force was not a finite number: motor off until the next command, or the next law."""
+    """The last force was not a finite number: the motor is off until the next command, or the next law."""
     OVER_SPEED = 32
-    """The handle was faster than the board's limit: motor off until Release."""
+    """The handle was faster than the board's limit: the motor is off until Release."""
     SENSOR = 64
-    """Implausible readings were bridged since the last frame; after several in a row: motor off."""
+    """Implausible readings were bridged since the last frame; after several in a row the motor is off."""
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ class HelloRequest(Message, id=0x01):
 
 @dataclass(frozen=True)
 class Force(Message, id=0x02):
-    """Set the force on the handle. A nonzero force whose sample is too old is refused."""
+    """Set the force on the handle. The board refuses a nonzero force whose sample is too old."""
 
     seq: int = wire("H", "number of the newest sample received by the computer")
     behind: int = wire("B", "number of samples from the answered one to that one")
@@ -208,7 +208,7 @@ class Force(Message, id=0x02):
 
 @dataclass(frozen=True)
 class Stop(Message, id=0x03):
-    """Emergency stop: motor off at once, and off until Release."""
+    """Emergency stop: the motor is off at once, and stays off until Release."""
 
 
 @dataclass(frozen=True)
@@ -218,7 +218,7 @@ class Release(Message, id=0x04):
 
 @dataclass(frozen=True)
 class Stream(Message, id=0x05):
-    """Switch the samples on or off; off also switches the motor off."""
+    """Switch the samples on or off; switching them off also switches the motor off."""
 
     on: int = wire("B", "1 on, 0 off")
     padded: int = wire("B", "frames are padded with delimiters to a multiple of this number of bytes; 0: not")
@@ -226,10 +226,11 @@ class Stream(Message, id=0x05):
 
 @dataclass(frozen=True)
 class Law(Message, id=0x06):
-    """Announce a law. The one in force fades out over 30 ms, then its memory receives the new law's pieces.
+    """Announce a law. The present law fades out over 30 ms, then its memory receives the new law's pieces.
 
-    After the last byte, unless the law is refused, it fades in over 30 ms. Its bytes are `given` float32, the
-    state's initial values and the constants, then the code. Repeating the same generation has no effect.
+    After the last byte the new law fades in over 30 ms, unless it is refused. Its bytes are `given` float32,
+    which are the state's initial values and the constants, then the code. Repeating the same generation has
+    no effect.
     """
 
     generation: int = wire("B", "differs from the last law's; repeated in samples and telemetry")
@@ -246,7 +247,10 @@ class Law(Message, id=0x06):
 
 @dataclass(frozen=True)
 class Piece(Message, id=0x07):
-    """A piece of a law; accepted only in order: lost ones are repeated from the byte named in samples."""
+    """A piece of a law; the board accepts pieces only in order.
+
+    Lost pieces are sent again from the byte that samples and telemetry name.
+    """
 
     generation: int = wire("B", "generation of the law")
     at: int = wire("H", "offset of the first byte; consecutive pieces are adjacent")
@@ -266,12 +270,15 @@ class Tune(Message, id=0x08):
 
 @dataclass(frozen=True)
 class Leave(Message, id=0x0D):
-    """Let the computer render: the law's force fades out over 30 ms, then samples follow. Twice: at once."""
+    """Let the computer render: the law's force fades out over 30 ms, then samples follow.
+
+    A second Leave stops the law at once.
+    """
 
 
 @dataclass(frozen=True)
 class Alive(Message, id=0x09):
-    """Keep-alive while the board renders; without it for watchdog_ms, the motor is switched off."""
+    """Keep-alive while the board renders; after watchdog_ms without it, the board switches the motor off."""
 
 
 @dataclass(frozen=True)
@@ -286,9 +293,9 @@ class Save(Message, id=0x0B):
 
 @dataclass(frozen=True)
 class Board(Message, id=0x0C):
-    """Settings of a kit: pins, sensor, geometry, motor. Motor off, in force at once, not saved.
+    """Settings of a kit: pins, sensor, geometry, motor. They apply at once, with the motor off, unsaved.
 
-    The board answers with Settings; implausible numbers are refused as a whole.
+    The board answers with Settings. If one number is implausible, it refuses all.
     """
 
     profile: int = wire("B", "number of the kit's profile, for the computer")
@@ -359,10 +366,10 @@ class Sample(Message, id=0x82):
 
 @dataclass(frozen=True)
 class Telemetry(Message, id=0x83):
-    """Motion and force of a law that the board renders, instead of Sample.
+    """Motion and force of a law that the board renders, sent instead of Sample.
 
-    Sent for each tick that comes a millisecond or more after the previous one sent: for every tick up to 1
-    kHz, above that for every second, third or fourth.
+    It is sent for each tick that comes a millisecond or more after the previous one sent: for every tick up
+    to 1 kHz, above that for every second, third or fourth tick.
     """
 
     seq: int = wire("H", "number of this tick, wraps at 65536")

@@ -83,7 +83,7 @@ static void memory(int what)
 
 int main(int count, char **words)
 {
-	// simavr logs the loaded file on standard output
+	// otherwise simavr would log the loaded file on standard output
 	answers = fdopen(dup(STDOUT_FILENO), "wb");
 	dup2(STDERR_FILENO, STDOUT_FILENO);
 	elf_firmware_t firmware = {0};
@@ -94,7 +94,7 @@ int main(int count, char **words)
 		fail("no atmega328p");
 	avr_init(avr);
 	avr_load_firmware(avr, &firmware);
-	while (avr->state == cpu_Running)  // until main() sleeps
+	while (avr->state == cpu_Running)  // run until main() sleeps
 		avr->pc = avr_run_one(avr);
 	for (int what; (what = getchar()) != EOF; fflush(answers)) {
 		if (what == 'C')

@@ -1,4 +1,4 @@
-// Included before machine.cpp: counts the operations that are run.
+// This file is included before machine.cpp and counts the operations that are run.
 #pragma once
 
 #include <stdint.h>
