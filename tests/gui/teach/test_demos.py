@@ -1,4 +1,4 @@
-"""Demos: what their captions say happens, a person comes first, and a damaged file changes nothing."""
+"""Demos do what their captions say, end when the user acts, and a damaged file changes nothing."""
 
 import random
 from dataclasses import replace
@@ -39,7 +39,7 @@ at = 8.0
 environment = "spring"
 hand = "release"
 """
-COUNT = 20.7e-6  # m: of the simulated sensor
+COUNT = 20.7e-6  # m, the resolution of the simulated sensor
 
 
 def written(folder, text=STORY):
@@ -48,25 +48,25 @@ def written(folder, text=STORY):
     return path
 
 
-# what the captions say
+# captions
 
 
 @pytest.fixture
-def told(qtbot):
-    """Return a player of a shipped demo: its second round, so that what the first has left matters not."""
+def played_demo(qtbot):
+    """Return a player of a shipped demo; it plays two rounds and returns the second."""
     studio = fast_studio(qtbot)
     yield lambda name: play(studio, demos.shipped()[name], rounds=2)
     studio.close()
 
 
-def moved(out, seconds):
-    """Return how far the handle moves, end to end, in the last seconds."""
+def peak_to_peak(out, seconds):
+    """Return the peak-to-peak motion of the handle in the last seconds."""
     return np.ptp(out[-round(1000 * seconds) :, rows.TRUE_POSITION])
 
 
 @pytest.mark.slow
-def test_a_wall_buzzes_beyond_its_limit_and_rests_below(told):
-    played = told("buzzing_wall")
+def test_a_wall_buzzes_above_its_limit_and_is_calm_below(played_demo):
+    played = played_demo("buzzing_wall")
     steps = {step.at: step.settings for step in played.demo.steps}
     grip = GRIPS[steps[0.0]["loop", "hand"]]
 
@@ -77,22 +77,22 @@ def test_a_wall_buzzes_beyond_its_limit_and_rests_below(told):
     for at, calm in ((0.0, True), (9.0, False), (16.0, True), (22.0, True)):
         stiffness, out = steps[at]["value", "wall", "stiffness"], played.of(at)
         assert (stiffness < limit(at)) == calm
-        assert moved(out, 4.0) < COUNT if calm else moved(out, 4.0) > 2e-3
+        assert peak_to_peak(out, 4.0) < COUNT if calm else peak_to_peak(out, 4.0) > 2e-3
         assert out[-1, rows.APPLIED_FORCE] < 0.0 or not calm, "the hand rests in the wall"
     assert {steps[9.0]["value", "wall", "stiffness"], steps[22.0]["value", "wall", "stiffness"]} == {3000.0}
 
 
 @pytest.mark.slow
-def test_friction_holds_what_a_spring_brings_back(told):
-    played = told("friction_that_sticks")
+def test_friction_keeps_the_handle_where_a_spring_would_return_it(played_demo):
+    played = played_demo("friction_that_sticks")
     pulled, free = played.of(0.0)[-1, rows.TRUE_POSITION], played.of(5.0)[-1, rows.TRUE_POSITION]
     assert pulled > 15e-3
-    assert abs(free) < 0.1 / 80.0 + COUNT  # what the paddle's own friction of 0.1 N holds against 80 N/m
+    assert abs(free) < 0.1 / 80.0 + COUNT  # the paddle's friction of 0.1 N balances 80 N/m
     held, out = played.of(9.0)[-1, rows.TRUE_POSITION], played.of(14.0)
     anchor = out[-1, rows.STATE]
     assert held > 15e-3
     assert np.abs(out[:, rows.TRUE_POSITION] - anchor).max() < 0.8 / 500.0 + COUNT
-    assert moved(out, 3.0) == 0.0
+    assert peak_to_peak(out, 3.0) == 0.0
     pull = played.of(19.0, 1.0)[:, rows.APPLIED_FORCE]
     breaks = int(np.argmax(pull))
     assert pull[breaks] == pytest.approx(1.5, abs=500.0 * COUNT)
@@ -100,20 +100,20 @@ def test_friction_holds_what_a_spring_brings_back(told):
 
 
 def energy(out):
-    """Return what spring and mass hold, row by row: ½ m v² + ½ k x², 0.5 kg and 300 N/m about 10 mm."""
+    """Return the energy of spring and mass in each row: ½ m v² + ½ k x², 0.5 kg, 300 N/m, rest at 10 mm."""
     place, speed = out[:, rows.STATE] - 0.01, out[:, rows.STATE + 1]
     return 0.25 * speed**2 + 150.0 * place**2
 
 
 @pytest.mark.slow
-def test_explicit_euler_gains_what_theory_says_and_exact_nothing(told):
-    """Undamped, a step multiplies the energy by 1 + ω²T², by its inverse, or by one (ω² = k/m)."""
-    played = told("integrator_gains_energy")
+def test_explicit_euler_gains_energy_as_predicted_and_the_exact_integrator_none(played_demo):
+    """Without damping, a step multiplies the energy by 1 + ω²T², by its inverse, or by one, with ω² = k/m."""
+    played = played_demo("integrator_gains_energy")
     for at, factor in ((5.0, 1.0), (12.0, 1.0006), (23.0, 1.0 / 1.0006)):
-        held = energy(played.of(at, 0.1))  # the choice is in force, and faded in
+        held = energy(played.of(at, 0.1))  # the integrator is active and the force has faded in
         np.testing.assert_allclose(held[1:] / held[:-1], factor, rtol=1e-9)
     semi = energy(played.of(16.0, 0.1))
-    assert np.ptp(semi) < 1.01 * (600.0**0.5 * 1e-3) * semi.mean()  # to and fro by ωT, never away
+    assert np.ptp(semi) < 1.01 * (600.0**0.5 * 1e-3) * semi.mean()  # varies by ωT, but does not drift
     assert energy(played.of(12.0))[-1] > 4.0 * energy(played.of(5.0))[-1]
     swing = played.of(0.0, 4.0)[:, rows.STATE]
     assert np.ptp(swing) > 0.01
@@ -123,8 +123,8 @@ def test_explicit_euler_gains_what_theory_says_and_exact_nothing(told):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", demos.shipped())
-def test_every_caption_is_said_in_its_turn(told, name):
-    played = told(name)
+def test_every_caption_is_shown_in_order(played_demo, name):
+    played = played_demo(name)
     said = list(dict.fromkeys(played.captions))
     assert said == [step.caption for step in played.demo.steps]
     assert all(said)
@@ -136,7 +136,7 @@ def test_every_caption_is_said_in_its_turn(told, name):
 
 @pytest.fixture
 def shown(kept_window):
-    """Return the file's running window, its demo's clock set by hand."""
+    """Return the file's running window; the test sets the clock of its demos."""
     kept_window.demos.clock = Clock()
     kept_window.history.forget()
     yield kept_window
@@ -144,7 +144,7 @@ def shown(kept_window):
 
 
 @pytest.mark.slow
-def test_a_demo_plays_by_its_clock_and_leaves_what_was_set(shown, tmp_path):
+def test_a_demo_follows_its_clock_and_restores_the_settings(shown, tmp_path):
     studio, player = shown.studio, shown.demos
     studio.set_values({"stiffness": 1234.0})
     before, steps = settings_of(studio), shown.history.stack.count()
@@ -178,9 +178,9 @@ def test_a_demo_plays_by_its_clock_and_leaves_what_was_set(shown, tmp_path):
     assert shown.history.stack.count() == steps
 
 
-def test_whoever_takes_the_handle_or_changes_a_setting_ends_it(shown, tmp_path, monkeypatch):
+def test_moving_the_handle_or_changing_a_setting_ends_a_demo(shown, tmp_path, monkeypatch):
     studio, path = shown.studio, written(tmp_path)
-    # a busy machine may let it go while the demo's wall is still so stiff that it throws it out, too fast
+    # a slow computer may release the hand while the demo's stiff wall still throws the handle out too fast
     monkeypatch.setattr(studio, "release_at_rest", lambda: None)
     before = settings_of(studio)
     scene = shown.centre.scene
@@ -219,11 +219,11 @@ def test_a_demo_waits_until_its_environments_are_ready(shown, tmp_path, monkeypa
     assert shown.caption.words.text() == "The demo begins as soon as everything is ready."
     state.clear()
     shown.demos.tick()
-    assert shown.studio.values["stiffness"] == 900.0  # at its beginning, whenever that is
+    assert shown.studio.values["stiffness"] == 900.0  # the demo's time starts only now
 
 
 @pytest.mark.slow
-def test_a_motor_waits_for_render_and_no_hand_moves(board_window, tmp_path):
+def test_a_demo_on_a_motor_waits_for_render_and_moves_no_hand(board_window, tmp_path):
     window, studio = board_window, board_window.studio
     window.demos.clock = Clock()
     moves = []
@@ -245,7 +245,7 @@ def test_a_motor_waits_for_render_and_no_hand_moves(board_window, tmp_path):
     assert studio.stopped
 
 
-def test_none_plays_while_an_instructor_has_locked_a_setting(shown, tmp_path):
+def test_no_demo_is_played_while_a_setting_is_locked(shown, tmp_path):
     studio, before = shown.studio, settings_of(shown.studio)
     shown.play_demo(written(tmp_path))
     studio.permissions.set_lock(
@@ -259,7 +259,7 @@ def test_none_plays_while_an_instructor_has_locked_a_setting(shown, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_menu_and_the_command_line_know_the_shipped_ones(shown, start_window, capsys):
+def test_shipped_demos_are_in_the_menu_and_on_the_command_line(shown, start_window, capsys):
     entries = [key for key in shown.actions_by_key.qt if key.startswith("teach.demo.")]
     assert [key.rpartition(".")[2] for key in entries] == list(demos.shipped())
     for key in entries:
@@ -303,7 +303,7 @@ def test_the_menu_and_the_command_line_know_the_shipped_ones(shown, start_window
         ("[[step]]", "[step.x]", "steps, each starting with [[step]]"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(shown, tmp_path, good, bad, words):
+def test_an_error_in_a_file_gives_a_one_line_message(shown, tmp_path, good, bad, words):
     before = settings_of(shown.studio)
     text = STORY.replace(good, bad) if bad != "[step.x]" else STORY.partition(good)[0] + bad
     shown.play_demo(written(tmp_path, text))
@@ -315,11 +315,11 @@ def test_what_is_wrong_is_said_in_one_line(shown, tmp_path, good, bad, words):
 
 
 def damaged(rng, good):
-    """Return a demo's text with one thing wrong in it."""
+    """Return a demo's text with one error in it."""
     kind = rng.randrange(5)
     if kind == 0:
         at = rng.randrange(len(good))
-        return good[:at] + bytes([good[at] ^ 0x80]) + good[at + 1 :]  # no UTF-8 any more
+        return good[:at] + bytes([good[at] ^ 0x80]) + good[at + 1 :]  # no longer UTF-8
     if kind == 1:
         return good[: rng.randrange(1, good.rindex(b"[[step]]"))].rstrip() + b"\n[[step]]\n"
     if kind == 2:

@@ -1,4 +1,4 @@
-"""The projector's view: what it shows and how large, that every key works, and what comes back."""
+"""The projector view: its contents and sizes, its keys, and the settings restored afterwards."""
 
 from itertools import product
 
@@ -23,7 +23,7 @@ FAULT = Notice(
 
 @pytest.fixture
 def window(kept_idle_window):
-    """Return the file's window as it began."""
+    """Return the file's window in its initial state."""
     yield kept_idle_window
     kept_idle_window.demos.end()
     kept_idle_window.projector.end()
@@ -32,7 +32,7 @@ def window(kept_idle_window):
 
 @pytest.fixture
 def projected(window, monkeypatch):
-    """Return what presses F11 and gives the window a size, as a screen of that size would."""
+    """Return a function that presses F11 and resizes the window as a screen of that size would."""
     monkeypatch.setattr(window, "setWindowState", lambda _state: None)
 
     def project(window, size):
@@ -55,7 +55,7 @@ def place(window, part):
 
 
 def parts(window):
-    """Return where what is in sight stands, by its name."""
+    """Return the rectangles of the visible parts by name."""
     centre = window.centre
     shown = {
         "header": window.header, "banners": window.banners, "scene": centre.scene_card,
@@ -70,8 +70,8 @@ def parts(window):
     ("size", "key"),
     wide(product(SIZES, ("cat", "mass_spring_damper")), lambda size, key: (size, key) == (SIZES[1], "cat")),
 )
-def test_what_is_read_from_afar_is_large_and_whole(window, projected, size, key):
-    """Sizes are those of the design on 1080 lines, and as much smaller on fewer."""
+def test_the_projected_parts_are_large_and_complete(window, projected, size, key):
+    """Sizes are those of the design for 1080 lines, scaled down for fewer lines."""
     share = size[1] / 1080
     window.studio.choose(key)
     projected(window, size)
@@ -100,7 +100,7 @@ def test_what_is_read_from_afar_is_large_and_whole(window, projected, size, key)
 @pytest.mark.parametrize(
     ("size", "on_projector"), wide(product(SIZES, (True, False)), lambda size, _on: size == SIZES[1])
 )
-def test_nothing_covers_anything_with_a_banner_and_a_caption(window, projected, size, on_projector):
+def test_nothing_overlaps_with_a_banner_and_a_caption(window, projected, size, on_projector):
     window.resize(*size)
     if on_projector:
         projected(window, size)
@@ -123,7 +123,7 @@ def test_nothing_covers_anything_with_a_banner_and_a_caption(window, projected, 
 
 
 @pytest.mark.slow
-def test_leaving_brings_back_what_was_set(window, qtbot):
+def test_leaving_restores_the_settings(window, qtbot):
     window.set_theme("dark")
     window.views.show("stability")
     window.body.open_drawer(False)
@@ -147,7 +147,7 @@ def test_leaving_brings_back_what_was_set(window, qtbot):
 
 
 @pytest.mark.slow
-def test_keys_act_as_ever(window, projected):
+def test_keys_work_as_usual(window, projected):
     projected(window, SIZES[0])
     press(window, Qt.Key.Key_1)
     assert window.studio.environment.key == "spring"
@@ -171,7 +171,7 @@ def test_keys_act_as_ever(window, projected):
 
 
 @pytest.mark.slow
-def test_each_environment_keeps_the_two_values_chosen_for_it(window):
+def test_each_environment_remembers_its_two_selected_values(window):
     card, settings = window.projector.card, window.settings
     settings.remove("projected")
     assert card.chosen == ["stiffness", "damping"]
@@ -192,7 +192,7 @@ def test_each_environment_keeps_the_two_values_chosen_for_it(window):
 
 
 @pytest.mark.slow
-def test_a_padlock_stands_at_what_is_locked_alone(window, projected):
+def test_a_padlock_is_shown_only_for_a_locked_setting(window, projected):
     window.projector.card.rebuild()
     projected(window, SIZES[0])
     window.studio.permissions.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
@@ -204,8 +204,8 @@ def test_a_padlock_stands_at_what_is_locked_alone(window, projected):
 
 
 @pytest.mark.slow
-def test_no_widget_dies_while_qt_styles_them(window, projected):
-    """A splitter deletes the border of a part that moves away, and Qt styles it next."""
+def test_changing_the_view_deletes_no_widget_while_qt_styles_it(window, projected):
+    """A splitter deletes the handle of a removed part, and Qt would style it afterwards."""
     died = []
     for _ in range(2):
         for handle in window.findChildren(QSplitterHandle):
@@ -217,7 +217,7 @@ def test_no_widget_dies_while_qt_styles_them(window, projected):
 
 
 @pytest.mark.slow
-def test_the_verdict_stays_in_sight(window, projected):
+def test_the_verdict_is_visible(window, projected):
     projected(window, SIZES[1])
     window.stability.judged.emit("Buzzes when let go", "triangle", "danger")
     words = window.projector.card.verdict.words

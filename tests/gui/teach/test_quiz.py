@@ -1,4 +1,4 @@
-"""The quiz: what is drawn, what is hidden, what is said of an estimate."""
+"""The quiz: it draws a value, hides it, and judges an estimate."""
 
 import random
 import re
@@ -25,7 +25,7 @@ STIFFNESS = Quantity(LIBRARY["wall"].parameters[0])
 
 
 def texts(window):
-    """Give every text, tooltip, accessible name and menu entry of a window, seen or not."""
+    """Yield every text, tooltip, accessible name and menu entry of a window, visible or not."""
     for part in (window, *window.findChildren(QWidget)):
         yield from (part.toolTip(), part.accessibleName(), part.statusTip(), part.windowTitle())
         if isinstance(part, QLabel | QAbstractButton | QLineEdit | QAbstractSpinBox):
@@ -37,7 +37,7 @@ def texts(window):
 
 @pytest.fixture
 def asked(kept_window, qtbot):
-    """Return a running window in its quiz on the wall, with a value drawn."""
+    """Return a running window with the quiz on the wall and a hidden value."""
     window = kept_window
     window.quiz.begin(random.Random(7))
     qtbot.waitUntil(lambda: window.quiz.side.show_true.isEnabled())
@@ -45,15 +45,15 @@ def asked(kept_window, qtbot):
     window.quiz.end()
 
 
-def test_only_a_law_of_one_spring_or_damper_is_asked_about():
+def test_only_laws_of_a_single_spring_or_damper_have_a_quiz():
     for key, name in {"spring": "stiffness", "wall": "stiffness", "damping": "damping"}.items():
         assert asked_for(LIBRARY[key], LIBRARY[key].values()).key == name
     for key in ("free", "friction", "texture", "puck"):
         assert asked_for(LIBRARY[key], LIBRARY[key].values()) is None
 
 
-def test_values_are_drawn_on_steps_from_half_to_four_times_the_default():
-    """The wall's default is 250 N/m and its step 10 N/m: 130 (125 rounded to even: 120) to 1,000 N/m."""
+def test_values_are_multiples_of_the_step_from_half_to_four_times_the_default():
+    """The wall's default is 250 N/m and its step 10 N/m: 120 (125 rounded to even) to 1,000 N/m."""
     seen = set()
     for seed in range(40):
         drawn = draw(LIBRARY["wall"].parameters[0], random.Random(seed))
@@ -63,8 +63,8 @@ def test_values_are_drawn_on_steps_from_half_to_four_times_the_default():
     assert seen == {10.0 * step for step in range(12, 101)}
 
 
-def test_the_first_calm_value_is_taken_and_none_where_none_is():
-    """With 20 ms a spring is passive below b / (T/2 + delay) = 0.5 / 0.0205 = 24 N/m."""
+def test_the_first_calm_value_is_selected_and_none_if_all_buzz():
+    """With a delay of 20 ms, a spring is passive below b / (T/2 + delay) = 0.5 / 0.0205 = 24 N/m."""
     spring, progress = LIBRARY["spring"], lambda _done, _of: None
     asked = VerdictInput(spring, spring.values(), LoopSettings(delay=0.02, hand="medium"))
     for drawn, found in (([1900.0, 1000.0, 20.0, 10.0], 20.0), ([1900.0, 1000.0], None)):
@@ -79,15 +79,15 @@ def test_the_first_calm_value_is_taken_and_none_where_none_is():
         (340.0, 340.0, 0.0, "You entered 340 N/m. The true value is 340 N/m: right."),
     ],
 )
-def test_an_estimate_is_compared_in_one_sentence(said, true, error, words):
+def test_an_estimate_is_judged_in_one_sentence(said, true, error, words):
     found, sentence = comparison(STIFFNESS, said, true)
     assert found == pytest.approx(error, abs=1e-4)
     assert sentence == words
 
 
 @pytest.mark.slow
-def test_the_hidden_value_is_rendered_and_stands_nowhere(asked):
-    """The truth is the engine's: no number in the window is that one, and none can be changed."""
+def test_the_hidden_value_is_rendered_but_shown_nowhere(asked):
+    """Only the engine has the true value: no text contains it, and no setting can be changed."""
     window, studio = asked, asked.studio
     true = studio.engine.values["stiffness"]
     assert true != studio.values["stiffness"] == 250.0
@@ -110,20 +110,20 @@ def test_the_hidden_value_is_rendered_and_stands_nowhere(asked):
 
 
 @pytest.mark.slow
-def test_pushing_into_the_wall_the_cursors_read_the_hidden_stiffness(asked, qtbot):
-    """Hooke's law: without damping the slope of force over position is the stiffness, to 1 %.
+def test_the_cursors_measure_the_hidden_stiffness_while_pushing_into_the_wall(asked, qtbot):
+    """Without damping, the slope of force over position is the stiffness, to 1 % (Hooke's law).
 
-    In, out and in again, each for 0.4 s by the loop's own clock, however late it is.
+    The hand pushes in, out and in again, each for 0.4 s in the loop's time.
     """
     window, studio = asked, asked.studio
     live, cursors = window.live, window.centre.time.cursors
     ramped = live.history.changes[-1] + 0.1
-    depth = 1.5 / studio.engine.values["stiffness"]  # half the force limit
+    depth = 1.5 / studio.engine.values["stiffness"]  # the depth at half the force limit
     try:
         studio.move_hand(0.0)
         qtbot.waitUntil(lambda: reached(live, ramped))
         begun = live.history.now
-        for target in (3.0 * depth, 0.0, 3.0 * depth):  # the hand's spring gives way
+        for target in (3.0 * depth, 0.0, 3.0 * depth):  # the hand's spring is compressed
             studio.move_hand(studio.values["position"] + target)
             until = live.history.now + 0.4
             qtbot.waitUntil(lambda until=until: reached(live, until))
@@ -141,13 +141,13 @@ def test_pushing_into_the_wall_the_cursors_read_the_hidden_stiffness(asked, qtbo
 
 
 def reached(live, time):
-    """Take what came, and say whether it goes beyond a time."""
+    """Read the new rows and return True if they extend beyond a time."""
     live.tick()
     return live.history.now > time
 
 
-def test_what_would_show_or_change_it_is_refused_in_one_line(asked):
-    """Panel, projector, lock, A and B, presets, views, replay, demos; stopping is not."""
+def test_actions_that_would_show_or_change_the_value_are_refused_in_one_line(asked):
+    """Panel, projector, lock, A and B, presets, views, replay and demos are refused; stopping is not."""
     window, studio = asked, asked.studio
     before, side = settings_of(studio), window.quiz.side
     actions = window.actions_by_key
@@ -178,7 +178,7 @@ def test_what_would_show_or_change_it_is_refused_in_one_line(asked):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [(1440, 900), (1100, 700)])
-def test_its_side_is_seen_where_the_panel_is_a_drawer(kept_window, size):
+def test_the_quiz_column_is_visible_where_the_panel_is_a_drawer(kept_window, size):
     window = kept_window
     window.resize(*size)
     window.body.open_drawer(False)
@@ -189,8 +189,10 @@ def test_its_side_is_seen_where_the_panel_is_a_drawer(kept_window, size):
 
 
 @pytest.mark.slow
-def test_the_engine_is_told_values_alone_and_another_device_ends_the_quiz(kept_window, qtbot, monkeypatch):
-    """Only the hidden value is another one; E-stop, loop, hand and set-up are told nothing."""
+def test_the_engine_receives_only_values_and_a_change_of_device_ends_the_quiz(
+    kept_window, qtbot, monkeypatch
+):
+    """The quiz changes no other settings of the engine than the hidden value."""
     window, studio, told = kept_window, kept_window.studio, []
     for name in ("stop", "release_stop", "clear_fault", "set_loop", "change_loop", "set_where"):
         monkeypatch.setattr(Engine, name, lambda *_given, name=name: told.append(name))
@@ -210,10 +212,10 @@ def test_the_engine_is_told_values_alone_and_another_device_ends_the_quiz(kept_w
     assert window.panel.isVisible()
 
 
-def test_none_begins_where_the_value_is_locked_or_something_else_has_the_scene(kept_window, monkeypatch):
+def test_no_quiz_starts_while_the_value_is_locked_or_the_scene_is_in_use(kept_window, monkeypatch):
     window, studio = kept_window, kept_window.studio
     assert window.quiz.parameter.key == "stiffness"
-    with studio.temporarily():  # a measurement, a replay
+    with studio.temporarily():  # as by a measurement or a replay
         assert window.quiz.parameter is None
     studio.permissions.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
     assert window.quiz.parameter is None
@@ -228,21 +230,21 @@ def test_none_begins_where_the_value_is_locked_or_something_else_has_the_scene(k
     window.quiz.end()
 
 
-def test_errors_are_counted_and_everything_comes_back(asked, qtbot):
-    """One estimate half as high, then one right: 50 % and 0 % have a mean of 25 %."""
+def test_errors_are_averaged_and_all_settings_return(asked, qtbot):
+    """One estimate is half the value, one is right: errors of 50 % and 0 % have a mean of 25 %."""
     window, studio, side = asked, asked.studio, asked.quiz.side
     before, undone = settings_of(studio), window.history.stack.count()
     for share, count in ((0.5, "Tries: 1. Mean error: 50.0 %."), (1.0, "Tries: 2. Mean error: 25.0 %.")):
         side.box.setValue(share * studio.engine.values["stiffness"])
         side.show_true.click()
         assert side.count.text() == count
-        side.compare()  # a second time is no second try
+        side.compare()  # comparing twice counts once
         if share < 1.0:
             side.more.click()
             qtbot.waitUntil(lambda: side.show_true.isEnabled())
     assert side.count.text() == "Tries: 2. Mean error: 25.0 %."
     studio.stop()
-    assert studio.stopped  # stopping is never locked
+    assert studio.stopped  # the stop is never locked
     studio.release_stop()
     side.leave.click()
     assert (settings_of(studio), window.history.stack.count()) == (before, undone)
@@ -253,7 +255,7 @@ def test_errors_are_counted_and_everything_comes_back(asked, qtbot):
 
 
 @pytest.mark.slow
-def test_nothing_estimated_is_no_try(asked):
+def test_comparing_without_an_estimate_does_not_count(asked):
     side = asked.quiz.side
     for typed, words in ((0.0, "Enter your estimate first."), (6000.0, STIFFNESS.limits())):
         side.box.setValue(typed)
@@ -262,7 +264,7 @@ def test_nothing_estimated_is_no_try(asked):
     assert side.errors == []
 
 
-def test_nothing_calm_is_said_and_a_measurement_ends_the_quiz(asked):
+def test_a_quiz_without_a_calm_value_says_so_and_a_measurement_ends_the_quiz(asked):
     side = asked.quiz.side
     side._render(None)
     assert side.answer.words.text().startswith("No stable value was found")

@@ -1,4 +1,4 @@
-"""Display of a parameter: units, steps, square-root scale."""
+"""Display of a parameter: unit, step, square-root scale."""
 
 import math
 
@@ -22,13 +22,13 @@ def test_metres_and_seconds_are_shown_in_thousandths():
     assert STIFFNESS.unit == "N/m"
 
 
-def test_wide_ranges_run_with_the_square_root_and_symmetric_ones_do_not():
+def test_wide_ranges_have_a_square_root_scale_and_symmetric_ones_are_linear():
     assert STIFFNESS.fraction(400.0) == pytest.approx(math.sqrt(400.0 / 5000.0))
     assert PLACE.fraction(0.0) == pytest.approx(0.5)
 
 
 @given(st.floats(0.0, 1.0))
-def test_a_slider_position_gives_a_whole_step_within_the_limits(fraction):
+def test_a_slider_position_gives_a_multiple_of_the_step_within_the_limits(fraction):
     for quantity in (STIFFNESS, PLACE, DELAY):
         value = quantity.value(fraction)
         assert quantity.low <= value <= quantity.high
@@ -50,7 +50,7 @@ def test_a_slider_position_gives_a_whole_step_within_the_limits(fraction):
         (PLACE, 5.000000000000001, "5.0"),
     ],
 )
-def test_a_value_shows_its_step_and_only_as_many_digits_more_as_it_has(quantity, value, text):
+def test_a_value_is_shown_to_its_step_with_only_the_further_digits_that_it_has(quantity, value, text):
     assert quantity.text(value) == text
 
 
@@ -60,7 +60,7 @@ def test_a_whole_parameter_is_shown_and_moved_in_whole_numbers():
     assert all(seed.value(0.01 * part).is_integer() for part in range(101))
 
 
-def test_limits_are_one_sentence_with_the_screens_unit():
+def test_limits_are_one_sentence_with_the_displayed_unit():
     assert STIFFNESS.limits() == "Stiffness goes from 0 to 5,000 N/m."
     assert PLACE.limits() == "Wall position goes from −40 to 40 mm."
 

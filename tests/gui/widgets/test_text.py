@@ -59,7 +59,7 @@ def with_image(parent: QWidget) -> list[str]:
 
 
 @pytest.mark.slow
-def test_no_word_of_an_environment_is_read_as_html_anywhere_in_the_window(home, window, qtbot):
+def test_no_text_of_an_environment_is_interpreted_as_html_in_the_window(home, window, qtbot):
     path = put(home, "mine.py", spring(title=IMAGE).replace("For a test", IMAGE))
     window.own.refresh()
     window.studio.adopt(evil(path))
@@ -69,7 +69,7 @@ def test_no_word_of_an_environment_is_read_as_html_anywhere_in_the_window(home, 
     shown = [label.text() for label in window.findChildren(QLabel)]
     assert sum("evil.png" in words for words in shown) > 8
     assert any("evil.png" in widget.toolTip() for widget in window.findChildren(QWidget))
-    # wherever the environment is judged, described or exported
+    # all places that judge, describe or export the environment
     path = put(home, "mine.py", spring())
     window.editor.edit(path)
     window.own.judged.emit(path, failed(f"wrong {IMAGE}", 3))
@@ -93,24 +93,24 @@ def test_no_word_of_an_environment_is_read_as_html_anywhere_in_the_window(home, 
         ("&lt;img&gt;", "&amp;lt;img&amp;gt;"),
     ],
 )
-def test_only_italic_bold_and_indices_are_let_through(words, html):
+def test_only_italic_bold_and_indices_are_allowed(words, html):
     assert rich(words) == (words if html is None else html)
     assert tip((), words) == f"<p>{words if html is None else html}</p>"
 
 
-def test_a_tooltip_stays_as_it_is_unless_qt_would_read_it_as_html():
+def test_a_tooltip_is_changed_only_if_qt_would_interpret_it_as_html():
     assert plain_tip("k < 3\nm") == "k < 3\nm"
     found = plain_tip(f"k {IMAGE}").replace("\xa0", " ")
     assert found == "<p>k &lt;img src='evil.png'&gt;</p>"
 
 
-def test_a_formula_of_the_library_needs_no_other_tag():
+def test_formulas_of_the_library_need_no_other_tag():
     for made in environments.discover().values():
         for words in (made.formula, made.explanation):
             assert rich(words) == words
 
 
-def test_no_line_ends_between_a_number_and_its_unit_and_what_joins_them_is_not_seen(qtbot):
+def test_no_line_breaks_between_a_number_and_its_unit_and_the_joiner_is_invisible(qtbot):
     made = label("Limit 1,002 N/m")
     qtbot.addWidget(made)
     seen, wide = QLabel.text(made), made.fontMetrics().horizontalAdvance

@@ -1,4 +1,4 @@
-"""The theme: contrast computed from the tokens, colours that follow it, icons, numbers."""
+"""The theme: contrast computed from its colours, style changes, icons, numbers."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from hapkit_studio.palette import MODES, TOKENS, luminance, table
 
 
 def contrast(first: str, second: str) -> float:
-    """Return WCAG 2.1's ratio of two colours."""
+    """Return the contrast ratio of two colours by WCAG 2.1."""
     light, dark = sorted((luminance(first), luminance(second)), reverse=True)
     return (light + 0.05) / (dark + 0.05)
 
@@ -39,14 +39,14 @@ STATED = {
 
 
 @pytest.mark.parametrize("pair", STATED, ids="-".join)
-def test_contrast_is_what_the_design_states(pair):
+def test_contrast_is_as_stated_in_the_design(pair):
     stated, need = STATED[pair]
     computed = [contrast(TOKENS[pair[0]][mode], TOKENS[pair[1]][mode]) for mode in range(3)]
     assert computed == pytest.approx(stated, rel=0.03)
     assert min(computed) >= need
 
 
-# Machado, Oliveira, Fernandes 2009, severity 1, on linear RGB
+# Machado, Oliveira, Fernandes (2009), severity 1, for linear RGB
 VISION = {
     "protan": [
         [0.152286, 1.052583, -0.204868],
@@ -64,7 +64,7 @@ VISION = {
         [0.004733, 0.691367, 0.303900],
     ],
 }
-# the design states 40; models of dichromacy differ by a unit or two, this one gives at least 39.5
+# The design states 40. Models of dichromacy differ by one or two, and this one gives at least 39.5.
 APART = 39.0
 
 
@@ -87,7 +87,7 @@ def test_force_colours_are_distinguishable_with_colour_blindness(vision, mode):
     assert distance >= APART
 
 
-def test_every_token_has_three_colours_and_the_style_sheet_no_gaps(qapp):
+def test_every_token_has_three_colours_and_the_style_sheet_uses_no_unknown_token(qapp):
     for name, colors in TOKENS.items():
         assert len(colors) == len(MODES), name
         assert all(QColor(color).isValid() and len(color) == 7 for color in colors), name
@@ -112,7 +112,7 @@ def test_icons_follow_the_theme(qapp):
     assert middle() == TOKENS["danger"][1].lower()
 
 
-def test_every_icon_draws_something_in_the_colour_asked_for(qapp):
+def test_every_icon_is_drawn_in_the_requested_colour(qapp):
     for name in icons.names():
         picture = icons.pixmap(name, 24, "ink", 2.0)
         assert (picture.width(), picture.devicePixelRatio()) == (48, 2.0)
@@ -137,7 +137,7 @@ def test_the_theme_follows_the_system_until_it_is_set(qapp, monkeypatch):
     assert theme.name == "light"
 
 
-def test_changes_made_together_style_the_widgets_once_and_no_change_never(dressed):
+def test_several_changes_style_the_widgets_once_and_an_unchanged_theme_never(dressed):
     told = []
     theme.changed.connect(lambda: told.append((theme.name, theme.scale)))
     with theme.together():

@@ -1,4 +1,4 @@
-"""Dialogs that own a kit; every thread must end with its dialog."""
+"""Dialogs that own a kit. Every thread must end with its dialog."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""A dialog on a simulated kit in this process, operated like a student does."""
+"""A dialog on a simulated kit in this process, operated as by a student."""
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
@@ -20,7 +20,7 @@ def no_engine(_entry):
 
 
 class Bench(QWidget):
-    """Substitute for the window, with the interface that a dialog needs; faster to open."""
+    """Substitute for the window: it has the interface that a dialog needs and opens faster."""
 
     closed = Signal()
 
@@ -72,6 +72,6 @@ class Played:
         assert self.dialog.step.result.good
 
     def hang(self, mass):
-        """Hold the handle with a mass in kg, and let go a second after the motor carries it."""
+        """Hang a mass in kg on the handle, and release the hand a second after the motor carries it."""
         self.lead(0.0)
         student.hang(self.kit, mass)

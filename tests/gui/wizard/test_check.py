@@ -1,4 +1,4 @@
-"""Test my Hapkit beside the window, and how both are opened."""
+"""Test my Hapkit: the checks, their results, and how the dialogs are opened."""
 
 import pytest
 from PySide6.QtCore import Qt
@@ -8,7 +8,7 @@ from hapkit_studio.gui.wizard.setup import SetupDialog
 from hapkit_studio.protocol.messages import Origin
 
 
-def test_cancel_and_esc_end_the_checks_and_each_has_its_result_in_words(played, qtbot):
+def test_cancel_and_esc_end_the_checks_and_each_result_is_a_text(played, qtbot):
     play = played(kind=CheckDialog, direction=-1)
     play.kit.origin = Origin.STORED
     dialog = play.dialog
@@ -38,7 +38,7 @@ def test_cancel_and_esc_end_the_checks_and_each_has_its_result_in_words(played, 
 
 
 @pytest.mark.slow
-def test_a_healthy_kit_is_said_to_be_well_and_no_bar_stays(played, qtbot):
+def test_a_healthy_kit_passes_and_no_progress_bar_remains(played, qtbot):
     play = played(kind=CheckDialog)
     play.kit.origin = Origin.STORED
     dialog = play.dialog

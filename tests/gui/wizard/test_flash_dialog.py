@@ -1,4 +1,4 @@
-"""Flashing from the window: the real avrdude, a real boot loader in the virtual board, and the words."""
+"""Flashing from the window with the real avrdude and a real boot loader in the virtual board."""
 
 import contextlib
 from dataclasses import replace
@@ -22,7 +22,7 @@ SOON = 1_000_000
 
 @pytest.fixture
 def window(kept_window):
-    """Return the window whose simulated device runs."""
+    """Return the file's window with a running simulated device."""
     return kept_window
 
 
@@ -31,7 +31,7 @@ def sheet_of(window):
     return window.findChildren(FlashDialog)[-1]
 
 
-def test_without_a_port_or_a_firmware_there_is_nothing_to_flash(window, tmp_path, monkeypatch):
+def test_nothing_can_be_flashed_without_a_port_or_firmware(window, tmp_path, monkeypatch):
     monkeypatch.setattr(serial_ports, "ports", list)
     monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude("/usr/bin/avrdude"))
     window.notices.flash.emit()
@@ -56,7 +56,7 @@ def test_without_a_port_or_a_firmware_there_is_nothing_to_flash(window, tmp_path
     assert sheet.ports.currentText() == "ttyUSB0: Hapkit board (FT232)"
 
 
-def test_without_avrdude_it_says_how_to_get_it(window, monkeypatch):
+def test_without_avrdude_the_dialog_explains_how_to_install_it(window, monkeypatch):
     monkeypatch.setattr(serial_ports, "ports", list)
     monkeypatch.setattr(avrdude, "_FOLDERS", {})
     monkeypatch.setattr(avrdude.shutil, "which", lambda *words, **more: None)
@@ -71,7 +71,7 @@ def test_without_avrdude_it_says_how_to_get_it(window, monkeypatch):
 
 @pytest.mark.slow
 @boot.needs_avrdude
-def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
+def test_a_board_in_use_is_released_flashed_and_reopened_with_its_settings(
     make_window, qtbot, tmp_path, monkeypatch
 ):
     board = boot.Board(tmp_path, boot.optiboot(tmp_path, SOON), firmware=shipped())
@@ -93,10 +93,10 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
         assert window.studio.link.state == "idle"
         assert window.header.devices.word.text() == "In use: flashing firmware"
         assert window.status.loop.words.text() == "In use: flashing firmware"
-        assert not sheet.close()  # half a firmware is none
+        assert not sheet.close()  # an interrupted flash would leave no working firmware
         qtbot.waitUntil(lambda: not sheet.job.running)
         assert sheet.bar.value() == sheet.bar.maximum()
-        assert not sheet.write.isEnabled()  # the board has not said who it is yet
+        assert not sheet.write.isEnabled()  # the board has not identified itself yet
         assert len(seen) > 4
         assert seen == sorted(seen)
         qtbot.waitUntil(lambda: window.studio.engine is not None)
@@ -114,12 +114,12 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
 
 @pytest.mark.slow
 @boot.needs_avrdude
-def test_a_flash_that_failed_says_why_and_can_be_repeated(window, qtbot, tmp_path, monkeypatch):
+def test_a_failed_flash_shows_the_reason_and_can_be_repeated(window, qtbot, tmp_path, monkeypatch):
     board = boot.Board(tmp_path, boot.of_another_chip(tmp_path))
     monkeypatch.setattr(serial_ports, "ports", lambda: [Port(board.port, "board", Role.KIT)])
     sheet = sheet_of(window)
     sheet.write.click()
-    assert window.studio.link.state == "running"  # another device than the one that is flashed goes on
+    assert window.studio.link.state == "running"  # the device in use is another one and continues
     qtbot.waitUntil(lambda: not sheet.job.running)
     assert "another chip (signature 1e940f)" in sheet.verdict.words.text()
     assert sheet.write.text() == "Flash again"

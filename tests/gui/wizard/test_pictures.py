@@ -11,7 +11,7 @@ from hapkit_studio.gui.wizard.board_dialog import LONG_SECONDS, SIGNS, ResultBox
 from hapkit_studio.gui.wizard.pictures import HandleView, KitDrawing, PositionPlot, SensorPlot
 
 
-def test_the_hand_is_let_go_by_a_button_that_never_covers_it(qtbot):
+def test_a_button_beside_the_hand_releases_it(qtbot):
     view, moved = HandleView(with_force=True), []
     qtbot.addWidget(view)
     view.hand_moved.connect(moved.append)
@@ -30,7 +30,7 @@ def test_the_hand_is_let_go_by_a_button_that_never_covers_it(qtbot):
                 abs(button.center().x() - stage.x(1e3 * moved[-1])) > button.width() / 2 + base.RING * stage.u
             )
     places = set()
-    for x in (380, 400, 420, 440):  # about the middle, where it is clear of the hand on either side
+    for x in (380, 400, 420, 440):  # near the middle, the button fits on either side of the hand
         qtbot.mousePress(view, Qt.MouseButton.LeftButton, pos=QPoint(x, 60))
         qtbot.mouseRelease(view, Qt.MouseButton.LeftButton)
         places.add(view.let_go.x())
@@ -41,7 +41,7 @@ def test_the_hand_is_let_go_by_a_button_that_never_covers_it(qtbot):
 
 
 @pytest.mark.parametrize("value", [3, 1020])
-def test_a_reading_that_stands_still_is_drawn_with_its_ends(qtbot, value):
+def test_a_constant_reading_is_drawn_with_its_limits(qtbot, value):
     plot = SensorPlot()
     qtbot.addWidget(plot)
     plot.show_readings(np.linspace(0.0, 10.0, 500), np.full(500, value), 0, 1023)
@@ -50,7 +50,7 @@ def test_a_reading_that_stands_still_is_drawn_with_its_ends(qtbot, value):
     assert low < value < high
 
 
-def test_the_kit_is_drawn_as_the_step_needs_it(qtbot):
+def test_each_step_has_its_own_drawing_of_the_kit(qtbot):
     drawing, seen = KitDrawing(supply=True), []
     qtbot.addWidget(drawing)
     for change in (lambda: None, drawing.show_scale, drawing.show_spring, lambda: drawing.show_weight("0"),
@@ -61,7 +61,7 @@ def test_the_kit_is_drawn_as_the_step_needs_it(qtbot):
     assert len(set(seen)) == len(seen)
 
 
-def test_a_long_run_shows_its_bar_and_moves_nothing(qtbot):
+def test_only_a_long_run_shows_a_progress_bar_and_the_box_keeps_its_height(qtbot):
     box = ResultBox()
     qtbot.addWidget(box)
     box.show()
@@ -75,7 +75,7 @@ def test_a_long_run_shows_its_bar_and_moves_nothing(qtbot):
     assert box.bar.value() == 0.25 * box.bar.maximum()
 
 
-def test_the_sweeps_limits_lie_about_its_start(qtbot):
+def test_the_sweeps_limits_are_relative_to_its_start(qtbot):
     plot = PositionPlot()
     qtbot.addWidget(plot)
     plot.show_positions(np.array([0.0, 1.0]), np.array([0.007, 0.008]))

@@ -25,7 +25,7 @@ def pushes(kit):
     return [force for force in kit.forces if force]
 
 
-def test_no_key_starts_the_motor_and_esc_stops_it_wherever_the_keyboard_is(played, idle_window, qtbot):
+def test_no_key_starts_the_motor_and_esc_always_stops_it(played, idle_window, qtbot):
     play = played(idle_window)
     dialog, kit = play.dialog, play.kit
     dialog.skip.setFocus()
@@ -70,7 +70,7 @@ def test_no_key_starts_the_motor_and_esc_stops_it_wherever_the_keyboard_is(playe
     assert not any(actions.qt[key].isEnabled() for key in ("device.setup", "device.check")), "it is no board"
 
 
-def test_strength_and_sweep_wait_for_the_direction(played):
+def test_strength_and_sweep_require_the_direction(played):
     play = played()
     dialog = play.dialog
     for index, names in ((4, ("carry", "push")), (5, ("sweep",))):
@@ -91,7 +91,7 @@ def test_strength_and_sweep_wait_for_the_direction(played):
     assert play.window.studio.stopped, "a board with other settings comes back stopped"
 
 
-def test_e_stop_and_cancel_end_the_job_of_every_step_which_can_be_begun_again(played, qtbot):
+def test_e_stop_and_cancel_end_the_job_of_every_step_and_it_can_be_repeated(played, qtbot):
     play = played()
     dialog, kit, studio = play.dialog, play.kit, play.window.studio
     play.direct()
@@ -132,7 +132,7 @@ def test_e_stop_and_cancel_end_the_job_of_every_step_which_can_be_begun_again(pl
             assert dialog.step.take.isEnabled()
 
 
-def test_a_board_that_does_not_answer_leaves_try_again_and_close(played, qtbot):
+def test_a_board_without_an_answer_offers_try_again_and_close(played, qtbot):
     play = played()
     dialog = play.dialog
     silent = NoDataError("The Hapkit does not answer.")
@@ -156,7 +156,7 @@ def test_a_board_that_does_not_answer_leaves_try_again_and_close(played, qtbot):
     assert play.kit.pwm == 0
 
 
-def test_a_kit_chosen_by_mistake_is_given_back_and_undoing_it_all_is_asked_about(played):
+def test_a_kit_opened_by_mistake_is_returned_and_undoing_everything_asks_first(played):
     play = played()
     step, save = play.dialog.connect_step, play.dialog.save_step
     for key, sensor in (("hapkit-hall", Sensor.AS5048A), ("hapkit3", Sensor.MAGNETORESISTIVE)):
@@ -177,7 +177,7 @@ def test_a_kit_chosen_by_mistake_is_given_back_and_undoing_it_all_is_asked_about
 
 
 @pytest.mark.parametrize("again", [False, True])
-def test_an_e_stop_that_was_released_in_the_dialog_stays_released(played, again):
+def test_an_e_stop_released_in_the_dialog_stays_released(played, again):
     play = played()
     studio, step = play.window.studio, play.dialog.connect_step
     studio.stop_state.restored = True
@@ -207,7 +207,7 @@ def test_closing_in_the_middle_of_a_sweep_leaves_the_motor_off(played, qtbot):
     assert play.window.studio.link.state != "idle"
 
 
-def test_a_stop_that_was_pressed_before_it_opened_holds_and_enter_presses_none(played, qtbot, monkeypatch):
+def test_a_stop_before_the_dialog_opened_remains_and_enter_does_not_release_it(played, qtbot, monkeypatch):
     wait = Played.wait
 
     def press_enter_and_wait(play):
@@ -226,7 +226,7 @@ def test_a_stop_that_was_pressed_before_it_opened_holds_and_enter_presses_none(p
     assert not any(play.kit.forces)
 
 
-def test_saving_that_failed_is_said_and_tried_again(played, monkeypatch):
+def test_a_failed_save_gives_a_message_and_can_be_repeated(played, monkeypatch):
     play = played()
     play.dialog.go(6)
     save = play.dialog.save_step
@@ -249,10 +249,10 @@ def test_saving_that_failed_is_said_and_tried_again(played, monkeypatch):
             assert save.box.words.text() == words
     play.press(save.save)
     assert save.result.good
-    assert "within 8" in save.box.words.text()  # of the middle, when the board is switched on
+    assert "within 8" in save.box.words.text()  # mm of the middle when the board is switched on
 
 
-def test_a_board_whose_owner_is_destroyed_is_let_go(qtbot):
+def test_a_board_is_released_when_its_owner_is_destroyed(qtbot):
     kit, owner = PaddleKit(pace=PACE), QObject()
     board = BoardThread(lambda: kit, lambda runner: runner, owner)
     board.start()
@@ -263,7 +263,7 @@ def test_a_board_whose_owner_is_destroyed_is_let_go(qtbot):
 
 @pytest.mark.slow
 @pytest.mark.skipif(not built(), reason="the virtual board is not built")
-def test_on_the_real_firmware_a_sweep_is_cancelled_stopped_and_begun_again(played, qtbot):
+def test_a_sweep_with_the_real_firmware_is_cancelled_stopped_and_repeated(played, qtbot):
     board = VirtualBoard("lockstep")
     dialog = (play := played(kit=board)).dialog
     dialog.go(3)

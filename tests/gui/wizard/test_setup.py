@@ -1,4 +1,4 @@
-"""Set up my Hapkit, played through: results, messages and drawings, by kit and for mistakes."""
+"""Set up my Hapkit, operated completely: results, messages and drawings, by kit and for mistakes."""
 
 import math
 import re
@@ -22,7 +22,7 @@ PLACES = (0.0, -0.02, 0.02, 0.0)
 
 
 @pytest.mark.slow
-def test_a_kit_with_everything_wrong_is_set_up(played, tmp_path):
+def test_a_kit_with_all_settings_wrong_is_set_up(played, tmp_path):
     play = played(sense=-1, direction=-1, magnet=700.0, torque=0.7 * 0.0183)
     dialog, kit = play.dialog, play.kit
     connect, sensor, scale, direction, strength, friction, save = dialog.steps
@@ -61,7 +61,7 @@ def test_a_kit_with_everything_wrong_is_set_up(played, tmp_path):
     assert calibration_file.read(file).sense == -1
     assert [step.result is not None for step in dialog.steps] == [True] * 7
     save.undo.click()
-    assert kit.stored.label == "red 7"  # it asks first
+    assert kit.stored.label == "red 7"  # the dialog asks first
     play.press(save.undo_all)
     assert kit.stored.label == "Hapkit"
     assert [step.result for step in dialog.steps] == [None] * 7
@@ -71,7 +71,7 @@ def test_a_kit_with_everything_wrong_is_set_up(played, tmp_path):
     assert dialog.index == 0
 
 
-def test_words_are_whole_controls_named_and_a_skipped_step_says_what_is_assumed(played, qtbot):
+def test_texts_fit_controls_have_names_and_a_skipped_step_states_its_assumption(played, qtbot):
     play = played()
     dialog = play.dialog
     dialog.resize(860, 560)
@@ -95,12 +95,12 @@ def test_words_are_whole_controls_named_and_a_skipped_step_says_what_is_assumed(
     place = rows.visualItemRect(rows.item(3)).center()
     qtbot.mouseClick(rows.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert dialog.index == 3
-    dialog.back.click()  # to its neighbour, not to the list's old selection
+    dialog.back.click()  # to the previous step, not to the old selection of the list
     assert dialog.index == rows.currentRow() == 2
 
 
 @pytest.mark.slow
-def test_no_supply_offers_the_search_and_the_hand_of_a_board_that_has_one_is_dragged(played, qtbot):
+def test_a_missing_supply_offers_the_search_and_a_simulated_hand_can_be_dragged(played, qtbot):
     play = played(supply=0.0)
     dialog, kit = play.dialog, play.kit
     dialog.go(3)
@@ -149,7 +149,7 @@ class EncoderKit(PaddleKit):
 
 
 def taken(play):
-    """Take every mark on the visible step."""
+    """Measure every mark of the visible step."""
     for place in PLACES:
         play.lead(place)
         assert play.dialog.step.place.si == pytest.approx(place)
@@ -195,15 +195,15 @@ def test_marks_on_the_wrong_side_are_red_and_give_no_scale(played):
     step = play.dialog.step
     for place in PLACES:
         assert not step.apply.isEnabled()
-        play.lead(abs(place))  # +20 mm for −20 mm
+        play.lead(abs(place))  # +20 mm instead of −20 mm
         play.press(step.take)
     assert "wrong side" in step.box.words.text()
     assert step.box.property("tone") == "danger"
     assert not step.apply.isEnabled()
 
 
-def test_a_scale_far_from_every_kit_is_saved_only_once_it_is_confirmed(played):
-    """The usual kit's pulley has 5 mm; the scale is in proportion to its radius."""
+def test_an_unusual_scale_must_be_confirmed_before_saving(played):
+    """The usual pulley has a radius of 5 mm, and the scale is proportional to it."""
     play = played()
     dialog, save = play.dialog, play.dialog.save_step
 
@@ -219,7 +219,7 @@ def test_a_scale_far_from_every_kit_is_saved_only_once_it_is_confirmed(played):
     assert "1.21 × that of the nearest kit, Hapkit 3.0" in save.box.words.text()
     save.confirm.click()
     assert save.save.isEnabled()
-    assert enter_save(1.5 * 0.005) == (False, True)  # another scale is not confirmed
+    assert enter_save(1.5 * 0.005) == (False, True)  # the new scale is not confirmed yet
     save.confirm.click()
     play.press(save.save)
     assert save.result.good
@@ -259,7 +259,7 @@ class LateKit(PaddleKit):
 
 
 @pytest.mark.slow
-def test_the_drawing_is_of_the_method_chosen_and_what_failed_is_carried_again(played):
+def test_the_drawing_shows_the_selected_method_and_a_failed_mass_is_measured_again(played):
     play = played(kit=LateKit(pace=PACE))
     play.direct()
     play.dialog.go(4)
@@ -283,7 +283,7 @@ def test_the_drawing_is_of_the_method_chosen_and_what_failed_is_carried_again(pl
 
 
 @pytest.mark.slow
-def test_springs_are_pulled_at_one_after_the_other(played):
+def test_springs_are_measured_one_after_the_other(played):
     play = played(torque=0.9 * 0.0183)
     play.direct()
     play.dialog.go(4)
@@ -317,7 +317,7 @@ def test_springs_are_pulled_at_one_after_the_other(played):
         ),
     ],
 )
-def test_frames_are_sent_as_was_measured_to_be_faster(played, delays, size, words):
+def test_frames_are_sent_in_the_way_that_was_measured_as_faster(played, delays, size, words):
     dialog = played().dialog
     link = dialog.studio.device
     link.padding = PACKET - size
