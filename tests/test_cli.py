@@ -20,8 +20,8 @@ from hapkit_studio.devices import DeviceEntry, flash
 from hapkit_studio.devices.delays import MeasuredDelay
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.virtual_board import built
+from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import arrays, rows
-from hapkit_studio.haptics.board_plan import RenderingDecision
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.health import Fault, LinkCounts
 from hapkit_studio.protocol.framing import encode
@@ -313,11 +313,12 @@ def engine_on_bad_link():
         where="computer",
         fault=None,
         device=SimpleNamespace(measures_delay=True, has_board=True, mass=0.044, viscous=0.5, quantum=2e-5),
-        loop=SimpleNamespace(rate=1000.0, estimator="difference"),
+        loop_of=lambda where, delay, hand="released": LoopSettings(
+            1000.0 if where == "computer" else 2000.0, delay, hand=hand
+        ),
         environment=environments.discover()["spring"],
         values={"stiffness": 300.0, "damping": 0.0, "center": 0.0},
         max_force=3.0,
-        decision=lambda: RenderingDecision(plan=SimpleNamespace(rate=2000)),
         missed_of=lambda where: 0,
         delay_of=lambda where: MeasuredDelay(5e-3, 1e-4, 100),
         health=lambda: SimpleNamespace(link=counts),

@@ -224,9 +224,9 @@ def _figures(engine: Engine, table: np.ndarray) -> dict[str, Any]:
     """Return the figures of computer, board and link of an open device; ``table`` contains the run's rows."""
     found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.missed_of("board")}
     for where in RENDERERS:
-        delay = engine.delay_of(where)
+        delay, loop = engine.delay_of(where), engine.loop_of(where, 0.0)
         found[where] = {
-            "rate_Hz": on_board.rendering_rate(engine, where),
+            "rate_Hz": None if loop is None else loop.rate,
             "delay_us": None if delay is None else 1e6 * delay.mean,
             "delay_spread_us": None if delay is None else 1e6 * delay.spread,
             "stiffness_limit": on_board.rendering_limit(engine, where),

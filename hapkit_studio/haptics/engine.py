@@ -359,6 +359,24 @@ class Engine:
         which = delays.OF_BOARD if where == BOARD else delays.OF_COMPUTER
         return delays.measured_delay(self.driver.conn.delays, which, LATELY)
 
+    def loop_of(self, where: str, delay: float, hand: str = "released") -> LoopSettings | None:
+        """Return device and loop as the "computer" or the "board" renders, with a delay in s and a hand.
+
+        None if the board's plan is unknown or it has none.
+        """
+        loop, modelled, decision = self.loop, self.modelled or self.device, self.decision()
+        rate, estimator, controller = loop.rate, loop.estimator, loop.controller
+        if where == BOARD and self.device.has_board:
+            plan = decision.in_force or decision.plan
+            if plan is None:
+                return None
+            rate, estimator, controller = plan.rate, board_plan.spec_on_board(estimator), False
+        return replace(
+            loop, rate=rate, delay=delay, estimator=estimator, controller=controller, hand=hand,
+            mass=self.device.mass, viscous=modelled.viscous, coulomb=modelled.coulomb_force,
+            quantum=modelled.quantum,
+        )  # fmt: skip
+
     def missed_of(self, where: str) -> int:
         """Return the missed ticks of one renderer: late answers, or ticks that the board skipped."""
         skipped = 0 if self.driver is None else int(self.driver.conn.state.skipped)

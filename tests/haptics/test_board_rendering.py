@@ -134,6 +134,19 @@ def test_the_computer_renders_what_the_board_refuses_with_the_reason(rendering):
     setup.until(lambda: setup.engine.rendering == "board")
 
 
+def test_the_loop_of_each_renderer_has_its_own_rate_filter_and_controller(rendering):
+    setup = rendering()
+    setup.engine.set_loop(estimator="butterworth", controller=True)
+    plan = setup.engine.decision(wait=True).plan
+    here, there = (setup.engine.loop_of(where, 1e-3, "firm") for where in ("computer", "board"))
+    assert (here.rate, here.estimator, here.controller) == (1000.0, "butterworth", True)
+    assert (there.rate, there.estimator, there.controller) == (plan.rate, "kalman", False)
+    assert (here.delay, here.hand) == (there.delay, there.hand) == (1e-3, "firm")
+    assert (here.mass, here.coulomb) == (setup.engine.device.mass, setup.engine.device.coulomb_force)
+    setup.engine.limit_force(1.0)
+    assert setup.engine.loop_of("board", 1e-3) is None
+
+
 def test_a_decision_that_is_pending_keeps_the_last_refusal_and_the_plan_in_force(rendering, monkeypatch):
     setup = rendering(arena=150)
     setup.go()

@@ -9,7 +9,6 @@ from hapkit_studio.analysis.stability.verdict import VerdictInput, verdict
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.loop_settings import COMPUTER, LoopSettings
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.haptics import board_plan
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.protocol.messages import Board
 
@@ -40,49 +39,27 @@ HAND = "medium"
 UNKNOWN = "The delay of the link cannot be measured, so the stiffness limit is unknown."
 
 
-def rendering_rate(engine: Engine, where: str) -> float | None:
-    """Return the rate in Hz of one way of rendering; None if the board cannot render."""
-    if where == COMPUTER or not engine.device.has_board:
-        return engine.loop.rate
-    decision = engine.decision()
-    plan = decision.in_force or decision.plan
-    return None if plan is None else float(plan.rate)
-
-
 def rendering_limit(engine: Engine, where: str) -> float | None:
     """Return the exact stiffness limit in N/m of a released handle; None if limit or delay are unknown."""
-    delay, rate = engine.delay_of(where), rendering_rate(engine, where)
-    impedance, device = engine.environment.impedance, engine.device
-    if delay is None or rate is None or impedance is None:
+    delay, impedance = engine.delay_of(where), engine.environment.impedance
+    loop = None if delay is None else engine.loop_of(where, delay.mean)
+    if loop is None or impedance is None or not loop.linear:
         return None
-    setting = LoopSettings(
-        mass=device.mass, viscous=device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean,
-        estimator=_spec(engine, where),
-    )  # fmt: skip
-    if not setting.linear:
-        return None
-    limit = kb_plane.limit(setting, impedance(engine.values)[1])
+    limit = kb_plane.limit(loop, impedance(engine.values)[1])
     return None if math.isinf(limit) else float(limit)
 
 
 def link_warning(engine: Engine) -> str:
     """Return one line if the rendered stiffness exceeds, or may exceed, the link's limit, else ""."""
-    where, device = engine.where, engine.device
-    if not device.measures_delay:
+    where = engine.where
+    if not engine.device.measures_delay:
         return ""
-    delay, rate = engine.delay_of(where), rendering_rate(engine, where)
-    if delay is None or rate is None:
+    delay = engine.delay_of(where)
+    loop = None if delay is None else engine.loop_of(where, delay.mean, HAND)
+    if delay is None or loop is None:
         return UNKNOWN
-    setting = LoopSettings(
-        mass=device.mass, viscous=device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean,
-        estimator=_spec(engine, where), hand=HAND,
-    )  # fmt: skip
-    found = verdict(VerdictInput(engine.environment, engine.values, setting, engine.max_force))
+    found = verdict(VerdictInput(engine.environment, engine.values, loop, engine.max_force))
     if found.calm or found.not_judged:
         return found.not_judged
     remedy = "Lower the stiffness" + (", or let the board render." if where == COMPUTER else ".")
     return f"The measured delay is {1e3 * delay.mean:.1f} ms. {' '.join(found.lines)} {remedy}"
-
-
-def _spec(engine: Engine, where: str) -> Spec:
-    return engine.loop.estimator if where == COMPUTER else board_plan.spec_on_board(engine.loop.estimator)

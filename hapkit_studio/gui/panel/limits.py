@@ -10,6 +10,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.analysis.stability.margin import RELEASED
+from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER
 from hapkit_studio.gui.state import prepare
 from hapkit_studio.gui.state.studio import Studio
 
@@ -59,7 +60,7 @@ class LoopFacts(QObject):
         super().__init__(parent)
         self._studio = studio
         self.delay: float | None = None
-        self._where = "computer"
+        self._where = COMPUTER
         self._forget()
         studio.engine_changed.connect(self._forget)
         studio.loop_changed.connect(self._follow)
@@ -67,25 +68,10 @@ class LoopFacts(QObject):
 
     def setting(self, hand: str = "released") -> "LoopSettings | None":
         """Return the present device and loop with a hand; None without a device or a known delay."""
-        from hapkit_studio.haptics.board_plan import spec_on_board
-
-        engine, loop = self._studio.engine, self._studio.loop
+        engine = self._studio.engine
         if engine is None or self.delay is None:
             return None
-        device, board = engine.device, engine.decision().in_force
-        modelled = engine.modelled or device  # a scene may be simulated without some terms
-        return replace(
-            loop,
-            rate=engine.loop.rate if board is None else float(board.rate),
-            delay=self.delay,
-            estimator=loop.estimator if board is None else spec_on_board(loop.estimator),
-            controller=loop.controller and board is None,
-            hand=hand,
-            mass=device.mass,
-            viscous=modelled.viscous,
-            coulomb=modelled.coulomb_force,
-            quantum=modelled.quantum,
-        )
+        return engine.loop_of(COMPUTER if engine.decision().in_force is None else BOARD, self.delay, hand)
 
     def why_unknown(self) -> tuple[str, str]:
         """Return what is missing for a setting, in a few words and in a sentence."""
@@ -95,7 +81,7 @@ class LoopFacts(QObject):
             return "Not judged yet", f"{link.text}." if known else "Connect a device first."
         if self._studio.stopped or engine.fault is not None:
             return "Not measured while the motor is off", "The motor must be on for the delay to be measured."
-        if engine.where == "board":
+        if engine.where == BOARD:
             return "Measuring the delay", "The board has not rendered yet."
         return "Measuring the delay", "This takes half a second at zero force after connecting."
 
@@ -122,7 +108,7 @@ class LoopFacts(QObject):
 
     def _forget(self) -> None:
         """Forget the previous device's delay; a device that measures none has only the added delay."""
-        opened, self._where = self._studio.opened, "computer"
+        opened, self._where = self._studio.opened, COMPUTER
         known = opened is not None and not opened.measures_delay
         self.delay = self._studio.loop.delay if known else None
         self.changed.emit()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
-from hapkit_studio.dynamics.loop_settings import BOARD, BOARD_RATE, COMPUTER, RENDERERS, LoopSettings
+from hapkit_studio.dynamics.loop_settings import BOARD, BOARD_RATE, RENDERERS, LoopSettings
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.rows import ChoiceRow
@@ -76,27 +76,19 @@ def solve(question: tuple[list["LoopSettings | None"], float]) -> list[float | N
 
 def renderers(studio: "Studio") -> list[RendererFacts]:
     """Return the facts of computer and board for the present device and loop."""
-    from hapkit_studio.haptics import board_plan
-
     engine = studio.engine
     assert engine is not None
-    device, plan, spec = engine.device, engine.decision().plan, studio.loop.estimator
-    board_rate, share = (float(plan.rate), plan.share) if plan else (None, None)
-    found = []
-    for where, rate, own_spec, processor in (
-        (COMPUTER, engine.loop.rate, spec, None),
-        (BOARD, board_rate, board_plan.spec_on_board(spec), share),
-    ):
-        delay, steady, setting = engine.delay_of(where), steady_delay(engine, where), None
+    plan, found = engine.decision().plan, []
+    for where in RENDERERS:
+        delay, steady = engine.delay_of(where), steady_delay(engine, where)
         if delay is not None and steady is not None:
             delay = delay._replace(mean=steady)  # as shown and used everywhere in the window
-            if rate is not None:
-                setting = LoopSettings(
-                    mass=device.mass, viscous=device.viscous, quantum=device.quantum, rate=rate, delay=steady,
-                    estimator=own_spec,
-                )  # fmt: skip
-                setting = setting if setting.linear else None
-        found.append(RendererFacts(delay, rate, engine.missed_of(where), setting, processor))
+        loop = engine.loop_of(where, steady or 0.0)
+        setting = loop if delay is not None and loop is not None and loop.linear else None
+        rate, share = loop.rate if loop is not None else None, None
+        if where == BOARD and plan is not None:
+            share = plan.share
+        found.append(RendererFacts(delay, rate, engine.missed_of(where), setting, share))
     return found
 
 
