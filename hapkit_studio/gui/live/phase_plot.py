@@ -139,6 +139,10 @@ class ForcePosition(QWidget):
         self.note.setText(self._unseen if self.pane else "")
         self.note.setVisible(bool(self.note.text()))
 
+    def choose_channel(self, channel: str) -> None:
+        """Show the plot of force over a channel, "position" or "velocity"."""
+        self.choose(next(at for at, plot in enumerate(self.plots) if plot.channel == channel))
+
     def choose(self, index: int) -> None:
         """Show the chosen plot: a force plot until the environment changes, energy permanently."""
         self._by_hand = True

@@ -87,7 +87,7 @@ class TraceCanvas(Canvas):
     cursor_dragged = Signal(int, float)
 
     def __init__(self, plot: TimePlot, shown: PlotState, bottom: bool, first: bool):
-        self.plot_of, self.shown, self.first = plot, shown, first
+        self.plot_of, self.shown, self.first, self.last = plot, shown, first, bottom
         super().__init__(bottom, "s" if bottom else "", left_width=_UNIT_WIDTH if plot.beside else _WIDTH)
         if plot.beside:  # no header shows the unit there
             self.left.unit = plot.unit
@@ -202,18 +202,21 @@ class TraceCanvas(Canvas):
         if self.first:
             labels = self._labels(painter, box)
             self._tags(painter, box)
+        elif self.last and self.shown.evaluated is not None:
+            self._label_evaluated(painter, box, self.shown.evaluated)
         self._pointer(painter, box, labels)
+
+    def _label_evaluated(self, painter: QPainter, box: QRectF, evaluated: tuple[float, float]) -> None:
+        """Label the interval that a lesson evaluated where there is room; the first plot has the dividers."""
+        start, stop = (self.pixel(time, 0.0).x() for time in evaluated)
+        left, row = max(start, box.left()) + _BESIDE, box.top() + _ROW
+        if left + _wide(_EVALUATED) + _BESIDE < min(stop, box.right()):
+            painter.fillRect(_label_box(left, row, _EVALUATED) & box, theme.color("accentsoft", _GROUND))
+            self.note(painter, left, row, _EVALUATED, "accent")
 
     def _labels(self, painter: QPainter, box: QRectF) -> list[QRectF]:
         """Label gaps in the middle and dividers clear of the trace; return the boxes of these labels."""
         right, taken = box.right() - _BESIDE, []
-        if self.shown.evaluated is not None:
-            start, stop = (self.pixel(time, 0.0).x() for time in self.shown.evaluated)
-            left = max(start, box.left()) + _BESIDE
-            if left + _wide(_EVALUATED) + _BESIDE < min(stop, box.right()):
-                taken.append(_label_box(left, box.top() + _ROW, _EVALUATED))
-                painter.fillRect(taken[0] & box, theme.color("accentsoft", _GROUND))
-                self.note(painter, left, box.top() + _ROW, _EVALUATED, "accent")
         for start, stop in self.shown.gaps:
             left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE
             words = f"No data for {number(stop - start, 1)} s"

@@ -21,12 +21,14 @@ class Page(QWidget):
     side: optional widget that replaces the parameter panel while the page is visible. ``marked(text)``: the
     page acts on the scene, described by the text, or no longer ("" ); the view's tab shows it. ``changed``:
     actions that depend on the page may have to be enabled or disabled. ``view_wanted(key)``: show a view.
+    ``plot_wanted(channel)``: show the plot of force over a channel.
     beside: the page replaces the gallery, beside the live plots. stays: it does so in every view.
     """
 
     marked = Signal(str)
     changed = Signal()
     view_wanted = Signal(str)
+    plot_wanted = Signal(str)
 
     side: QWidget | None = None
     beside = stays = False

@@ -80,6 +80,7 @@ class Views(QObject):
                 self._centre.add_page(page)
             page.marked.connect(lambda words, key=key: self._show_mark(key, words))
             page.view_wanted.connect(self.show)
+            page.plot_wanted.connect(self._centre.phase.choose_channel)
             page.changed.connect(self._place_beside)
             page.changed.connect(self.changed)
         return self._pages[key]

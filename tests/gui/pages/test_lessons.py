@@ -10,8 +10,11 @@ from PySide6.QtWidgets import QLabel
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.pages.lessons.player import scene_settings
 from hapkit_studio.gui.state.undo import differing, settings_of
+from hapkit_studio.gui.teach.demos import shipped
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.lessons import library
 from hapkit_studio.lessons.progress import file_of
+from tests.gui.window_support import delete_deferred
 
 WALL = "virtual_wall"
 
@@ -152,6 +155,25 @@ def test_locks_and_hidden_parts_of_a_step_last_until_it_is_left(small, kept_wind
     assert small.isVisible()  # an open lesson stays visible beside every view
 
 
+def test_formulas_follow_the_theme(small):
+    def pictures():
+        return [text for part in small.body.findChildren(QLabel) if "<img" in (text := part.text())]
+
+    delete_deferred()
+    light = pictures()
+    theme.set_mode("dark")
+    assert len(pictures()) == len(light) == 2
+    assert not set(pictures()) & set(light)
+
+
+def test_a_step_shows_the_plot_that_it_names(page, kept_window):
+    """The friction lesson looks at force over velocity first, the spring's at force over position."""
+    phase = kept_window.centre.phase
+    for key, channel in (("friction", "velocity"), ("virtual_spring", "position")):
+        page.open(key)
+        assert phase.plots[phase.switch.index].channel == channel
+
+
 def test_leaving_a_lesson_restores_everything(page, kept_window):
     studio = kept_window.studio
     studio.set_value("stiffness", 420.0)
@@ -278,3 +300,34 @@ def test_closing_the_window_in_a_lesson_stores_the_previous_settings(make_window
     assert window.studio.environment.key == "spring"
     window.close()
     assert window.settings.value("environment") == "wall"
+
+
+def test_a_motor_waits_for_render_at_each_step_that_changes_settings(board_window, home):
+    """A person has not chosen the step's settings, and may not hold the handle yet."""
+    studio = board_window.studio
+    if studio.stopped:
+        studio.release_stop()
+    board_window.views.show("lessons")
+    page = board_window.views.page("lessons")
+    page.open(WALL)
+    assert studio.stopped
+    assert studio.waits_for_render
+    studio.release_stop()
+    page.go(1)  # the same scene
+    assert not studio.stopped
+    page.go(1)  # another stiffness and delay
+    assert studio.stopped
+    studio.release_stop()
+    page.player.leave()
+    assert studio.stopped
+
+
+def test_opening_a_lesson_ends_a_demo_and_its_settings_do_not_come_back(page, kept_window):
+    window = kept_window
+    before = settings_of(window.studio)
+    window.play_demo(next(iter(shipped().values())))
+    assert window.demos.demo is not None
+    page.open(WALL)
+    assert window.demos.demo is None
+    page.player.leave()
+    assert settings_of(window.studio) == before

@@ -94,6 +94,10 @@ class StepDot(QPushButton):
         self.number, self.done, self.current = number, False, False
         self.setToolTip(title)
         self._title = title
+        theme.changed.connect(self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
         self.setFixedSize(theme.px(_DOT), theme.px(_DOT))
 
     def show_state(self, done: bool, current: bool) -> None:
@@ -157,7 +161,6 @@ class LessonsPage(Page):
         player.evaluated.connect(self.show_results)
         player.applied.connect(self._show_view)
         player.failed.connect(lambda what, why: self.say(f"{what} {why}"))
-        theme.changed.connect(self._dress)
         self.load()
 
     # what the window calls
@@ -362,11 +365,9 @@ class LessonsPage(Page):
         step = self.player.step
         if step is not None:
             self.view_wanted.emit("lessons" if step.scene.view == "live" else step.scene.view)
-
-    def _dress(self) -> None:
-        """Draw the formulas in the theme's colours."""
-        if not theme.refreshing:
-            self.show_step()
+            over = [block.over for block in step.blocks if isinstance(block, Plot)]
+            if channel := next((one for one in over if one != "time"), ""):
+                self.plot_wanted.emit(channel)
 
     def _order(self, parts: list[QWidget]) -> None:
         """Let the Tab key go through these parts in their order."""

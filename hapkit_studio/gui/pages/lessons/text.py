@@ -2,7 +2,7 @@
 
 import base64
 import html
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, Qt
@@ -22,30 +22,40 @@ _STYLE = (
 )
 
 
-def text_label(tokens: Sequence[Any]) -> QLabel:
-    """Return a label with Markdown's tokens; its web links open in the browser."""
-    return _label(rich_text(tokens, lambda tex: _picture(tex, theme.font("body"))))
+class RichLabel(QLabel):
+    """Text with formulas, drawn in the theme's colours and size; its web links open in the browser."""
+
+    def __init__(self, body: Callable[[], str]):
+        """body: returns the HTML for the present theme."""
+        super().__init__(textFormat=Qt.TextFormat.RichText, wordWrap=True, openExternalLinks=True)
+        flags = Qt.TextInteractionFlag
+        self.setTextInteractionFlags(flags.TextSelectableByMouse | flags.LinksAccessibleByMouse)
+        self._body = body
+        theme.changed.connect(self.draw)
+        self.draw()
+
+    def draw(self) -> None:
+        """Draw text and formulas again."""
+        style = _STYLE.format(**{name: theme.tokens[name] for name in ("accent", "ink", "grid")})
+        self.setText(f"<style>{style}</style>{self._body()}")
 
 
-def formula_label(tex: str) -> QLabel:
+def text_label(tokens: Sequence[Any]) -> RichLabel:
+    """Return a label with Markdown's tokens."""
+    return RichLabel(lambda: rich_text(tokens, lambda tex: _picture(tex, theme.font("body"))))
+
+
+def formula_label(tex: str) -> RichLabel:
     """Return a label with a formula on a line of its own."""
-    font = theme.font("body")
-    font.setPixelSize(round(_DISPLAYED * font.pixelSize()))
-    made = _label(formula(tex, lambda tex: _picture(tex, font)))
+
+    def body() -> str:
+        font = theme.font("body")
+        font.setPixelSize(round(_DISPLAYED * font.pixelSize()))
+        return formula(tex, lambda tex: _picture(tex, font))
+
+    made = RichLabel(body)
     made.setAccessibleName(f"Formula: {tex}")
     made.setContentsMargins(theme.px(10), theme.px(4), 0, theme.px(4))
-    return made
-
-
-def _label(body: str) -> QLabel:
-    made = QLabel()
-    made.setTextFormat(Qt.TextFormat.RichText)
-    made.setWordWrap(True)
-    made.setOpenExternalLinks(True)
-    flags = Qt.TextInteractionFlag
-    made.setTextInteractionFlags(flags.TextSelectableByMouse | flags.LinksAccessibleByMouse)
-    style = _STYLE.format(accent=theme.tokens["accent"], ink=theme.tokens["ink"], grid=theme.tokens["grid"])
-    made.setText(f"<style>{style}</style>{body}")
     return made
 
 
