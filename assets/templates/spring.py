@@ -5,13 +5,13 @@ from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
 
-# The law is called once every millisecond. It gets
+# The law is called once every millisecond. Its arguments are
 #   p   the parameters declared below, set with the sliders
-#   s   the memory from call to call (this law needs none)
+#   s   the memory between calls (this law needs none)
 #   x   the position of the handle in m, positive to the right
 #   v   its velocity in m/s
 #   dt  the time between two calls in s
-# and returns the force on the handle in N, positive to the right.
+# It returns the force on the handle in N, positive to the right.
 @law
 def force(p, s, x, v, dt):
     return -p.stiffness * (x - p.center) - p.damping * v
@@ -28,10 +28,10 @@ ENVIRONMENT = Environment(
         Parameter("center", "Centre", "m", 0.0, -0.04, 0.04, "Where the spring is at rest"),
     ),
     force=force,
-    # the picture, drawn while the parameters' names and limits fit it
+    # the picture; drawn only if the names and limits of the parameters match it
     scene="spring",
-    # how the force is written (with another law, write another formula or none),
-    # and what bounds its stability: (stiffness, damping)
+    # the formula shown for the law (if you change the law, change or delete it),
+    # and the stiffness and damping that limit its stability
     formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i>₀) − <i>b v</i>",
     impedance=lambda p: (p["stiffness"], p["damping"]),
 )

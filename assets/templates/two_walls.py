@@ -1,12 +1,13 @@
-"""Two walls: a free gap between them, the same spring and damper behind each surface."""
+"""Two walls with a free gap between them; each is a spring and a damper."""
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
 
-# A function beside the law, so that the wall is written once. A law may call functions of its own file.
-# depth is how far the handle is inside, rate its speed into the wall; the push is never negative.
+# This function is used for both walls. A law may call functions of its own file.
+# depth in m is the handle's distance behind the surface, rate in m/s its speed into the wall. The force is
+# never negative.
 def wall(depth, rate, stiffness, damping):
     if depth <= 0.0:
         return 0.0
@@ -18,7 +19,7 @@ def wall(depth, rate, stiffness, damping):
 def force(p, s, x, v, dt):
     half = p.gap / 2
     right = wall(x - half, v, p.stiffness, p.damping)
-    # The left wall is the right one in a mirror: x, v and the force change sign.
+    # The left wall mirrors the right wall: x, v and the force change sign.
     left = wall(-x - half, -v, p.stiffness, p.damping)
     return left - right
 
@@ -31,10 +32,10 @@ ENVIRONMENT = Environment(
         # name in the law, label, unit, default, lowest, highest, help
         Parameter("gap", "Gap", "m", 0.03, 0.0, 0.1, "Distance between the walls"),
         Parameter("stiffness", "Stiffness", "N/m", 300.0, 0.0, 5000.0, "Force per metre of depth"),
-        Parameter("damping", "Damping", "N·s/m", 1.0, 0.0, 50.0, "Force per metre per second going in"),
+        Parameter("damping", "Damping", "N·s/m", 1.0, 0.0, 50.0, "Force per metre per second on the way in"),
     ),
     force=force,
-    # how the force is written; with another law, write another formula or none
+    # the formula shown for the law; if you change the law, change or delete it
     formula="<i>F</i> = ∓ (<i>k d</i> + <i>b v</i>) inside",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     shades=True,

@@ -62,7 +62,7 @@ def translate(law: Law, values: Sequence[float]) -> Source:
     writer = _Writer(names, functions, {r.line: f"{r.text}." for r in law.remarks})
     sizes = sorted({len(f.results) for f in made.functions} - {1})
     pieces = [f"struct Values{n} {{ float {', '.join('abcdefghijklmnop'[:n])}; }};" for n in sizes]
-    text = ["\n".join(["// What a function gives back that has several results.", *pieces])] if pieces else []
+    text = ["\n".join(["// The results of functions that return several values.", *pieces])] if pieces else []
     for function in made.functions:
         result = "float" if len(function.results) == 1 else f"Values{len(function.results)}"
         about = trees.documents[function.key]
@@ -85,7 +85,7 @@ def _memory(law: Law, used: set[str]) -> str:
             rows.append(f"{name}[{len(value)}] = {{{', '.join(map(number, value))}}}")
         elif not isinstance(value, tuple) and f"s.{name}" in used:
             rows.append(f"{name} = {number(value)}")
-    head = "// What the law remembers from one time to the next."
+    head = "// The law's memory from one tick to the next."
     return "\n".join([head, "struct {", *wrapped(f"  float {', '.join(rows)};"), "} s;"])
 
 

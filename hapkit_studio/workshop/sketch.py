@@ -58,7 +58,7 @@ def law_text(law: Source) -> str:
     """Return the law in its namespace, after the helpers that it needs."""
     pieces = re.split(r"^=== (.*)\n", resources.path("sketch", "helpers.txt").read_text("utf-8"), flags=re.M)
     known = zip(pieces[1::2], pieces[2::2], strict=True)
-    helpers = [words.strip() for names, words in known if law.helpers & set(names.split())]
+    helpers = [code.strip() for names, code in known if law.helpers & set(names.split())]
     return "\n\n".join(["namespace law {", *helpers, law.text, "}  // namespace law\n"])
 
 
@@ -76,12 +76,12 @@ _SENSORS = {Sensor.MAGNETORESISTIVE: "a2", Sensor.AS5048A: "as5048a", Sensor.QUA
 _MAPS = {MotorMap.SQUARE: "square", MotorMap.LINEAR: "linear", MotorMap.TABLE: "table"}
 _MOTORS = {Pins.D5_D8: "d5", Pins.D3_D12: "d3"}
 _UPRIGHT = (
-    "Before the board starts, hold the handle where its zero shall be, usually upright: at every start it "
-    "takes the handle's place as position 0. Then give the motor its supply."
+    "Before the board starts, hold the handle where its zero is to be, usually upright: every start "
+    "takes the handle's position as 0. Then connect the motor's power supply."
 )
 _NEAR = (
-    "Before the board starts, hold the handle near zero, within {reach:.0f} mm: its sensor repeats itself, "
-    "and the repeat of the calibrated zero that is nearest counts. Then give the motor its supply."
+    "Before the board starts, hold the handle near zero, within {reach:.0f} mm: the calibrated zero repeats "
+    "with the sensor, and the nearest repeat is used. Then connect the motor's power supply."
 )
 
 
@@ -120,7 +120,7 @@ def text(
         title=one_line(environment.title),
         about=_comment(one_line(environment.summary)),
         version=version("hapkit-studio"),
-        before_start="\n//\n".join(_comment(words) for words in (remark, before_start) if words),
+        before_start="\n//\n".join(_comment(note) for note in (remark, before_start) if note),
         rate=rate,
         loop=_loop(rate, prints),
         parameters=constants(environment, values, law),
@@ -158,8 +158,8 @@ def _template(name: str) -> Template:
     return Template(resources.path("sketch", f"{name}.txt").read_text("utf-8"))
 
 
-def _comment(words: str) -> str:
-    return "\n".join(f"// {line}" for line in textwrap.wrap(words.replace("×", "times"), _WIDTH))
+def _comment(text: str) -> str:
+    return "\n".join(f"// {line}" for line in textwrap.wrap(text.replace("×", "times"), _WIDTH))
 
 
 def _zero_known(kit: Kit) -> bool:
@@ -170,31 +170,31 @@ def _kit(kit: Kit) -> str:
     b = kit.board
     turn = "turn" if b.sensor != Sensor.MAGNETORESISTIVE else "half turn"
     rows = [
-        ("float kMaxForce", number(b.max_force), "N: more is never asked of motor and cable"),
+        ("float kMaxForce", number(b.max_force), "N, the largest force of motor and cable"),
         ("float kMotorConstant", number(b.motor_constant), "N*m at full duty"),
         ("float kHandleRadius", number(b.handle_radius), "m from the sector's axis to the handle"),
         ("float kPulleyRadius", number(b.pulley_radius), "m, the motor's pulley (not its diameter)"),
-        ("float kSectorRadius", number(b.sector_radius), "m, the drum that the cable runs on"),
-        ("int32_t kCountsPerRepeat", str(b.counts_per_flip), f"of the sensor, a {turn} of the motor"),
+        ("float kSectorRadius", number(b.sector_radius), "m, of the drum with the cable"),
+        ("int32_t kCountsPerRepeat", str(b.counts_per_flip), f"of the sensor in a {turn} of the motor"),
         ("float kTravelPerCount", number(b.quantum), "m of the handle"),
-        ("float kSense", number(float(b.sense)), "1: counts grow to the right, -1: to the left"),
-        ("bool kHighIsRight", str(b.direction > 0).lower(), "the direction pin is high to push right"),
-        ("uint8_t kDeadBand", str(b.dead_band), "pwm, of 255, below which the motor does not turn"),
+        ("float kSense", number(float(b.sense)), "1: counts increase to the right, -1: to the left"),
+        ("bool kHighIsRight", str(b.direction > 0).lower(), "direction pin is high for a force to the right"),
+        ("uint8_t kDeadBand", str(b.dead_band), "PWM value of 255 below which the motor does not turn"),
     ]
     if _zero_known(kit):
         rows.append(("int32_t kZero", str(b.zero), "the count at the handle's zero"))
     known = profiles.numbered(b.profile)
     name = one_line(b.label) or (known.title if known else "Hapkit")
-    sure = "as calibrated" if kit.calibrated else "the usual numbers of this kind of kit: measure your own"
+    sure = "as calibrated" if kit.calibrated else "with the usual values of this type: measure your own"
     return f"{_comment(f'{name}, {sure}.')}\n{_rows(rows)}\n{_LEVER}"
 
 
 def _loop(rate: int, prints: int) -> str:
     rows = [
-        ("uint16_t kRate", str(rate), "times a second"),
-        ("float kPeriod", "1.0f / kRate", "s from one time to the next"),
-        ("float kFadeIn", "0.5f", "s in which the force comes up after a start"),
-        ("float kMaxSpeed", "3.0f", "m/s; a hand is slower: beyond it something is wrong"),
+        ("uint16_t kRate", str(rate), "Hz"),
+        ("float kPeriod", "1.0f / kRate", "s from one tick to the next"),
+        ("float kFadeIn", "0.5f", "s, during which the force rises after a start"),
+        ("float kMaxSpeed", "3.0f", "m/s; a hand is slower, so a larger value is an error"),
         ("uint8_t kPrintsPerSecond", str(prints), "lines on the serial monitor at 115200 baud; 0: none"),
     ]
     return _rows(rows)
@@ -210,9 +210,9 @@ def _rows(rows: Sequence[tuple[str, str, str]]) -> str:
 def _velocity(estimator: Spec, rate: int, quantum: float) -> str:
     method, options = estimators.parse(estimator)
     _, first, second = coefficients(estimator, rate, quantum)
-    words = f"a corner at {options['cutoff']:g} Hz" if "cutoff" in options else method.label
+    comment = f"corner frequency {options['cutoff']:g} Hz" if "cutoff" in options else method.label
     return _template(f"velocity-{method.key}").safe_substitute(
-        first=number(first), second=number(second), words=words
+        first=number(first), second=number(second), comment=comment
     )
 
 
@@ -229,11 +229,11 @@ def sketch_path(wanted: str | Path) -> Path:
     if is_special(path):
         return path
     if path.suffix and path.suffix != ENDING and not path.suffix[1:].isdigit():
-        raise ParameterError(f"A sketch's name ends in {ENDING}, or has no ending: not {path.suffix!r}.")
+        raise ParameterError(f"A sketch's name ends in {ENDING} or has no ending, not {path.suffix!r}.")
     name = path.name.removesuffix(ENDING)
     if not _NAME.fullmatch(name):
         raise ParameterError(
-            f"A sketch's name has letters, digits, _ and -, up to 63 of them: the IDE takes no {name!r}."
+            f"A sketch's name has letters, digits, _ and -, at most 63 of them, not {name!r}."
         )
     folder = path.parent if path.parent.resolve().name == name else path.parent / name
     return folder / f"{name}{ENDING}"
@@ -243,7 +243,7 @@ def write_sketch(wanted: str | Path, text: str, over: bool = False) -> Path:
     """Write a sketch and return its path; raise OSError, or ParameterError if it exists and not ``over``."""
     path = sketch_path(wanted)
     if path.exists() and not over and not is_special(path):
-        raise ParameterError(f"{path} is there already. Give another name, or --force to write over it.")
+        raise ParameterError(f"{path} exists already. Choose another name, or overwrite it with --force.")
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
     return path

@@ -287,7 +287,7 @@ def test_a_sketch_is_in_a_folder_of_its_name(tmp_path):
     for wanted in ("wall", "wall.ino", "wall/wall", "wall/wall.ino"):
         assert sketch.sketch_path(tmp_path / wanted) == tmp_path / "wall" / "wall.ino"
     made = sketch.write_sketch(tmp_path / "wall", "text")
-    with pytest.raises(ParameterError, match="there already"):
+    with pytest.raises(ParameterError, match="exists already"):
         sketch.write_sketch(tmp_path / "wall", "other")
     assert made.read_text() == "text"
     sketch.write_sketch(tmp_path / "wall", "other", over=True)
