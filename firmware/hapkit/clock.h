@@ -5,8 +5,8 @@
 
 class Clock {
  public:
-  // Return the time in us of a stamp in half microseconds, which wraps twice as often as the time. The stamp
-  // must be less than 17 minutes from the last one.
+  // Return the time in us of a stamp in half microseconds. A stamp wraps at half the range of the time; it
+  // must be less than 17 minutes from the last stamp.
   uint32_t us_of(uint32_t stamp) {
     const bool back = static_cast<int32_t>(stamp - last_) < 0;
     if (back != (stamp < last_)) upper_ = !upper_;

@@ -21,7 +21,7 @@ extern const uint32_t kExpm1[] PROGMEM = {  // (e^x - 1) / x, y = 1/2 - x, withi
 namespace {
 
 constexpr uint8_t kOne = 127;  // exponent of 1
-constexpr uint32_t kQuarter = 0x40000000UL;  // of a turn, in 2^-32 turns
+constexpr uint32_t kQuarter = 0x40000000UL;  // a quarter of a turn, in 2^-32 turns
 
 template <uint8_t terms>
 uint32_t of(uint32_t y, const uint32_t (&table)[terms]) {

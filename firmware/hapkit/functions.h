@@ -80,7 +80,7 @@ float exp_times(float x, int8_t more);
 
 struct Division {
   uint32_t quotient;  // truncated
-  float rest;         // remainder, with the sign of the dividend
+  float rest;         // the remainder, with the sign of the dividend
 };
 constexpr uint32_t kBeyond = 0xffffffffUL;  // replaces a quotient of 2^24 or more; the remainder is then 0
 

@@ -9,7 +9,7 @@
 
 namespace {
 
-constexpr uint8_t kD3 = _BV(PD3);  // OC2B: enable of motor 1 on board 1.0; encoder on other boards
+constexpr uint8_t kD3 = _BV(PD3);  // OC2B: enable of motor 1 on board 1.0; the encoder's pin on other boards
 constexpr uint8_t kD5 = _BV(PD5);  // OC0B: enable of motor 1
 constexpr uint8_t kD6 = _BV(PD6);  // enable of motor 2
 constexpr uint8_t kD7 = _BV(PD7);

@@ -84,13 +84,13 @@ enum class Refusal : uint8_t {
 
 enum Opcode : uint8_t {
   kReturn = 0x00,  // end the subroutine, or the law with force A
-  kSubroutine = 0x01,  // begin a subroutine; never run
-  kMain = 0x02,  // begin the law itself; never run
+  kSubroutine = 0x01,  // beginning of a subroutine; it is never run
+  kMain = 0x02,  // beginning of the law itself; it is never run
   kCall = 0x03,  // run the subroutine at offset w of the code
-  kJump = 0x04,  // jump
-  kFarJump = 0x05,  // jump
+  kJump = 0x04,  // jump forward by d bytes
+  kFarJump = 0x05,  // jump forward by w bytes
   kLoop = 0x06,  // counter n = w: run the code up to its NEXT w times
-  kNext = 0x07,  // count counter n down; until it is 0, back by w bytes
+  kNext = 0x07,  // decrement counter n; jump back by w bytes unless it is 0
   kLoad = 0x08,  // A = s
   kStore = 0x09,  // s = A
   kLoadAt = 0x0a,  // A = slot second + int(value of first), for 0 <= int < n

@@ -46,8 +46,8 @@ struct __attribute__((packed)) HelloRequest {
 struct __attribute__((packed)) Force {
   static constexpr uint8_t kId = 0x02;
   static constexpr uint8_t kSize = 7;
-  uint16_t seq;  // number of the newest sample received by the computer
-  uint8_t behind;  // number of samples from the answered one to that one
+  uint16_t seq;  // number of the newest sample that the computer has received
+  uint8_t behind;  // number of samples from the answered sample to the newest one
   float force;  // force on the handle, positive to the right [N]
 };
 static_assert(sizeof(Force) == Force::kSize, "Force has gaps");
@@ -69,7 +69,7 @@ struct __attribute__((packed)) Stream {
   static constexpr uint8_t kId = 0x05;
   static constexpr uint8_t kSize = 2;
   uint8_t on;  // 1 on, 0 off
-  uint8_t padded;  // frames are padded with delimiters to a multiple of this number of bytes; 0: not
+  uint8_t padded;  // frames are padded with delimiters to a multiple of this number of bytes; 0: no padding
 };
 static_assert(sizeof(Stream) == Stream::kSize, "Stream has gaps");
 
@@ -81,14 +81,14 @@ static_assert(sizeof(Stream) == Stream::kSize, "Stream has gaps");
 struct __attribute__((packed)) Law {
   static constexpr uint8_t kId = 0x06;
   static constexpr uint8_t kSize = 19;
-  uint8_t generation;  // differs from the last law's; repeated in samples and telemetry
-  uint16_t period;  // period in half microseconds, 500 to 4000: 4 kHz to 500 Hz
+  uint8_t generation;  // differs from that of the last law; samples and telemetry repeat it
+  uint16_t period;  // period in half microseconds, from 500 (4 kHz) to 4000 (500 Hz)
   uint8_t estimator;  // Estimator
   float first;  // first coefficient of the estimator
   float second;  // second coefficient of the estimator [1/s]
   uint8_t states;  // number of state variables, in the slots from 2 on
   uint8_t given;  // number of slots from 2 on with initial values: state, then constants
-  uint8_t slots;  // total number of slots; the rest is initially 0
+  uint8_t slots;  // total number of slots; slots without an initial value start at 0
   uint16_t code;  // bytes of code
   uint16_t check;  // CRC-16 of all bytes sent in pieces
 };
@@ -157,7 +157,7 @@ struct __attribute__((packed)) Board {
   int8_t direction;  // 1: the direction pin is high to push to the right, -1: low
   int8_t sense;  // 1: counts grow to the right, -1: to the left
   uint16_t counts_per_flip;  // sensor counts from one repeat to the next
-  int32_t zero;  // count, before sense, at the handle's zero; after a start its nearest repeat
+  int32_t zero;  // count at the handle's zero, before sense is applied; after a start its nearest repeat is used
   float quantum;  // handle travel per sensor count [m]
   float max_force;  // force limit [N]
   float motor_constant;  // motor torque at full duty [N*m]
@@ -167,7 +167,7 @@ struct __attribute__((packed)) Board {
   float mass;  // mass of the paddle at the handle [kg]
   float viscous;  // viscous friction of the paddle at the handle [N*s/m]
   float coulomb;  // dry friction of the paddle at the handle [N]
-  uint8_t dead_band;  // pwm up to which the motor does not turn; added to every duty
+  uint8_t dead_band;  // pwm up to which the motor does not turn; it is added to every duty
   uint8_t table[8];  // torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, not decreasing
   char label[12];  // the kit's name
 };
@@ -201,18 +201,18 @@ static_assert(sizeof(Hello) == Hello::kSize, "Hello has gaps");
 struct __attribute__((packed)) Sample {
   static constexpr uint8_t kId = 0x82;
   static constexpr uint8_t kSize = 25;
-  uint16_t seq;  // sample number, counts every period, wraps at 65536
+  uint16_t seq;  // number of the sample; it counts every period and wraps at 65536
   uint32_t time_us;  // board clock at sampling, wraps at 2^32 [us]
   int32_t count;  // unwrapped sensor counts from the zero, positive to the right
   uint16_t raw;  // raw reading of the sensor
-  uint16_t answered;  // sample number that the last applied force answered
-  uint16_t delay_us;  // time from that sample to its force in the PWM register; 0: none yet, 65535: longer [us]
+  uint16_t answered;  // number of the sample that the last applied force answered
+  uint16_t delay_us;  // time from that sample to its force in the PWM register; 0: no force yet, 65535: longer [us]
   uint8_t flags;  // BoardFlag
   int16_t pwm;  // signed duty in force, of pwm_top
   uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
   uint8_t stale;  // forces refused because they were too old, wraps at 256
-  uint8_t generation;  // generation of the law being sent, or the last one
-  uint16_t received;  // bytes of it received without a gap
+  uint8_t generation;  // generation of the law that is being sent or was sent last
+  uint16_t received;  // number of its bytes received without a gap
   uint8_t refusal;  // Refusal: reason why the law is not rendered
 };
 static_assert(sizeof(Sample) == Sample::kSize, "Sample has gaps");
@@ -235,7 +235,7 @@ struct __attribute__((packed)) Telemetry {
   uint8_t rx_errors;  // bad frames and lost bytes that the board received, wraps at 256
   uint8_t overruns;  // number of skipped ticks, wraps at 256
   uint8_t generation;  // generation of the law in force, or of its last accepted Tune
-  uint8_t state_at;  // index of the state variable in this frame; all are sent in turn
+  uint8_t state_at;  // index of the state variable in this frame; all state variables are sent in turn
   float state;  // value of that state variable
 };
 static_assert(sizeof(Telemetry) == Telemetry::kSize, "Telemetry has gaps");
@@ -251,7 +251,7 @@ struct __attribute__((packed)) Settings {
   int8_t direction;  // 1: the direction pin is high to push to the right, -1: low
   int8_t sense;  // 1: counts grow to the right, -1: to the left
   uint16_t counts_per_flip;  // sensor counts from one repeat to the next
-  int32_t zero;  // count, before sense, at the handle's zero; after a start its nearest repeat
+  int32_t zero;  // count at the handle's zero, before sense is applied; after a start its nearest repeat is used
   float quantum;  // handle travel per sensor count [m]
   float max_force;  // force limit [N]
   float motor_constant;  // motor torque at full duty [N*m]
@@ -261,7 +261,7 @@ struct __attribute__((packed)) Settings {
   float mass;  // mass of the paddle at the handle [kg]
   float viscous;  // viscous friction of the paddle at the handle [N*s/m]
   float coulomb;  // dry friction of the paddle at the handle [N]
-  uint8_t dead_band;  // pwm up to which the motor does not turn; added to every duty
+  uint8_t dead_band;  // pwm up to which the motor does not turn; it is added to every duty
   uint8_t table[8];  // torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, not decreasing
   char label[12];  // the kit's name
   uint8_t origin;  // Origin

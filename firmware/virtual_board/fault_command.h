@@ -2,7 +2,7 @@
 // Copyright (C) 2026 the Hapkit Studio developers
 // SPDX-License-Identifier: GPL-3.0-or-later
 
-// Commands of two words that inject a fault: `to drop 0.01`, `sensor stuck 1`.
+// Commands of two or more words that inject a fault, such as `to drop 0.01` or `sensor stuck 1`.
 #pragma once
 
 #include "board.h"

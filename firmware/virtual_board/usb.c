@@ -43,7 +43,7 @@ int link_next(void *link)
 }
 
 // --- to the computer
-// A frame's identifier is its first byte after the COBS code; code 1 stands for a zero.
+// A frame's identifier is its first byte after the COBS code; a COBS code of 1 stands for an identifier of 0.
 static int identifier(const struct link *l)
 {
 	if (l->frame_length < 3)

@@ -45,13 +45,13 @@ LESS, EQUAL, GREATER, UNORDERED = 1, 2, 4, 8
 
 OPERATIONS = (
     Operation(0x00, "RETURN", "", "end the subroutine, or the law with force A", 13, 13),
-    Operation(0x01, "SUBROUTINE", "", "begin a subroutine; never run", 0, 0),
-    Operation(0x02, "MAIN", "", "begin the law itself; never run", 0, 0),
+    Operation(0x01, "SUBROUTINE", "", "beginning of a subroutine; it is never run", 0, 0),
+    Operation(0x02, "MAIN", "", "beginning of the law itself; it is never run", 0, 0),
     Operation(0x03, "CALL", "w", "run the subroutine at offset w of the code", 27, 27),
-    Operation(0x04, "JUMP", "d", "jump", 13, 13),
-    Operation(0x05, "FAR_JUMP", "w", "jump", 17, 17),
+    Operation(0x04, "JUMP", "d", "jump forward by d bytes", 13, 13),
+    Operation(0x05, "FAR_JUMP", "w", "jump forward by w bytes", 17, 17),
     Operation(0x06, "LOOP", "nw", "counter n = w: run the code up to its NEXT w times", 24, 24),
-    Operation(0x07, "NEXT", "nw", "count counter n down; until it is 0, back by w bytes", 32, 32),
+    Operation(0x07, "NEXT", "nw", "decrement counter n; jump back by w bytes unless it is 0", 32, 32),
     Operation(0x08, "LOAD", "s", "A = s", 25, 25),
     Operation(0x09, "STORE", "s", "s = A", 25, 25),
     Operation(0x0A, "LOAD_AT", "ssn", "A = slot second + int(value of first), for 0 <= int < n", 86, 101),
@@ -175,7 +175,7 @@ def longest_path(code: bytes) -> int:
                 reached = {}
             case "NEXT":
                 times, before, outside = loops.pop()
-                # upper bound for every other iteration, including one that leaves the loop
+                # this is an upper bound for each of the other iterations, even for one that leaves the loop
                 more = (times - 1) * (cost - before)
                 cost += more
                 for aim, c in reached.items():

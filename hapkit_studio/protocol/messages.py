@@ -201,8 +201,8 @@ class HelloRequest(Message, id=0x01):
 class Force(Message, id=0x02):
     """Set the force on the handle. The board refuses a nonzero force whose sample is too old."""
 
-    seq: int = wire("H", "number of the newest sample received by the computer")
-    behind: int = wire("B", "number of samples from the answered one to that one")
+    seq: int = wire("H", "number of the newest sample that the computer has received")
+    behind: int = wire("B", "number of samples from the answered sample to the newest one")
     force: float = wire("f", "force on the handle, positive to the right", "N")
 
 
@@ -221,7 +221,9 @@ class Stream(Message, id=0x05):
     """Switch the samples on or off; switching them off also switches the motor off."""
 
     on: int = wire("B", "1 on, 0 off")
-    padded: int = wire("B", "frames are padded with delimiters to a multiple of this number of bytes; 0: not")
+    padded: int = wire(
+        "B", "frames are padded with delimiters to a multiple of this number of bytes; 0: no padding"
+    )
 
 
 @dataclass(frozen=True)
@@ -233,14 +235,14 @@ class Law(Message, id=0x06):
     no effect.
     """
 
-    generation: int = wire("B", "differs from the last law's; repeated in samples and telemetry")
-    period: int = wire("H", "period in half microseconds, 500 to 4000: 4 kHz to 500 Hz")
+    generation: int = wire("B", "differs from that of the last law; samples and telemetry repeat it")
+    period: int = wire("H", "period in half microseconds, from 500 (4 kHz) to 4000 (500 Hz)")
     estimator: int = wire("B", "Estimator")
     first: float = wire("f", "first coefficient of the estimator")
     second: float = wire("f", "second coefficient of the estimator", "1/s")
     states: int = wire("B", "number of state variables, in the slots from 2 on")
     given: int = wire("B", "number of slots from 2 on with initial values: state, then constants")
-    slots: int = wire("B", "total number of slots; the rest is initially 0")
+    slots: int = wire("B", "total number of slots; slots without an initial value start at 0")
     code: int = wire("H", "bytes of code")
     check: int = wire("H", "CRC-16 of all bytes sent in pieces")
 
@@ -305,7 +307,9 @@ class Board(Message, id=0x0C):
     direction: int = wire("b", "1: the direction pin is high to push to the right, -1: low")
     sense: int = wire("b", "1: counts grow to the right, -1: to the left")
     counts_per_flip: int = wire("H", "sensor counts from one repeat to the next")
-    zero: int = wire("i", "count, before sense, at the handle's zero; after a start its nearest repeat")
+    zero: int = wire(
+        "i", "count at the handle's zero, before sense is applied; after a start its nearest repeat is used"
+    )
     quantum: float = wire("f", "handle travel per sensor count", "m")
     max_force: float = wire("f", "force limit", "N")
     motor_constant: float = wire("f", "motor torque at full duty", "N*m")
@@ -315,7 +319,7 @@ class Board(Message, id=0x0C):
     mass: float = wire("f", "mass of the paddle at the handle", "kg")
     viscous: float = wire("f", "viscous friction of the paddle at the handle", "N*s/m")
     coulomb: float = wire("f", "dry friction of the paddle at the handle", "N")
-    dead_band: int = wire("B", "pwm up to which the motor does not turn; added to every duty")
+    dead_band: int = wire("B", "pwm up to which the motor does not turn; it is added to every duty")
     table: tuple[int, ...] = wire("8B", "torque in 255ths at 1/8, 2/8 ... 8/8 of full duty, not decreasing")
     label: str = wire("12s", "the kit's name")
 
@@ -347,20 +351,20 @@ class Hello(Message, id=0x81):
 class Sample(Message, id=0x82):
     """One sensor sample and the state of the motor, sent every period while the stream is on."""
 
-    seq: int = wire("H", "sample number, counts every period, wraps at 65536")
+    seq: int = wire("H", "number of the sample; it counts every period and wraps at 65536")
     time_us: int = wire("I", "board clock at sampling, wraps at 2^32", "us")
     count: int = wire("i", "unwrapped sensor counts from the zero, positive to the right")
     raw: int = wire("H", "raw reading of the sensor")
-    answered: int = wire("H", "sample number that the last applied force answered")
+    answered: int = wire("H", "number of the sample that the last applied force answered")
     delay_us: int = wire(
-        "H", "time from that sample to its force in the PWM register; 0: none yet, 65535: longer", "us"
+        "H", "time from that sample to its force in the PWM register; 0: no force yet, 65535: longer", "us"
     )
     flags: int = wire("B", "BoardFlag")
     pwm: int = wire("h", "signed duty in force, of pwm_top")
     rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
     stale: int = wire("B", "forces refused because they were too old, wraps at 256")
-    generation: int = wire("B", "generation of the law being sent, or the last one")
-    received: int = wire("H", "bytes of it received without a gap")
+    generation: int = wire("B", "generation of the law that is being sent or was sent last")
+    received: int = wire("H", "number of its bytes received without a gap")
     refusal: int = wire("B", "Refusal: reason why the law is not rendered")
 
 
@@ -383,7 +387,9 @@ class Telemetry(Message, id=0x83):
     rx_errors: int = wire("B", "bad frames and lost bytes that the board received, wraps at 256")
     overruns: int = wire("B", "number of skipped ticks, wraps at 256")
     generation: int = wire("B", "generation of the law in force, or of its last accepted Tune")
-    state_at: int = wire("B", "index of the state variable in this frame; all are sent in turn")
+    state_at: int = wire(
+        "B", "index of the state variable in this frame; all state variables are sent in turn"
+    )
     state: float = wire("f", "value of that state variable")
 
 
