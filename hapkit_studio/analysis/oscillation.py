@@ -15,7 +15,7 @@ _SUSTAINED = 0.8  # ratio of the last quarter's width to the widest quarter's, b
 
 
 class Oscillation(NamedTuple):
-    """Half the peak-to-peak distance in m, and the dominant frequency in Hz, NaN without a clear peak."""
+    """Half the peak-to-peak distance in m, and the dominant frequency in Hz; NaN without a clear peak."""
 
     amplitude: float
     frequency: float

@@ -38,7 +38,8 @@ _GAP = 0.1  # s: longest time between two samples
 EFFECTIVE = 4.133  # width that contains 96 % of a normal distribution, in standard deviations
 FEWEST_CELLS = 3  # pairs of distance and width; a line through two points has no confidence interval
 _MOST_TRIALS = 10_000  # largest number of trials in a file
-_FITTED = 0.05, 0.20  # fractions of the peak speed from which the start of a movement is extrapolated
+# the start of a movement is extrapolated from the times of these fractions of the peak speed
+_FITTED = 0.05, 0.20
 _SMOOTHED = 0.3  # window of the speed's polynomial, as a fraction of the time from 10 % to 90 % of the way
 
 
@@ -225,10 +226,10 @@ def trial(target: Target, time: np.ndarray, position: np.ndarray) -> Trial | Non
 
 
 class Run:
-    """Leads through targets: hold the start, then go to the target, which is shown only then.
+    """Leads a person through the targets: hold the start; then the target appears; go to the target.
 
-    going: the target is shown. done: the trials so far. A trial that takes longer than LONGEST, or during
-    which samples are missing, is repeated; the former at the end.
+    ``going`` tells that the target is shown. ``done`` contains the trials so far. A trial is repeated if it
+    takes longer than LONGEST or if samples are missing; a trial that takes too long is repeated at the end.
     """
 
     def __init__(self, targets: Sequence[Target], seed: int | None = None):

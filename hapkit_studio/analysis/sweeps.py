@@ -90,7 +90,7 @@ def timed(task: Task, cells: list) -> tuple[list, float]:
 def _swept(
     task: Task, cells: Sequence, executor: Executor, progress: Progress, chunk: int | None, keep: Keep | None
 ) -> list:
-    """Submit chunks, a few at a time, and collect results in order; resubmit lost chunks."""
+    """Submit a few chunks at a time, and collect results in order; submit lost chunks again."""
     results: list = [] if keep else [None] * len(cells)
     under_way: dict[Future, tuple[int, int]] = {}
     losses: Counter[int] = Counter()

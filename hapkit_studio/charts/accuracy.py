@@ -83,7 +83,7 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
     rows, wide, high = -(-len(parts) // columns), 680, 504
     if result.scenes:
         wide, high = 860, 150 + 24 * max(10, *(len(scene.options) for scene in result.scenes))
-        high += 280 * (len(parts) == 1)  # height of the lower chart
+        high += 280 * (len(parts) == 1)  # add the height of the lower chart
 
     def paint(figure: Any, c: Colors) -> None:
         for panel, part in zip(figure.subfigures(rows, columns, squeeze=False).flat, parts, strict=False):
@@ -315,7 +315,7 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
 
 
 def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> float:
-    """Draw an option's bar, cut at the end of the axis; return its extent to the left."""
+    """Draw an option's bar, cut at the end of the axis; return how far the bar extends to the left."""
     # the ends of the bar: to the right (True) and to the left (False)
     cut, ends = option.error > reach, {True: 0.0, False: 0.0}
     how = {"height": 0.62, "linewidth": 0.6, "zorder": 3}

@@ -52,7 +52,7 @@ def draw(figure: Any, c: Colors, found: "Bode") -> None:
     """Draw six quantities over frequency, and the frequency up to which each curve acts as a wall."""
     grid = figure.add_gridspec(3, 2, height_ratios=(3, 3, 2))
     first = figure.add_subplot(grid[0, 0], xscale="log")
-    # in the order of _values, then the coherence
+    # one position for each of _values, then one for the coherence
     places = (1, 0), (0, 1), (1, 1), (2, 1), (2, 0)
     panels = [first, *(figure.add_subplot(grid[place], sharex=first) for place in places)]
     names = "|Z|, N/m", "phase of Z, °", "stiffness, N/m", "damping, N·s/m", "mass, g", "coherence"
@@ -70,7 +70,7 @@ def draw(figure: Any, c: Colors, found: "Bode") -> None:
 
 
 def _curve(panels: list, curve: "Curve", color: str, c: Colors) -> None:
-    """Draw theory as lines and measurements as dots, hollow where the response is nonlinear."""
+    """Draw theory as lines and measurements as dots; a dot is hollow if the response is nonlinear there."""
     if curve.theory is not None:
         for axes, values in zip(panels, _values(curve.theory), strict=False):
             axes.plot(curve.theory.frequency, values, color=color, linewidth=2.2, alpha=0.5)

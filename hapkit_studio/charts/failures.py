@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 _SIZE = (1080, 560)
 _LONG = 50  # characters of the longest verdict that fits next to the knob's name and value
 _LETTER = 6.6  # pt: width of a character of a title
-_ROOM = 0.08  # fraction of the height for each label at the top
+_ROOM = 0.08  # each label at the top takes this fraction of the height
 _LINE = 16.0  # pt: line height
 # a mark beyond this fraction of the axis has its label at the left
 _RIGHT = 0.7
 _SHORT = 0.5  # s: the axis of a shorter trace is in ms
-_TRACE = 0.36  # fraction of the width for a trace's title
+_TRACE = 0.36  # the title of a trace takes at most this fraction of the width
 _DECADES = 3.0  # a shorter axis also has ticks at 2 and 5
 _SMALL = 0.01  # smaller numbers are scaled by a power of ten
 _FEW = 50  # up to this many samples, a trace shows its points
@@ -197,6 +197,6 @@ class Knob:
 
 
 def measured_there(chart: "Chart | None", found: "Evidence") -> float | None:
-    """Return a trial's measured value if the chart's y axis shows this quantity, else None."""
+    """Return a trial's measured value if the chart's y axis shows the same quantity, else None."""
     same = chart is not None and chart.plot.y_label.endswith(f", {found.measure_unit}")
     return found.measure if same and math.isfinite(found.measure) else None

@@ -17,7 +17,7 @@ from hapkit_studio.formatting import number
 
 _SIZE = (792, 450)
 _LETTER = 0.016  # width of a character in the label of a mark, as a fraction of the time axis
-_ROOM = 0.25  # free space above the lines for marks, as a fraction of the range
+_ROOM = 0.25  # free space for marks above the lines, as a fraction of the range
 
 _UNITS = {"position": "mm", "velocity": "mm/s"}
 _CURVES = {"position": theory.over_position, "velocity": theory.over_velocity}

@@ -165,7 +165,7 @@ _OFFSETS = sorted(
 
 
 def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> None:
-    """Place a label where it covers no line or box; if there is no such place, next to its point."""
+    """Place a label so that it covers no line or box; if there is no such place, put it next to its point."""
     from matplotlib.transforms import Bbox
 
     axes, points = words.axes, words.figure.dpi / 72.0

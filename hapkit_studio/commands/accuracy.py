@@ -108,7 +108,7 @@ def _sheet(sheet: Sheet) -> str:
 
 
 def _scene(scene: SceneResult) -> str:
-    """Return a scene's recommendations, then a line per option."""
+    """Return a scene's recommendations, and then one line per option."""
     lines = [scene.question.environment.title]
     parts = (
         Column(head, lambda o, index=index: f"{o.parts[index]:.2f}" if o.parts else "–")  # type: ignore[misc]

@@ -1,6 +1,6 @@
-"""The command that adds the studio to the desktop: menu entry, icon, file type; what needs root is printed.
+"""The command that adds menu entry, icon and file type to the desktop, and prints the commands for root.
 
-Formats: Desktop Entry, Icon Theme, Shared MIME-info (freedesktop.org); udev(7); limits.conf(5).
+The formats are Desktop Entry, Icon Theme and Shared MIME-info (freedesktop.org), udev(7), limits.conf(5).
 """
 
 import argparse
@@ -33,7 +33,10 @@ _OTHERS = {
 
 
 def files(program: Sequence[str]) -> dict[Path, str]:
-    """Return the text of each of the user's files by its path; program: the words that start the studio."""
+    """Return the text of each of the user's files by its path.
+
+    ``program`` contains the words that start the studio.
+    """
     data = Path(os.environ.get("XDG_DATA_HOME") or os.path.expanduser("~/.local/share"))
     return {
         data / "applications" / "hapkit-studio.desktop": desktop_entry(program),
@@ -48,7 +51,7 @@ def installed() -> list[Path]:
 
 
 def desktop_entry(program: Sequence[str]) -> str:
-    """Return the menu entry, which opens a session that is double-clicked."""
+    """Return the menu entry; it opens a session that the user double-clicks."""
     return f"""\
 [Desktop Entry]
 Type=Application
@@ -65,14 +68,14 @@ StartupWMClass=hapkit-studio
 
 
 def _quoted(word: str) -> str:
-    """Return an argument for the key Exec: quoted, then escaped as a string of a desktop entry."""
+    """Return an argument for the key Exec: it is quoted, then escaped as a string of a desktop entry."""
     for special in ("\\", '"', "`", "$"):
         word = word.replace(special, f"\\{special}")
     return '"' + word.replace("\\", "\\\\").replace("%", "%%") + '"'
 
 
 def mime_type() -> str:
-    """Return the declaration of the file type: by its suffix, or by SQLite's application number."""
+    """Return the declaration of the file type, by its suffix or by SQLite's application number."""
     return f"""\
 <?xml version="1.0" encoding="UTF-8"?>
 <mime-info xmlns="http://www.freedesktop.org/standards/shared-mime-info">
@@ -91,19 +94,19 @@ def mime_type() -> str:
 
 
 def udev_rule() -> str:
-    """Return the rule that lets whoever is logged in at the computer open the ports of kits' vendors."""
+    """Return the rule that lets the person at the computer open the ports of the kits' vendors."""
     numbers = [pair for chip in CHIPS if chip.role is Role.KIT for pair in chip.numbers]
     vendors = "|".join(dict.fromkeys(f"{vendor:04x}" for vendor, _ in numbers))
     return f'SUBSYSTEM=="tty", ATTRS{{idVendor}}=="{vendors}", MODE="0660", TAG+="uaccess"\n'
 
 
 def limits(user: str) -> str:
-    """Return the limits that let a user's loop have real-time priority and stay in memory."""
+    """Return the limits that allow a user's loop real-time priority and locked memory."""
     return f"{user} - rtprio 80\n{user} - memlock unlimited\n"
 
 
 def root_commands() -> list[str]:
-    """Return the commands that need root, each a line; none for what is already there or not needed."""
+    """Return the commands that need root, one per line; commands that are not needed are left out."""
     found = []
     if not UDEV.exists():
         found += [
@@ -173,7 +176,7 @@ def _ask(question: str, paths: Sequence[Path], agreed: bool) -> None:
 
 
 def _update(paths: Sequence[Path]) -> None:
-    """Have the desktop read its files again; without its programs it does so at the next login."""
+    """Let the desktop read its files again; without the desktop's programs this happens at the next login."""
     folders = {path.parents[1] if path.suffix == ".xml" else path.parent: path.suffix for path in paths}
     programs = {".xml": "update-mime-database", ".desktop": "update-desktop-database"}
     for folder, suffix in folders.items():

@@ -108,7 +108,7 @@ def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) ->
 
 
 def _check_board(engine: Engine, where: str) -> None:
-    """Raise ParameterError if the board should render and cannot."""
+    """Raise ParameterError if the board shall render but cannot."""
     refusal = engine.decision(wait=True).refusal if where == BOARD else ""
     if refusal:
         raise ParameterError(refusal)
@@ -252,7 +252,7 @@ def _figures(engine: Engine, table: np.ndarray) -> dict[str, Any]:
 
 
 def words(found: dict[str, Any]) -> list[str]:
-    """Return a line for each measured renderer, and one for the link."""
+    """Return a line for each renderer that was measured, and a line for the link."""
     lines = []
     for where in RENDERERS:
         way = found[where]

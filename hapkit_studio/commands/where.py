@@ -1,4 +1,4 @@
-"""The command that lists what the studio stores for this user, which remains after it is uninstalled."""
+"""The command that lists what the studio stores for this user and does not remove with itself."""
 
 import argparse
 import os
@@ -17,7 +17,7 @@ NAME = "hapkit-studio"
 
 
 def settings_place(system: str = sys.platform) -> str:
-    """Return where Qt stores the window's settings (QSettings, native format)."""
+    """Return the place in which Qt stores the window's settings (QSettings, native format)."""
     if system == "win32":
         return rf"HKEY_CURRENT_USER\Software\{NAME}\{NAME}"
     if system == "darwin":
@@ -27,7 +27,7 @@ def settings_place(system: str = sys.platform) -> str:
 
 
 def places() -> list[tuple[str, str]]:
-    """Return (content, path) of everything that the studio stores; most of it need not exist."""
+    """Return (content, path) of everything that the studio stores; most of the paths may not exist."""
     return [
         ("settings of the window", settings_place()),
         ("recording folder, if changed", str(sessions.choice_file())),
@@ -51,7 +51,7 @@ def _matplotlib_cache() -> str:
 
 
 def run(_options: argparse.Namespace) -> Result:
-    """List the places; those that exist are marked."""
+    """List the places, and mark those that do not exist."""
     found = [(what, path, Path(path).exists()) for what, path in places()]
     width = max(len(what) for what, *_ in found)
     lines = [

@@ -67,7 +67,7 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
     folders: list[str | None] = [None]  # None means the PATH
     for pattern in _FOLDERS.get(system, ()):
         versions = glob.glob(os.path.expandvars(os.path.expanduser(pattern)))
-        # newest first, by version numbers: 6.10 is newer than 6.3
+        # sort by version numbers, the newest first: 6.10 is newer than 6.3
         versions.sort(key=lambda path: [int(n) for n in re.findall(r"\d+", path)], reverse=True)
         folders += versions
     folders.append(os.fspath(AVRDUDE))

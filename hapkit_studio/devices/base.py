@@ -80,11 +80,11 @@ class Device:
         return ""
 
     def about(self) -> dict[str, Any]:
-        """Return further entries of a recording's settings, e.g. the firmware."""
+        """Return further entries for a recording's settings, e.g. the firmware."""
         return {}
 
     def probe(self) -> dict[str, Any]:
-        """Open, query and close the device: ``text`` for a person, ``ok``, and the numbers."""
+        """Open, query and close the device; return a ``text`` for a person, ``ok``, and the numbers."""
         return {"ok": True, "text": "Always there: part of the studio."}
 
     # --- commands; a device that lacks the capability ignores them

@@ -76,7 +76,8 @@ def gone(port: str) -> PortGoneError:
     title = f"Hapkit on {port_name(port)} is gone. Force is zero."
     return PortGoneError(
         f"{title} Plug it in, then try again.",
-        brief=f"{title} Trying to reconnect every second.",  # the window tries to reconnect
+        # the window, not this function, tries to reconnect
+        brief=f"{title} Trying to reconnect every second.",
     )
 
 

@@ -112,7 +112,7 @@ def at(path: str) -> Port | None:
 
 
 def find_same_board(wanted: Identity, among: Iterable[Port]) -> Port | None:
-    """Return the same board on any path: by serial number, else USB location, else if it is the only one."""
+    """Return the same board on any path: by serial number, else USB location, else the only candidate."""
     alike = [port for port in among if port.identity[:3] == wanted[:3]]
     here = [port for port in alike if port.identity.place == wanted.place]
     if wanted.serial:

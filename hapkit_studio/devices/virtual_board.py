@@ -119,7 +119,7 @@ HOOK_PERIOD = 0.5
 
 
 def program() -> Path:
-    """Return the path of the virtual board, whether it exists or not."""
+    """Return the path of the virtual board, even if it does not exist."""
     named = os.environ.get(VARIABLE)
     checkout = Path(__file__).resolve().parents[2]
     return Path(named) if named else checkout / "firmware" / "build" / "virtual_board"

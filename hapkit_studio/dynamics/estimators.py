@@ -51,7 +51,7 @@ _TIE = 1.0 - 1e-9
 
 @internal
 def _fits(memory, count, mean_age, mean, falling, tolerance):
-    """Return True if the newest ``count`` samples lie on a line to within the tolerance."""
+    """Return True if the newest ``count`` samples deviate from a line by at most the tolerance."""
     newest = memory[_SAMPLES]
     for i in range(count):
         line = mean + falling * (memory[_AGES + i] - mean_age)

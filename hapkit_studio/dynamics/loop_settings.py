@@ -129,7 +129,7 @@ class LoopSettings:
 
     @property
     def parted(self) -> tuple[int, float]:
-        """Return the delay as whole periods, and the remaining fraction in s."""
+        """Return the number of whole periods in the delay, and the remaining time in s."""
         whole = math.floor(self.delay * self.rate + 1e-9)
         return whole, max(self.delay - whole * self.period, 0.0)
 

@@ -146,8 +146,8 @@ def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touc
     """Return (t, x, v, event) at the end of a piece: after ``span``, or at the first earlier event.
 
     Each search shortens the span for the next search. In a piece the velocity has at most one zero. It may
-    equal the handle's velocity twice, so a piece in which both come within ``swing`` is split at the
-    extremum.
+    equal the handle's velocity twice, so if it starts within ``swing`` of that velocity, the piece is split
+    at the extremum.
     """
     event = _NONE
     q, u = moved(x, v, span, m, b, k, f)

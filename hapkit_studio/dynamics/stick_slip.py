@@ -198,7 +198,7 @@ _SMALLEST_AMPLITUDE, _IGNORED_CYCLES = 0.05, 2
 
 
 def exact_period(mass: float, spring: float, static: float, kinetic: float, speed: float) -> float:
-    """Return the period in s without viscous friction: 2 dF / (k V) + 2 (pi - atan lambda) / omega."""
+    """Return the exact period in s without viscous friction: 2 dF / (k V) + 2 (pi - atan lambda) / omega."""
     drop, omega = static - kinetic, math.sqrt(spring / mass)
     slope = drop / (speed * math.sqrt(spring * mass))
     return 2.0 * drop / (spring * speed) + 2.0 * (math.pi - math.atan(slope)) / omega

@@ -153,7 +153,7 @@ class Environment:
         return numbers
 
     def needed_at(self, values: Values) -> tuple[str, ...]:
-        """Return the terms of the device that the scene needs; () if unknown, as at other values."""
+        """Return the terms of the device that the scene needs; () if unknown, e.g. at other values."""
         return self.needs if all(values[p.key] == p.default for p in self.parameters) else ()
 
     def place(self, values: Values, position: np.ndarray, state: np.ndarray) -> np.ndarray | None:

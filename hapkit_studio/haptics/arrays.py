@@ -17,7 +17,7 @@ CELLS = 640
 # the tick's private state: forces in N, positions in m, times in s
 TICK = record(
     ("gain", "f8"),  # factor on the force; it fades in from 0 to 1 after the force was zero for any reason
-    ("ramp", "f8"),  # progress from the old parameters to the new ones, 0 to 1
+    ("ramp", "f8"),  # progress of the parameters from old to new values, 0 to 1
     ("blend", "f8"),  # weight of the new law in a cross-fade, 0 to 1
     ("last_position", "f8"),
     ("energy", "f8"),  # energy given to the handle since the start, J
@@ -103,7 +103,7 @@ CONTROL = record(
     *_lines("quit", "stop", "clear"),
     *_lines("zero", "flip"),  # written by the window: how often zero and direction were set
     *_lines("head", "accepted"),  # number of rows written; generation of the settings in force
-    *_lines("fault", "done"),  # the latched fault; the loop has ended
+    *_lines("fault", "done"),  # the latched fault; whether the loop has ended
     *_lines("missed", "lost_frames", "crc_errors"),  # numbers of missed ticks and frames
     # numbers of stale periods: in total, and for each of CAUSES
     *_lines("stale_count", "stale_causes"),

@@ -297,7 +297,7 @@ def tell_link(line: Link, settings: Settings, pwm_top: int) -> None:
 
 
 def motor_forces(kit: Settings, top: int) -> np.ndarray:
-    """Return the force in N at the handle for each duty 0 to top, (top + 1,), from the motor map."""
+    """Return the force in N at the handle for each duty from 0 to ``top``, (top + 1,), by the motor map."""
     share = np.clip((np.arange(top + 1) - kit.dead_band) / (top - kit.dead_band), 0.0, 1.0)
     if kit.motor_map == MotorMap.SQUARE:
         torque = share**2

@@ -210,7 +210,7 @@ class Engine:
         self.put_values(self.environment.changed(self._content.values, {key: value}))
 
     def put_values(self, values: Mapping[str, float]) -> None:
-        """Change the environment's parameters to values that are already checked."""
+        """Change the environment's parameters to values that were already checked."""
         self._change(values=values)
 
     def set_loop(self, **changes: Any) -> None:
@@ -425,7 +425,7 @@ class Engine:
 
     # --- measurements
     def reader(self) -> RingReader:
-        """Return an independent reader of all rows from now on."""
+        """Return an independent reader of all rows that are written from now on."""
         return RingReader(self._ring)
 
     def renders(self, environment: Environment) -> bool:

@@ -39,7 +39,7 @@ STATE = record(
     ("tuned_at", "f8"),  # time at which constants were last sent
     ("alive_at", "f8"),  # time of the last keep-alive message
     ("faded_at", "f8"),  # time at which the board's fade ends
-    ("excused", "f8"),  # faults that the board reports before this time are old
+    ("excused", "f8"),  # time before which faults that the board reports are old
     ("first", "f8"),  # coefficients of the board's velocity estimator
     ("second", "f8"),
     ("seen_speed", "f8"),  # speed from consecutive positions in telemetry
@@ -50,7 +50,7 @@ STATE = record(
     ("clock_shift", "f8"),  # correction of the board's clock for its jumps
     ("clock_last", "f8"),  # last corrected board time, and its arrival by the computer's clock
     ("clock_at", "f8"),
-    ("clock_ahead", "f8"),  # recent minimum of computer time minus board time
+    ("clock_ahead", "f8"),  # smallest recent difference of computer time and board time
     ("started", "i8"),
     ("sent_stop", "i8"),
     ("zeroed", "i8"),  # values of the counters of zero and direction that were processed last

@@ -142,7 +142,7 @@ def set_timer_slack(nanoseconds: int) -> None:
 
 
 def lock_memory() -> None:
-    """Lock the process's pages in memory unless a limit could make a later allocation fail."""
+    """Lock the process's pages in memory, unless a limit could make a later allocation fail."""
     status = Path("/proc/thread-self/status").read_text().splitlines()
     capabilities = next((int(line.split()[1], 16) for line in status if line.startswith("CapEff:")), 0)
     unlimited = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY

@@ -184,8 +184,8 @@ class _Section:
         self.places: dict[str, int] = {}
         self.base = self.top = 0
         self.called: list[t.Function] = []
-        self._held: set[t.Expr] = set()  # expressions equal to A
-        # expressions equal to A at every forward jump to a label
+        self._held: set[t.Expr] = set()  # the expressions that equal A
+        # for each label, the expressions that equal A at every forward jump to the label
         self._at_label: dict[Label, set[t.Expr]] = {}
         self._numbers: dict[str, int] = {}  # bit positions of variables
         self._ends: dict[int, Label] = {}

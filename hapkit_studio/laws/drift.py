@@ -419,7 +419,7 @@ def _causes(parts: Iterable[str | int], finals: Mapping[int, set[Form]]) -> set[
 
 
 def _one_of(counters: set[int], form: Form) -> tuple[int, ...]:
-    """Return the counter with which a value grows; empty if it contains several states.
+    """Return the counter on which a growing value depends, as a tuple; empty if there are several states.
 
     A difference of two counters does not grow.
     """

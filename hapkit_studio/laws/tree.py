@@ -146,7 +146,7 @@ class Continue(Stated):
 
 @dataclass
 class Block(Stated):
-    """Body of an inlined function; Leave exits it."""
+    """The body of an inlined function; a Leave exits the block."""
 
     body: list["Statement"] = field(default_factory=list)
 
@@ -174,7 +174,7 @@ Statement = Assign | SetAt | If | Loop | Break | Continue | Block | Leave | Call
 
 @dataclass
 class Function:
-    """A function with several calls; its parameters and results are the variables of these names."""
+    """A function with several calls; its parameters and results are variables with these names."""
 
     key: str
     name: str

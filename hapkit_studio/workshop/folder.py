@@ -75,7 +75,7 @@ def save(path: Path, text: str) -> None:
 
 
 def plain_name(title: str) -> str:
-    """Return a title as a name of a-z, 0-9 and _, for files and keys: "Zwei Wände!" is "zwei_wande"."""
+    """Return a title as a name of a-z, 0-9 and _, for files and keys; "Zwei Wände!" becomes "zwei_wande"."""
     letters = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
     name = re.sub(r"[^a-z0-9]+", "_", letters).strip("_")[:_LONGEST].rstrip("_")
     if not name or name[0].isdigit() or _DEVICES.match(name):

@@ -95,7 +95,7 @@ def _turns(drive: Drive) -> int:
 
 
 def _script(drive: Drive) -> str:
-    """Return script commands that move the handle to its place and repeat all motions."""
+    """Return script commands that move the handle to ``place`` and repeat all motions."""
     count = round(_turns(drive) * drive.motions * drive.slot / _STEP)
     ends = drive.position(np.arange(1, count + 1) * _STEP)
     begins = _MOVE_AT + _MOVE_SECONDS + np.arange(count) * _STEP

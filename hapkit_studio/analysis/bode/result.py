@@ -98,7 +98,7 @@ class Response:
 
     @property
     def mass(self) -> np.ndarray:
-        """Return the effective mass (n,) in kg; it is NaN where the response is that of a spring."""
+        """Return the effective mass (n,) in kg; it is NaN while the response is that of a spring."""
         mass = -self.stiffness / (2.0 * math.pi * self.frequency) ** 2
         return np.where(mass > 0.0, mass, math.nan)
 

@@ -77,7 +77,7 @@ class Calibration:
 
     # --- zero and scale
     def take_mark(self, place: float) -> Mark:
-        """Record a mark at ``place`` in m, where the handle is held now; raise ParameterError if it moves."""
+        """Record a mark: the handle is held at ``place`` in m; raise ParameterError if the handle moves."""
         self.marks.append(scale.mark_from(self.runner.record(MARK_SECONDS), place))
         self.scale = None
         return self.marks[-1]
@@ -114,7 +114,7 @@ class Calibration:
         if band:
             self._change(dead_band=band)
         found = self.try_direction()
-        if found.key == "no motion":  # friction may exceed the largest pulse
+        if found.key == "no motion":  # friction may be larger than the largest pulse
             known = [broke]  # measure again only after reversing the motor
             slow, wrong = self._keep_direction(
                 lambda: motor.judge_pulses((known.pop() if known else motor.breakaway(self.runner)).pulses)
@@ -153,9 +153,9 @@ class Calibration:
         return self._apply_strength(lambda board: motor.strength_from_weights(self.carried, board))
 
     def pull(self, stiffness: float) -> float:
-        """Pull a spring in N/m at the handle; return its stiffness as computed from the settings.
+        """Pull a spring in N/m at the handle; return the stiffness that the settings imply.
 
-        A virtual board's spring is attached and detached here. Raise StudioError.
+        The spring of a virtual board is attached and detached here. Raise StudioError.
         """
         self._need_direction()
         hook = self.runner.board.hook_spring

@@ -258,7 +258,10 @@ def _curvature_rms(off: np.ndarray) -> float:
 
 
 def _rise_and_fall(track: Track, values: np.ndarray) -> np.ndarray:
-    """Return means of values (n,) over shaking periods (pulls, 2, means): rise, and fall reversed."""
+    """Return means of values (n,) over shaking periods, (pulls, 2, means).
+
+    They belong to the rise and, in reverse order, to the fall.
+    """
     edges = np.linspace(PULL_PERIOD, PULLS * PULL_PERIOD, 2 * (PULLS - 1) * _MEANS + 1)
     integral = np.append(0.0, np.cumsum(values[:-1] * np.diff(track.time)))
     means = np.diff(np.interp(edges, track.time, integral)) / (edges[1] - edges[0])

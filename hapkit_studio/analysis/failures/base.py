@@ -55,7 +55,7 @@ class Evidence:
 
     @cached_property
     def trace(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return time and samples, reduced to the minimum and maximum of about POINTS parts."""
+        """Return time and samples; each of about POINTS parts is reduced to its minimum and maximum."""
         x = self.samples
         time = self.step * np.arange(len(x))
         if len(x) <= POINTS:
@@ -183,11 +183,11 @@ class Failure:
         return {p.key: n for p, n in zip(self.options, numbers, strict=True)}
 
     def inside(self, case: Case) -> float:
-        """Return a value of the knob just inside the limit, where the method works."""
+        """Return a value of the knob just inside the limit, at which the method works."""
         return self.limit(case) * (1.0 - self.margin)
 
     def outside(self, case: Case) -> float:
-        """Return a value of the knob just outside the limit, where the method fails."""
+        """Return a value of the knob just outside the limit, at which the method fails."""
         return self.limit(case) * (1.0 + self.margin)
 
     def bound(self, case: Case) -> float:

@@ -35,9 +35,9 @@ def limit(case: base.Case) -> float:
 
 
 def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tuple[float, np.ndarray]:
-    """Slide to rest from each of STARTS; return the largest p-p of the last 0.5 s and its samples.
+    """Slide to rest from each of STARTS; return the largest peak-to-peak motion and its samples.
 
-    Both are in counts.
+    Only the last 0.5 s count. Motion and samples are in counts.
     """
     given = {"model": float(model), "kinetic_force": friction, "static_force": friction, "viscous": 0.0}
     # Models with a tether use half the stiffness of the stiffest spring that a handle with this damping holds

@@ -17,7 +17,7 @@ from hapkit_studio.haptics import headless, rows
 # s: the time for which the mouse holds the handle, the time observed after the release, and its judged last
 # part
 HELD, WATCHED, END = 0.6, 4.0, 0.5
-# m p-p: smallest visible oscillation
+# m peak to peak: smallest visible oscillation
 SEEN = 0.5e-3
 # m: position at which the mouse lets go. At the motor's limit of 3 N, a medium grip of 200 N/m leaves the
 # handle 15 mm behind.
@@ -28,7 +28,7 @@ _WHY = "Dry friction and the motor's limit of 3 N hold it; the limit here leaves
 
 
 def let_go(live: Live, pointer: float = POINTER, column: int = rows.TRUE_POSITION) -> float:
-    """Return a column's p-p after the mouse pulled to ``pointer`` m and let go."""
+    """Return a column's peak-to-peak value after the mouse pulled to ``pointer`` m and let go."""
     out, rate = _released(live, lambda t: pointer * np.clip(2.0 * t / HELD, 0.0, 1.0), HELD)
     return float(np.ptp(out[-round(END * rate) :, column]))
 
@@ -43,7 +43,7 @@ def thrown(live: Live, wall: float) -> float:
 
 
 def _scene(live: Live) -> headless.Scene:
-    """Return the live settings as a scene of the headless loop, on the window's device."""
+    """Return the live settings as a scene of the headless loop, with the window's device."""
     environment = environments.named(live.environment)
     values = environment.values(live.values)
     device = SimulatedHapkit().reduced(environment.needed_at(values))

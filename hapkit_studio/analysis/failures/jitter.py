@@ -41,7 +41,7 @@ def _runs(periods: tuple[float, ...]) -> list[tuple[float, int]]:
 
 
 def worst(case: base.Case) -> float:
-    """Return the limit in N/m of a loop with the longest period only."""
+    """Return the limit in N/m of a loop in which every period is the longest one."""
     return stiffness_limit(case["mass"], case["viscous"], rate=1.0 / max(pattern(case)))
 
 
@@ -52,7 +52,7 @@ def nominal(case: base.Case) -> float:
 
 @base.remembered
 def limit(case: base.Case) -> float:
-    """Return the smallest stiffness in N/m at which the loop with this pattern grows; exact."""
+    """Return the exact smallest stiffness in N/m at which the loop with this pattern grows."""
     periods = pattern(case)
     scan = np.linspace(worst(case), 1.001 * nominal(case), _SCAN)
     grows = [exact(k, case, periods) > 0.0 for k in scan]
@@ -85,7 +85,7 @@ def swing(stiffness: float, case: base.Case) -> np.ndarray:
 
 
 def rate_of(stiffness: float, case: base.Case, seen: np.ndarray) -> float:
-    """Return the growth in 1/s of positions and speeds (n, 2), one pattern apart."""
+    """Return the growth in 1/s of positions and speeds (n, 2), which are one pattern apart."""
     size = np.hypot(seen[:, 0], seen[:, 1] * math.sqrt(case["mass"] / stiffness))
     half = base.alive(size, DEAD * spring.START) // 2
     if not half:

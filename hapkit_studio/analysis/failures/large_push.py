@@ -18,7 +18,7 @@ _TIMES, _SAMPLES = 10.0, 300_000
 
 
 def amplitude(case: base.Case, stiffness: float) -> float:
-    """Return F_c/k coth(π σ/2ω) in m, from the half-cycle map with friction."""
+    """Return the amplitude F_c/k coth(π σ/2ω) in m, from the half-cycle map with friction."""
     root = spring.exact(case, stiffness)
     if root.real <= 0.0:
         return math.inf
@@ -26,7 +26,10 @@ def amplitude(case: base.Case, stiffness: float) -> float:
 
 
 def swing(push: float, case: base.Case) -> tuple[np.ndarray, str]:
-    """Return the position (n,) in m of a handle released after a push, and the outcome; ideal sensor."""
+    """Return the position (n,) in m of a handle released after a push, and the outcome.
+
+    The sensor is ideal.
+    """
     growth = max(spring.exact(case, case["stiffness"]).real, 1e-9)
     seconds = min(max(spring.FRICTION_SECONDS, _TIMES / growth), _SAMPLES / case["rate"])
     x = spring.released_with_friction(**case, quantum=0.0, start=push, seconds=seconds)

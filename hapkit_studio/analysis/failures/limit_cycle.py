@@ -32,7 +32,7 @@ def limit(case: base.Case) -> float:
 
 
 def swing(stiffness: float, case: base.Case) -> tuple[np.ndarray, str, float]:
-    """Return the handle's position (n,) in counts, the outcome, and the p-p of its tail in counts."""
+    """Return the handle's position (n,) in counts, the outcome, and the final peak-to-peak motion."""
     start, quantum = START * case["quantum"], case["quantum"]
     x = spring.released_with_friction(**case, stiffness=stiffness, start=start)
     word, size = spring.judged(x, start, case["rate"])

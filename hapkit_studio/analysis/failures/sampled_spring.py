@@ -1,4 +1,4 @@
-"""A spring too stiff for its loop: the zero-order hold releases more energy than it stored."""
+"""A spring that is too stiff for its loop: the zero-order hold releases more energy than it stored."""
 
 from functools import partial
 
@@ -46,7 +46,7 @@ def boundary(mass: float, case: base.Case, points: int) -> tuple[np.ndarray, np.
 
 
 def plane(case: base.Case) -> Plane:
-    """Return k T/b₀ over (b₀ + b)/b₀: exact boundaries, the rule of thumb, simulated springs near them."""
+    """Return k T/b₀ over (b₀ + b)/b₀: exact boundaries, the rule of thumb, and springs near a boundary."""
     viscous, rate, delay = case["viscous"], case["rate"], case["delay"]
     where, scale = spring.setting(case), viscous * rate
     total, exact = boundary(case["mass"], case, _CURVE_POINTS)

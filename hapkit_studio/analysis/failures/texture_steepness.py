@@ -1,4 +1,4 @@
-"""Ridges too steep for the loop: near its stable points a grating is a spring, and may be too stiff."""
+"""Ridges that are too steep for the loop: near a stable point a grating is a spring that may be too stiff."""
 
 import math
 
@@ -23,7 +23,7 @@ def stiffness(amplitude: float, case: base.Case) -> float:
 
 
 def limit(case: base.Case) -> float:
-    """Return the amplitude in N whose steepest slope equals the largest stable stiffness; exact."""
+    """Return the exact amplitude in N whose steepest slope equals the largest stable stiffness."""
     most = stiffness_limit(case["mass"], case["viscous"], rate=case["rate"])
     return most * case["wavelength"] / math.tau
 

@@ -1,4 +1,4 @@
-"""A bump crossed between two samples: the faster the handle, the less of a thin bump is rendered."""
+"""A bump that is crossed between two samples: the faster the handle, the less of a thin bump is rendered."""
 
 import math
 

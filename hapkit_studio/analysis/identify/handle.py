@@ -101,7 +101,7 @@ def _widened(best: _WindowResult, others: list[_WindowResult]) -> Part | None:
 def _fitted(
     grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, released: bool
 ) -> _WindowResult | None:
-    """Fit at one window length; None if the acceleration is too noisy or the instruments are weak."""
+    """Fit at one window length; return None if the acceleration is too noisy or the instruments are weak."""
     sign = np.sign(windows.derivative(grid.sign, 0))
     halves = [_columns(grid, windows, sign, part) for part in (0, 1)]
     columns = 0.5 * (halves[0] + halves[1])
@@ -185,7 +185,7 @@ def _columns(grid: Grid, windows: Windows, sign: np.ndarray, part: int) -> np.nd
 
 
 def _error_variances(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return the variances (p,) of the coefficients for independent position errors, per kg² and m²."""
+    """Return the variances (p,) of the coefficients for independent position errors of 1 m, and 1 kg."""
     used = columns * kept[:, None]
     of_samples = windows.back(used, windows.kernel(2))
     inverse = np.linalg.pinv(used.T @ used)
@@ -193,7 +193,7 @@ def _error_variances(windows: Windows, columns: np.ndarray, kept: np.ndarray) ->
 
 
 def _noise_fraction(windows: Windows, columns: np.ndarray, step: float) -> float:
-    """Return the noise fraction of the acceleration that the other regressors (m, p) do not explain."""
+    """Return the noise fraction of the acceleration, after the other regressors (m, p) are removed."""
     if not len(columns):
         return math.inf
     steps = step**2 / 12.0 * float(np.sum(windows.kernel(2) ** 2))

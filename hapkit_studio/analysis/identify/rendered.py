@@ -27,13 +27,13 @@ PIECES = (32, 16, 8, 4, 2)
 _GAIN = 1.3
 # order of the derivative of the position in each term's regressor
 _DERIVATIVES = {"stiffness": 0, "damping": 1, "damping_in": 1, "damping_out": 1}
-# samples after a reversal in which the velocity estimate may still have the old sign
+# after a reversal, the velocity estimate may have the old sign for this many samples
 _ESTIMATOR_SAMPLES = 4
 
 
 def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> Part:
     """Identify the rendered impedance; if ``terms`` is None, use the terms of the environment."""
-    known = setup.environment  # an unknown environment has no set values
+    known = setup.environment  # an unknown environment has no values set
     asked = known.force_terms(setup.values) if known else ForceTerms(simple=False)
     names = _names(asked, terms or asked.terms)
     best: tuple[int, Windows, np.ndarray] | None = None

@@ -164,7 +164,7 @@ def noise_ratio(position: np.ndarray, there: np.ndarray, quantum: float) -> floa
 
 
 def slope(position: np.ndarray, period: float) -> np.ndarray:
-    """Return the regression speed (n,) in m/s over about 9 ms around each sample, 0 at the ends."""
+    """Return the regression speed (n,) in m/s over about 9 ms around each sample; it is 0 at the ends."""
     samples = _slope_samples(period)
     if len(position) < samples:
         return np.zeros(len(position))

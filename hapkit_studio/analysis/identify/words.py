@@ -62,13 +62,13 @@ def deviation(estimate: Estimate) -> str:
 
 
 def alike(value: float, estimate: Estimate) -> str:
-    """Format another value with the estimate's decimals and unit."""
+    """Format a different value with the estimate's decimals and unit."""
     scale, decimals = _scale_and_decimals(estimate)
     return f"{number(scale * value, decimals)} {unit_of(estimate)}"
 
 
 def plain(value: float | None, estimate: Estimate) -> str:
-    """Format a value set or expected in display units; a dash for None."""
+    """Format a value that was set or is expected, in display units; None becomes a dash."""
     if value is None:
         return "–"
     scale = _unit(estimate)[1]

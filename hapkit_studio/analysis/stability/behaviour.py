@@ -185,7 +185,7 @@ class Centre:
 
 
 class Trials:
-    """One scene, prepared for many releases of the handle."""
+    """One scene that is prepared for many releases of the handle."""
 
     def __init__(self, scene: headless.Scene, grip: Grip | None, centre: Centre):
         r, body = scene.prepare()
@@ -230,11 +230,11 @@ class Trials:
         return found
 
     def settles(self, push: float) -> bool:
-        """Return True if the handle settles after a push in m, or leaves a scene without restoring force."""
+        """Return True if the handle settles after a push in m, or leaves a scene that only pushes it away."""
         return all(self._settled(self.end(side * push, known=True)) for side in self.sides)
 
     def _settled(self, end: int) -> bool:
-        """Return True if the last run ended at rest, or within one sensor step peak to peak."""
+        """Return True if the last run ended at rest, or with a motion within one sensor step peak to peak."""
         if end in (RESTS, SHRINKS):
             return True
         if end == LEAVES:
@@ -252,7 +252,7 @@ class Trials:
 
     @property
     def _frequency(self) -> float:
-        """Return the last run's frequency in Hz; NaN with too few cycles in its last half."""
+        """Return the last run's frequency in Hz; NaN if its last half has too few cycles."""
         frequency = float(self._swing.frequency[0])
         cycles = frequency * 0.5 * float(self._swing.samples[0]) / self._rate
         return frequency if cycles >= LEAST_CYCLES else math.nan
@@ -270,7 +270,7 @@ class Trials:
 
 
 def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
-    """Return points of the strongest restoring force, or points where a hand presses on the scene."""
+    """Return the points of the strongest restoring force, or points at which a hand presses on the scene."""
     force = np.empty_like(PLACES)
     r, _ = scene.prepare()
     settling.static_forces(r, PLACES, force)
@@ -306,7 +306,7 @@ def _first_position(places: np.ndarray, force: np.ndarray, wanted: float) -> flo
 
 
 def _natural(scene: headless.Scene, grip: Grip | None) -> float:
-    """Return the natural frequency of the handle on the scene's spring in rad/s."""
+    """Return the natural frequency in rad/s of the handle on the scene's spring."""
     own = scene.environment.impedance
     stiffness = (own(scene.values)[0] if own else 0.0) + (grip.stiffness if grip else 0.0)
     mass = scene.device.mass + (grip.mass if grip else 0.0)

@@ -201,7 +201,7 @@ def margin_of(setting: LoopSettings, stiffness: float, damping: float) -> Margin
 
 
 def hands(setting: LoopSettings, damping: float) -> dict[str, float]:
-    """Return the limit in N/m at one damping for every grip, the released handle first."""
+    """Return the limit in N/m at one damping for every grip; the released handle comes first."""
     return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
 
 

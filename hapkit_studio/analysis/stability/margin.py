@@ -110,8 +110,8 @@ _SHARE = 0.7
 # the boundary must cross the upper edge within this fraction of the width
 _LEAVES = 0.6
 _LOOKS = 31
-# Height of the axes as a multiple of the limit at the dot; with the second value, the largest, a peak is
-# included.
+# Height of the axes as a multiple of the limit at the dot. If a peak of the boundary is below the second
+# multiple, the axes include the peak.
 _OVER, _WHOLE = 1.5, 2.2
 
 

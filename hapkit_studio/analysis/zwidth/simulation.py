@@ -94,7 +94,7 @@ def trial(
 def hit(
     setting: LoopSettings, stiffness: float, damping: float, phase: float, protocol: result.Protocol
 ) -> np.ndarray:
-    """Return the rows of one hit; at the start the handle is ``phase`` samples before the wall at 0."""
+    """Return the rows of one hit; the handle starts ``phase`` samples before it reaches the wall at 0."""
     values = {"stiffness": stiffness, "damping": damping, "position": 0.0, "side": 0.0, "damping_mode": 1.0}
     start = -phase * protocol.speed * setting.period
     device = simulated_handle(setting, position=start, velocity=protocol.speed)
