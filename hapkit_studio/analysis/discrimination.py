@@ -31,7 +31,7 @@ COARSE, FINE = 2.0, math.sqrt(2.0)  # factors of the step before and after the f
 COARSE_REVERSALS = 2
 REVERSALS, MEAN_OF = 12, 6  # reversals in a run; the geometric mean of the last ones is Levitt's threshold
 MOST_ANSWERS = 120  # largest number of answers in a run
-LAPSES = 0.01  # fraction of answers that do not depend on the step
+LAPSES = 0.02  # fraction of answers that do not depend on the step
 # slopes of the Weibull function that are tried; a comparison of noisy impressions has 1.3
 _SLOPES = np.geomspace(0.7, 4.0, 17)
 # number of thresholds tried, from the smallest step / _BEYOND to the largest step × _BEYOND

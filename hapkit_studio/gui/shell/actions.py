@@ -12,7 +12,7 @@ from hapkit_studio.gui.live.time_view import SPANS
 from hapkit_studio.gui.shell import action_set
 from hapkit_studio.gui.shell.window import TOUR, MainWindow
 from hapkit_studio.gui.state.lock import DEVICE
-from hapkit_studio.gui.state.permissions import QUIZ
+from hapkit_studio.gui.state.permissions import POINTING, QUIZ
 from hapkit_studio.gui.state.stored import StoredSettings
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.teach import demos
@@ -61,6 +61,13 @@ def _has_samples(window: MainWindow) -> bool:
 
 def _may_ask(window: MainWindow) -> bool:
     return not (window.demos.demo or window.projector.on) and window.quiz.parameter is not None
+
+
+def _switch(window: MainWindow) -> None:
+    if window.threshold.page is not None:
+        window.threshold.page.turn()
+    else:
+        window.blind.step()
 
 
 def _may_experiment(window: MainWindow) -> bool:
@@ -395,8 +402,8 @@ _ENVIRONMENT = (
 
 _CLASSROOM = (
     Action(
-        "teach.switch", "Store settings as A or B, then switch", lambda w: w.blind.step(), "X",
-        enabled=lambda w: _has_parameters(w) and w.studio.hidden != QUIZ,
+        "teach.switch", "Store settings as A or B, then switch", _switch, "X",
+        enabled=lambda w: _has_parameters(w) and w.studio.hidden not in (QUIZ, POINTING),
         current_text=lambda w: "Switch" if w.studio.hidden else w.two.next_text,
     ),
     Action(
@@ -413,8 +420,12 @@ _CLASSROOM = (
     ),
     Action("teach.quiz", "Quiz: find the hidden value", lambda w: w.quiz.begin(), enabled=_may_ask),
     Action(
-        "teach.pointing", "Experiment: pointing with friction…", lambda w: w.pointing.show_settings(),
+        "teach.threshold", "Experiment: just-noticeable difference…", lambda w: w.threshold.show_settings(),
         enabled=_may_experiment, rule=True,
+    ),
+    Action(
+        "teach.pointing", "Experiment: pointing with friction…", lambda w: w.pointing.show_settings(),
+        enabled=_may_experiment,
     ),
 )  # fmt: skip
 

@@ -55,6 +55,7 @@ from hapkit_studio.gui.teach.demos import read as read_demo
 from hapkit_studio.gui.teach.lock_dialog import LockDialog
 from hapkit_studio.gui.teach.pointing import PointingExperiment
 from hapkit_studio.gui.teach.quiz import Quiz
+from hapkit_studio.gui.teach.threshold import ThresholdExperiment
 from hapkit_studio.gui.widgets.canvas import Canvas
 from hapkit_studio.gui.widgets.dialogs import text_dialog
 from hapkit_studio.gui.widgets.numbers import NumberBox
@@ -94,6 +95,7 @@ class MainWindow(QMainWindow):
     blind: BlindComparison
     quiz: Quiz
     pointing: PointingExperiment
+    threshold: ThresholdExperiment
     display: LiveDisplay
     demos: DemoPlayer
     projector: Projector
@@ -169,6 +171,7 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self.blind = BlindComparison(studio, self.two, self.views, self)
         self.quiz = Quiz(studio, self.stability, self.views, self)
+        self.threshold = ThresholdExperiment(studio, self.views, self)
         self.pointing = PointingExperiment(studio, self.live, self.views, self.centre.scene, self)
         self.projector = Projector(
             self, self.body, studio, self.settings, self.header, self.centre, self.views
@@ -409,7 +412,7 @@ class MainWindow(QMainWindow):
             signal.connect(lambda why: self.banners.warn("undo", "Nothing was changed.", why))
         for taken in (self.centre.scene.grabbed, self.display.releasing):
             taken.connect(self.demos.end)
-        for part in (self.demos, self.projector, self.quiz, self.pointing):
+        for part in (self.demos, self.projector, self.quiz, self.pointing, self.threshold):
             self.closed.connect(part.end)
         self.replay.changed.connect(self._show_replay)
         self.replay.failed.connect(

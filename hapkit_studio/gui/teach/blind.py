@@ -1,6 +1,8 @@
 """Blind comparison of A and B: shuffled for each answer; the score is shown at the end."""
 
 import random
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QWidget
@@ -10,10 +12,14 @@ from hapkit_studio.formatting import number
 from hapkit_studio.gui.pages.base import Page, SidePanel
 from hapkit_studio.gui.pages.views import Views
 from hapkit_studio.gui.panel.two_settings import TwoSettings, TwoSettingsDialog
+from hapkit_studio.gui.state import permissions
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.dialogs import text_dialog
 from hapkit_studio.gui.widgets.parts import hbox, hint, label, primary, vbox
 from hapkit_studio.parameters import Parameter
+
+if TYPE_CHECKING:
+    from hapkit_studio.environments.base import Values
 
 _ABOUT = (
     "One of the two is A, the other is B. They are shuffled after each answer. Plots and values "
@@ -37,16 +43,16 @@ class BlindPage(Page):
     """
 
     ended = Signal(str)
+    title, about, reason = "Blind comparison", _ABOUT, permissions.BLIND
 
-    def __init__(self, studio: Studio, two: TwoSettings, source: random.Random | None = None):
+    def __init__(self, studio: Studio, pair: "Sequence[Values]", source: random.Random | None = None):
+        """pair: values of the environment, A first."""
         super().__init__()
-        self._studio, self._source = studio, source or random.Random()
-        key = studio.environment.key
-        self._values = [{p[2]: v for p, v in kept.items() if p[:2] == ("value", key)} for kept in two.stored]
+        self._studio, self._source, self._values = studio, source or random.Random(), list(pair)
         self._wanted, self._question = self._ask()
         self.right = self.answers = self.shown = 0
         self._order = [0, 1]
-        self.sign, self.count = label(role="verdict"), hint()
+        self.sign, self.count = label(role="verdict"), label(role="hint", wrap=False)
         self.switch, self.end_button = QPushButton("Switch"), QPushButton("Show the score")
         self.choices = [QPushButton(f"{place}") for place in (1, 2)]
         for button in self.choices:
@@ -85,9 +91,13 @@ class BlindPage(Page):
             self.ended.emit(score(self.right, self.answers))
 
     def _render(self) -> None:
-        self._studio.hide_values(self._values[self._order[self.shown]])
+        self._studio.hide_values(self._values[self._order[self.shown]], self.reason)
         self.sign.setText(f"{self.shown + 1} is active")
-        self.count.setText(f"Answers: {self.answers}")
+        self.count.setText(self.count_words())
+
+    def count_words(self) -> str:
+        """Return how far the comparison is."""
+        return f"Answers: {self.answers}"
 
     def _ask(self) -> tuple[int, str]:
         """Return the index of the answer, and the question, e.g. about the only number that differs."""
@@ -106,7 +116,7 @@ class BlindPage(Page):
         foot = hbox(None, self.switch, hint("X"), None)
         vbox(None, self.sign, foot, head, hbox(None, self.count, None), None, into=card, gap=16)
         self.column.addWidget(card)
-        self.side = SidePanel("Blind comparison", _ABOUT)
+        self.side = SidePanel(self.title, self.about)
         self.side.add(primary(self.end_button))
 
 
@@ -145,7 +155,9 @@ class BlindComparison(QObject):
         if not self._two.comparable:  # what has just ended belonged to another environment
             self._studio.refused.emit(_OTHERS)
             return
-        page = BlindPage(self._studio, self._two, source)
+        key = self._studio.environment.key
+        pair = [{p[2]: v for p, v in kept.items() if p[:2] == ("value", key)} for kept in self._two.stored]
+        page = BlindPage(self._studio, pair, source)
         try:
             page.begin()
         except ParameterError as error:  # settings were locked meanwhile

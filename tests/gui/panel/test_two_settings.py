@@ -35,9 +35,9 @@ def compared(window):
     window.studio.set_value("stiffness", 500.0)
     rendered, hide = [], window.studio.hide_values
 
-    def note(values):
+    def note(values, *why):
         rendered.append(values and values["stiffness"])
-        hide(values)
+        hide(values, *why)
 
     window.studio.hide_values = note
     yield window, rendered

@@ -1,0 +1,190 @@
+"""A person's just-noticeable difference: the blind comparison with a step that a staircase chooses."""
+
+import random
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
+
+from hapkit_studio.analysis import discrimination
+from hapkit_studio.analysis.discrimination import COMPARISON, UNITS, Comparison, Staircase
+from hapkit_studio.charts.experiments import draw_threshold, threshold_words
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.pages.views import Views
+from hapkit_studio.gui.state import permissions
+from hapkit_studio.gui.state.studio import Studio
+from hapkit_studio.gui.teach.blind import BlindPage
+from hapkit_studio.gui.teach.experiment import RecordedTrials, ResultDialog
+from hapkit_studio.gui.widgets.dialogs import FormDialog, text_dialog
+from hapkit_studio.parameters import Parameter
+from hapkit_studio.quantity import Quantity
+
+if TYPE_CHECKING:
+    from hapkit_studio.environments.base import Values
+
+TITLE = "Just-noticeable difference"
+_ABOUT = (
+    "The value set now is compared with a larger one, in random order. Say which has more. The "
+    "difference becomes smaller after three right answers and larger after a wrong one. After twelve "
+    "turns, about 60 answers, the smallest difference that you notice is known. Every answer is "
+    "recorded. Use a real Hapkit: a simulated one can only be judged by sight."
+)
+_HOW = (
+    "Feel 1 and 2, as often as you like: X switches between them. Then say which has more. If you are "
+    "not sure, guess."
+)
+_LEAST_ROOM = 0.1  # smallest useful first step over the base
+_NONE = "This environment has no stiffness, damping or force that can be raised by 10 %."
+
+
+def room(studio: Studio, parameter: Parameter) -> float:
+    """Return by which fraction a parameter may be raised, within its limits and the stable range."""
+    base = studio.values[parameter.key]
+    unstable = (low for low, high in studio.unstable_ranges.get(parameter.key, ()) if high > base)
+    return min(parameter.high, *unstable, base * (1.0 + discrimination.LARGEST)) / base - 1.0
+
+
+def comparable(studio: Studio) -> list[Parameter]:
+    """Return the parameters of the environment whose threshold can be measured at their present value."""
+    return [
+        parameter
+        for parameter in studio.environment.parameters
+        if isinstance(parameter, Parameter)
+        and parameter.unit in UNITS
+        and studio.values[parameter.key] > 0.0
+        and parameter.key not in studio.environment.unused(studio.values)
+        and room(studio, parameter) >= _LEAST_ROOM
+    ]
+
+
+class ThresholdDialog(FormDialog):
+    """Asks for the parameter; ``begun`` is emitted with it."""
+
+    begun = Signal(object)
+
+    def __init__(self, studio: Studio, parent: QWidget):
+        super().__init__(TITLE, _ABOUT, parent)
+        self.parameter, self.start = QComboBox(), QPushButton("Start")
+        for one in comparable(studio):
+            quantity = Quantity(one)
+            words = f"{one.label}, {quantity.text(studio.values[one.key] * quantity.factor)} {quantity.unit}"
+            self.parameter.addItem(words, one)
+        self.add_fields([("Compare", self.parameter, None)])
+        self.add_verdict(1)
+        self.add_buttons(self.start)
+        self.start.setDefault(True)
+        self.start.setEnabled(self.parameter.count() > 0)
+        self.verdict.say("" if self.parameter.count() else _NONE)
+        self.verdict.setVisible(not self.parameter.count())
+        self.start.clicked.connect(self._start)
+
+    def _start(self) -> None:
+        self.close()
+        self.begun.emit(self.parameter.currentData())
+
+
+class ThresholdPage(BlindPage):
+    """Compares a base with a larger value; the staircase ends it."""
+
+    title, about, reason = TITLE, _HOW, permissions.THRESHOLD
+
+    def __init__(self, studio: Studio, parameter: Parameter, source: random.Random | None = None):
+        self.parameter, self.base = parameter, studio.values[parameter.key]
+        largest = room(studio, parameter)
+        self.stairs = Staircase(min(discrimination.FIRST, largest), largest)
+        self.found: list[Comparison] = []
+        self.trials: RecordedTrials | None = None
+        super().__init__(studio, self._pair(studio.values), source)
+        self.end_button.setText("Stop and evaluate")
+
+    def _pair(self, values: "Values") -> "list[Values]":
+        step = self.base * (1.0 + self.stairs.step)
+        return [dict(values), {**values, self.parameter.key: step}]
+
+    def begin(self) -> None:
+        super().begin()
+        if self.trials is None:
+            self.trials = RecordedTrials(self._studio.recording)
+
+    def answer(self, place: int) -> None:
+        """Record an answer, and let the staircase choose the next step."""
+        turns, step = len(self.stairs.reversals), self.stairs.step * self.base
+        more = self._order.index(self._wanted) + 1
+        self.stairs.answer(place + 1 == more)
+        turned = len(self.stairs.reversals) > turns
+        key, unit = self.parameter.key, self.parameter.unit
+        one = Comparison(self._studio.environment.key, key, unit, self.base, step, more, place + 1, turned)
+        self.found.append(one)
+        if self.trials is not None:
+            self.trials.note(COMPARISON, discrimination.event(one))
+        self._values = self._pair(self._studio.values)
+        super().answer(place)
+        if self.stairs.finished:
+            self.finish()
+
+    def count_words(self) -> str:
+        turns = min(len(self.stairs.reversals), discrimination.REVERSALS)
+        return f"Answers: {self.answers}. Turns: {turns} of {discrimination.REVERSALS}."
+
+
+class ThresholdExperiment(QObject):
+    """Asks for the parameter, shows the page, and the threshold when it ends."""
+
+    def __init__(self, studio: Studio, views: Views, window: QWidget):
+        super().__init__(window)
+        self._studio, self._views, self._window = studio, views, window
+        self.page: ThresholdPage | None = None
+
+    @property
+    def possible(self) -> bool:
+        """Return whether an experiment can begin."""
+        studio = self._studio
+        return self.page is None and studio.engine is not None and not studio.hidden and not studio.temporary
+
+    def show_settings(self) -> None:
+        """Open the dialog of the parameter."""
+        dialog = ThresholdDialog(self._studio, self._window)
+        dialog.begun.connect(self.begin)
+        dialog.show()
+
+    def begin(self, parameter: Parameter, source: random.Random | None = None) -> None:
+        """Begin with a parameter of the environment in force."""
+        if not self.possible or parameter not in comparable(self._studio):
+            return
+        page = ThresholdPage(self._studio, parameter, source)
+        try:
+            page.begin()
+        except ParameterError as error:  # the parameter is locked
+            page.deleteLater()
+            self._studio.refused.emit(str(error))
+            return
+        self.page = page
+        page.ended.connect(self._end)
+        self._views.cover(page.side, page)
+
+    def end(self) -> None:
+        """End a running experiment."""
+        if self.page is not None:
+            self.page.finish()
+
+    def _end(self) -> None:
+        page, self.page = self.page, None
+        if page is None or page.side is None or page.trials is None:
+            return
+        name = page.trials.end()
+        self._views.cover(None)
+        page.side.deleteLater()
+        page.deleteLater()
+        if not page.found:
+            text_dialog(TITLE, ["No answer was given."], self._window).show()
+            return
+        (found,) = discrimination.evaluate(page.found)
+        words = [threshold_words(found)]
+        if not page.stairs.finished:
+            count = len(page.found)
+            words.append(f"Stopped after {count} answer{'s' * (count != 1)}: the interval is wide.")
+        if name:
+            words.append(f"Recorded in {name}: What it needs can use this threshold.")
+        ResultDialog(
+            TITLE, words, lambda figure, c: draw_threshold(figure, c, found), parent=self._window
+        ).show()
