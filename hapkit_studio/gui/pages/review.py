@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.replay import Replay
 
 _SIZE = (640, 470)  # px
-_NONE = -1  # points of a row without points
+_NONE = -1  # value of a points field that is not filled in
 _PARTS = "My review", "All reviews"
 
 
 class ReviewDialog(TextDialog):
-    """Reviews a handed-in file; the file itself is never changed.
+    """Reviews a handed-in file without changing it.
 
-    replay: tells the time for a comment. The names are hidden if the lesson says so.
+    replay gives the time for a comment. Names are hidden if the lesson requires it.
     """
 
     def __init__(
@@ -95,13 +95,14 @@ class ReviewDialog(TextDialog):
 
     @property
     def review(self) -> Review:
-        """Return the review as entered; raise ReviewError."""
+        """Return the entered review; raise ReviewError if it is invalid."""
         blank = review.blank(self._handed, self._lesson, self.name.text())
         rows = tuple(
             replace(row, points=None if box.value() == _NONE else box.value(), comment=self._line(line))
             for row, box, line in zip(blank.rows, self.points, self.remarks, strict=True)
         )
-        replies = () if self._path is None else review.read(self._path).replies  # newer ones are kept
+        # read again, because replies may have been added to the file
+        replies = () if self._path is None else review.read(self._path).replies
         return replace(blank, rows=rows, comments=tuple(self.comments), replies=replies)
 
     @staticmethod
@@ -134,7 +135,7 @@ class ReviewDialog(TextDialog):
         refill(self._listed, rows)
 
     def _save(self) -> None:
-        """Write the review into its file, which it may replace if it is the same reviewer's."""
+        """Write the review to its file, which may replace an older review by the same reviewer."""
         try:
             mine = self.review
             path = self._path or review.path_of(self._handed.path, mine.reviewer)
@@ -150,7 +151,7 @@ class ReviewDialog(TextDialog):
     # all reviews
 
     def _load(self) -> None:
-        """Show all reviews, and the reviewer's own in the fields."""
+        """Show all reviews and fill the fields with the reviewer's own."""
         self._show_all()
         self._show_time()
         name = self.name.text().strip()
@@ -203,7 +204,7 @@ class ReviewDialog(TextDialog):
         self.answer.say("Writing the report…")
 
         def write(_progress: object) -> Path:
-            from hapkit_studio.lessons.report import report  # imported late: it draws figures
+            from hapkit_studio.lessons.report import report  # imported late, because it imports matplotlib
 
             path = Path(tempfile.mkdtemp(prefix="hapkit-")) / f"{lesson.key}.html"
             path.write_text(report(handed, lesson, found), encoding="utf-8")
@@ -216,7 +217,7 @@ class ReviewDialog(TextDialog):
         self.answer.say("The report is open in the browser." if shown else f"The report is {path}.")
 
     def _show_time(self) -> None:
-        """Offer the replay's time for a comment while this file is replayed."""
+        """Offer the replay's current time for a comment while this file is replayed."""
         replay, chosen = self._replay, self.place.currentIndex()
         shown = replay is not None and replay.history is not None
         shown = shown and replay.history.session.path == self._handed.path  # type: ignore[union-attr]

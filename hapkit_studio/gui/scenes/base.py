@@ -40,7 +40,7 @@ class Motion:
 
 
 class Zone(NamedTuple):
-    """A range in m to move the handle into; token: its colour."""
+    """A target range for the handle in m; token is its colour."""
 
     low: float
     high: float
@@ -49,7 +49,7 @@ class Zone(NamedTuple):
 
 
 def draw_zone(stage: Stage, zone: Zone) -> None:
-    """Draw a range from the rail to the top, with its name."""
+    """Draw a range from the rail to the top of the picture, with its name."""
     u, left, right = stage.u, stage.x(1e3 * zone.low), stage.x(1e3 * zone.high)
     box = QRectF(left, stage.top, right - left, stage.rail - stage.top)
     stage.p.fillRect(box, theme.color(zone.token, 0.22))

@@ -29,7 +29,7 @@ FRAME = QSize(0, 40)  # size of the window manager's frame, which is unknown bef
 POLL_MS = 50
 REST_MS = 1000  # wait after the first sample before compiling what it did not need
 _REJECTED = "Some stored settings cannot be used. Their default values are used instead."
-_OFFERED = "tour_offered"  # the setting that exists once the tour was offered
+_OFFERED = "tour_offered"  # setting: True after the tour was offered
 SWITCH_SECONDS = 0.5e-3
 """Python's thread switch interval in s. While a thread translates a law for the board, a picture
 took 0.7 s with Python's default of 5 ms, and takes 0.09 s with this."""

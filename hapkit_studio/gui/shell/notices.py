@@ -148,7 +148,7 @@ class Notices(QObject):
         icon: str = "triangle",
         section: str = "",
     ) -> None:
-        """Show or remove a banner; section: of the page on troubleshooting, which its button Help opens."""
+        """Show or remove a banner; its Help button opens the section of the troubleshooting page."""
         if section:
             ways = (*ways, ("Help", self._help[section]))
         self._banners.set(key, Notice(key, rank, tone, icon, *words, ways) if shown else None)

@@ -1,4 +1,4 @@
-"""Hint at the first start in a narrow window: the names of the environments beside the gallery's icons."""
+"""Names of the environments beside the narrow gallery, shown at the first start as a hint."""
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt
 from PySide6.QtGui import QFontMetricsF, QMouseEvent, QPainter, QPaintEvent
@@ -11,14 +11,14 @@ from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.gallery_row import GalleryRow
 from hapkit_studio.gui.widgets.theme import theme
 
-_PAD = 10  # px at the left and right of the names
-_CHOSEN = "environment_chosen"  # stored: an environment was chosen once
+_PAD = 10  # px, horizontal padding of the names
+_CHOSEN = "environment_chosen"  # setting: True after an environment was selected once
 
 
 class RailNames(QWidget):
-    """The names, in the view Live while the gallery is a rail, until an environment is chosen once.
+    """Shows the names in the view Live while the gallery is narrow, until an environment is selected once.
 
-    A click on a name chooses its environment, one elsewhere hides the names until the next start.
+    A click on a name selects its environment. Any other click hides the names until the next start.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class RailNames(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the names if they are needed, beside the rail."""
+        """Show the names beside the gallery if they are needed."""
         gallery, window = self._gallery, self.window()
         shown = self._wanted and self._views.key == LIVE and gallery.rail and gallery.isVisible()
         if shown:
@@ -54,8 +54,8 @@ class RailNames(QWidget):
         self.refresh()
 
     def _forget(self) -> None:
-        """Hide the names for good once a person has chosen; what is chosen before the start was stored."""
-        if self.window().isVisible():
+        """Hide the names permanently after the user selects an environment."""
+        if self.window().isVisible():  # otherwise the start restored the stored environment
             self._settings.setValue(_CHOSEN, True)
             self.dismiss()
 

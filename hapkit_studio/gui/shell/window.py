@@ -68,7 +68,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.pages.lessons.page import LessonsPage
 
 TOUR = "first_steps"
-"""The lesson that shows the window in five minutes."""
+"""Key of the lesson that introduces the window in five minutes."""
 _SMALLEST = (560, 350)
 COLLECT_MS = 250
 _MOUSE = (
@@ -233,11 +233,11 @@ class MainWindow(QMainWindow):
         KeysDialog(self.actions_by_key.entries, self).show()
 
     def show_law_language(self, word: str = "") -> None:
-        """Open the reference page of the law language, at a word."""
+        """Open the reference of the law language at a word."""
         self.show_help("law", word=word)
 
     def show_help(self, page: str, word: str = "", section: str = "") -> None:
-        """Open a page of the menu Help, at a word or a section."""
+        """Open a page of the menu Help at a word or a section."""
         from hapkit_studio.gui.shell.help import page_dialog  # imported late: its layout takes time
 
         page_dialog(page, self, word, section).show()
@@ -246,11 +246,11 @@ class MainWindow(QMainWindow):
         """Open a lesson in the view of lessons."""
         self.views.show("lessons")
         page = cast("LessonsPage", self.views.page("lessons"))
-        if self.views.key == "lessons":  # another view may be fixed
+        if self.views.key == "lessons":  # a quiz or an experiment may keep its own view
             page.open(key)
 
     def offer_tour(self) -> None:
-        """Offer the tour in a banner, which either of its buttons removes."""
+        """Offer the tour in a banner; both of its buttons close the banner."""
 
         def close(begin: bool) -> None:
             self.banners.set("tour", None)
@@ -258,7 +258,7 @@ class MainWindow(QMainWindow):
                 self.show_lesson(TOUR)
 
         buttons = ("Start the tour", lambda: close(True)), ("Not now", lambda: close(False))
-        words = "A tour shows the window in five minutes.", "You find it later in the menu Help: First steps."
+        words = "A tour shows the window in five minutes.", "It is also in the menu Help: First steps."
         self.banners.set("tour", Notice("tour", 10, "accent", "info", *words, buttons))
 
     def show_commands(self) -> None:

@@ -14,16 +14,18 @@ BLIND, QUIZ = "Hidden during the blind comparison", "Hidden during the quiz"
 POINTING, THRESHOLD = "Hidden during the pointing experiment", "Hidden during the threshold experiment"
 """Reasons for hidden values."""
 BARE_SCENE = (BLIND, POINTING, THRESHOLD)
-"""Reasons for which the scene shows only the handle."""
+"""Reasons for hidden values with which the scene shows only the handle."""
 
 
 class Permissions(QObject):
     """Determines why a setting cannot be changed now.
 
-    hidden: the reason why the rendered values differ from those shown, "" if they do not; hidden_values: the
-    rendered values in that case. temporary: a measurement has changed settings and will restore them.
-    lesson: the settings that the open step of a lesson locks; left_out: the parts of the window that it
-    hides, some of ``lessons.parse.HIDDEN``. lab: the settings that the administrator locks for good.
+    hidden: the reason why the rendered values differ from the shown ones, or "" if they are equal.
+    hidden_values: the rendered values while they are hidden.
+    temporary: True while a measurement has changed settings that it will restore.
+    lesson: the settings locked by the open step of a lesson.
+    left_out: the parts of the window hidden by that step, from ``lessons.parse.HIDDEN``.
+    lab: the settings locked permanently by the computer's administrator.
     """
 
     lock_changed = Signal()

@@ -71,7 +71,7 @@ class Recording(QObject):
             self._turn.start(lambda _progress: _written(recorder.stop()))
 
     def end(self) -> None:
-        """End the present recording, also one that is just being started."""
+        """End the current recording, even if it is still being started."""
         if self._turn.running:
             self._end_wanted = True
         elif self.progress is not None:

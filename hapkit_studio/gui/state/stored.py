@@ -11,7 +11,7 @@ from hapkit_studio.formatting import quoted
 
 T = TypeVar("T")
 LESSONS_FOLDER = "lessons_folder"
-"""The setting with the folder of an instructor's lessons, "" for none."""
+"""Name of the setting with the folder of the instructor's lessons; "" means no folder."""
 _LAST_NOTICE = "rejected"  # the notice shown last, so that it is not repeated at every start
 _LONGEST = 160  # characters of a notice
 _MOST_PX = 10_000.0  # limit of a stored width or height

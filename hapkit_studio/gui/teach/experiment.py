@@ -1,4 +1,4 @@
-"""What both experiments with a person share: their recording, and the dialog with the results."""
+"""Shared parts of the experiments with a person: the recorded trials and the dialog with the results."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -32,7 +32,7 @@ class RecordedTrials:
         self._recording.note(kind, what, when)
 
     def end(self) -> str:
-        """End the recording if it was started here; return its file's name, "" without a recording."""
+        """End the recording if it was started here; return the file's name, or "" without a recording."""
         progress = self._recording.progress
         if self._started:
             self._recording.end()

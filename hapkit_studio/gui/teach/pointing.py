@@ -1,4 +1,4 @@
-"""The pointing experiment: targets in the scene, hidden friction, and the results as movement times."""
+"""The pointing experiment: targets in the scene, hidden friction, and movement times as results."""
 
 import random
 from typing import TYPE_CHECKING
@@ -42,7 +42,7 @@ _ROUNDS = (1, 2, ROUNDS, 8)
 
 
 class PointingDialog(FormDialog):
-    """Asks for conditions and the number of rounds; ``begun`` is emitted with the planned targets."""
+    """Asks for conditions and number of rounds; ``begun`` is emitted with the planned targets."""
 
     begun = Signal(object)
 
@@ -75,7 +75,7 @@ class PointingDialog(FormDialog):
 
 
 class PointingPage(Page):
-    """Leads through the trials below the scene; ``ended`` is emitted when nothing is hidden any more."""
+    """Guides the user through the trials below the scene; ``ended`` is emitted when nothing is hidden."""
 
     ended = Signal()
 
@@ -95,27 +95,27 @@ class PointingPage(Page):
         studio.hidden_changed.connect(self._refresh)
 
     def begin(self) -> None:
-        """Render the first condition and record; raise ParameterError if a setting is locked."""
+        """Render the first condition and start the recording; raise ParameterError if a setting is locked."""
         self._restart()
         self._render()
         self.trials = RecordedTrials(self._studio.recording)
 
     def finish(self) -> None:
-        """Render the values that the window shows, which ends the experiment."""
+        """Render the displayed values again, which ends the experiment."""
         self._studio.hide_values(None)
 
     def end(self) -> None:
         self._scene.set_zone(None)
 
     def _restart(self) -> None:
-        """Read the rows of the present device, and begin the present trial again."""
+        """Read the rows of the current device and restart the current trial."""
         engine = self._studio.engine
         self._reader = None if engine is None else engine.reader()
         self.run.restart()
         self._show()
 
     def _take(self) -> None:
-        """Pass new samples on, and show what to do."""
+        """Evaluate new samples and show the next instruction."""
         if self._reader is None or self._studio.stopped or self._studio.fault is not None:
             return
         new = self._reader.read()
@@ -141,7 +141,7 @@ class PointingPage(Page):
             self._studio.hide_values(target.condition.values, permissions.POINTING)
 
     def _show(self) -> None:
-        """Mark where to go."""
+        """Mark the target range in the scene."""
         target = self.run.target
         if target is None:
             return
@@ -176,7 +176,7 @@ class PointingPage(Page):
 
 
 class PointingExperiment(QObject):
-    """Asks for the conditions, shows the page, and the results when it ends."""
+    """Asks for the conditions, shows the page, and shows the results at the end."""
 
     def __init__(self, studio: Studio, live: Live, views: Views, scene: SceneView, window: QWidget):
         super().__init__(window)
@@ -188,18 +188,18 @@ class PointingExperiment(QObject):
 
     @property
     def possible(self) -> bool:
-        """Return whether an experiment can begin."""
+        """Return True if an experiment can be started."""
         studio = self._studio
         return self.page is None and studio.engine is not None and not studio.hidden and not studio.temporary
 
     def show_settings(self) -> None:
-        """Open the dialog of the conditions."""
+        """Open the dialog with the conditions."""
         dialog = PointingDialog(self._window)
         dialog.begun.connect(self.begin)
         dialog.show()
 
     def begin(self, targets: list[pointing.Target]) -> None:
-        """Begin with these targets as soon as the environment *Friction* is in force."""
+        """Start with these targets as soon as the environment *Friction* is active."""
         if not self.possible:
             return
         self._targets = list(targets)
@@ -243,7 +243,7 @@ class PointingExperiment(QObject):
 
 
 def show_results(done: list[pointing.Trial], name: str, window: QWidget) -> None:
-    """Open the dialog of the results of some trials; name: of the recording."""
+    """Open a dialog with the results of some trials; name is the recording's."""
     if not done:
         text_dialog(TITLE, ["No trial was completed."], window).show()
         return

@@ -1,4 +1,4 @@
-"""A documentation page in a dialog beside the work."""
+"""A documentation page in a dialog next to the window."""
 
 from PySide6.QtGui import QShowEvent, QTextBlockFormat, QTextCursor, QTextFormat, QTextTable
 from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
@@ -8,17 +8,17 @@ from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.theme import theme
 
 _WIDE, _HIGH = 860, 480  # px
-_BESIDE = 200  # px: the dialog's other parts, and the header of a small window
+_BESIDE = 200  # px for the dialog's other parts and the header of a small window
 _MARGIN, _PADDING, _ABOVE_HEADING, _APART = 12, 4, 18, 8
 
 
 class PageDialog(TextDialog):
-    """A documentation page with a search field; starts at a section, or at the first place of a word."""
+    """A documentation page with a search field; it opens at a section or a word's first occurrence."""
 
     def __init__(
         self, title: str, text: str, parent: QWidget | None = None, word: str = "", section: str = ""
     ):
-        """text: Markdown without the page's title."""
+        """Show a text in Markdown, without the page's title."""
         super().__init__(title, parent)
         self.field = QLineEdit(placeholderText="Find in this page; Enter: next place")
         self.field.setAccessibleName("Find in this page")
@@ -41,7 +41,7 @@ class PageDialog(TextDialog):
         self.field.setText(word)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Scroll to the section; the page has its width, and so its layout, only now."""
+        """Scroll to the section, which needs the page's final width."""
         super().showEvent(event)
         document = self.page.document()
         block = document.begin()

@@ -224,7 +224,7 @@ class ScrollColumn(QScrollArea):
             self.column.insertWidget(self.column.count() - 1, part)
 
     def lay_out(self) -> None:
-        """Give changed texts their height at once: otherwise a frame is painted in which they are cut."""
+        """Update the layout immediately, so that no frame shows changed texts cut off."""
         for part in (*reversed(self.body.findChildren(QWidget)), self.body, self):
             if part is self or part.layout() is not None:
                 QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))

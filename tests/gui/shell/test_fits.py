@@ -37,7 +37,7 @@ _OTHER_DIALOGS = "Keys and words", "Law language", "Real-time priority", "About"
 
 
 def elided(top: QWidget) -> list[str]:
-    """Return lists and tabs that show less than their words."""
+    """Return the lists and tabs whose text is elided."""
     found = []
     for box in top.findChildren(QComboBox):
         option = QStyleOptionComboBox()
@@ -56,7 +56,7 @@ def elided(top: QWidget) -> list[str]:
 
 
 def outside(top: QWidget) -> list[str]:
-    """Return visible widgets that extend beyond the window or what they are in; what scrolls may."""
+    """Return visible widgets that extend beyond the window or their parent, except in scroll areas."""
     found = []
     for widget in top.findChildren(QWidget):
         above = widget.parentWidget()
@@ -87,7 +87,7 @@ def misfits_of_views(window) -> list[str]:
 
 
 def misfits_of_dialogs(window) -> list[str]:
-    """Open every dialog of the menus and return what does not fit it, or the window's size."""
+    """Open every dialog of the menus and return what does not fit it or exceeds the window's size."""
     found = []
     for action in window.findChildren(QAction):
         if not (action.isEnabled() and (action.text().endswith("…") or action.text() in _OTHER_DIALOGS)):
@@ -105,7 +105,7 @@ def misfits_of_dialogs(window) -> list[str]:
 
 @pytest.fixture
 def still(monkeypatch):
-    """Measure nothing when a view is first seen."""
+    """Let a view start no measurement when it is first shown."""
     monkeypatch.setattr(Job, "start", lambda *_work: None)
 
 

@@ -1,4 +1,4 @@
-"""The menu Help: its pages, the tour that is offered once, and what a fault's banner leads to."""
+"""The menu Help: its pages, the tour that is offered once, and the pages that banners open."""
 
 import re
 
@@ -31,7 +31,7 @@ def test_every_page_opens_with_its_title_and_text(kept_idle_window, action, titl
     assert title not in sheet.page.toPlainText().splitlines()[:2]
 
 
-def test_the_glossary_holds_every_word(kept_idle_window):
+def test_the_glossary_contains_every_term(kept_idle_window):
     kept_idle_window.actions_by_key.run("help.glossary")
     text = sheet_of(kept_idle_window, PageDialog).page.toPlainText()
     assert [word for word, meaning in WORDS.items() if f"{word}. {meaning}" not in text] == []
@@ -44,8 +44,8 @@ def test_troubleshooting_has_a_section_for_each_fault():
     assert named <= set(SECTIONS)
 
 
-def test_a_faults_banner_leads_to_its_section(kept_window):
-    """Over-speed is what a scene that buzzes ends with: the page begins at Buzzing."""
+def test_a_fault_banners_help_opens_its_section(kept_window):
+    """A buzzing scene usually ends with the over-speed fault, which opens the section Buzzing."""
     window = kept_window
     control = window.studio.engine.arrays.control
     control.fault[0] = arrays.OVER_SPEED
@@ -77,5 +77,5 @@ def test_the_tour_is_offered_once_and_opens_its_lesson(start_window, home):
 
 
 @pytest.mark.parametrize("option", [("--screenshot", "x.png"), ("--demo",)])
-def test_the_tour_is_not_offered_where_something_else_is_shown(start_window, option):
+def test_the_tour_is_not_offered_when_an_option_shows_something_else(start_window, option):
     assert start_window(*option).banners.get("tour") is None

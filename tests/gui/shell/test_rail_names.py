@@ -1,4 +1,4 @@
-"""The names beside the rail: in sight at the first start, gone for good once an environment is chosen."""
+"""The names beside the narrow gallery: visible at the first start until an environment is selected."""
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -16,7 +16,7 @@ def window(make_window, qapp):
     return shown
 
 
-def test_the_names_stand_whole_beside_their_icons_in_live_only(window, qapp):
+def test_the_names_are_fully_visible_beside_their_icons_only_in_live(window, qapp):
     names, gallery = window.rail_names, window.gallery
     for size in ((1280, 720), (960, 600), (640, 360)):
         resize(qapp, window, size)
@@ -34,7 +34,7 @@ def test_the_names_stand_whole_beside_their_icons_in_live_only(window, qapp):
 
 
 @pytest.mark.parametrize("by_mouse", [True, False])
-def test_they_go_for_good_once_an_environment_is_chosen(window, make_window, by_mouse):
+def test_the_names_disappear_permanently_once_an_environment_is_selected(window, make_window, by_mouse):
     names = window.rail_names
     if by_mouse:
         row = place(window.gallery.rows["spring"], window).center().y() - place(names, window).y()

@@ -18,7 +18,7 @@ TARGETS = [Target(CONDITIONS[0], 0.020, 0.006, 1), Target(CONDITIONS[1], 0.020, 
 
 @pytest.fixture
 def pointed(kept_window, qtbot):
-    """Return a running window in the experiment with two targets."""
+    """Return a running window in the experiment, with two targets."""
     window = kept_window
     window.studio.set_loop(hand="firm")
     window.pointing.begin(TARGETS)
@@ -33,7 +33,7 @@ def rendered(window):
 
 
 def hold(window, qtbot, goal, until):
-    """Pull the handle to a place, and beyond it as far as friction needs, until something is so."""
+    """Pull the handle to a position, with an extra distance to overcome friction, until a condition holds."""
     pull = 0.0
 
     def follow():
@@ -74,7 +74,7 @@ def test_a_whole_experiment_is_recorded_and_evaluated(pointed, qtbot):
 
 
 def test_the_scene_shows_neither_friction_nor_force(pointed):
-    """The handle alone: bristles and the force arrow would reveal the condition."""
+    """Only the handle is drawn, because bristles and the force arrow would reveal the condition."""
     scene = pointed.centre.scene
     assert scene._scene.environment.key == "free"
     assert not scene._shows_force
@@ -85,14 +85,14 @@ def test_the_scene_shows_neither_friction_nor_force(pointed):
     assert scene._scene.environment.key == "friction"
 
 
-def test_an_experiment_that_is_stopped_says_what_was_measured(pointed, qtbot):
+def test_a_stopped_experiment_shows_the_results_so_far(pointed, qtbot):
     page = pointed.pointing.page
     qtbot.mouseClick(page.stop, Qt.MouseButton.LeftButton)
     assert pointed.pointing.page is None
     assert "No trial was completed." in label_texts(sheet_of(pointed))
 
 
-def test_an_e_stop_begins_the_trial_again(pointed, qtbot):
+def test_an_e_stop_restarts_the_trial(pointed, qtbot):
     window, page = pointed, pointed.pointing.page
     hold(window, qtbot, TARGETS[0].start, lambda: page.run.going)
     window.studio.stop()
@@ -101,7 +101,7 @@ def test_an_e_stop_begins_the_trial_again(pointed, qtbot):
     assert page.run.target == TARGETS[0]
 
 
-def test_the_dialog_plans_by_keyboard(kept_window, qtbot):
+def test_the_dialog_is_operated_by_keyboard(kept_window, qtbot):
     """Two rounds of eight conditions and nine pairs: 144 trials."""
     window = kept_window
     window.actions_by_key.run("teach.pointing")
@@ -120,7 +120,7 @@ def test_the_dialog_plans_by_keyboard(kept_window, qtbot):
     assert {one.condition.force for one in targets} == {0.0, LOW}
 
 
-def test_no_experiment_begins_where_friction_is_locked(kept_window, qtbot):
+def test_no_experiment_starts_while_friction_is_locked(kept_window, qtbot):
     window = kept_window
     window.studio.choose("friction")
     window.studio.permissions.set_lock(Lock((("value", "friction", "kinetic_force"),)))
