@@ -21,8 +21,7 @@ namespace {
 // The EEPROM has two slots. A save writes to the unused slot: first its mark is erased, then the block is
 // written, then the mark; finally the mark of the other slot is erased. So at every instant there is a
 // complete block, old or new, or there was never one. A mark with an invalid block means damage. Byte 0 is
-// not used, because a failing supply damages it first.
-// a function, because an array would take RAM
+// not used, because a failing supply damages it first. place_of is a function, because an array would take RAM.
 constexpr uint16_t place_of(uint8_t which) { return 16 + 256 * which; }
 constexpr uint8_t kNone = 2;
 constexpr uint8_t kMark = 1;  // the version of this layout

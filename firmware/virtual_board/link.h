@@ -48,7 +48,7 @@ struct link {
 // Plug in: create a pseudo-terminal and print its name. Exit with a message on failure.
 void link_plug(struct link *l);
 
-// Unplug the cable, which is a hang-up for the computer.
+// Unplug the cable; the computer gets a hang-up.
 void link_unplug(struct link *l);
 
 // Read received bytes; check whether the computer has the port open.

@@ -240,7 +240,7 @@ class Run:
 
     @property
     def target(self) -> Target | None:
-        """Return the next target, None after the last one."""
+        """Return the next target; None after the last one."""
         return self._left[0] if self._left else None
 
     def restart(self) -> None:
@@ -250,7 +250,7 @@ class Run:
         self._time, self._place = np.empty(0), np.empty(0)
 
     def feed(self, time: np.ndarray, place: np.ndarray) -> Trial | None:
-        """Take new samples (n,) in s and m; return the trial that they end, if any."""
+        """Add new samples (n,) in s and m; return the trial if they end one, else None."""
         target = self.target
         if target is None or not len(time):
             return None
@@ -274,7 +274,7 @@ class Run:
         way = np.abs(self._place - self._place[0])
         if way.max() < _LEFT * target.distance or not rests(self._time, self._place):
             return None
-        if abs(self._place[-1] - self._place[0]) < _LEFT * target.distance:  # back at the start
+        if abs(self._place[-1] - self._place[0]) < _LEFT * target.distance:  # the handle is back at the start
             return None
         found = trial(target, self._time, self._place)
         if found is not None:

@@ -27,8 +27,8 @@ Keep = Callable[[Sequence, list], None]
 CHUNK_SECONDS = 0.1
 LOOK_SECONDS = 0.15
 _GROWTH = 8
-# Number of pending chunks per worker, so that no worker idles; number of workers assumed if the executor does
-# not tell it.
+# Number of pending chunks per worker, so that no worker idles; number of workers that is assumed if the
+# executor does not report it.
 _AHEAD = 2
 _UNKNOWN_WORKERS = 16
 # how often a chunk is submitted again after one of the executor's ``lost`` exceptions

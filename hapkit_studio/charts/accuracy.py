@@ -219,7 +219,7 @@ def _places(scene: "SceneResult") -> list[str]:
 
 
 def option_look(option: "Option", scene: "SceneResult") -> tuple[str, str]:
-    """Return the marker and colour token of an option, which are those of its method or estimator."""
+    """Return the marker and colour token of an option; its method or its estimator determines them."""
     first = scene.question.choices[0] if scene.question.choices else None
     return marker_and_color(first.text(option.options[0][1]) if first else parse(option.estimator)[0].key)
 

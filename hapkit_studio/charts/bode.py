@@ -28,7 +28,7 @@ _SIZE = (1000, 640)
 _HUES = "position", "applied", "velocity", "asked"
 _STIFFNESS, _DAMPING, _MASS = 2, 3, 4  # panel indices
 _ROOM = 1.3  # factor on the axis limits, to leave room for labels
-_LONGEST_BAR = 2.0  # largest length of an error bar, as a multiple of the range of the dampings
+_LONGEST_BAR = 2.0  # largest length of an error bar, as a multiple of the range that all dampings span
 _AXIS_FACTOR = 4.0  # the axis extends from the measured range by this factor below and above
 
 

@@ -177,7 +177,7 @@ def _limits(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
 
 
 class Knob:
-    """The knob's position on the curve's axis and the value measured there; ``artists`` are drawn last."""
+    """Markers for the knob's value on the x axis and the value measured there; ``artists`` are drawn last."""
 
     def __init__(self, axes: Any, c: style.Colors, scale: float | None):
         self._scale = scale or 1.0

@@ -6,7 +6,10 @@ from hapkit_studio.charts.style import Colors, style_axes
 
 
 def draw(figure: Any, c: Colors, trace: Any, markers: tuple[tuple[float, str], ...]) -> None:
-    """Draw minimum and maximum positions, which are a trace (3, n) of an Overview, and a line per marker."""
+    """Draw the positions as a band, and a line per marker.
+
+    ``trace`` (3, n) of an Overview contains times, minima and maxima.
+    """
     axes = figure.add_subplot()
     time, least, greatest = trace
     axes.fill_between(time, 1e3 * least, 1e3 * greatest, step="post", color=c.position, linewidth=1.5)

@@ -22,7 +22,7 @@ from numba.np import linalg
 from hapkit_studio import program
 from hapkit_studio.resources import PACKAGE, sources_stamp
 
-UNUSED_SECONDS = 60 * 86_400.0  # after which machine code of other sources is removed
+UNUSED_SECONDS = 60 * 86_400.0  # machine code of other sources is removed after this time
 # folders of the package with compiled functions; the file of a law is named by its hash
 _COMPILED = ("analysis", "devices", "dynamics", "haptics", "laws", "protocol")
 
@@ -52,7 +52,7 @@ def forget_outdated(package: Path = PACKAGE) -> None:
 
 
 class ShippedCacheLocator(caching._CacheLocator):
-    """Finds the machine code in a bundle, which need not be writable; None for functions without any."""
+    """Finds the machine code in a bundle, which may be read-only; None for functions without machine code."""
 
     def __init__(self, py_func, py_file):
         self._line = py_func.__code__.co_firstlineno
@@ -72,7 +72,7 @@ class ShippedCacheLocator(caching._CacheLocator):
         locator = cls(py_func, py_file)
         if locator._folder is None:
             return None
-        name = py_func.__qualname__.replace("<", "").replace(">", "")  # as numba names its files
+        name = py_func.__qualname__.replace("<", "").replace(">", "")  # numba names its files in this way
         index = f"{Path(py_file).stem}.{name}-{locator._line}.*.nbi"
         return locator if program.FILLING or any(locator._folder.glob(index)) else None
 
@@ -85,7 +85,8 @@ def _shipped_stamp() -> str:
 def configure(**options: str) -> None:
     """Set options of numba here and in child processes.
 
-    Also in the environment, as numba reads all options again at the next compilation if that has changed.
+    The options are also set in the environment, because numba reads all options again at the next compilation
+    if the environment has changed.
     """
     for name, value in options.items():
         setattr(config, name, value)
@@ -101,7 +102,7 @@ def set_cache(folder: str) -> None:
 def use_user_cache() -> None:
     """Write machine code to the user's cache, in a folder for these sources; remove folders unused for long.
 
-    Beside the sources it would remain after the package was uninstalled.
+    Next to the sources the machine code would remain after the package was uninstalled.
     """
     folders = Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / "machine-code"
     folder = folders / sources_stamp(*_COMPILED)
@@ -125,7 +126,7 @@ def use_bundle() -> None:
 
 
 def allow_unsaved() -> None:
-    """Let compiled code be used that cannot be saved: on a full disk, or in a read-only bundle."""
+    """Allow compiled code that cannot be saved, e.g. on a full disk or in a read-only bundle."""
     save = caching.Cache.save_overload
 
     def save_if_possible(cache, signature, data):

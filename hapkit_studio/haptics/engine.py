@@ -238,10 +238,10 @@ class Engine:
         self._change_loop(max_force=newtons)
 
     def _highest_limit(self) -> float:
-        """Return the lower of the device's own limit and that of the lab in N; raise DeviceError."""
+        """Return the lower one of the device's force limit and the lab's limit in N; raise DeviceError."""
         try:
             return min(self.device.max_force, lab.settings().force_limit)
-        except FileError as error:  # the limit is unknown: no loop
+        except FileError as error:  # the limit is unknown, so no loop may start
             raise DeviceError(
                 f"{error} The force stays zero: ask the administrator of this computer."
             ) from None
@@ -362,7 +362,7 @@ class Engine:
     def loop_of(self, where: str, delay: float, hand: str = "released") -> LoopSettings | None:
         """Return device and loop as the "computer" or the "board" renders, with a delay in s and a hand.
 
-        None if the board's plan is unknown or it has none.
+        Return None if the board's plan is unknown, or if there is no plan.
         """
         loop, modelled, decision = self.loop, self.modelled or self.device, self.decision()
         rate, estimator, controller = loop.rate, loop.estimator, loop.controller

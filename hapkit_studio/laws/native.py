@@ -97,7 +97,7 @@ def _module(source: str) -> ModuleType:
 
 
 def _shipped_file(name: str) -> Path | None:
-    """Return a law's file in a bundle, None if it is not there or its machine code is not used."""
+    """Return a law's file in a bundle; None if the file is missing or its machine code is not used."""
     path = _SHIPPED / f"{name}.py"
     return path if program.uses_shipped_code() and path.exists() else None
 

@@ -248,7 +248,7 @@ def reads(value: object) -> Iterator[str]:
         if isinstance(n, Var):
             yield n.name
         elif isinstance(n, At | Entry):
-            # each variable is counted twice, so that the index stays a variable
+            # each variable appears twice, which prevents a substitution: an index must stay a variable
             yield from reads(n.index)
 
 

@@ -65,7 +65,10 @@ def displacement(track: Track, averaged: int = 1) -> float:
 
 @dataclass(frozen=True)
 class Direction:
-    """Whether force and position have the same sign (None if undetermined), with a text."""
+    """The result of pushes: whether force and position have the same sign, and a text.
+
+    ``agrees`` is None if this is undetermined.
+    """
 
     agrees: bool | None
     result: CheckResult
