@@ -1,6 +1,7 @@
 """Start the installed window and visit every environment; print the results as JSON.
 
-Run by path with ``python -I``, so that only installed modules can be imported.
+With the word "all", go through every view, too, play every lesson, and write, record and export an own law.
+Run by path with ``python -I``, so that only installed modules can be imported; in a bundle by ``-m``.
 """
 
 import json
@@ -11,16 +12,22 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 
 import hapkit_studio
-from hapkit_studio import resources
+from hapkit_studio import api, cli, resources
 from hapkit_studio.arguments import window_parser
+from hapkit_studio.gui import pages
 from hapkit_studio.gui.shell import app
 from hapkit_studio.haptics import rows
+from hapkit_studio.lessons import library
+from hapkit_studio.sessions import folder as sessions
+from hapkit_studio.workshop import folder as workshop
+from hapkit_studio.workshop.source import read, trust_source
 
 PATIENCE = 180.0
 """s, time-out of each wait."""
 
 
-def main(folder: Path) -> None:
+def main(folder: Path, everything: bool = False) -> None:
+    begin = time.perf_counter()
     application = QApplication([])
     options = window_parser().parse_args([])
     window = app.build(options)
@@ -51,12 +58,56 @@ def main(folder: Path) -> None:
             "running": window.studio.engine.health().running,
         }
 
+    def show(key):
+        window.views.show(key)
+        application.processEvents()
+        window.grab().save(str(folder / f"view-{key}.png"))
+        return window.views.key == key and (window.views.shown is not None) == (key != "live")
+
+    def own_law():
+        """Return the samples, largest force in N and file of a recording of a new law, and its problems."""
+        template = next(t for t in workshop.templates() if t.key == "spring")
+        path = workshop.new_path("Our spring")
+        workshop.save(path, workshop.fill_template(template, "Our spring", "our_spring"))
+        trust_source(read(path))
+        window.own.refresh()
+        problems = []
+        window.own.judged.connect(lambda _path, verdict: problems.extend(p.text for p in verdict.problems))
+        window.own.choose(path)
+        wait(lambda: window.studio.environment.title == "Our spring" or problems)
+        recording = window.studio.recording
+        recording.toggle()
+        wait(lambda: recording.progress is not None)
+        window.studio.move_hand(0.012)
+        wait(lambda: recording.progress.seconds > 1.0)
+        recording.toggle()
+        wait(lambda: recording.progress is None)
+        (session,) = sessions.files()
+        run = api.open_session(session)
+        run.save(str(folder / "own.csv"))
+        run.plot(str(folder / "own.png"))
+        return {
+            "samples": len(run.time),
+            "force": float(abs(run.force).max()),
+            "session": str(session),
+            "problems": problems,
+        }
+
     seen = {"package": hapkit_studio.__file__, "assets": str(resources.path())}
     seen["found"] = wait(lambda: window.live.last is not None)
+    seen["first_sample"] = time.perf_counter() - begin
     seen["visits"] = {key: visit(key) for key in window.studio.environments}
+    if everything:
+        seen["views"] = {key: show(key) for key in ("live", *pages.discover(), "live")}
+        seen["own"] = own_law()
     window.close()
+    if everything:
+        seen["lessons"] = {
+            key: cli.main(["lessons", "play", key, "--output", str(folder / f"{key}.hapkit")])
+            for key in library().lessons
+        }
     print(json.dumps(seen))
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), "all" in sys.argv[2:])

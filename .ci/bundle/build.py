@@ -38,6 +38,7 @@ libQt6* and PySide6 in _internal: replace them by versions of your own that are 
 def main() -> None:
     folders = ("--distpath", BUNDLE.parent, "--workpath", BUILD / "pyinstaller")
     words = ("--noconfirm", "--log-level", "ERROR", *folders, HERE / "hapkit-studio.spec")
+    BUILD.mkdir(exist_ok=True)
     run(sys.executable, "-m", "PyInstaller", *words)
     LICENCES.mkdir()
     copy_licences()
@@ -51,7 +52,8 @@ def main() -> None:
 
 
 def run(*command: object, **variables: str) -> None:
-    subprocess.run([str(word) for word in command], env=os.environ | variables, check=True)
+    """Run a command outside the checkout, whose packages would be found first."""
+    subprocess.run([str(word) for word in command], env=os.environ | variables, cwd=BUILD, check=True)
 
 
 def copy_licences() -> None:

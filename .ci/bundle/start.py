@@ -19,19 +19,25 @@ def load_missing_libraries() -> None:
                 ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
 
 
-def restore_library_path() -> None:
-    """Let other programs use the system's libraries: PyInstaller sets the path to those of the bundle."""
+def restore_environment() -> None:
+    """Take back what PyInstaller sets for this program only, before other programs are started.
+
+    The library path is meant for the bundle's own libraries; a bundle that starts itself sets it again, if it
+    is told that it is a new one. matplotlib's folder is a temporary one, without the fonts found before.
+    """
     for name in ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"):
         original = os.environ.pop(f"{name}_ORIG", None)
         if original is not None:
             os.environ[name] = original
         else:
             os.environ.pop(name, None)
+    os.environ["PYINSTALLER_RESET_ENVIRONMENT"] = "1"
+    os.environ.pop("MPLCONFIGDIR", None)
 
 
 if __name__ == "__main__":
     load_missing_libraries()
-    restore_library_path()
+    restore_environment()
     multiprocessing.freeze_support()
     safe, words = sys.argv[1:2] == ["-P"], sys.argv[1:]
     if words[safe : safe + 1] == ["-m"]:
