@@ -17,7 +17,7 @@ LAST := command -v avr-g++ >/dev/null || echo "No avr-g++: tests that need the f
 WARM := warm-verdict warm-boards warm-analysis
 
 .PHONY: help run test test-all lint warm-loop $(WARM) bench pictures firmware board fuzz soak realtime bundle wheelhouse \
-	clean
+	acceptance clean
 .DEFAULT_GOAL := help
 
 help:
@@ -31,6 +31,7 @@ help:
 	@echo "make firmware  build the board's firmware and the virtual board"
 	@echo "make bundle    build a folder with Python, Qt and the studio, for computers without them: build/bundle"
 	@echo "make wheelhouse  gather the wheels for an installation without a network: build/wheelhouse"
+	@echo "make acceptance  build both and show them on this machine, and in the bare systems ROOTS=\"DIR ...\""
 	@echo "make realtime  print the priority that the loop obtains, and how to get a higher one"
 	@echo "make clean     remove everything built"
 
@@ -107,6 +108,9 @@ wheelhouse:
 	@$(PYTHON) -m pip wheel --quiet --disable-pip-version-check --prefer-binary --wheel-dir build/wheelhouse .
 	@echo "build/wheelhouse: $$(du -sm build/wheelhouse | cut -f1) MB. Install on a computer without a network by"
 	@echo "    pipx install --pip-args='--no-index --find-links build/wheelhouse' hapkit-studio"
+
+acceptance: bundle wheelhouse
+	@$(PYTHON) tests/acceptance.py $(ROOTS)
 
 clean:
 	@$(MAKE) --no-print-directory -C firmware clean
