@@ -22,10 +22,10 @@ from hapkit_studio.gui.state.stored import LESSONS_FOLDER, StoredSettings
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.teach import demos
 from hapkit_studio.gui.widgets import style
+from hapkit_studio.gui.widgets.dialogs import on_screen
 from hapkit_studio.gui.widgets.theme import MODES, theme
 
-FIRST_SIZE = QSize(1440, 900)
-FRAME = QSize(0, 40)  # size of the window manager's frame, which is unknown before the window is shown
+FIRST_SIZE = 1440, 900
 POLL_MS = 50
 REST_MS = 1000  # wait after the first sample before compiling what it did not need
 _REJECTED = "Some stored settings cannot be used. Their default values are used instead."
@@ -77,7 +77,7 @@ def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
         if isinstance(frameless, QRect) and window.screen().availableGeometry().contains(frameless):
             window.setGeometry(frameless)
         return
-    window.resize(QSize(*size) if size else FIRST_SIZE.boundedTo(window.screen().availableSize() - FRAME))
+    window.resize(QSize(*size) if size else on_screen(window, FIRST_SIZE))
 
 
 def build(options: argparse.Namespace) -> MainWindow:

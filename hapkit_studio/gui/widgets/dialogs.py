@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QSize, Qt
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDialog, QFormLayout, QLineEdit, QPushButton, QWidget
 
@@ -15,6 +15,12 @@ if TYPE_CHECKING:
     pass
 
 _LINE = 20
+FRAME = QSize(0, 40)  # size of the window manager's frame, which is unknown before the window is shown
+
+
+def on_screen(widget: QWidget, size: tuple[int, int]) -> QSize:
+    """Return the size in px of a new window, reduced to its screen without the window manager's frame."""
+    return QSize(*size).boundedTo(widget.screen().availableSize() - FRAME)
 
 
 class TextDialog(QDialog):

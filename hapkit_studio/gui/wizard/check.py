@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QLayout, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.checks import CHECKS, Report, run_all
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
+from hapkit_studio.gui.widgets.dialogs import on_screen
 from hapkit_studio.gui.widgets.parts import Sign, hbox, label, primary, vbox
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent, ResultBox
@@ -28,7 +29,7 @@ class CheckDialog(BoardDialog):
 
     def __init__(self, studio: "Studio", parent: QWidget) -> None:
         super().__init__(studio, parent)
-        self.resize(820, 600)
+        self.resize(on_screen(self, (820, 600)))
         self.setMinimumSize(640, 480)
         self.report: Report | None = None
         self.box = ResultBox()

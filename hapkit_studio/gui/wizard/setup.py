@@ -12,6 +12,7 @@ from hapkit_studio.analysis.calibrate.result import PASS, SKIP, CheckResult
 from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.dialogs import on_screen
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent
 from hapkit_studio.gui.wizard.step_connect import ConnectStep
@@ -50,8 +51,8 @@ class SetupDialog(BoardDialog):
 
     def __init__(self, studio: "Studio", parent: QWidget) -> None:
         super().__init__(studio, parent)
-        self.setMinimumSize(*_SMALLEST)
-        self.resize(*_SIZE)
+        self.setMinimumSize(on_screen(self, _SMALLEST))
+        self.resize(on_screen(self, _SIZE))
         board = self.board
         self.connect_step, self.direction_step = ConnectStep(board), DirectionStep(board)
         self.save_step = SaveStep(board, self.notes)

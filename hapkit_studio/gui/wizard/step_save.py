@@ -56,7 +56,6 @@ class SaveStep(StepPage):
         self.confirm = QCheckBox("I have checked the radii and the marks: this scale is right")
         self.confirm.toggled.connect(self._confirm_scale)
         self._confirmed = math.nan
-        self.column.addWidget(self.confirm)
         self.column.addStretch(1)
         self.label = QLineEdit(maxLength=12)
         self.label.setAccessibleName("Name of the kit")
@@ -69,8 +68,9 @@ class SaveStep(StepPage):
             "Undo it all", "Restoring…", lambda work: work.undo(), lambda _none: self.undone.emit()
         )
         self.keep = self.button("Keep", self.keep_everything)
+        self.foot.insertWidget(0, self.confirm)  # in sight, however long the table is
         buttons = self.save, self.undo, self.undo_all, self.keep
-        self.foot.insertLayout(0, hbox(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
+        self.foot.insertLayout(1, hbox(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
         self.file = self.add_text()
         self.file.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.file.hide()

@@ -114,6 +114,7 @@ def test_the_window_runs_while_programs_compile_and_ends_them_on_closing(shared_
 @pytest.mark.slow
 def test_every_theme_paints_the_whole_window(shared_window, qapp):
     shared_window.resize(1280, 720)
+    shared_window.rail_names.dismiss()
     for mode in ("light", "dark", "contrast"):
         theme.set_mode(mode)
         qapp.processEvents()

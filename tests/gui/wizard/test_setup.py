@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QLabel, QPushButton
 
 from hapkit_studio.devices import calibration_file, profiles
@@ -16,6 +16,7 @@ from hapkit_studio.devices.profiles import quantum_of
 from hapkit_studio.gui.wizard import step_sensor
 from hapkit_studio.protocol.messages import Force, Origin
 from tests.devices.paddle_kit import PaddleKit
+from tests.gui.shell.test_fits import misfits
 from tests.gui.wizard.support import PACE
 
 PLACES = (0.0, -0.02, 0.02, 0.0)
@@ -225,6 +226,24 @@ def test_an_unusual_scale_must_be_confirmed_before_saving(played):
     assert save.result.good
 
 
+def test_the_dialog_fits_a_small_screen(played, qapp, monkeypatch):
+    """First the tests' own screen of 800 × 800 px, then one of 900 × 500 px."""
+    dialog = played().dialog
+    room = dialog.screen().availableSize()
+    assert dialog.width() <= room.width()
+    assert dialog.height() <= room.height() - 40
+    dialog.close()
+    monkeypatch.setattr(type(dialog.screen()), "availableSize", lambda _screen: QSize(900, 500))
+    small = played().dialog
+    for index in range(len(small.steps)):
+        small.go(index)
+        qapp.processEvents()
+        assert small.width() <= 900
+        assert small.height() <= 460
+        # buttons: their widths are tested above, their height is that of the style sheet
+        assert [words for words in misfits(small) if not words.startswith("button")] == [], small.step.name
+
+
 @pytest.mark.slow
 def test_an_encoder_counts_both_ways(played, monkeypatch):
     monkeypatch.setattr(step_sensor, "RECORD_SECONDS", 5.5)
@@ -273,8 +292,8 @@ def test_the_drawing_shows_the_selected_method_and_a_failed_mass_is_measured_aga
     assert step.result is None
     play.hang(0.0)
     play.press(step.carry)
-    assert "0 g took" in step.box.words.text()
-    assert "hang 50 g on it" in step.box.remedy.text()
+    assert "0 g needed" in step.box.words.text()
+    assert "hang 50 g on the handle" in step.box.remedy.text()
     assert step.drawing.grams == "50"
     step.method.button(1).click()
     assert step.drawing.shown == {"upright", "plugged", "scale"}
