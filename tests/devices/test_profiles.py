@@ -81,7 +81,7 @@ def test_files_are_read_as_written_and_never_overwritten(own):
     assert "# Sensor: fine" in text
     assert "# Written on 2026-02-03" in text
     assert "coulomb = 0.1 " in text  # no more digits than the board has
-    assert "# kg: of the paddle at the handle" in text
+    assert "# kg: mass of the paddle at the handle" in text
     other = calibration_file.write(replace(board, zero=2), {}, day)
     assert other.name == "a-7 2026-02-03 2.toml"
     assert [calibration_file.read(file).zero for file in (path, other)] == [-4711, 2]

@@ -28,14 +28,15 @@ INFINITY = (
     "(x < 0) ** -(x > 0)",
 )
 BY_ZERO = ("1.0 / (x - x)", "0.0 / (x - x)", "x // 0.0", "x % 0.0", "math.fmod(x, 0.0)", "(x > 0) // (x < 0)")
+BEYOND = "line {} of the law uses an index beyond its state"
 # a body, and the message; {} is the line with the following words
 CASES = [
-    *[(USES[0].format(i), "line {} of the law reaches beyond its state", "s.ring") for i in WRONG_INDEX],
     *[
-        (use.format("int(-math.log(0.0))"), "line {} of the law reaches beyond its state", "s.ring")
-        for use in USES[1:]
+        (USES[0].format(i), "line {} of the law uses an index beyond its state", "s.ring")
+        for i in WRONG_INDEX
     ],
-    *[(f"{loop}\nreturn 5.0", "of the law does not come to an end", "") for loop in NEVER_ENDS],
+    *[(use.format("int(-math.log(0.0))"), BEYOND, "s.ring") for use in USES[1:]],
+    *[(f"{loop}\nreturn 5.0", "of the law does not end", "") for loop in NEVER_ENDS],
     *[(f"return {value}", "the law returned NaN at x = 10.00 mm", "") for value in NAN],
     *[(f"return {value}", "the law returned infinity at x = 10.00 mm", "") for value in INFINITY],
     # even if later code would hide it
@@ -93,7 +94,7 @@ def test_a_fault_at_the_first_sample_latches_without_force(laws, case, capfd):
     start = lines.index(f"    if p.damping == {case}.0:")
     line = next((n for n, code in enumerate(lines, 1) if n > start and where in code), line_of(text, where))
     assert message.format(line) in fault
-    if "come to an end" in message:
+    if "does not end" in message:
         assert lines[int(fault.split("line ")[1].split()[0]) - 1].strip().startswith(("for ", "def "))
     assert not run.applied_force.any()
     assert not run.force[1:].any()

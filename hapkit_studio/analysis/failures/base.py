@@ -194,7 +194,7 @@ class Failure:
         """Return the limit; raise ParameterError if the case has no limit."""
         limit = self.limit(case)
         if not 0.0 < limit < math.inf:
-            what = "holds" if limit else "fails"
+            what = "works" if limit else "fails"
             raise ParameterError(
                 f"Under these conditions, every value of the knob {what}. Change a condition."
             )

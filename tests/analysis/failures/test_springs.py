@@ -70,8 +70,8 @@ def test_filtered_damping_lowers_the_stable_stiffness():
 def test_a_case_without_limit_is_reported():
     """Beyond every limit no damping stabilises; a heavy handle is stable with any damping."""
     for given, limit, words in (
-        ({"stiffness": 5000.0}, 0.0, "Nothing holds"),
-        ({"mass": 1.0}, math.inf, "Nothing fails"),
+        ({"stiffness": 5000.0}, 0.0, "every value of the knob fails"),
+        ({"mass": 1.0}, math.inf, "every value of the knob works"),
     ):
         assert WORSE.limit(WORSE.case(given)) == limit
         with pytest.raises(ParameterError, match=words):

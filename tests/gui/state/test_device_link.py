@@ -63,12 +63,12 @@ def test_each_failure_shows_its_message_and_buttons_and_stops_the_engine(window,
         until(window, "failed")
         (banner,) = window.banners.banners
         assert f"{banner.title.text()} {banner.text.text()}".startswith(line)
-        assert [b.text() for b in banner.buttons] == [*steps, "Try again", "Use simulated Hapkit"]
+        assert [b.text() for b in banner.buttons] == [*steps, "Try again", "Use simulated Hapkit", "Help"]
         assert "\n" not in studio.link.text
         assert studio.engine is None
         assert not before.health().running
         assert not window.header.devices.dot.filled
-        for button in (*banner.buttons[: len(steps)], banner.buttons[-1]):
+        for button in (*banner.buttons[: len(steps)], banner.buttons[-2]):
             QTest.mouseClick(button, Qt.MouseButton.LeftButton)
         qtbot.waitUntil(lambda: studio.engine is not None)
         assert window.banners.banners == []

@@ -224,7 +224,7 @@ def test_200_damaged_files_give_messages_and_change_nothing(window, tmp_path, ho
     good = presets.found("wall")["good"].read_bytes()
     rng, before = random.Random(15), settings_of(window.studio)
     said = []
-    monkeypatch.setattr(window.presets, "_say", lambda _title, lines: said.append(lines))
+    monkeypatch.setattr(window.presets, "_show_message", lambda _title, lines: said.append(lines))
     window.history.forget()
     for at in range(200):
         window.presets.import_file(preset(tmp_path, damaged(rng, good)))
