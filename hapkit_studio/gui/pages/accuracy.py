@@ -21,29 +21,35 @@ from hapkit_studio.analysis.accuracy.scene import (
     hertz,
     jnd,
 )
-from hapkit_studio.analysis.perception import THRESHOLDS
+from hapkit_studio.analysis.perception import FORCE_SHARE, THRESHOLDS
 from hapkit_studio.charts import accuracy as charts
 from hapkit_studio.charts.accuracy import accuracy_figure, felt_words
+from hapkit_studio.charts.experiments import threshold_words
 from hapkit_studio.columns import Column
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, estimator_words
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import number
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
-from hapkit_studio.gui.state.background import LatestResult, Progress
+from hapkit_studio.gui.state.background import Job, LatestResult, Progress
 from hapkit_studio.gui.state.undo import put
-from hapkit_studio.gui.widgets.parts import hint, vbox
+from hapkit_studio.gui.widgets.parts import choose_file, hint, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.table import Table
+from hapkit_studio.lessons.experiments import own_threshold
+from hapkit_studio.sessions.file import SUFFIX
 
 if TYPE_CHECKING:
+    from hapkit_studio.analysis.discrimination import Threshold
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.state.studio import Studio
 
 PARTS = "Methods", "This scene", "What it needs"
+USE_MINE, USE_LITERATURE = "Use my threshold…", "Use the literature's"
 USE_RECOMMENDED, USE_CHOSEN = "Use recommended", "Use this method"
 REST_MS = 400  # wait after the last change of a setting before all options are computed again
 
@@ -293,6 +299,10 @@ class ScenePart(Part):
 Row = tuple[str, Needs | None]  # a scene's title and its result
 
 
+def _threshold_line(sense: str, typical: str, strict: str, source: str) -> str:
+    return f"{sense}: {typical}; most sensitive: {strict}. {source}."
+
+
 class NeedsPart(Part):
     """A table of scenes over model terms; the side panel explains the chosen cell."""
 
@@ -313,10 +323,44 @@ class NeedsPart(Part):
         self.side.section("Read the table")
         self.side.add(hint(charts.NEEDS_KEY))
         self.side.section("One just-noticeable difference")
-        for sense, typical, strict, source in THRESHOLDS:
-            self.side.add(hint(f"{sense}: {typical}; most sensitive: {strict}. {source}."))
+        self.own: Threshold | None = None
+        self.choose_own, self.force = QPushButton(USE_MINE), hint()
+        self.choose_own.setToolTip("Take the threshold of force from a session with your own comparisons")
+        self.side.add(self.force)
+        for row in THRESHOLDS[1:]:
+            self.side.add(hint(_threshold_line(*row)))
+        self._reading = Job(self, needs="")
+        self._reading.finished.connect(self.use_own)
+        self._reading.failed.connect(lambda why: self.bar.say(why, danger=True))
+        self.bar.add(self.choose_own)
         self.build(self.table)
         self.table.cell_chosen.connect(self._choose)
+        self.choose_own.clicked.connect(self._change_threshold)
+        self.use_own(None)
+
+    def _change_threshold(self) -> None:
+        """Ask for a session with comparisons, or return to the literature's threshold."""
+        if self.own is None:
+            choose_file(self, "Use my threshold", f"Sessions (*{SUFFIX})", self.open_own)
+        else:
+            self.use_own(None)
+
+    def open_own(self, path: str) -> None:
+        """Read the threshold in a session."""
+        self._reading.start(lambda _progress: own_threshold(path))
+
+    def use_own(self, found: "Threshold | None") -> None:
+        """Judge forces by a person's own threshold, or (None) by the literature's."""
+        self.job.cancel()
+        self.own = found
+        self.choose_own.setText(USE_MINE if found is None else USE_LITERATURE)
+        words = _threshold_line(*THRESHOLDS[0])
+        if found is not None:
+            share = number(100.0 * found.weber.value, 0)
+            words = f"Force: {share} % of it, your own. {threshold_words(found)}"
+        self.force.setText(words)
+        self._results.clear()
+        self.bar.set_measured(False)
         self._list()
 
     def first(self) -> str:
@@ -327,7 +371,8 @@ class NeedsPart(Part):
         """Judge the present scene; once that is done, all scenes of the library."""
         library, key = discover(), self.first()
         wanted = [library[key]] if key else list(library.values())
-        self.job.start(lambda progress: accuracy.of_needs(wanted, progress))
+        share = FORCE_SHARE if self.own is None else self.own.weber.value
+        self.job.start(lambda progress: accuracy.of_needs(wanted, progress, share))
 
     def show_result(self, result: Accuracy) -> None:
         """Show the results, with the present scene selected."""
@@ -339,7 +384,8 @@ class NeedsPart(Part):
         if found is not None:
             terms = ", ".join(TERMS[term].word for term in found.needs)
             title = discover()[key].title
-            self.answer.say(f"{title} needs {terms}; most people would not miss the rest.", "check", "ok")
+            who = "most people" if self.own is None else "you"
+            self.answer.say(f"{title} needs {terms}; {who} would not miss the rest.", "check", "ok")
 
     def _list(self) -> None:
         rows = [(one.title, self._results.get(key)) for key, one in discover().items()]

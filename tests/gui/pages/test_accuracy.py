@@ -5,17 +5,20 @@ from matplotlib.figure import Figure
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from hapkit_studio.analysis import accuracy, pointing
 from hapkit_studio.analysis.accuracy import Accuracy
 from hapkit_studio.analysis.accuracy import scene as this_scene
 from hapkit_studio.analysis.accuracy.contact import CONDITIONS
 from hapkit_studio.analysis.accuracy.needs import Effect, Needs
 from hapkit_studio.analysis.accuracy.plan import Point, Scene, Sheet
 from hapkit_studio.analysis.accuracy.scene import SceneRequest
+from hapkit_studio.analysis.discrimination import Observer
 from hapkit_studio.charts.accuracy import draw_scene
 from hapkit_studio.charts.style import colors
 from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.live.export import write
+from hapkit_studio.lessons import experiments
 from tests.gui.pages.drawing_support import outside
 from tests.gui.shell.test_layout import cut_off, resize
 
@@ -190,3 +193,37 @@ def test_a_cell_is_explained_after_keys_and_clicks(page, qapp, shared_window, tm
     for size in ((960, 600), (1440, 900)):
         resize(qapp, shared_window, size)
         assert cut_off(shared_window) == []
+
+
+def test_a_persons_own_threshold_replaces_the_literatures(page, qtbot, tmp_path, monkeypatch):
+    """The results are judged again with the Weber fraction in the session."""
+    part, given = show(page, 2), []
+    path = tmp_path / "mine.hapkit"
+    experiments.save_comparisons(path, Observer(), seed=1)
+    own = experiments.own_threshold(path)
+    monkeypatch.setattr(accuracy, "of_needs", lambda _wanted, _progress, share: given.append(share))
+    part.show_result(Accuracy(needs=(made_up("wall"),)))
+    part.open_own(str(path))
+    qtbot.waitUntil(lambda: part.own is not None)
+    assert part.result.needs == ()
+    assert part.force.text().startswith(f"Force: {100.0 * own.weber.value:.0f} % of it, your own.")
+    assert part.choose_own.text() == "Use the literature's"
+    part.run()
+    qtbot.waitUntil(lambda: given == [own.weber.value])
+    part.job.cancel()
+    QTest.mouseClick(part.choose_own, Qt.MouseButton.LeftButton)
+    assert part.own is None
+    assert part.force.text().startswith("Force: 6 % of it")
+    part.run()
+    qtbot.waitUntil(lambda: given == [own.weber.value, 0.06])
+    part.job.cancel()
+
+
+def test_a_session_without_comparisons_is_refused_in_one_line(page, qtbot, tmp_path):
+    part = show(page, 2)
+    path = tmp_path / "mine.hapkit"
+    targets = pointing.plan(distances=(0.02,), widths=(0.004,), rounds=1, seed=0)
+    experiments.save_pointing(path, pointing.Subject(), targets, seed=0)
+    part.open_own(str(path))
+    qtbot.waitUntil(lambda: "no threshold" in part.bar.status.text())
+    assert part.own is None
