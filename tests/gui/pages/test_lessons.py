@@ -1,14 +1,17 @@
 """The view Lessons: list, scene and locks of a step, checks on live data, answers, stored progress."""
 
 import itertools
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QDesktopServices
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.pages.lessons.player import scene_settings
+from hapkit_studio.gui.pages.lessons.tasks import HintPart
 from hapkit_studio.gui.state.undo import differing, settings_of
 from hapkit_studio.gui.teach.demos import shipped
 from hapkit_studio.gui.widgets.theme import theme
@@ -331,3 +334,43 @@ def test_opening_a_lesson_ends_a_demo_and_its_settings_do_not_come_back(page, ke
     assert window.demos.demo is None
     page.player.leave()
     assert settings_of(window.studio) == before
+
+
+def test_the_report_is_opened_in_the_browser(small, kept_window, qtbot, monkeypatch):
+    opened = []
+    monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: opened.append(url.toLocalFile()) or True)
+    small.tasks["1.2"].options[1].click()
+    qtbot.waitUntil(lambda: len(small.player._recent.rows().tables) > 0)
+    small.report.click()
+    (path,) = opened
+    text = Path(path).read_text(encoding="utf-8")
+    assert "<h1>Small</h1>" in text
+    assert "<pre>right</pre>" in text
+    assert not small.message.isVisible()
+
+
+def test_nothing_is_handed_in_without_a_name_or_samples(small, home):
+    small._ask_file("")
+    assert small.message.text() == "Nothing was handed in: enter your name."
+    small.player._recent.follow(None)
+    small.save_handed_in(str(home / "x.hapkit"))
+    assert small.message.text().startswith("Nothing was handed in. There is nothing to save yet")
+    assert not (home / "x.hapkit").exists()
+
+
+def test_a_damaged_file_of_progress_is_set_aside_and_the_lesson_begins_anew(page, home):
+    path = file_of(library().lessons[WALL])
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"no session")
+    page.rows[WALL].click()
+    assert page.place.text() == "Step 1 of 5"
+    assert path.with_suffix(".damaged").read_bytes() == b"no session"
+
+
+def test_a_hint_opens_and_closes(small, qtbot):
+    (hint,) = small.body.findChildren(HintPart)[-1:]
+    assert not hint.words.isVisibleTo(hint)
+    hint.button.click()
+    assert hint.words.isVisibleTo(hint)
+    hint.button.click()
+    assert not hint.words.isVisibleTo(hint)

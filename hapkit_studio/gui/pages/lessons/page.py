@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, QRect, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLayout, QPushButton, QScrollArea, QStackedWidget, QWidget
 
-from hapkit_studio.errors import FileError, ParameterError
+from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.pages.base import Page
@@ -390,7 +390,7 @@ class LessonsPage(Page):
         try:
             self.player.write(path, self.player.student)
             page.write_text(report(read(path), progress.lesson), encoding="utf-8")
-        except (FileError, OSError) as error:
+        except (StudioError, OSError) as error:
             self.say(f"There is no report yet. {error}")
             return
         self.say("" if QDesktopServices.openUrl(QUrl.fromLocalFile(str(page))) else f"The report is {page}.")
@@ -422,7 +422,7 @@ class LessonsPage(Page):
             return
         try:
             self.player.write(Path(path), self.player.student)
-        except FileError as error:
+        except StudioError as error:
             self.say(f"Nothing was handed in. {error}")
             return
         done, count = progress.counts

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.errors import FileError, ParameterError
+from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.state.background import Job
 from hapkit_studio.gui.state.lock import LOOP, Place
@@ -99,7 +99,7 @@ class LessonPlayer(QObject):
             return Progress(lesson)
         try:
             return load(path, lesson, self._studio.environments)
-        except FileError as error:
+        except StudioError as error:
             aside = path.with_suffix(".damaged")
             with suppress(OSError):
                 path.replace(aside)
