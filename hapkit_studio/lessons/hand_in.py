@@ -27,6 +27,7 @@ from hapkit_studio.lessons.play import DEVICE, Played
 from hapkit_studio.lessons.samples import Samples
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionError, SessionWriter
+from hapkit_studio.sessions.layout import LAYOUT
 from hapkit_studio.sessions.session import Session, add_events
 from hapkit_studio.settings_log import Settings
 from hapkit_studio.version import __version__
@@ -172,15 +173,16 @@ class Part:
     settings: Settings
 
 
-def write_parts(path: str | Path, parts: Sequence[Part]) -> list[tuple[float, float]]:
-    """Write parts one after another into a new session; return start and stop of each in s after its start.
+def write_parts(path: str | Path, parts: Sequence[Part], recordings: Iterable[Session] = ()) -> None:
+    """Write recordings as they are, then parts one after another, into a new session; raise SessionError.
 
-    Each part's clocks are shifted so that it starts _PAUSE after the part before. Raise SessionError.
+    The clocks of each part are shifted so that it starts _PAUSE after what is before it. Recordings whose
+    times overlap with another one's, as after a restart of the computer, are left out.
     """
-    found: list[tuple[float, float]] = []
-    begin, step = 0.0, 0
+    step = 0
     about: Settings = {}
     with SessionWriter.whole(path) as writer:
+        begin = _copy(writer, recordings)
         for part in parts:
             table = part.table.copy()
             for clock in (rows.HOST_TIME, rows.BOARD_TIME):
@@ -195,10 +197,22 @@ def write_parts(path: str | Path, parts: Sequence[Part]) -> list[tuple[float, fl
             states = len(part.settings["state_names"])
             for first in range(0, len(table), _CHUNK):
                 writer.add(pack(table[first : first + _CHUNK], part.about["quantum_m"], states))
-            end = float(table[-1, rows.HOST_TIME])
-            found.append((begin - _BEFORE, end + _BEFORE))
-            begin = end + _PAUSE
-    return found
+            begin = float(table[-1, rows.HOST_TIME]) + _PAUSE
+
+
+def _copy(writer: SessionWriter, recordings: Iterable[Session]) -> float:
+    """Write recordings, the earliest first; return the time in s at which the next part may start."""
+    begin = 0.0
+    for recording in sorted(recordings, key=lambda one: float(one.starts[0])):
+        if recording.layout != LAYOUT or recording.starts[0] < begin:
+            continue
+        for event in recording.events:
+            if event.kind not in (LESSON, STEP, ANSWER):
+                writer.note(event)
+        for number in range(len(recording.counts)):
+            writer.add(recording.chunk(number))
+        begin = float(recording.stops[-1]) + _PAUSE
+    return begin
 
 
 # --- read a handed-in file

@@ -2,9 +2,10 @@
 
 import math
 import os
-from collections.abc import Iterable, Mapping
-from contextlib import closing
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import platformdirs
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.signals import COLUMN
-from hapkit_studio.lessons import hand_in
+from hapkit_studio.lessons import experiments, hand_in
 from hapkit_studio.lessons.evaluate import CORRECT, WAITING, Result, evaluate, evaluate_interval
 from hapkit_studio.lessons.hand_in import LESSON, Part
 from hapkit_studio.lessons.lesson import Check, Lesson, Question
@@ -108,10 +109,11 @@ class Progress:
         """Return whether there is anything to keep."""
         return self.step > 0 or bool(self.answers) or any(one.part for one in self.evaluated.values())
 
-    def save(self, path: Path, student: str, newest: Rows) -> None:
+    def save(self, path: Path, student: str, newest: Rows, recordings: Iterable[Path] = ()) -> None:
         """Write it as a handed-in file in place of the one before; raise SessionError.
 
-        newest: rows that the file holds where no interval was evaluated.
+        newest: rows that the file holds where no interval was evaluated. recordings: sessions; those with
+        trials of an experiment are handed in, too.
         """
         numbers = {task.key: number for number, _, task in self.lesson.tasks()}
         order = [key for key in numbers if key in self.evaluated and self.evaluated[key].part is not None]
@@ -128,14 +130,38 @@ class Progress:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             new.unlink(missing_ok=True)
-            ranges = hand_in.write_parts(new, parts)
-            intervals = {} if spare else dict(zip(order, ranges, strict=True))
+            with ExitStack() as stack:
+                hand_in.write_parts(new, parts, _with_trials(recordings, stack))
+            intervals = {} if spare else _intervals(new, order, parts)
             hand_in.hand_in(new, self.lesson, student, self.answers, intervals, self.step)
             new.replace(path)
         except OSError as error:
             raise SessionError(f"{path} cannot be written: {error.strerror}.") from None
         finally:
             new.unlink(missing_ok=True)
+
+
+def _with_trials(recordings: Iterable[Path], stack: ExitStack) -> list[Session]:
+    """Return the sessions that hold trials of an experiment; they are closed with the stack."""
+    found = []
+    for path in recordings:
+        with suppress(SessionError):  # it may have been moved
+            session = stack.enter_context(closing(Session(path)))
+            said = experiments.of_session(session)
+            if said.trials or said.comparisons:
+                found.append(session)
+    return found
+
+
+def _intervals(path: Path, keys: Sequence[str], parts: Sequence[Part]) -> dict[str, tuple[float, float]]:
+    """Return start and stop in s of each part, which are the last samples of a session."""
+    with closing(Session(path)) as session:
+        time = Samples.of_session(session).time
+    ends = len(time) - np.cumsum([0, *(len(part.table) for part in reversed(parts))])[::-1]
+    return {
+        key: (float(time[first]), float(time[last - 1]))
+        for key, (first, last) in zip(keys, pairwise(ends), strict=True)
+    }
 
 
 def file_of(lesson: Lesson) -> Path:

@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hapkit_studio.analysis import pointing
+from hapkit_studio.analysis.pointing import Subject
 from hapkit_studio.haptics import rows
-from hapkit_studio.lessons import library
+from hapkit_studio.lessons import experiments, library
 from hapkit_studio.lessons.grade import grade_file
 from hapkit_studio.lessons.hand_in import read
 from hapkit_studio.lessons.lesson import Check
@@ -135,3 +137,19 @@ def test_no_rows_no_interval(lesson, played):
     (found,) = evaluate_rows(checks_of(1, step), NOTHING, {}).values()
     assert (found.result.state, found.part) == ("waiting", None)
     assert math.isnan(found.start)
+
+
+def test_an_experiments_trials_are_handed_in_with_the_answers(tmp_path, lesson, played):
+    """The recording is copied as it is; one without trials, one given twice and one that is gone are not."""
+    recording, other, path = (tmp_path / f"{name}.hapkit" for name in ("trials", "other", "lesson"))
+    targets = pointing.plan(rounds=2, seed=3)[:6]
+    trials = experiments.save_pointing(recording, Subject(), targets, seed=1)
+    complete(lesson, played, 1).save(other, "", NOTHING)
+    before = complete(lesson, played)
+    before.save(path, "Ada", NOTHING, [recording, other, recording, tmp_path / "gone.hapkit"])
+    found = read(path)
+    assert list(found.experiments.trials) == trials
+    assert found.experiments.remarks == ()
+    assert found.lesson == lesson.key
+    assert {row.state for row in grade_file(path, {lesson.key: lesson})} <= {"correct", "review"}
+    assert load(path, lesson, {}).counts == before.counts

@@ -374,3 +374,14 @@ def test_a_hint_opens_and_closes(small, qtbot):
     assert hint.words.isVisibleTo(hint)
     hint.button.click()
     assert not hint.words.isVisibleTo(hint)
+
+
+def test_a_session_recorded_during_a_lesson_is_remembered_for_handing_in(small, kept_window, home):
+    recording = kept_window.studio.recording
+    recording.newest = (home / "trials.hapkit", 1)
+    recording.changed.emit()
+    assert small.player._recordings() == {"small": [str(home / "trials.hapkit")]}
+    small.player.leave()
+    recording.newest = (home / "later.hapkit", 1)
+    recording.changed.emit()
+    assert small.player._recordings() == {"small": [str(home / "trials.hapkit")]}

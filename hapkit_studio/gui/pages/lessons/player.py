@@ -1,10 +1,11 @@
 """Takes a student through a lesson: each step's scene, its checks on what the device sends, the progress."""
 
+import json
 import math
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -12,6 +13,7 @@ from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.state.background import Job
 from hapkit_studio.gui.state.lock import LOOP, Place
+from hapkit_studio.gui.state.stored import StoredSettings
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.state.undo import ENVIRONMENT, HAND, Settings, differing, put, settings_of
 from hapkit_studio.lessons.lesson import Lesson, Question, Scene, Step
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 READ_MS, EVALUATE_MS, SAVE_MS = 100, 500, 2000
 _LOOP = "rate", "delay", "estimator", "controller"  # of the loop, what a step sets
 _RATE = "loop", "rate"
+_RECORDINGS, _MOST_RECORDINGS = "lesson_recordings", 20  # the setting with their paths; the most per lesson
 _SIMULATED = "simulated"
 
 
@@ -75,6 +78,9 @@ class LessonPlayer(QObject):
         self._job.failed.connect(lambda why: self.failed.emit("The checks cannot be evaluated.", why))
         self._saving = Job(self, needs="", must_finish=True)
         self._saving.failed.connect(lambda why: self.failed.emit("The progress was not saved.", why))
+        self._settings = StoredSettings()
+        self._newest = studio.recording.newest
+        studio.recording.changed.connect(self._note_recording)
         studio.engine_changed.connect(self._follow)
         studio.readiness.changed.connect(self._go_on)
 
@@ -263,7 +269,24 @@ class LessonPlayer(QObject):
         """Write the handed-in file; raise SessionError."""
         assert self.progress is not None
         self._recent.read()
-        self._copy().save(path, student, self._recent.rows())
+        recordings = [Path(str(one)) for one in self._recordings().get(self.progress.lesson.key, [])]
+        self._copy().save(path, student, self._recent.rows(), recordings)
+
+    def _recordings(self) -> dict[str, Any]:
+        """Return the paths of the sessions that were recorded during each lesson, by the lesson's key."""
+        return {key: one for key, one in self._settings.table(_RECORDINGS).items() if isinstance(one, list)}
+
+    def _note_recording(self) -> None:
+        """Remember a session that was recorded during the lesson: it may hold an experiment's trials."""
+        newest = self._studio.recording.newest
+        if newest == self._newest:
+            return
+        self._newest = newest
+        if newest is not None and self.progress is not None:
+            known = self._recordings()
+            key = self.progress.lesson.key
+            known[key] = [*known.get(key, []), str(newest[0])][-_MOST_RECORDINGS:]
+            self._settings.setValue(_RECORDINGS, json.dumps(known))
 
     def _copy(self) -> Progress:
         assert self.progress is not None
