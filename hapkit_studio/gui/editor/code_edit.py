@@ -256,7 +256,7 @@ class CodeEdit(QPlainTextEdit):
 
     @property
     def marks(self) -> dict[int, str]:
-        """Return problems by present line number, from 1."""
+        """Return problems by current line number, from 1."""
         return {block.blockNumber() + 1: words for block, words in _unchanged(self._marks)}
 
     @property
@@ -276,7 +276,7 @@ class CodeEdit(QPlainTextEdit):
 
     @property
     def counts(self) -> dict[int, float] | None:
-        """Return figures by present line number, without changed lines; None: no column."""
+        """Return figures by current line number, without changed lines; None: no column."""
         if self._counts is None:
             return None
         return {block.blockNumber() + 1: value for block, value in _unchanged(self._counts)}

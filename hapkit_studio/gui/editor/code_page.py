@@ -140,7 +140,7 @@ class CodePage(QWidget):
 
     @property
     def text(self) -> str:
-        """Return the present text."""
+        """Return the current text."""
         return self.code.toPlainText()
 
     @property
@@ -154,7 +154,7 @@ class CodePage(QWidget):
         self.say_cycles(words)
 
     def say_cycles(self, words: str) -> None:
-        """Replace the message on the whole law; the figures stay."""
+        """Replace the message on the whole law; the figures do not change."""
         self.cycles.setText(words)
         self.cycles.setVisible(bool(words))
 

@@ -168,7 +168,7 @@ class EditorController(QObject):
         self.edit(path)
 
     def end(self) -> None:
-        """Save unsaved text as a draft before the window closes."""
+        """Store unsaved text as a draft before the window closes."""
         self.page.keep_draft()
 
     def _write(self, path: Path, text: str) -> Source:
@@ -229,7 +229,7 @@ class EditorController(QObject):
             self.editor.setCurrentWidget(self.page)
 
     def _leave_for_the_library(self) -> None:
-        """Close another person's source if the library was chosen instead; a trial may still end."""
+        """Close another person's source if a library environment was selected; a running trial continues."""
         if self.own.active is None:
             self._leave_source()
 

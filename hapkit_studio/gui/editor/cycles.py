@@ -62,7 +62,7 @@ def count(question: CycleRequest) -> Count:
 
 
 class Cycles(QObject):
-    """Counts the open law, as last loaded, with its present values."""
+    """Counts the open law, as last loaded, with its current values."""
 
     def __init__(self, studio: Studio, own: OwnEnvironments, page: CodePage, parent: QObject | None = None):
         super().__init__(parent)
@@ -79,7 +79,7 @@ class Cycles(QObject):
 
     def refresh(self) -> None:
         """Recount the open law if its cycles are shown; for an invalid law the old figures stay."""
-        self._worker.forget()  # the same question may refer to a reopened text
+        self._worker.forget()  # an equal request may refer to a reopened text
         if not self._page.counting:
             self._page.show_cycles(None, "")
             return

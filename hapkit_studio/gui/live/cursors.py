@@ -23,7 +23,7 @@ _EACH_MS = 200  # update interval of the statistics while a cursor is dragged
 _FIRST = 2 / 3, 1 / 3  # fractions of the time window: initial positions
 _FADE = 0.05  # s: numbers ramp and forces fade for 30 ms after a change
 _FOLLOWED = 0.05  # N: tolerance for "the motor gave the asked force": above a motor step, below a faded force
-_BENT = 0.05  # of the force's RMS: with a larger residual the samples are not a straight line
+_BENT = 0.05  # maximum residual of a straight line, as a fraction of the force's RMS
 
 
 _LISTED = tuple(

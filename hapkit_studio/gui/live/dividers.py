@@ -1,4 +1,4 @@
-"""Labelled dividers in the history: one for each change that a person makes to the settings."""
+"""Labelled dividers in the history: one for each change that the user makes to the settings."""
 
 import math
 from typing import TYPE_CHECKING
@@ -36,7 +36,7 @@ class Dividers(QObject):
         }
 
     def _rebase(self) -> None:
-        """Take the present settings as the reference: a new environment gets its own divider."""
+        """Take the current settings as the reference: a new environment gets its own divider."""
         self._last = self._in_force()
         self._gesture, self._at = -1, 0.0
         self._change: tuple[Settings, Settings] = {}, {}

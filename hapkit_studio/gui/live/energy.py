@@ -48,7 +48,7 @@ class EnergyWatch(QObject):
         if engine is None or self._studio.environment.drives or hidden:
             return
         excess, least = engine.excess
-        # ``excess`` stays after the scene has come to rest: only an increase is reported
+        # ``excess`` keeps its value after the scene has come to rest, so only an increase is reported
         self._reported = min(self._reported, excess)
         if excess <= self._reported + least * (BEYOND_CONTROL if self._studio.loop.controller else 1.0):
             return

@@ -115,7 +115,7 @@ class LiveExport(QObject):
         self.said.emit("Picture copied")
 
     def _note_settings(self) -> None:
-        """Store the present settings with their time; drop those whose samples were dropped."""
+        """Store the current settings with their time; drop those whose samples were dropped."""
         now = time.perf_counter()
         self._settings.append((now, self._in_force()))
         while len(self._settings) > 1 and self._settings[1][0] < now - KEPT_SECONDS:

@@ -68,7 +68,7 @@ class History(ABC):
         self.changes: list[float] = [-math.inf]
         """Times in s at which settings changed, oldest first; the first entry is older than all samples."""
         self.begin = -math.inf
-        """Time in s from which on all samples belong to the present environment."""
+        """Time in s from which on all samples belong to the current environment."""
         self.evaluated: tuple[float, float] | None = None
         """Start and stop in s of the interval that the open lesson evaluated last."""
 

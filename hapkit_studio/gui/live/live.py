@@ -135,7 +135,7 @@ class Live(QObject):
         self._changing = True
 
     def _note_change(self) -> None:
-        """Record a change of settings at the present time of the rows' clock."""
+        """Record a change of settings at the current time of the rows' clock."""
         self.history.changes.append(time.perf_counter())
 
     def _follow(self) -> None:

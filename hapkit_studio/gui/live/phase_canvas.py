@@ -226,7 +226,7 @@ class PhaseCanvas(Canvas):
         self._fitted = False
 
     def widen_theory(self) -> None:
-        """Extend the axes for a changed theory, unless a person has fitted them to the data."""
+        """Extend the axes for a changed theory, unless the user has fitted them to the data."""
         if not (self._fitted or self._seen.locked):
             pairs = zip(self.view.viewRange(), self._theory_ranges(), strict=True)
             self._show(*((min(a[0], b[0]), max(a[1], b[1])) for a, b in pairs))

@@ -195,7 +195,7 @@ class ForcePosition(QWidget):
         return next((index for index in order if self._theory(self.plots[index]) is not None), 0)
 
     def _theory(self, plot: PhasePlot) -> Curve | None:
-        """Return a plot's theory for the present values, cached."""
+        """Return a plot's theory for the current values, cached."""
         if plot.key not in self._found and self._environment is not None:
             self._found[plot.key] = plot.theory_of(self._environment, self._values)
         return self._found[plot.key]

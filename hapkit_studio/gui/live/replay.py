@@ -1,7 +1,7 @@
 """Replay: shows a recorded session instead of live data, with the settings of the recording.
 
 The settings are changed temporarily, as for a measurement, and restored at the end. The motor gives no force
-during the replay, nor afterwards until a person asks for it. The device's data are still stored and
+during the replay, nor afterwards until the user asks for it. The device's data are still stored and
 recorded.
 """
 
@@ -32,9 +32,9 @@ FRAME = 1.0 / 60.0
 
 
 class Replay(QObject):
-    """Plays a session, or stands still while ``live`` is paused; ``changed``: session opened or closed.
+    """Plays a session, or waits while ``live`` is paused; ``changed``: session opened or closed.
 
-    ``frame(row, clamped)`` is like that of ``Live``. A setting changed by a person ends the replay and is
+    ``frame(row, clamped)`` is like that of ``Live``. A setting changed by the user ends the replay and is
     applied on top of the restored settings.
     """
 
@@ -43,7 +43,7 @@ class Replay(QObject):
     changed = Signal()
     moved = Signal()
     sought = Signal()
-    """A person moved the replay position."""
+    """The user moved the replay position."""
     frame = Signal(object, bool)
     failed = Signal(str)
 
@@ -75,7 +75,7 @@ class Replay(QObject):
         studio.stop_changed.connect(self._notice_release)
         studio.settings_changed.connect(self._notice)
 
-    # actions of a person
+    # actions of the user
 
     def open(self, path: Path) -> None:
         """Read a session in a thread, then show its beginning; ``failed`` reports an error."""
@@ -83,7 +83,7 @@ class Replay(QObject):
         self._reading.start(lambda _progress: Recorded(Session(path), known))
 
     def close(self) -> None:
-        """Return to live data and the previous settings; settings changed by a person are kept."""
+        """Return to live data and the previous settings; settings changed by the user are kept."""
         if self.history is None:
             return
         self._end.stop()
@@ -243,12 +243,12 @@ class Replay(QObject):
             )
 
     def _differing(self, wanted: Settings) -> Settings:
-        """Return the wanted settings that differ from the present ones."""
+        """Return the wanted settings that differ from the current ones."""
         now = settings_of(self._studio)
         return {where: value for where, value in wanted.items() if now.get(where, value) != value}
 
     def _put(self, wanted: Settings) -> None:
-        """Apply the wanted settings that differ from the present ones."""
+        """Apply the wanted settings that differ from the current ones."""
         now, differing = settings_of(self._studio), self._differing(wanted)
         rate = ("loop", "rate")
         if self._studio.opened is not None and self._studio.opened.own_clock and rate in differing:
@@ -261,7 +261,7 @@ class Replay(QObject):
             self._set = settings_of(self._studio)
 
     def _chosen_by_person(self) -> Settings:
-        """Return settings changed by a person; the replay's environment may come late, after compiling."""
+        """Return settings changed by the user; the replay's environment may come late, after compiling."""
         now, late = settings_of(self._studio), self._wanted.get(ENVIRONMENT)
         changed = {where: value for where, value in now.items() if self._set.get(where, value) != value}
         return {where: value for where, value in changed.items() if where != ENVIRONMENT or value != late}
@@ -271,7 +271,7 @@ class Replay(QObject):
             self._end.start()  # queued, so that simultaneous changes are seen together
 
     def _notice_release(self) -> None:
-        """End the replay when a person enables the force; it fades in with the previous settings."""
+        """End the replay when the user enables the force; it fades in with the previous settings."""
         opened = self._studio.opened
         if not self._studio.stopped and (opened is None or opened.motor):
             self.close()

@@ -10,7 +10,7 @@ SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s
 # of the span: data that stay visible at an edge; zooming this close to the newest sample keeps following
 # it
 _SOME = 0.05
-_KEPT_AHEAD = 1.0  # s: a fixed stretch is copied this long before the history drops it
+_COPY_MARGIN = 1.0  # s: time from copying a fixed stretch to its removal from the history
 
 
 class TimeView(QObject):
@@ -82,7 +82,7 @@ class TimeView(QObject):
         self._show(-self.span, 0.0)
 
     def set_paused(self, paused: bool) -> None:
-        """Pause on the present samples, or follow again."""
+        """Pause on the current samples, or follow again."""
         if paused == self.paused:
             return
         self.paused = paused
@@ -94,7 +94,7 @@ class TimeView(QObject):
             self.follow()
 
     def set_locked(self, locked: bool) -> None:
-        """Let only a person change the value axes (True), or let them also adapt to the data."""
+        """Let only the user change the value axes (True), or let them also adapt to the data."""
         self.locked = locked
         self.changed.emit()
 
@@ -121,7 +121,7 @@ class TimeView(QObject):
         self._show(-before * self.span, (1.0 - before) * self.span)
 
     def move(self, left: float, right: float) -> None:
-        """Apply a person's zoom or pan; a view that reaches the newest sample follows it again.
+        """Apply the user's zoom or pan; a view that reaches the newest sample follows it again.
 
         A view at an event never follows, so that the event stays visible.
         """
@@ -146,7 +146,7 @@ class TimeView(QObject):
         start, stop = self.zero + self.left, self.zero + self.right
         if not live.start <= stop:  # the history was cleared meanwhile
             self.follow()
-        elif live.now - start > live.seconds - _KEPT_AHEAD:
+        elif live.now - start > live.seconds - _COPY_MARGIN:
             self.history = live.copy()
 
     def _show(self, left: float, right: float) -> None:

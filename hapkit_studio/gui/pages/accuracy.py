@@ -144,7 +144,7 @@ class MethodsPart(Part):
 
 
 class ScenePart(Part):
-    """The present scene: every option's error by component, and the recommended option."""
+    """The current scene: every option's error by component, and the recommended option."""
 
     totals = Signal(object)
     file = "accuracy-scene"
@@ -187,7 +187,7 @@ class ScenePart(Part):
         self.refresh()
 
     def question(self) -> SceneRequest:
-        """Return the present scene and loop, on the device in use."""
+        """Return the current scene and loop, on the device in use."""
         studio, engine = self._studio, self._studio.engine
         loop, device = studio.loop, SimulatedHapkit()  # has everything that may be left out
         here = Place(COMPUTER, loop.rate, loop.delay)
@@ -200,7 +200,7 @@ class ScenePart(Part):
         return SceneRequest(studio.environment, dict(studio.values), loop.estimator, places, device)
 
     def run(self) -> None:
-        """Compute every option of the present scene: first the total errors, then their components."""
+        """Compute every option of the current scene: first the total errors, then their components."""
         question = self.question()
 
         def work(progress: Progress) -> SceneResult:
@@ -254,7 +254,7 @@ class ScenePart(Part):
         ])  # fmt: skip
 
     def show_in_force(self, found: list[Option | str]) -> None:
-        """Show the error of the present settings in each place, or why they cannot be rendered there."""
+        """Show the error of the current settings in each place, or why they cannot be rendered there."""
         places = [place.name.capitalize() for place in self.question().places]
         self.now.show_pairs([
             (name, one if isinstance(one, str) else f"{jnd(one.error)}, {this_scene.limit_words(one.limit)}")
@@ -368,14 +368,14 @@ class NeedsPart(Part):
         return key if key in discover() and key not in self._results else ""
 
     def run(self) -> None:
-        """Judge the present scene; once that is done, all scenes of the library."""
+        """Judge the current scene; once that is done, all scenes of the library."""
         library, key = discover(), self.first()
         wanted = [library[key]] if key else list(library.values())
         share = FORCE_SHARE if self.own is None else self.own.weber.value
         self.job.start(lambda progress: accuracy.of_needs(wanted, progress, share))
 
     def show_result(self, result: Accuracy) -> None:
-        """Show the results, with the present scene selected."""
+        """Show the results, with the current scene selected."""
         self._results.update({one.scene: one for one in result.needs})
         self._list()
         keys, key = list(discover()), self._studio.environment.key

@@ -1,4 +1,4 @@
-"""Bode: frequency response of the rendered scene, in the present loop or on the virtual board."""
+"""Bode: frequency response of the rendered scene, in the current loop or on the virtual board."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -30,7 +30,7 @@ _HOW = (
 
 
 class BodePage(MeasuringPage):
-    """The diagram of the present scene; out of date after a change of scene, values or loop."""
+    """The diagram of the current scene; out of date after a change of scene, values or loop."""
 
     file = "bode"
     heading, about = "Bode", "How the rendered scene behaves at each frequency."
@@ -79,7 +79,7 @@ class BodePage(MeasuringPage):
         return "" if self.found or not known else "loop"
 
     def run(self) -> None:
-        """Measure the present scene, in the chosen place."""
+        """Measure the current scene, in the chosen place."""
         setting, studio = self._facts.setting(), self._studio
         if setting is None or studio.engine is None:
             raise ParameterError(self._facts.why_unknown()[1])

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _NEAR = 16.0  # px: reach of the pointer
 _PAD = 10.0 / 72.0, 6.0 / 72.0  # inches
-_NO_ROOM = "constrained_layout not applied"  # warning of matplotlib: no room for axes beside their labels
+_NO_ROOM = "constrained_layout not applied"  # matplotlib's warning if the labels leave no space for the axes
 _PIXELS_AN_INCH = 72  # sizes in points are then pixels
 
 

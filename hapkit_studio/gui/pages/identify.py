@@ -1,4 +1,4 @@
-"""Identification: set against rendered parameters from the newest samples, and the handle itself."""
+"""Identification: compare the set parameters with estimates from samples, and identify the handle."""
 
 import math
 import time

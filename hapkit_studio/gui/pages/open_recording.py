@@ -1,4 +1,4 @@
-"""Opening a recording from a file: a session, a known table, or a table whose columns a person names."""
+"""Opening a recording from a file: a session, a known table, or a table whose columns the user names."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -71,7 +71,7 @@ def read_overviews(paths: list[Path], known: Known, progress: Progress) -> Known
 
 
 def recent(settings: QSettings) -> list[Path]:
-    """Return the existing sessions opened last from other folders."""
+    """Return the recently opened sessions of other folders that still exist."""
     kept = settings.value(_OTHERS, [])
     paths = [Path(path) for path in (kept if isinstance(kept, list) else [kept]) if isinstance(path, str)]
     return [path for path in paths if path.is_file()]
@@ -148,7 +148,7 @@ class SessionsPage(Page):
         studio.recording.changed.connect(self._notice)
         self.show_session(None)
 
-    # actions of a person
+    # actions of the user
 
     def load(self) -> None:
         """Read the folder's sessions in a thread, except the file that is being written."""

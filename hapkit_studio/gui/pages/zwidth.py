@@ -83,7 +83,7 @@ class ZWidthPage(MeasuringPage):
     # measuring
 
     def first(self) -> str:
-        """Name the simulation once a device is connected; on a device a person starts the measurement."""
+        """Return SIMULATION's name if a device is connected; a measurement on a device needs the user."""
         known = self._studio.engine is not None and self._facts.setting(self._studio.grip) is not None
         return "simulation" if known and self.where.index == SIMULATION and self.result is None else ""
 
@@ -221,7 +221,7 @@ class ZWidthPage(MeasuringPage):
 
     def _scene_changed(self) -> None:
         if self._studio.environment.key != _WALL:
-            self._scene = ""  # the chosen scene stays
+            self._scene = ""  # do not restore the previous scene
             self._give_up("another scene was chosen")
 
     def _running_changed(self, running: bool) -> None:

@@ -1,4 +1,4 @@
-"""The stability limit of the present loop: its inputs, and its computation in a thread."""
+"""The stability limit of the current loop: its inputs, and its computation in a thread."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 JUDGING = "Judging…"
-"""Shown until the present settings are judged."""
+"""Shown until the current settings are judged."""
 DELAY_STEP, SHORT = 20e-6, 0.5e-3
 """Rounding step of a delay in s, and the delay below which the step is half as large."""
 _HYSTERESIS = 0.8
@@ -67,7 +67,7 @@ class LoopFacts(QObject):
         studio.environment_changed.connect(self._follow)
 
     def setting(self, hand: str = "released") -> "LoopSettings | None":
-        """Return the present device and loop with a hand; None without a device or a known delay."""
+        """Return the current device and loop with a hand; None without a device or a known delay."""
         engine = self._studio.engine
         if engine is None or self.delay is None:
             return None
@@ -99,7 +99,7 @@ class LoopFacts(QObject):
             self.changed.emit()
 
     def _follow(self) -> None:
-        """Use the delay of the new renderer."""
+        """Use the measured delay of the new renderer."""
         engine = self._studio.engine
         if engine is not None and engine.device.measures_delay and engine.where != self._where:
             self._where = engine.where

@@ -130,7 +130,7 @@ class LoopPanel(QWidget):
         self.more.setAccessibleName("Less of the loop" if on else "More of the loop")
 
     def show_state(self) -> None:
-        """Show the present loop; a real board has its own rate."""
+        """Show the current loop; a real board has its own rate."""
         studio, loop, engine = self._studio, self._studio.loop, self._studio.engine
         fixed = studio.why_fixed(*LOOP)
         self.padlock.setVisible(bool(fixed))

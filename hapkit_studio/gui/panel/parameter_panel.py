@@ -53,7 +53,7 @@ class Title(QLabel):
 
 
 class PanelTitle(QWidget):
-    """Icon, title, formula and first sentence of the explanation of the present environment.
+    """Icon, title, formula and first sentence of the explanation of the current environment.
 
     "?" shows the whole explanation on a card beside the panel, so that no control moves.
     """
@@ -83,7 +83,7 @@ class PanelTitle(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the present environment."""
+        """Show the current environment."""
         environment = self._studio.environment
         self.picture.show_sign(icon_name(environment.scene), "ink")
         self.title.show_text(environment.title)
@@ -131,7 +131,7 @@ class PanelTitle(QWidget):
 
 
 class ParameterRows(QWidget):
-    """One row per parameter of the present environment."""
+    """One row per parameter of the current environment."""
 
     def __init__(self, studio: Studio, anchor: QWidget):
         super().__init__()
@@ -156,7 +156,7 @@ class ParameterRows(QWidget):
         self.order()
 
     def show_values(self) -> None:
-        """Show the present values; lock rows without effect."""
+        """Show the current values; lock rows without effect."""
         unused = self._studio.environment.unused(self._studio.values)
         for key, row in self.rows.items():
             row.show_value(self._studio.values[key])

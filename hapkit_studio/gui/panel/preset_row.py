@@ -1,4 +1,4 @@
-"""The panel's preset row: name of the present preset, differences, save, restore, import."""
+"""The panel's preset row: name of the current preset, differences, save, restore, import."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -46,12 +46,12 @@ class Presets(QObject):
 
     @property
     def chosen(self) -> str:
-        """Return the name of the preset chosen last for the present environment, "" for none."""
+        """Return the name of the preset chosen last for the current environment, "" for none."""
         return self._chosen.get(self._studio.environment.key, ("", {}))[0]
 
     @property
     def different(self) -> Settings:
-        """Return the settings of the preset chosen last that differ from the present ones."""
+        """Return the settings of the preset chosen last that differ from the current ones."""
         return differing(self._studio, self._chosen.get(self._studio.environment.key, ("", {}))[1])
 
     @property
@@ -107,14 +107,14 @@ class Presets(QObject):
                 self._show_message("Preset not stored", [f"{path.name} was applied, but not stored: {error}"])
 
     def save(self, name: str, with_loop: bool) -> None:
-        """Save the present settings under a name; raise ParameterError, OSError."""
+        """Save the current settings under a name; raise ParameterError, OSError."""
         environment, saved = self._studio.environment, settings_of_scene(self._studio, with_loop)
         presets.write(environment, name, saved)
         self._chosen[environment.key] = name, saved
         self.changed.emit()
 
     def ask_to_compare(self) -> None:
-        """Open the dialog that compares presets with the present settings."""
+        """Open the dialog that compares presets with the current settings."""
         CompareDialog(self._studio, self, self._window).show()
 
     def ask_to_save(self) -> None:
@@ -193,7 +193,7 @@ class CompareDialog(FormDialog):
         self.compare()
 
     def compare(self) -> None:
-        """Show the present differences, or why there are none."""
+        """Show the current differences, or why there are none."""
         found: list[Difference] = []
         words = "No preset is saved yet."
         if self._found:

@@ -75,7 +75,7 @@ def solve(question: tuple[list["LoopSettings | None"], float]) -> list[float | N
 
 
 def renderers(studio: "Studio") -> list[RendererFacts]:
-    """Return the facts of computer and board for the present device and loop."""
+    """Return the facts of computer and board for the current device and loop."""
     engine = studio.engine
     assert engine is not None
     plan, found = engine.decision().plan, []
@@ -268,7 +268,7 @@ class RenderingSwitch(QWidget):
             self.facts.show_renderer(column, renderer.texts(limit), RENDERERS[column] == engine.where)
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
-        """Search for an option that the board can render if it refuses the present law."""
+        """Search for an option that the board can render if it refuses the current law."""
         decision, offer = engine.decision(), engine.driver.planner if engine.driver is not None else None
         if not decision.refusal or offer is None:
             self._finder.forget()

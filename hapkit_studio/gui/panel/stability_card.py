@@ -180,7 +180,7 @@ class StabilityCard(QWidget):
 
     @property
     def calm(self) -> bool:
-        """Return whether the present scene is known to settle, held and released."""
+        """Return whether the current scene is known to settle, held and released."""
         return self._judged is not None and self._judged.verdict.calm
 
     def note_health(self, health: "Health") -> None:
@@ -207,7 +207,7 @@ class StabilityCard(QWidget):
         return permissions.hidden or (HIDDEN_BY_LESSON if "verdict" in permissions.left_out else "")
 
     def question(self) -> CardRequest | None:
-        """Return the request for the present scene; None while its loop or values are unknown."""
+        """Return the request for the current scene; None while its loop or values are unknown."""
         asked = self.verdict_input()
         if asked is None or self._hidden:
             return None

@@ -30,7 +30,7 @@ class TwoSettings(QObject):
 
     @property
     def stored(self) -> list[Settings]:
-        """Return the stored settings of the present environment, A first."""
+        """Return the stored settings of the current environment, A first."""
         return self._stored.get(self._studio.environment.key, [])
 
     @property
@@ -65,7 +65,7 @@ class TwoSettings(QObject):
         return f"Switch to {NAMES[self.target]}" if count == len(NAMES) else f"Store as {NAMES[count]}"
 
     def step(self) -> None:
-        """Store the present settings as A, then different ones as B, then switch between both."""
+        """Store the current settings as A, then different ones as B, then switch between both."""
         stored = self._stored.setdefault(self._studio.environment.key, [])
         if len(stored) == len(NAMES):
             target = self.target
@@ -80,7 +80,7 @@ class TwoSettings(QObject):
         self.changed.emit()
 
     def forget(self) -> None:
-        """Delete A and B of the present environment."""
+        """Delete A and B of the current environment."""
         self._stored.pop(self._studio.environment.key, None)
         self.changed.emit()
 

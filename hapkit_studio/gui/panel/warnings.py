@@ -1,4 +1,4 @@
-"""Warnings: what the present environment cannot render well with its settings, above the verdict."""
+"""Warnings: what the current environment cannot render well with its settings, above the verdict."""
 
 import re
 

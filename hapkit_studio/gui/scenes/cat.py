@@ -109,13 +109,13 @@ def read(motion: Motion) -> Mood:
 
 
 def color(part: str) -> QColor:
-    """Return a part's colour in the present theme."""
+    """Return a part's colour in the current theme."""
     return QColor(COAT[part][MODES.index(theme.name)])
 
 
 @lru_cache(maxsize=3)
 def _drawing(_theme: str) -> QSvgRenderer:
-    """Return the picture in the present theme's colours; ``_theme`` is the cache key."""
+    """Return the picture in the current theme's colours; ``_theme`` is the cache key."""
     text = resources.path("scenes", "cat.svg").read_text(encoding="utf-8")
     colors = {name: color(name).name() for name in COAT}
     return QSvgRenderer(re.sub(r"@(\w+)", lambda m: colors.get(m[1]) or theme.tokens[m[1]], text).encode())

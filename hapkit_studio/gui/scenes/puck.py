@@ -58,7 +58,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _echoes(stage: Stage, motion: Motion, shape: QRectF, speed: float) -> None:
-    """Draw earlier positions at the present speed that lie between walls and handle."""
+    """Draw earlier positions at the current speed that lie between walls and handle."""
     stage.p.setPen(Qt.PenStyle.NoPen)
     side = motion.state["side"]
     low = max(-WALL, motion.position if side > 0.0 else -WALL) + RADIUS

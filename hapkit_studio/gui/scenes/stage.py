@@ -1,7 +1,7 @@
 """Geometry of a scene, ±50 mm on a rail, and drawing functions common to all scenes.
 
 Lengths are in pixels, positions on the rail in mm. u scales all fixed sizes (1.0 at a height of 150, 1.32 at
-236). widest: maximum width of the picture as a multiple of its height; the rest stays empty.
+236). widest: maximum width of the picture as a multiple of its height; the rest is empty.
 """
 
 import math

@@ -45,7 +45,7 @@ class SceneView(QWidget):
     """Paints one environment at the measured position; the pointer or the arrow keys are the hand.
 
     Pressing the mouse button grabs the handle, releasing the button releases it. An arrow key grabs it at
-    its present position and holds it, so that fine steps add up, until ↓ is pressed or the pointer takes
+    its current position and holds it, so that fine steps add up, until ↓ is pressed or the pointer takes
     over. ``grabbed``: the hand has grabbed the handle.
     """
 

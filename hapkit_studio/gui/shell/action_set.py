@@ -59,7 +59,7 @@ def native(key: str) -> str:
 
 
 def matches(sought: str, words: str) -> bool:
-    """Return whether each word sought occurs, or is an abbreviation: a word has its letters in this order."""
+    """Return whether each word sought occurs, or its letters occur in one word in this order."""
     return all(
         part in words.lower() or re.search(r"\b" + r"\w*?".join(map(re.escape, part)), words.lower())
         for part in sought.lower().split()

@@ -1,4 +1,4 @@
-"""Dialog that exports the present environment as an Arduino sketch: kit, rate and file."""
+"""Dialog that exports the current environment as an Arduino sketch: kit, rate and file."""
 
 from pathlib import Path
 
@@ -41,7 +41,7 @@ class ExportDialog(FormDialog):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the sketch's present settings."""
+        """Show the sketch's current settings."""
         studio = self._studio
         self.what.setText(f"{studio.environment.title}, as tuned in the panel")
         usual = sketch.usual_rate(studio.environment, studio.values)

@@ -160,7 +160,7 @@ class Gallery(QScrollArea):
         self._share_height()
 
     def show_state(self) -> None:
-        """Mark the present environment, whatever was clicked."""
+        """Mark the current environment, whatever was clicked."""
         row = self._present_row()
         if row is not None:
             row.setChecked(True)

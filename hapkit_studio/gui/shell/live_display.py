@@ -41,7 +41,7 @@ _WORDS = {
 class LiveDisplay(QObject):
     """Passes every frame, parameter and state to the widgets that draw them.
 
-    ``releasing``: a person is about to release the handle where it is.
+    ``releasing``: the user is about to release the handle where it is.
     """
 
     releasing = Signal()
@@ -89,7 +89,7 @@ class LiveDisplay(QObject):
 
     @property
     def max_force(self) -> float:
-        """Return the present force limit in N; during a replay the recorded one."""
+        """Return the current force limit in N; during a replay the recorded one."""
         engine, replayed = self._studio.engine, self._replay.max_force
         if replayed is not None:
             return replayed
@@ -156,7 +156,7 @@ class LiveDisplay(QObject):
         self._acting = float(last[rows.APPLIED_FORCE]) if self._live.paused and last is not None else None
 
     def hold_traces(self) -> None:
-        """Hold the plotted traces of the present environment, named by its settings."""
+        """Hold the plotted traces of the current environment, named by its settings."""
         view, words = self._centre.view, held.settings_name(self._studio.environment, self._studio.values)
         start, stop = view.stretch
         self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)

@@ -45,7 +45,7 @@ def usual_hand(environment: Environment) -> str:
 
 
 class Portraits(QObject):
-    """Moves a hand in one environment after the other; saves the window and the scene of each."""
+    """Moves the hand in each environment in turn and saves pictures of window and scene."""
 
     def __init__(self, window: MainWindow, keys: Sequence[str], folder: Path, seconds: float):
         super().__init__(window)

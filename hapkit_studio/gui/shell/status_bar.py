@@ -55,7 +55,7 @@ class Field(QWidget):
             self._reserve()
 
     def _reserve(self) -> None:
-        """Keep the room for the longest text in the present theme's type."""
+        """Reserve the width of the longest text in the current font."""
         metrics = QFontMetricsF(theme.font("label"))  # the widest style of the text
         self.words.setMinimumWidth(math.ceil(max(map(metrics.horizontalAdvance, self._longest))))
 
@@ -138,7 +138,7 @@ class StatusBar(QWidget):
         self.show_nothing("Preparing the loop. This happens only once.")
 
     def _reserve_loop(self) -> None:
-        """Keep the room for either word for the loop, so that the clamp light does not move."""
+        """Reserve the width of the loop's longest text, so that the clamp light does not move."""
         link, metrics = self.loop.link, QFontMetricsF(theme.font("strong"))
         beside = theme.px(14) + 4 + 2 * theme.px(5)  # chevron, its gap, the button's padding and border
         link.setMinimumWidth(math.ceil(max(map(metrics.horizontalAdvance, (_LATE, _IN_TIME)))) + beside)
@@ -194,7 +194,7 @@ class StatusBar(QWidget):
     def show_clamp(self, clamped: bool, limit: float, acting: float | None = None) -> None:
         """Show the clamp light; it stays lit for half a second so that it is visible.
 
-        acting: the present force in N if nothing else in the window shows it.
+        acting: the current force in N if nothing else in the window shows it.
         """
         now = time.monotonic()
         if clamped:

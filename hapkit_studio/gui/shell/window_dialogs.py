@@ -64,7 +64,7 @@ class KeysDialog(TextDialog):
             self._form.setRowVisible(head, any(found))
 
     def _add(self, title: str, lines: Iterable[tuple[str, str]], explained: bool = False) -> None:
-        """Add a group: keys beside their actions, or explanations below their words."""
+        """Add a group: keys beside their actions, or explanations below their terms."""
         form, rows = self._form, []
         name = label(title, "section")
         name.setContentsMargins(0, 10, 0, 2)

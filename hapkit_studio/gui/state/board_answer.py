@@ -1,4 +1,4 @@
-"""Polls how the board renders the present settings, or why it refuses, while laws are compiled."""
+"""Polls how the board renders the current settings, or why it refuses, while laws are compiled."""
 
 from PySide6.QtCore import QObject, QTimer, Signal
 

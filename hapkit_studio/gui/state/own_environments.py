@@ -153,7 +153,7 @@ class OwnEnvironments(QObject):
 
     @property
     def active(self) -> Path | None:
-        """Return the file of the present environment; None for a built-in one."""
+        """Return the file of the current environment; None for a built-in one."""
         return self.path_of(self._studio.environment.key)
 
     # selecting
@@ -180,12 +180,12 @@ class OwnEnvironments(QObject):
             self.run(source)
 
     def choose_built_in(self, key: str) -> None:
-        """Select a built-in environment, even if it is the present one."""
+        """Select a built-in environment, even if it is the current one."""
         self.chosen.emit()
         self._studio.choose(key)
 
     def run(self, source: Source) -> None:
-        """Try a trusted text in another process; the present law keeps running."""
+        """Try a trusted text in another process; the current law keeps running."""
         self._seen[source.path] = _stamp(source.path), source
         self.checking = source.path
         self.runner.start(partial(_tried, source))

@@ -31,7 +31,7 @@ class Recording(QObject):
     failed = Signal(str, str)
 
     def __init__(self, device: DeviceLink, environment: Callable[[], str], parent: QObject):
-        """environment: returns the key of the present environment, with which file names begin."""
+        """environment: returns the key of the current environment, with which file names begin."""
         super().__init__(parent)
         self._device, self._environment = device, environment
         self._recorder: Recorder | None = None
@@ -61,7 +61,7 @@ class Recording(QObject):
         return self._device.engine is not None or self.progress is not None
 
     def toggle(self) -> None:
-        """Start a recording in a new file, or end the present one."""
+        """Start a recording in a new file, or end the current one."""
         recorder, key = self._recorder, self._environment()
         if recorder is None or self._turn.running:
             return

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class StopState(QObject):
     """Latches the E-stop across a change of device.
 
-    restored: the present settings come from an earlier start, so a motor waits for *Render*.
+    restored: the current settings come from an earlier start, so a motor waits for *Render*.
     """
 
     changed = Signal()

@@ -75,7 +75,7 @@ class Studio(QObject):
         self.loop = USUAL_LOOP
         self.board_answer = BoardAnswer(self.device)
         self.unstable_ranges: Mapping[str, Sequence[tuple[float, float]]] = {}
-        """Known unstable ranges of each parameter in SI for the present loop."""
+        """Known unstable ranges of each parameter in SI for the current loop."""
         for changed in (self.environment_changed, self.values_changed, self.loop_changed):
             changed.connect(self.settings_changed)
         for changed in (self.values_changed, self.loop_changed):
@@ -127,7 +127,7 @@ class Studio(QObject):
 
     @property
     def values(self) -> dict[str, float]:
-        """Return the values of the present environment."""
+        """Return the values of the current environment."""
         return self.library.values[self.environment.key]
 
     def choose(self, key: str) -> None:
@@ -148,7 +148,7 @@ class Studio(QObject):
         self._activate(environment)
 
     def drop(self, key: str) -> None:
-        """Remove an environment; raise KeyError if it is the present one."""
+        """Remove an environment; raise KeyError if it is the current one."""
         if key == self.environment.key:
             raise KeyError(key)
         self.library.drop(key)
@@ -171,7 +171,7 @@ class Studio(QObject):
         self._set_values(self.environment.changed(self.values, changes))
 
     def values_of(self, key: str) -> dict[str, float]:
-        """Return the present or last values of an environment."""
+        """Return the current or last values of an environment."""
         return dict(self.library.values[key])
 
     def set_values_of(self, key: str, changes: Mapping[str, float]) -> None:
@@ -321,11 +321,11 @@ class Studio(QObject):
 
     @property
     def hand_is_ours(self) -> bool:
-        """Return whether mouse and keys move the hand; on a real board a person's hand does."""
+        """Return whether mouse and keys move the hand; on a real board the user's hand does."""
         return self.opened is not None and self.opened.simulated_hand
 
     def zero_here(self) -> None:
-        """Make the present position of a real board its zero."""
+        """Make the current position of a real board its zero."""
         if self.engine is not None and not self.why_fixed(*DEVICE):
             self.engine.zero_here()
 

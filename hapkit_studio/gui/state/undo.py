@@ -31,7 +31,7 @@ def settings_of(studio: Studio) -> Settings:
 
 
 def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
-    """Return the present environment's settings, and the loop settings independent of the device."""
+    """Return the current environment's settings, and the loop settings independent of the device."""
     key, now = studio.environment.key, settings_of(studio)
     values = {place: value for place, value in now.items() if place[:2] == ("value", key)}
     places = [("loop", name) for name in WITH_SCENE] if with_loop else []
@@ -39,7 +39,7 @@ def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
 
 
 def differing(studio: Studio, settings: Settings) -> Settings:
-    """Return the given settings that differ from the present ones."""
+    """Return the given settings that differ from the current ones."""
     now = settings_of(studio)
     return {place: value for place, value in settings.items() if now.get(place) != value}
 
@@ -104,7 +104,7 @@ def _difference(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> D
 
 
 class Step(QUndoCommand):
-    """The changes of one gesture: only settings that differ, so that all others keep their present values."""
+    """The changes of one gesture: only settings that differ, so that all others keep their current values."""
 
     def __init__(self, history: "UndoHistory", before: Settings, after: Settings, name: str):
         super().__init__()
@@ -179,7 +179,7 @@ class UndoHistory(QObject):
             self.refused.emit(self.refusal)
 
     def forget(self) -> None:
-        """Clear the history; the present settings are the new start."""
+        """Clear the history; the current settings are the new start."""
         self.stack.clear()
         self._snapshot()
 

@@ -76,7 +76,7 @@ class BlindPage(Page):
         self._render()
 
     def answer(self, place: int) -> None:
-        """Count an answer (0: the first is the one asked for), and shuffle again."""
+        """Count an answer (0: the first setting, 1: the second), and shuffle again."""
         self.answers += 1
         self.right += self._order[place] == self._wanted
         self.begin()
@@ -132,7 +132,7 @@ class BlindComparison(QObject):
         self.page: BlindPage | None = None
 
     def step(self) -> None:
-        """Render the other settings of a running comparison, or store the present settings as A or B."""
+        """Render the other settings of a running comparison, or store the current settings as A or B."""
         if self.page is not None:
             self.page.turn()
         else:

@@ -21,7 +21,7 @@ _RATE = "loop", "rate"
 
 
 class DemoPlayer(QObject):
-    """Changes settings and moves the virtual hand as a demo prescribes, until a person takes over or ends it.
+    """Changes settings and moves the virtual hand as a demo prescribes, until the user takes over or ends it.
 
     The previous settings are then restored. A real motor waits for *Render*; otherwise the player stops and
     releases nothing. ``changed``: another demo or caption, or none. clock(): time in s.
@@ -48,7 +48,7 @@ class DemoPlayer(QObject):
 
     @property
     def caption(self) -> str:
-        """Return the present caption."""
+        """Return the current caption."""
         if self.demo is None:
             return ""
         return self._step.caption if self._step else "The demo begins as soon as everything is ready."
@@ -84,7 +84,7 @@ class DemoPlayer(QObject):
         self.tick()
 
     def end(self) -> None:
-        """Release the handle and restore the previous settings, except those that a person changed."""
+        """Release the handle and restore the previous settings, except those that the user changed."""
         if self.demo is None:
             return
         self.demo = None
@@ -98,7 +98,7 @@ class DemoPlayer(QObject):
         self.changed.emit()
 
     def tick(self) -> None:
-        """Advance the demo to the present time."""
+        """Advance the demo to the current time."""
         studio, demo = self._studio, self.demo
         if demo is None or not self._is_ready(demo):
             return
@@ -139,7 +139,7 @@ class DemoPlayer(QObject):
         self.changed.emit()
 
     def _refresh(self) -> None:
-        """End the demo if a person has changed a setting."""
+        """End the demo if the user has changed a setting."""
         if self.demo is not None and not self._studio.temporary and settings_of(self._studio) != self._ours:
             self.end()
 
@@ -149,7 +149,7 @@ class DemoPlayer(QObject):
         self.changed.emit()
 
     def _end_if_begun(self) -> None:
-        """End the demo with the device: another device may have no hand, or a motor."""
+        """End the demo when the device changes: the new one may have no hand, or a motor."""
         if self._start is not None:
             self.end()
 
@@ -177,7 +177,7 @@ class CaptionBar(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the present caption."""
+        """Show the current caption."""
         demo, note = self._player.demo, self._player.note
         self.words.setText(self._player.caption)
         self.note.setText(note)

@@ -52,7 +52,7 @@ class LargeValue(QWidget):
         self.show_value()
 
     def show_value(self) -> None:
-        """Show the present value, and whether it is locked."""
+        """Show the current value, and whether it is locked."""
         value = self._studio.values[self.parameter.key]
         fixed = self._studio.why_fixed("value", self._studio.environment.key, self.parameter.key)
         self.padlock.setVisible(bool(fixed))
@@ -122,7 +122,7 @@ class ValueCard(QWidget):
             self.values[index].step(steps)
 
     def rebuild(self) -> None:
-        """Show the parameters of the present environment."""
+        """Show the parameters of the current environment."""
         known = {parameter.key: parameter for parameter in self._studio.environment.parameters}
         self.values = [
             LargeValue(self._studio, known[key], partial(self.choose, index))
@@ -152,7 +152,7 @@ class ValueCard(QWidget):
 
 
 class Title(QWidget):
-    """Icon, title and formula of the present environment in one line; the formula if it fits."""
+    """Icon, title and formula of the current environment in one line; the formula if it fits."""
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -166,7 +166,7 @@ class Title(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the present environment."""
+        """Show the current environment."""
         environment = self._studio.environment
         self.picture.show_sign(icon_name(environment.scene), "ink")
         self.title.setText(environment.title)

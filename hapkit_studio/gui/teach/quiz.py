@@ -167,7 +167,7 @@ class Quiz(QObject):
         return None if studio.why_fixed("value", studio.environment.key, wanted.key) else wanted
 
     def begin(self, source: random.Random | None = None) -> None:
-        """Ask about the present environment; ``source`` draws the values."""
+        """Ask about the current environment; ``source`` draws the values."""
         wanted, asked = self.parameter, self._card.verdict_input()
         if wanted is not None and asked is not None:
             self.side = QuizSide(self._studio, asked, wanted, source or random.Random())

@@ -1,4 +1,4 @@
-"""A person's just-noticeable difference: the blind comparison with a step that a staircase chooses."""
+"""The just-noticeable difference: a blind comparison with steps chosen by a staircase."""
 
 import random
 from typing import TYPE_CHECKING
@@ -33,19 +33,19 @@ _HOW = (
     "Feel 1 and 2, as often as you like: X switches between them. Then say which has more. If you are "
     "not sure, guess."
 )
-_LEAST_ROOM = 0.1  # smallest useful first step over the base
+_LEAST_ROOM = 0.1  # smallest useful first step, relative to the base
 _NONE = "This environment has no stiffness, damping or force that can be raised by 10 %."
 
 
 def room(studio: Studio, parameter: Parameter) -> float:
-    """Return by which fraction a parameter may be raised, within its limits and the stable range."""
+    """Return the fraction by which a parameter can be raised within its limits and the stable range."""
     base = studio.values[parameter.key]
     unstable = (low for low, high in studio.unstable_ranges.get(parameter.key, ()) if high > base)
     return min(parameter.high, *unstable, base * (1.0 + discrimination.LARGEST)) / base - 1.0
 
 
 def comparable(studio: Studio) -> list[Parameter]:
-    """Return the parameters of the environment whose threshold can be measured at their present value."""
+    """Return the parameters of the environment whose threshold can be measured at their current value."""
     return [
         parameter
         for parameter in studio.environment.parameters
@@ -84,7 +84,7 @@ class ThresholdDialog(FormDialog):
 
 
 class ThresholdPage(BlindPage):
-    """Compares a base with a larger value; the staircase ends it."""
+    """Compares a base value with a larger one until the staircase has finished."""
 
     title, about, reason = TITLE, _HOW, permissions.THRESHOLD
 
@@ -128,7 +128,7 @@ class ThresholdPage(BlindPage):
 
 
 class ThresholdExperiment(QObject):
-    """Asks for the parameter, shows the page, and the threshold when it ends."""
+    """Asks for the parameter, shows the page, and shows the threshold at the end."""
 
     def __init__(self, studio: Studio, views: Views, window: QWidget):
         super().__init__(window)
@@ -137,7 +137,7 @@ class ThresholdExperiment(QObject):
 
     @property
     def possible(self) -> bool:
-        """Return whether an experiment can begin."""
+        """Return True if an experiment can be started."""
         studio = self._studio
         return self.page is None and studio.engine is not None and not studio.hidden and not studio.temporary
 
@@ -148,7 +148,7 @@ class ThresholdExperiment(QObject):
         dialog.show()
 
     def begin(self, parameter: Parameter, source: random.Random | None = None) -> None:
-        """Begin with a parameter of the environment in force."""
+        """Start with a parameter of the active environment."""
         if not self.possible or parameter not in comparable(self._studio):
             return
         page = ThresholdPage(self._studio, parameter, source)

@@ -115,7 +115,7 @@ def keep_size_when_hidden(widget: QWidget) -> None:
 
 
 class Sign(QLabel):
-    """An icon in a token's colour of the present theme; empty without a name."""
+    """An icon in a token's colour of the current theme; empty without a name."""
 
     def __init__(self, size: int = 18, name: str = "", token: str = "ink2"):
         super().__init__()

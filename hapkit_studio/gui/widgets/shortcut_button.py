@@ -43,7 +43,7 @@ class ShortcutButton(QPushButton):
         self.updateGeometry()
 
     def refresh(self) -> None:
-        """Apply the present theme to the parts."""
+        """Apply the current theme to the parts."""
         scale = min(theme.scale, 1.0)  # saves width in a projector's header
         self._row.setContentsMargins(round(14 * scale), 0, round(12 * scale), 0)
         self._row.setSpacing(round(8 * scale))

@@ -25,7 +25,7 @@ def apply(app: QApplication) -> None:
 
 
 def add_fonts() -> None:
-    """Use matplotlib's fonts, on a computer without any."""
+    """Use matplotlib's fonts on a computer without fonts."""
     spec = importlib.util.find_spec("matplotlib")
     if spec is not None and spec.origin is not None:
         for file in sorted(Path(spec.origin).parent.glob("mpl-data/fonts/ttf/DejaVuSans*.ttf")):
@@ -33,7 +33,7 @@ def add_fonts() -> None:
 
 
 def stylesheet() -> str:
-    """Return assets/style.qss with the present theme's tokens (@name) and icons (%name%).
+    """Return assets/style.qss with the current theme's tokens (@name) and icons (%name%).
 
     Sizes in px follow the theme's scale, thin lines its frame width.
     """

@@ -58,7 +58,7 @@ def _marker_picture(marker: str, token: str) -> QPixmap:
 
 
 class Rows(QAbstractTableModel):
-    """The table's rows in the present order."""
+    """The table's rows in the current order."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -185,7 +185,7 @@ class Table(QTableView):
         self.setFixedHeight(tall if self.content.rows else 0)
 
     def texts(self) -> list[tuple[str, ...]]:
-        """Return the headings and the rows in their present order."""
+        """Return the headings and the rows in their current order."""
         columns, rows = self.content.columns, self.content.rows
         return [tuple(c.head for c in columns), *(tuple(c.text(row) for c in columns) for row in rows)]
 

@@ -1,4 +1,4 @@
-"""The present theme: colours by token, fonts by role, scale; follows the system."""
+"""The current theme: colours by token, fonts by role, scale; follows the system."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,7 +29,7 @@ ROLES = {
 
 
 class Theme(QObject):
-    """Holds the present mode and its ``tokens`` as "#RRGGBB"; ``changed`` is emitted after a switch.
+    """Holds the current mode and its ``tokens`` as "#RRGGBB"; ``changed`` is emitted after a switch.
 
     scale: size factor; frame: width of thin lines in px; grid: show grids in plots.
     """

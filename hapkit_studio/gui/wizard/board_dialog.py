@@ -33,7 +33,7 @@ _EVERY = 5
 
 @dataclass(frozen=True)
 class Recent:
-    """The last ten seconds of a board: time s (n,), reading (n,), position m (n,); the present force in N."""
+    """The last ten seconds of a board: time s (n,), reading (n,), position m (n,); the current force in N."""
 
     time: np.ndarray
     raw: np.ndarray
@@ -123,7 +123,7 @@ class BoardDialog(QDialog):
     def _release(self) -> None:
         """Release the E-stop for the board in this dialog, and for the loop that follows."""
         self.released = True
-        self.studio.stop_state.restored = False  # a person has released it: the loop needs no Render
+        self.studio.stop_state.restored = False  # the user has released it: the loop needs no Render
         self.studio.release_stop()
 
     def _stop_changed(self) -> None:

@@ -106,7 +106,7 @@ class BoardThread(QObject):
         return self.runner is not None and bool(self.runner.board.simulated_hand)
 
     def move_hand(self, place: float | None) -> None:
-        """Hold the virtual board's hand at a position in m; None lets go."""
+        """Hold the virtual board's hand at a position in m; None releases it."""
         if self.runner is not None and self.has_hand:
             self.runner.board.move_hand(place)
 

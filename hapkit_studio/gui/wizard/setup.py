@@ -132,7 +132,7 @@ class SetupDialog(BoardDialog):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Return a board with changed settings in the stopped state: its handle may be inside a wall.
 
-        A person who has released the E-stop in this dialog is not stopped again: the force fades in.
+        If the user has released the E-stop in this dialog, the motor is not stopped again.
         """
         work = self.board.subject
         changed = (

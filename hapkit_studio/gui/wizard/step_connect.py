@@ -42,7 +42,7 @@ class ConnectStep(StepPage):
         self._show_note()
 
     def enter(self) -> None:
-        """Show the board's present kit; start padding frames if that is faster."""
+        """Show the board's current kit; start padding frames if that is faster."""
         if self.calibration is None or self.result is not None:
             return
         now, found = self.calibration.original, self.calibration.padding

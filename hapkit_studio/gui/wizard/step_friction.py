@@ -40,7 +40,7 @@ class FrictionStep(StepPage):
 
     def enter(self) -> None:
         super().enter()
-        self.plot.start = None  # limits are relative to the handle's present position
+        self.plot.start = None  # limits are relative to the handle's current position
 
     def show_recent(self, recent: Recent) -> None:
         super().show_recent(recent)
@@ -53,7 +53,7 @@ class FrictionStep(StepPage):
 
     def start(self) -> None:
         """Sweep."""
-        self.plot.start = None  # limits are relative to the handle's present position
+        self.plot.start = None  # limits are relative to the handle's current position
         self.run_job("Sweeping. Hands off…", lambda work: work.sweep(), self._swept)
 
     def _swept(self, sweep: SweepResult) -> None:

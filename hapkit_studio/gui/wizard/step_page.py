@@ -60,7 +60,7 @@ class StepPage(QWizardPage):
 
     @property
     def calibration(self) -> Calibration:
-        """Return the present calibration; requires an open board."""
+        """Return the current calibration; requires an open board."""
         return self.board.subject
 
     def isComplete(self) -> bool:

@@ -105,7 +105,7 @@ class SaveStep(StepPage):
         return self.calibration.board.quantum == self._confirmed
 
     def _confirm_scale(self, on: bool) -> None:
-        """Confirm the present scale; another one must be confirmed again."""
+        """Confirm the current scale; another one must be confirmed again."""
         self._confirmed = self.calibration.board.quantum if on else math.nan
         self.keep_everything()
         self.enable_buttons()

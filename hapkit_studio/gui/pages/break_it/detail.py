@@ -121,7 +121,7 @@ class VerdictRow(QWidget):
 
 
 class Detail(QScrollArea):
-    """Emits ``picked`` with a fraction of the limit when a person clicks or drags on the curve.
+    """Emits ``picked`` with a fraction of the limit when the user clicks or drags on the curve.
 
     Scroll bars appear only if the window is smaller than the minimum size of the content.
     """

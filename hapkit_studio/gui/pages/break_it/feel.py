@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 class Feel(QObject):
     """Stores the settings from before the first failure was put into the scene, and restores them.
 
-    If a person chooses another scene, other values or another loop, the failure is no longer felt: ``felt``
-    is empty. The other settings can still be restored, and the scene that was chosen stays. ``refused``: the
+    If the user chooses another scene, other values or another loop, the failure is no longer felt: ``felt``
+    is empty. The other settings can still be restored, but the chosen scene is kept. ``refused``: the
     loop rejected the failure's settings after its environment had been compiled.
     """
 
@@ -96,7 +96,7 @@ class Feel(QObject):
         self._put = self._studio.values_of(live.environment), self._studio.loop
 
     def _refresh(self) -> None:
-        """React to a person's changes: an environment chosen meanwhile is not restored."""
+        """React to the user's changes: an environment chosen meanwhile is not restored."""
         if not self._before or self._busy or self._waiting or self.live is None:
             return
         if self._studio.environment.key != self.live.environment:

@@ -35,7 +35,7 @@ class _Wrapped(QStyledItemDelegate):
 
 
 class FailureList(QListWidget):
-    """Failures with their limits and whether the method held on each side; emits ``chosen(key)``."""
+    """Failures with their limits and whether the method worked on each side; emits ``chosen(key)``."""
 
     chosen = Signal(str)
 
@@ -97,7 +97,7 @@ def subscripts(text: str) -> str:
 
 
 class FailureSide(SidePanel):
-    """Emits ``changed(key, value)`` when a person changes a condition."""
+    """Emits ``changed(key, value)`` when the user changes a condition."""
 
     changed = Signal(str, float)
 

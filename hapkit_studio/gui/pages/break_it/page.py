@@ -66,7 +66,7 @@ class BreakItPage(MeasuringPage):
         """Return the title of the failure that is in the scene; "" for none."""
         return self.records[self.feel.felt].failure.title if self.feel.felt else ""
 
-    # actions of a person
+    # actions of the user
 
     def choose(self, key: str) -> None:
         """Show a failure; measure it soon if that was not done yet."""
@@ -81,7 +81,7 @@ class BreakItPage(MeasuringPage):
         self.runner.run([self.record])
 
     def run_all(self) -> None:
-        """Try every failure that was not measured yet, or all if there is none."""
+        """Try every failure that was not measured yet, or all failures if every one was measured."""
         left = [record for record in self.records.values() if not record.complete]
         self._settle.stop()
         self.runner.run(left or list(self.records.values()))
@@ -134,7 +134,7 @@ class BreakItPage(MeasuringPage):
         super().end()
 
     def _soon(self) -> None:
-        """Measure the chosen failure once the person stops moving through the list."""
+        """Measure the chosen failure once the selection has not changed for a while."""
         key, job = self.record.failure.key, self.job
         under_way = job.running and (self.runner.many or self._busy == key)
         if self._seen and not (self.record.complete or self.record.wrong or self.record.stopped or under_way):

@@ -48,18 +48,18 @@ class Record(Shown):
 
     @property
     def complete(self) -> bool:
-        """Return whether everything was measured under the present conditions."""
+        """Return whether everything was measured under the current conditions."""
         missing = self.failure.plane is not None and self.plane is None
         return self.chart is not None and self.limit is not None and not missing and not self.old - {"here"}
 
     @property
     def signs(self) -> tuple[bool | None, ...]:
-        """Return whether the method held inside the limit and outside; None if not tried."""
+        """Return whether the method worked inside and outside the limit; None if not tried."""
         tried = (None, None) if self.wrong else (self.inside, self.outside)
         return tuple(one.evidence.holds if one else None for one in tried)
 
     def set_condition(self, key: str, value: float) -> None:
-        """Change a condition; all present results become old."""
+        """Change a condition; all current results become old."""
         if self.case[key] != value:
             self.case = {**self.case, key: value}
             self.wrong, self.stopped = "", False

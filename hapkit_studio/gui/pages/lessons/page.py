@@ -1,4 +1,4 @@
-"""The column of lessons, in the gallery's place: all of them with a person's progress, or the open step."""
+"""The column that replaces the gallery: the list of lessons with the user's progress, or the open step."""
 
 from functools import partial
 from itertools import pairwise
@@ -46,7 +46,7 @@ class Column(QScrollArea):
         self.setWidget(body)
 
     def show_parts(self, parts: list[QWidget]) -> None:
-        """Replace all parts, and go to the top."""
+        """Replace all parts and scroll to the top."""
         while item := self.column.takeAt(0):
             if old := item.widget():
                 old.hide()
@@ -58,7 +58,7 @@ class Column(QScrollArea):
 
 
 class LessonRow(QPushButton):
-    """A lesson in the list: title, aim, and how far a person is."""
+    """A lesson in the list: title, aim and the user's progress."""
 
     def __init__(self, lesson: Lesson, progress: Progress):
         super().__init__(autoDefault=True)
@@ -87,7 +87,7 @@ class LessonRow(QPushButton):
 
 
 class StepDot(QPushButton):
-    """A step's number in a ring, a tick once it is done; filled while it is open."""
+    """A step's number in a ring that is filled while the step is open; a tick once it is done."""
 
     def __init__(self, number: int, title: str):
         super().__init__(autoDefault=True)
@@ -101,7 +101,7 @@ class StepDot(QPushButton):
         self.setFixedSize(theme.px(_DOT), theme.px(_DOT))
 
     def show_state(self, done: bool, current: bool) -> None:
-        """Show whether the step is done, and whether it is the open one."""
+        """Show whether the step is done and whether it is open."""
         self.done, self.current = done, current
         words = ", done" if done else ""
         self.setAccessibleName(f"Step {self.number}{words}: {self._title}")
@@ -130,7 +130,7 @@ class StepDot(QPushButton):
 
 
 class LessonsPage(Page):
-    """Shows the list of lessons, or the open step of one; the player does the rest."""
+    """Shows the list of lessons or the open step of a lesson; a LessonPlayer controls the lesson."""
 
     beside = True
 
@@ -163,7 +163,7 @@ class LessonsPage(Page):
         player.failed.connect(lambda what, why: self.say(f"{what} {why}"))
         self.load()
 
-    # what the window calls
+    # called by the window
 
     def set_shown(self, on: bool) -> None:
         if on and self.player.lesson is None:
@@ -174,12 +174,12 @@ class LessonsPage(Page):
         super().end()
 
     def say(self, words: str) -> None:
-        """Say something on top, nothing with ""."""
+        """Show a message above the lesson; "" removes it."""
         self.message.setText(words)
         self.message.setVisible(bool(words))
 
     def load(self) -> None:
-        """Read the lessons that there are now."""
+        """Read all lessons again."""
         folder = str(self._settings.value(LESSONS_FOLDER, "")) or None
         try:
             self.library = library(folder, self._studio.environments)
@@ -194,7 +194,7 @@ class LessonsPage(Page):
         self.player.open(self.library.named(key))
 
     def go(self, steps: int) -> None:
-        """Go so many steps on, or back; after the last one back to the list."""
+        """Go forward by a number of steps, or back if negative; after the last step, show the list."""
         progress = self.player.progress
         if progress is None:
             return
@@ -213,7 +213,7 @@ class LessonsPage(Page):
         self.folder.setToolTip("Lessons of your own, from a folder")
         self.folder.clicked.connect(self.ask_folder)
         self.usual = QPushButton("Only the studio's", autoDefault=True)
-        self.usual.setToolTip("Do not show lessons from the folder any more")
+        self.usual.setToolTip("Hide the lessons of the folder")
         self.usual.clicked.connect(lambda: self.choose_folder(""))
         self.own = hint()
         foot = vbox(self.own, hbox(self.folder, self.usual, None), margins=(_SIDE, 10, _SIDE, 12), gap=6)
@@ -242,7 +242,7 @@ class LessonsPage(Page):
         choose_file(self, "Folder with lessons", "", self.choose_folder, folder=True)
 
     def choose_folder(self, folder: str) -> None:
-        """Show the lessons of a folder too, of none with ""."""
+        """Show also the lessons of a folder; "" means no folder."""
         self.say("")
         self._settings.setValue(LESSONS_FOLDER, folder)
         self.load()
@@ -253,7 +253,9 @@ class LessonsPage(Page):
         part = QWidget()
         self.back_to_list = QPushButton("All lessons", autoDefault=True)
         self.back_to_list.setProperty("link", True)
-        self.back_to_list.setToolTip("Leave the lesson: your progress is kept, your settings come back")
+        self.back_to_list.setToolTip(
+            "Leave the lesson; your progress is saved and your settings are restored"
+        )
         icons.bind(self.back_to_list, "chevron_left", "accent", 16)
         self.back_to_list.clicked.connect(lambda: self.player.leave())
         self.place, self.title = label(role="hint", wrap=False), label(role="title")
@@ -261,13 +263,13 @@ class LessonsPage(Page):
         self.body = Column()
         self.back, self.next = (QPushButton(words, autoDefault=True) for words in ("Back", "Next"))
         icons.bind(self.back, "chevron_left", "ink", 16)
-        self.back.setToolTip("Back to the step before (Alt+Left)")
+        self.back.setToolTip("To the previous step (Alt+Left)")
         self.back.clicked.connect(lambda: self.go(-1))
         self.next.setLayoutDirection(Qt.LayoutDirection.RightToLeft)
         icons.bind(self.next, "chevron_right", "onaccent", 16)
         self.next.clicked.connect(lambda: self.go(1))
         self.again = QPushButton("Reset", autoDefault=True)
-        self.again.setToolTip("Set the scene as the step begins")
+        self.again.setToolTip("Restore the scene as at the start of the step")
         self.again.clicked.connect(lambda: self.player.set_up())
         self.report, self.hand_in = (QPushButton(w, autoDefault=True) for w in ("Report", "Hand in…"))
         self.report.setProperty("flat", True)
@@ -288,7 +290,7 @@ class LessonsPage(Page):
         return part
 
     def _show_opened(self) -> None:
-        """Show the list, or the lesson that was opened."""
+        """Show the list or the opened lesson."""
         lesson = self.player.lesson
         self.stays = lesson is not None
         self.stack.setCurrentIndex(int(self.stays))
@@ -319,7 +321,7 @@ class LessonsPage(Page):
         self.back.setEnabled(at > 0)
         last = at + 1 == count
         self.next.setText("Finish" if last else "Next")
-        self.next.setToolTip("Back to all lessons" if last else "On to the next step (Alt+Right)")
+        self.next.setToolTip("Back to all lessons" if last else "To the next step (Alt+Right)")
         blocks = [*(progress.lesson.intro if at == 0 else ()), *step.blocks]
         self.tasks = {}
         parts = [self._part(block) for block in blocks]
@@ -351,7 +353,7 @@ class LessonsPage(Page):
         return self.tasks[block.key]
 
     def show_results(self) -> None:
-        """Show how checks, questions and steps stand."""
+        """Show the state of checks, questions and steps."""
         progress, step = self.player.progress, self.player.step
         if progress is None or step is None:
             return
@@ -370,7 +372,7 @@ class LessonsPage(Page):
                 self.plot_wanted.emit(channel)
 
     def _order(self, parts: list[QWidget]) -> None:
-        """Let the Tab key go through these parts in their order."""
+        """Set the order in which Tab moves through these parts."""
         for before, part in pairwise(parts):
             if before.window() is part.window():
                 QWidget.setTabOrder(before, part)
@@ -378,7 +380,7 @@ class LessonsPage(Page):
     # files
 
     def show_report(self) -> None:
-        """Write the report, and open it in the browser."""
+        """Write the report and open it in the browser."""
         from hapkit_studio.lessons.hand_in import read  # late: takes a while
         from hapkit_studio.lessons.report import report
 

@@ -1,4 +1,4 @@
-"""Takes a student through a lesson: each step's scene, its checks on what the device sends, the progress."""
+"""Runs a lesson: applies each step's scene, checks the device's data, and stores the progress."""
 
 import json
 import math
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
 
 READ_MS, EVALUATE_MS, SAVE_MS = 100, 500, 2000
-_LOOP = "rate", "delay", "estimator", "controller"  # of the loop, what a step sets
+_LOOP = "rate", "delay", "estimator", "controller"  # loop settings that a step sets
 _RATE = "loop", "rate"
 _RECORDINGS, _MOST_RECORDINGS = "lesson_recordings", 20  # the setting with their paths; the most per lesson
 _SIMULATED = "simulated"
 
 
 def scene_settings(scene: Scene) -> Settings:
-    """Return the settings that a step begins with, as undo and demos name them."""
+    """Return the settings at the start of a step, with keys as in undo."""
     key = scene.environment.key
     found: Settings = {ENVIRONMENT: key, HAND: scene.grip}
     found |= {("value", key, name): value for name, value in scene.values.items()}
@@ -48,8 +48,9 @@ def locked_places(scene: Scene) -> set[Place]:
 class LessonPlayer(QObject):
     """Opens lessons and steps; evaluates the open step's checks twice a second; saves the progress.
 
-    ``opened``: another lesson, or none, is open. ``step_changed``: another step is. ``evaluated``: a result
-    has changed. ``applied``: the step's scene is in force. ``failed``: what was not done, and why.
+    ``opened``: another lesson, or none, is open. ``step_changed``: another step is open.
+    ``evaluated``: a result has changed. ``applied``: the step's scene is active.
+    ``failed``: what was not done, and why.
     """
 
     opened = Signal()
@@ -97,7 +98,7 @@ class LessonPlayer(QObject):
         return None if self.progress is None else self.progress.lesson.steps[self.progress.step]
 
     def progress_of(self, lesson: Lesson) -> Progress:
-        """Return a person's progress in any lesson; a file that cannot be read is set aside."""
+        """Return the user's progress in any lesson; a file that cannot be read is set aside."""
         if self.progress is not None and self.progress.lesson is lesson:
             return self.progress
         path = file_of(lesson)
@@ -109,13 +110,15 @@ class LessonPlayer(QObject):
             aside = path.with_suffix(".damaged")
             with suppress(OSError):
                 path.replace(aside)
-            self.failed.emit(f"{lesson.title} begins anew.", f"{error} The file is now {aside.name}.")
+            self.failed.emit(
+                f"{lesson.title} starts from the beginning.", f"{error} The file is now {aside.name}."
+            )
             return Progress(lesson)
 
     def open(self, lesson: Lesson) -> None:
-        """Open a lesson at the step where it was left."""
+        """Open a lesson at the step that was open last."""
         self.leave()
-        self._studio.permissions.set_lesson()  # ends a demo, which puts its settings back
+        self._studio.permissions.set_lesson()  # ends a demo, which restores its settings
         self.progress = self.progress_of(lesson)
         self._before = settings_of(self._studio)
         self._follow()
@@ -125,7 +128,7 @@ class LessonPlayer(QObject):
         self._evaluations.start()
 
     def leave(self) -> None:
-        """Close the lesson: save the progress, and put back what was set before it was opened."""
+        """Close the lesson: save the progress and restore the settings from before it was opened."""
         if self.progress is None:
             return
         self.save()
@@ -145,7 +148,7 @@ class LessonPlayer(QObject):
         self.opened.emit()
 
     def end(self) -> None:
-        """Leave the lesson and wait for its file, before the window closes."""
+        """Close the lesson and wait until its file is written, before the window closes."""
         self.leave()
         self._job.end()
         self._saving.end()
@@ -153,7 +156,7 @@ class LessonPlayer(QObject):
     # steps
 
     def go(self, step: int) -> None:
-        """Open a step, the first 0, if there is one; its scene is put in force."""
+        """Open a step, counted from 0, if it exists, and apply its scene."""
         if self.progress is None or not 0 <= step < len(self.progress.lesson.steps):
             return
         self._job.cancel()
@@ -165,7 +168,7 @@ class LessonPlayer(QObject):
         self._save_soon.start()
 
     def set_up(self) -> None:
-        """Put the open step's scene in force: device, settings, locks, as soon as its law is compiled."""
+        """Apply the open step's device, settings and locks as soon as its law is compiled."""
         if self.step is None:
             return
         studio, scene = self._studio, self.step.scene
@@ -181,7 +184,7 @@ class LessonPlayer(QObject):
         self.applied.emit()
 
     def _choose_device(self, scene: Scene) -> None:
-        """Use the simulated Hapkit in a step that asks for it, and the device from before in the others."""
+        """Use the simulated Hapkit in a step that requires it, otherwise the previous device."""
         studio, before = self._studio, self._device_before
         if scene.device == _SIMULATED and studio.entry is not None and studio.entry.key != _SIMULATED:
             self._device_before = studio.entry
@@ -191,7 +194,7 @@ class LessonPlayer(QObject):
             studio.device.open(before)
 
     def _put(self, settings: Settings) -> None:
-        """Put settings in force that no person has chosen: a motor waits for *Render* first."""
+        """Apply settings that the user has not chosen: a motor first waits for *Render*."""
         studio = self._studio
         changes = differing(studio, settings)
         if studio.opened is None or studio.opened.own_clock:
@@ -202,7 +205,7 @@ class LessonPlayer(QObject):
         with studio.temporarily():
             try:
                 put(studio, changes)
-            except ParameterError as error:  # a file may be gone
+            except ParameterError as error:  # the environment's file may have been deleted
                 self.failed.emit("The settings cannot be changed.", str(error))
 
     def _go_on(self) -> None:
@@ -216,14 +219,14 @@ class LessonPlayer(QObject):
     # answers and checks
 
     def answer(self, question: Question, given: str) -> None:
-        """Store what was entered for a question."""
+        """Store the answer to a question."""
         if self.progress is not None and self.progress.answers.get(question.key, "") != given:
             self.progress.answers[question.key] = given
             self.evaluated.emit()
             self._save_soon.start()
 
     def evaluate(self) -> None:
-        """Evaluate the open step's checks in a thread, unless the last time is still going on."""
+        """Evaluate the open step's checks in a thread, unless it is still busy."""
         if self.progress is None or self.step is None or self._waiting or self._job.running:
             return
         checks, found = [(self.progress.step + 1, check) for check in self.step.checks], self._recent.rows()
@@ -242,7 +245,7 @@ class LessonPlayer(QObject):
             self._save_soon.start()
 
     def _show_interval(self) -> None:
-        """Mark in the plots the newest interval that was evaluated in this step."""
+        """Mark the interval evaluated last in this step in the plots."""
         assert self.progress is not None
         assert self.step is not None
         keys = [check.key for check in self.step.checks]

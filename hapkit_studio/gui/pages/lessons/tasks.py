@@ -27,7 +27,7 @@ _OVER = {"time": "Plots over time", "position": "Force over position", "velocity
 
 
 class Task(QFrame):
-    """A card with a sign, what is to be done, and the answer to it; ``entry``: what stands between these."""
+    """A card with a sign, a task and the result; ``entry`` is an optional widget between them."""
 
     def __init__(self, title: str):
         super().__init__()
@@ -38,7 +38,7 @@ class Task(QFrame):
         hbox(vbox(self.sign, None), (column, 1), into=self, margins=(10, 9, 10, 9), gap=8)
 
     def show_result(self, result: Result) -> None:
-        """Show how the task stands, in a sentence."""
+        """Show the task's result in a sentence."""
         self.sign.show_sign(*_SIGNS.get(result.state, _WAITS))
         self.words.setText(result.text)
         mark(self.words, "ink", {CORRECT: "ok", WRONG: "warn"}.get(result.state, "ink2"))
@@ -46,19 +46,19 @@ class Task(QFrame):
         self.setAccessibleName(f"{self.title.text()}: {state}. {result.text}")
 
     def stops(self) -> list[QWidget]:
-        """Return what the Tab key stops at, in order."""
+        """Return the widgets at which Tab stops, in order."""
         return []
 
 
 class CheckTask(Task):
-    """A check on what the student does."""
+    """A check of the student's actions."""
 
     def __init__(self, check: Check):
         super().__init__(check.title)
 
 
 class _Option(QWidget):
-    """A radio button whose words take several lines."""
+    """A radio button with a text of several lines."""
 
     def __init__(self, words: str):
         super().__init__()
@@ -73,7 +73,7 @@ class _Option(QWidget):
 
 
 class QuestionTask(Task):
-    """A question; ``answered`` with what was entered. A number counts once Enter is pressed or Tab leaves."""
+    """A question; emits ``answered`` with the entry. A number is entered with Enter or Tab."""
 
     answered = Signal(str)
 
@@ -127,7 +127,7 @@ class QuestionTask(Task):
 
 
 class HintPart(QWidget):
-    """A hint that opens on request."""
+    """A hint that is shown after a click on its button."""
 
     def __init__(self, block: Hint):
         super().__init__()
@@ -140,12 +140,12 @@ class HintPart(QWidget):
         vbox(hbox(self.button, None), self.words, into=self, gap=3)
 
     def stops(self) -> list[QWidget]:
-        """Return what the Tab key stops at."""
+        """Return the widgets at which Tab stops."""
         return [self.button]
 
 
 def plot_part(block: Plot) -> QWidget:
-    """Return the line that says which plot to look at."""
+    """Return the line that names the plot to look at."""
     part, words = QWidget(), hint(f"{_OVER[block.over]}: {block.caption}".rstrip(": "))
     hbox(Sign(18, "gauge", "ink2"), (words, 1), into=part, gap=8)
     return part

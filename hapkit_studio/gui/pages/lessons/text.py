@@ -14,7 +14,7 @@ from hapkit_studio.formatting import printable
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.lessons.formulas import Drawn, drawn, formula, rich_text
 
-_DISPLAYED = 1.2  # times the text's size: a formula on a line of its own
+_DISPLAYED = 1.2  # relative size of a formula on its own line
 _STYLE = (
     "p, ul, ol {{ margin: 0 0 6px 0; }} li {{ margin: 0 0 3px 0; }} ul, ol {{ -qt-list-indent: 1; }} "
     "a {{ color: {accent}; }} code {{ color: {ink}; background-color: {grid}; }} "
@@ -26,7 +26,7 @@ class RichLabel(QLabel):
     """Text with formulas, drawn in the theme's colours and size; its web links open in the browser."""
 
     def __init__(self, body: Callable[[], str]):
-        """body: returns the HTML for the present theme."""
+        """body: returns the HTML for the current theme."""
         super().__init__(textFormat=Qt.TextFormat.RichText, wordWrap=True, openExternalLinks=True)
         flags = Qt.TextInteractionFlag
         self.setTextInteractionFlags(flags.TextSelectableByMouse | flags.LinksAccessibleByMouse)
@@ -60,10 +60,10 @@ def formula_label(tex: str) -> RichLabel:
 
 
 def _picture(tex: str, font: QFont) -> str:
-    """Return a formula as an image that stands on the text's base line.
+    """Return a formula as an image aligned with the text's base line.
 
-    Qt puts the middle of an image half the height of an x above the base line, so the image is made as high
-    above as below that.
+    Qt centres an image at half the height of an x above the base line, so the image is made as high
+    above that point as below.
     """
     shape = drawn(tex, theme.tokens["ink"])
     em, half_x = font.pixelSize(), QFontMetricsF(font).xHeight() / 2.0
@@ -76,7 +76,7 @@ def _picture(tex: str, font: QFont) -> str:
 
 
 def _png(shape: Drawn, wide: float, high: float, top: float, em: float) -> bytes:
-    """Return the PNG of a formula that begins so many px below the top of a picture of wide × high px."""
+    """Return the PNG of a formula placed ``top`` px below the top of a picture of wide × high px."""
     ratio = 2.0 * max(screen.devicePixelRatio() for screen in QGuiApplication.screens())
     image = QImage(
         max(round(ratio * round(wide)), 1), max(round(ratio * round(high)), 1), QImage.Format.Format_ARGB32

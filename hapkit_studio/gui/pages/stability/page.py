@@ -1,4 +1,4 @@
-"""The stability map: all limits of the present loop, and the rendered impedance as a dot."""
+"""The stability map: all limits of the current loop, and the rendered impedance as a dot."""
 
 import math
 from collections.abc import Callable
@@ -72,7 +72,7 @@ _COLUMN, _COLUMN_FROM = 276, 560
 
 
 class StabilityPage(MeasuringPage):
-    """Computes lines while visible, draws the newest ones, and measures on demand."""
+    """Computes the map's lines while visible, and measures on demand."""
 
     file = "stability"
     drawn = "Stability map, damping across, stiffness up"
@@ -104,7 +104,7 @@ class StabilityPage(MeasuringPage):
         self._join(live)
         self._forget_lines()
 
-    # actions of a person
+    # actions of the user
 
     def go(self, damping: float, stiffness: float) -> None:
         """Set the parameters to a point of the map."""
@@ -158,7 +158,7 @@ class StabilityPage(MeasuringPage):
         return TrialConditions(does, asked.centre, stiffness, asked.max_force, quantum)
 
     def question(self) -> LinesRequest | None:
-        """Return the request for the present settings; None without a device or its delay."""
+        """Return the request for the current settings; None without a device or its delay."""
         hand, studio = HANDS[self.hands.index], self._studio
         setting = self.facts.setting("released" if hand == "all" else hand)
         if setting is None or studio.engine is None:
@@ -193,7 +193,7 @@ class StabilityPage(MeasuringPage):
             self.run()
 
     def show_result(self, measured: Measured) -> None:
-        """Store a measurement; the one without (or with) the controller stays."""
+        """Store a measurement; one made with the other controller setting is kept."""
         self.results.add(measured)
         self._show_all()
 
