@@ -27,7 +27,7 @@ def board_window(make_window, qtbot, monkeypatch, scripted):
 
 
 def answered(window, qtbot):
-    """Wait until the board's answer to the present law is known and shown."""
+    """Wait until the board's answer to the current law is known and shown."""
     qtbot.waitUntil(lambda: not window.studio.engine.decision().pending, timeout=PATIENCE_MS)
     window.studio.board_answer.poll()
 

@@ -12,7 +12,7 @@ from hapkit_studio.haptics.engine import Engine
 from tests.lateness import clear_lateness
 
 PATIENCE_MS = 180_000
-"""What anything may take: the first loop is compiled, which takes a busy machine more than a minute."""
+"""Longest wait of a test: compiling the first loop takes a busy machine more than a minute."""
 SIMULATED = DeviceEntry("simulated", "Simulated Hapkit", SimulatedHapkit)
 
 

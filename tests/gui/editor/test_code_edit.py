@@ -81,7 +81,7 @@ def test_tab_is_four_spaces_and_backspace_takes_them_back(code):
     assert code.toPlainText() == " " * 4
 
 
-def test_selected_lines_move_together_and_undo_at_once(code):
+def test_selected_lines_move_together_in_one_undo_step(code):
     code.setPlainText("a\n\nb\nc")
     cursor = code.textCursor()
     cursor.setPosition(0)
@@ -106,7 +106,7 @@ def test_a_mark_follows_its_line(code):
     assert code.marks == {}
 
 
-def test_a_mark_goes_when_its_line_changes_and_only_then(code):
+def test_a_mark_is_removed_only_when_its_line_changes(code):
     code.setPlainText("one\ntwo\nthree")
     code.mark([(1, "wrong"), (3, "wrong too")])
     code.go_to(2)

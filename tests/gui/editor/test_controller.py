@@ -33,7 +33,7 @@ def opened(home, make_window, qtbot):
 
 @pytest.fixture
 def no_trials(monkeypatch):
-    """Let no program be started; a test says itself what a trial has found."""
+    """Start no trial process; a test provides the trial's result itself."""
     monkeypatch.setattr("hapkit_studio.gui.state.own_environments.Job.start", lambda *_: None)
 
 
@@ -53,7 +53,7 @@ def force_at(window, qtbot, place: float) -> float:
 
 
 @pytest.mark.slow
-def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbot):
+def test_a_template_becomes_a_file_an_active_law_and_sliders(home, window, qtbot):
     window.actions_by_key.run("environment.new")
     chooser = window.editor.editor.chooser
     assert chooser.isVisible()
@@ -120,7 +120,7 @@ DRIFTING = DRIFTING.replace("    return", "    s.t += dt\n    return")
 
 
 @pytest.mark.slow
-def test_a_law_that_drifts_is_in_force_with_advice_at_its_line(opened, qtbot):
+def test_a_law_that_drifts_is_active_with_advice_at_its_line(opened, qtbot):
     window = opened(DRIFTING)
     verdict = wait_for_verdict(window, qtbot, window.editor.save)
     assert verdict.ok

@@ -78,7 +78,7 @@ def test_a_law_too_slow_for_the_board_is_counted(counting, qtbot):
     assert "y = y + x * y" in page.text.splitlines()[dearest - 1]
 
 
-def test_a_law_that_never_ran_says_so(home, make_window):
+def test_an_untried_law_shows_a_message_instead_of_cycles(home, make_window):
     window = make_window()
     window.editor.edit(put(home, "test_spring.py", spring(force="-p.stifness * x")))
     window.actions_by_key.run("environment.cycles")

@@ -1,4 +1,4 @@
-"""Dividers: changes by a person are labelled in the history, once per gesture."""
+"""Dividers: changes by the user are labelled in the history, once per gesture."""
 
 import math
 import time

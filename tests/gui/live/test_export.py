@@ -229,7 +229,7 @@ def test_a_copied_picture_equals_the_exported_one(fed, write, tmp_path, qtbot):
     assert copied == QImage(str(tmp_path / "a.png")).convertToFormat(QImage.Format.Format_RGB32)
 
 
-def test_a_picture_shows_the_present_law_over_the_plotted_quantity(fed, write, tmp_path, monkeypatch):
+def test_a_picture_shows_the_current_law_over_the_plotted_quantity(fed, write, tmp_path, monkeypatch):
     phase, given = fed[0].centre.phase, []
     monkeypatch.setattr(charts, "run_figure", lambda *args: given.append(args[4:]))
     for index, over in ((0, "position"), (1, "velocity"), (2, "")):

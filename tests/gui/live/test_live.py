@@ -200,7 +200,7 @@ def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status
         said = bar.clamp.words.text()
         return re.fullmatch(r"Now −[2-3]\.\d N, within 3\.0 N|Clamped at 3\.0 N", said) is not None
 
-    qtbot.waitUntil(clamp_says_it)  # the handle moves in: the present force changes continuously
+    qtbot.waitUntil(clamp_says_it)  # the handle moves in: the current force changes continuously
     assert said() == standing
     assert scene.grab().toImage() == picture
     studio.stop()

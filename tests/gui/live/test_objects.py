@@ -12,7 +12,7 @@ from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, RATE, canvas_of, colored, telemetry
 
 
-def test_the_history_stores_its_position_and_nan_without_one():
+def test_the_history_stores_the_objects_position_and_nan_without_an_object():
     history, place = LiveHistory(seconds=60.0, rate=RATE), np.random.default_rng(3).normal(size=9000)
     history.append(telemetry(1000))
     history.append(telemetry(9000, start=1000), object_position=place)  # more than one internal block
@@ -25,7 +25,7 @@ def test_the_history_stores_its_position_and_nan_without_one():
 
 
 @pytest.mark.slow
-def test_the_stored_position_follows_the_law_state_of_the_present_environment(kept_window, qtbot):
+def test_the_stored_position_follows_the_current_environments_state(kept_window, qtbot):
     window = kept_window
     live, studio = window.live, window.studio
     qtbot.waitUntil(lambda: studio.engine.settled)
@@ -50,7 +50,7 @@ def test_the_stored_position_follows_the_law_state_of_the_present_environment(ke
     assert np.ptp(kept[known]) > 1e-4  # it was pushed
 
 
-def test_it_is_drawn_at_its_samples_and_named_with_its_position(plots):
+def test_an_object_is_drawn_at_its_samples_and_labelled_with_its_position(plots):
     header = plots.headers[0]
     canvas = canvas_of(plots, "position")
     assert not any(part.isVisible() for part in header.object)
@@ -72,7 +72,7 @@ def test_it_is_drawn_at_its_samples_and_named_with_its_position(plots):
     assert not any(part.isVisible() for part in header.object)
 
 
-def test_the_axis_includes_it(plots):
+def test_the_position_axis_includes_the_object(plots):
     history = LiveHistory(seconds=60.0, rate=RATE)
     history.append(telemetry(14_000), object_position=np.full(14_000, 0.037))
     plots.view.set_history(history)

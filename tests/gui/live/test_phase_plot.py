@@ -337,7 +337,7 @@ def test_without_a_known_delay_nothing_is_drawn_as_felt(phase):
     assert away < 6.0 * pixel
 
 
-def test_as_felt_shows_only_samples_of_the_present_delay(phase):
+def test_as_felt_shows_only_samples_of_the_current_delay(phase):
     swing(phase)
     phase.felt.setChecked(True)
     phase.set_delay(DELAY)

@@ -57,7 +57,7 @@ def test_each_column_contains_its_extreme_samples(recorded, written):
 
 
 def test_a_long_stretch_is_drawn_from_block_extremes(recorded, written, monkeypatch):
-    """A block (64 ms) counts for the column of its middle, so a column may differ by one block."""
+    """A block of 64 ms belongs to the column that contains its middle, so columns may differ by one block."""
     monkeypatch.setattr(module, "PICTURED", 0)
     edges = 100.0 + np.linspace(0.0, SECONDS, 11)
     window = recorded.window(edges)

@@ -83,7 +83,7 @@ def pass_time(replay, seconds):
 
 
 @pytest.mark.slow
-def test_it_plays_at_its_speed_pauses_at_the_end_and_restarts(replay, kept_idle_window):
+def test_a_replay_has_its_speed_pauses_at_the_end_and_restarts(replay, kept_idle_window):
     live = kept_idle_window.live
     for speed, passed, stands in ((1.0, 0.25, 0.25), (2.0, 0.4, 1.05), (0.1, 1.0, 1.15), (8.0, 0.2, 2.75)):
         replay.set_speed(speed)
@@ -234,7 +234,7 @@ def test_recorded_settings_are_active_during_the_replay_and_restored_afterwards(
     assert studio.stop_state.restored
 
 
-def test_a_setting_by_a_person_ends_the_replay_and_is_one_undo_step(replay, kept_idle_window, qtbot):
+def test_changing_a_setting_ends_the_replay_and_is_one_undo_step(replay, kept_idle_window, qtbot):
     studio, stack = kept_idle_window.studio, kept_idle_window.history.stack
     studio.set_value("damping", 3.0)
     qtbot.waitUntil(lambda: replay.history is None)
@@ -353,7 +353,7 @@ def test_pressing_render_during_a_replay_ends_it(board_window, qtbot, home):
     assert studio.values == studio.environment.values()
 
 
-def test_zoomed_plots_stay_until_a_person_seeks(replay, kept_idle_window):
+def test_zoomed_plots_do_not_move_until_the_user_seeks(replay, kept_idle_window):
     window, view = kept_idle_window, kept_idle_window.centre.view
     axis = window.centre.time.canvases[-1].view
     for go in (lambda: replay.seek(2.0), lambda: replay.step(-1)):
@@ -403,7 +403,7 @@ def test_an_export_contains_the_session_samples_and_their_settings(
     assert not [name for name in settings if " at " in name]
 
 
-def test_the_replay_adds_no_dividers_but_a_person_does_afterwards(replay, kept_idle_window, qtbot):
+def test_a_replay_adds_no_dividers_but_later_changes_by_the_user_do(replay, kept_idle_window, qtbot):
     live, studio = kept_idle_window.live, kept_idle_window.studio
     live.history.append(np.zeros((1, rows.ROW_WIDTH)))
     live.history.dividers.clear()

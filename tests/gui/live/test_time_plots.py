@@ -183,7 +183,7 @@ def test_contact_is_shaded_where_a_force_was_asked_for(plots, history):
     assert inside[window.y["force"] != 0.0].all()
     true = np.mean(history.between(plots.shown.zero - 10.0, np.inf).y["force"] < 0.0) * 10.0
     assert np.ptp(touching, axis=1).sum() == pytest.approx(true, abs=0.2)
-    history.end_environment()  # forces asked by another environment are no contact with this one
+    history.end_environment()  # a force from another environment is no contact with this one
     plots.refresh()
     assert plots.shown.contact == []
 

@@ -36,7 +36,7 @@ def drag(qtbot, canvas, far):
     qtbot.mouseRelease(view, LEFT, pos=start + QPoint(far, 0))
 
 
-def test_the_wheel_zooms_at_the_pointer_and_the_picture_stands_while_data_arrive(plots, history):
+def test_the_wheel_zooms_at_the_pointer_and_new_data_do_not_move_the_picture(plots, history):
     canvas = canvas_of(plots, "force")
     place, values = canvas.measure(), canvas.view.viewRange()[1]
     column = round(place.left() + 0.4 * place.width())
@@ -66,7 +66,7 @@ def test_a_view_zoomed_at_the_right_end_keeps_following(plots, history):
     assert plots.shown.zero == pytest.approx(14.499, abs=0.02)
 
 
-def test_a_view_dragged_back_shows_how_far_and_follows_again_at_the_end(plots, history, qtbot):
+def test_a_view_dragged_back_shows_its_distance_and_follows_again_at_the_end(plots, history, qtbot):
     canvas = plots.canvases[1]
     per_px = 10.0 / canvas.measure().width()
     drag(qtbot, canvas, 150)
@@ -103,7 +103,7 @@ def followed_by(view, start, stop):
 
 
 @pytest.mark.parametrize("left", [-8.0, -6.0])
-def test_a_fixed_view_keeps_its_samples_however_long_it_stands(left):
+def test_a_fixed_view_keeps_its_samples_for_any_time(left):
     """A history of 10 s drops samples: a fixed view is copied before, but no earlier than necessary."""
     view = TimeView()
     view.set_history(LiveHistory(seconds=10.0, rate=RATE))
@@ -150,7 +150,7 @@ def far(start, force=2.5):
     return table
 
 
-def test_locked_axes_stay_until_unlocked_and_arrows_mark_values_beyond(plots, history, qtbot):
+def test_locked_axes_do_not_change_and_arrows_mark_values_outside(plots, history, qtbot):
     canvas = canvas_of(plots, "position")
     plots.view.set_locked(True)
     kept = canvas.view.viewRange()[1]
@@ -167,7 +167,7 @@ def test_locked_axes_stay_until_unlocked_and_arrows_mark_values_beyond(plots, hi
     assert not plots.view.locked
 
 
-def test_locked_force_over_position_stays_but_not_over_another_quantity(phase, history):
+def test_the_lock_of_the_force_plot_ends_with_another_quantity(phase, history):
     phase.view.set_locked(True)
     before = phase.canvas.view.viewRange()
     history.append(far(14_000, 2.9))

@@ -39,7 +39,7 @@ def armed(view, **values):
 
 
 def come(view, trigger, stop, start=0.0, frame=16):
-    """Feed the rows from start to stop in s, ``frame`` per frame; return when the picture stopped at what."""
+    """Feed the rows from start to stop in s, ``frame`` rows per frame; return the times of the stops."""
     stood = []
     rows = telemetry(round((stop - start) * RATE), round(start * RATE))
     for first in range(0, len(rows), frame):
@@ -144,7 +144,7 @@ def test_the_event_suits_the_scene_until_one_is_chosen(view, key, words):
     assert view.status == "Waiting for velocity 100 mm/s"
 
 
-def test_it_says_that_a_scene_has_no_contact_only_while_waiting(view):
+def test_a_waiting_trigger_says_that_a_scene_has_no_contact(view):
     trigger = armed(view, event="contact")
     assert view.status == "Waiting for contact"
     trigger.set_environment(LIBRARY["spring"])
@@ -157,7 +157,7 @@ def test_it_says_that_a_scene_has_no_contact_only_while_waiting(view):
 def test_a_held_trace_keeps_its_position_at_the_next_event(window, qtbot):
     """Two contacts 2.09 s apart are drawn on top of each other."""
     view, trigger = window.centre.view, window.centre.trigger
-    window.live._reader = None  # from here on only these rows
+    window.live._reader = None  # from now on only the test's rows
     view.live.clear()
     view.set_span(1.0)
     trigger.set_value(AGAIN.key, AGAIN.check("repeated"))
@@ -176,7 +176,7 @@ def test_a_held_trace_keeps_its_position_at_the_next_event(window, qtbot):
     assert held.values["position"][seen] == pytest.approx(there, abs=50e-6)
 
 
-def test_keys_arm_it_and_return_to_live_and_the_dialog_sets_it(window, qtbot):
+def test_keys_arm_the_trigger_and_return_to_live_and_its_dialog_changes_it(window, qtbot):
     view, trigger, scene = window.centre.view, window.centre.trigger, window.centre.scene
     window.live._reader = None
     view.live.clear()
@@ -214,7 +214,7 @@ def test_keys_arm_it_and_return_to_live_and_the_dialog_sets_it(window, qtbot):
     assert (trigger.values["event"], trigger.values["before"]) == (2.0, 20.0)
     box = window.panel.parameters.rows["stiffness"].box
     box.setFocus()
-    QTest.keyClick(box, Qt.Key.Key_Backspace)  # in a number box it deletes
+    QTest.keyClick(box, Qt.Key.Key_Backspace)  # in a number box this key deletes a digit
     assert trigger.armed
     scene.setFocus()
     QTest.keyClick(scene, Qt.Key.Key_Backspace)

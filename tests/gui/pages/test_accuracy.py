@@ -53,7 +53,7 @@ def show(page, index):
 
 
 @pytest.mark.slow
-def test_methods_answer_in_one_sentence_for_computer_and_board(page, qapp, shared_window):
+def test_the_best_methods_for_computer_and_board_are_named_in_one_sentence(page, qapp, shared_window):
     part = show(page, 0)
     part.show_result(Accuracy(sheets=(sheet(),)))
     resize(qapp, shared_window, (1280, 720))
@@ -169,7 +169,7 @@ def made_up(scene: str) -> Needs:
     return Needs(scene, effects, tuple(TERMS)[:4], effects[-1], ())
 
 
-def test_a_cell_is_explained_after_keys_and_clicks(page, qapp, shared_window, tmp_path):
+def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, shared_window, tmp_path):
     part = show(page, 2)
     assert part.table.texts()[1] == ("Free\nnot run", *[""] * len(TERMS))
     part.show_result(Accuracy(needs=tuple(made_up(key) for key in discover())))
@@ -195,7 +195,7 @@ def test_a_cell_is_explained_after_keys_and_clicks(page, qapp, shared_window, tm
         assert cut_off(shared_window) == []
 
 
-def test_a_persons_own_threshold_replaces_the_literatures(page, qtbot, tmp_path, monkeypatch):
+def test_a_measured_threshold_replaces_the_published_one(page, qtbot, tmp_path, monkeypatch):
     """The results are judged again with the Weber fraction in the session."""
     part, given = show(page, 2), []
     path = tmp_path / "mine.hapkit"

@@ -1,4 +1,4 @@
-"""The Bode view: measures the present scene and loop; out of date after a change."""
+"""The Bode view: measures the current scene and loop; out of date after a change."""
 
 import pytest
 
@@ -21,7 +21,7 @@ def page(kept_window):
 
 
 @pytest.mark.slow
-def test_it_measures_the_present_scene_and_is_out_of_date_after_a_change(page, kept_window, qtbot, tmp_path):
+def test_the_current_scene_is_measured_and_out_of_date_after_a_change(page, kept_window, qtbot, tmp_path):
     with qtbot.waitSignal(page.job.finished, timeout=20_000):
         page.bar.run.click()
     (curve,) = page.found.curves

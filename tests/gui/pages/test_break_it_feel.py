@@ -93,7 +93,9 @@ def test_feel_it_applies_the_failure_and_take_back_restores_everything(felt, win
 
 
 @pytest.mark.slow
-def test_a_person_takes_the_failure_out_and_a_refusal_changes_nothing(felt, window, qtbot, monkeypatch):
+def test_changing_a_setting_removes_the_failure_and_a_refused_one_changes_nothing(
+    felt, window, qtbot, monkeypatch
+):
     studio, before = window.studio, state(window.studio)
     for change in (
         lambda: studio.set_value("stiffness", 50.0),
@@ -123,7 +125,7 @@ def test_a_person_takes_the_failure_out_and_a_refusal_changes_nothing(felt, wind
     felt.list.choose("step")
     assert felt.verdict.back.isVisible()
     felt.verdict.back.click()
-    assert state(studio) == ("puck", *before[1:])  # the scene chosen meanwhile stays
+    assert state(studio) == ("puck", *before[1:])  # the newly selected scene is kept
     # a loop that refuses, and a device with a motor
     felt.list.choose("grows")
     before = state(studio)

@@ -49,7 +49,7 @@ def test_matplotlib_is_imported_with_the_first_view():
 
 
 @pytest.mark.slow
-def test_it_is_drawn_in_the_theme_colours(drawing):
+def test_the_drawing_has_the_theme_colours(drawing):
     for mode in ("light", "dark", "contrast"):
         theme.set_mode(mode)
         drawn(drawing)

@@ -1,4 +1,4 @@
-"""The Identify view: newest samples with the present settings, both parts, and the shaking hand."""
+"""The Identify view: newest samples with the current settings, both parts, and the shaking hand."""
 
 import json
 import math
@@ -58,7 +58,7 @@ def test_a_check_mark_requires_that_the_interval_contains_the_set_value(
 
 
 @pytest.mark.slow
-def test_each_part_shows_its_terms_and_before_that_an_instruction(page, found):
+def test_each_part_first_shows_an_instruction_then_its_terms(page, found):
     assert page.answer.words.text() == "Move the handle or press Shake, then identify what was rendered."
     assert "press Identify" in page.how.text()
     page.press()
@@ -149,7 +149,7 @@ def test_texts_fit_and_a_result_of_other_settings_is_out_of_date(page, found, id
 
 
 @pytest.mark.slow
-def test_it_is_exported_and_a_low_window_keeps_the_upper_axes(page, found, idle_window, qapp, tmp_path):
+def test_a_result_is_exported_and_a_low_window_shows_the_upper_axes(page, found, idle_window, qapp, tmp_path):
     page.show_result(found)
     write(tmp_path / "found.json", *page.exports())
     written = json.loads((tmp_path / "found.json").read_text())

@@ -1,4 +1,4 @@
-"""A scripted student completes a lesson in the real window, by nothing but mouse and keyboard events."""
+"""A scripted student completes a lesson in the real window with mouse and keyboard events only."""
 
 import itertools
 import math
@@ -25,7 +25,7 @@ KEY = "virtual_spring"
 
 
 class Student:
-    """Acts on a window as a person does: clicks, drags, types."""
+    """Acts on a window as the user does: clicks, drags, types."""
 
     def __init__(self, window, qtbot):
         self.window, self.qtbot, self.scene = window, qtbot, window.centre.scene
@@ -35,13 +35,13 @@ class Student:
         return self.window.views.page("lessons")
 
     def click(self, part):
-        """Click in the middle of a part that can be seen."""
-        self.qtbot.waitUntil(part.isVisible)  # what a step brings is laid out by the next events
+        """Click in the middle of a visible part."""
+        self.qtbot.waitUntil(part.isVisible)  # a new step is laid out by the next events
         self.page.body.ensureWidgetVisible(part)
         QTest.mouseClick(part, LEFT, pos=part.rect().center())
 
     def type_into(self, field, text):
-        """Click into a field, replace what it holds, and press Enter."""
+        """Click into a field, replace its text, and press Enter."""
         self.click(field)
         QTest.keyClick(field, Qt.Key.Key_A, CONTROL)
         QTest.keyClicks(field, text)
@@ -54,7 +54,7 @@ class Student:
         return QPoint(x, self.scene.height() // 3)
 
     def drag(self, path, until):
-        """Drag the handle along points (s, mm), again and again, until something holds; do not let go."""
+        """Drag the handle repeatedly along points (s, mm) until a condition holds, without releasing it."""
         times, places = zip(*path, strict=True)
         QTest.mousePress(self.scene, LEFT, pos=self.place(places[0]))
         start = time.monotonic()
@@ -127,7 +127,7 @@ def test_a_student_completes_a_lesson_and_hands_it_in(window, qtbot, home):
     options = page.tasks["3.6"].options
     student.click(options[2])
     assert "too weak within 1.25 mm" in page.tasks["3.6"].words.text()
-    for _ in range(2):  # by the keyboard to the first
+    for _ in range(2):  # to the first by keyboard
         QTest.keyClick(window.focusWidget(), Qt.Key.Key_Up)
     assert options[0].isChecked()
     assert page.player.progress.counts == (6, 6)

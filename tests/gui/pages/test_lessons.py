@@ -137,7 +137,7 @@ def test_formulas_are_pictures_and_html_in_a_lesson_is_text(small):
     assert not [text for text in texts if "<code" in text or "<b>no" in text]
 
 
-def test_locks_and_hidden_parts_of_a_step_last_until_it_is_left(small, kept_window):
+def test_locks_and_hidden_parts_of_a_step_end_with_it(small, kept_window):
     window, studio = kept_window, kept_window.studio
     with pytest.raises(ParameterError, match="locked by the lesson"):
         studio.set_value("stiffness", 100.0)
@@ -170,7 +170,7 @@ def test_formulas_follow_the_theme(small):
 
 
 def test_a_step_shows_the_plot_that_it_names(page, kept_window):
-    """The friction lesson looks at force over velocity first, the spring's at force over position."""
+    """The friction lesson first shows force over velocity, the spring lesson force over position."""
     phase = kept_window.centre.phase
     for key, channel in (("friction", "velocity"), ("virtual_spring", "position")):
         page.open(key)
@@ -242,7 +242,7 @@ def test_answers_step_and_checks_are_restored_after_a_restart(small, kept_window
     assert "correct" in small.tasks["1.1"].words.text()
 
 
-def test_an_invalid_lesson_shows_one_line_and_the_others_stay(page, home):
+def test_an_invalid_lesson_shows_one_line_and_the_others_are_listed(page, home):
     (home / "wrong.md").write_text(SMALL.replace('measure = "travel"', 'measure = "taste"'), encoding="utf-8")
     (home / "right.md").write_text(SMALL, encoding="utf-8")
     page.choose_folder(str(home))
@@ -253,7 +253,7 @@ def test_an_invalid_lesson_shows_one_line_and_the_others_stay(page, home):
     assert line in [part.text() for part in page.listed.findChildren(type(page.title))]
 
 
-def test_a_folder_that_is_gone_is_said_and_the_studios_lessons_stay(page, home):
+def test_a_missing_folder_gives_a_message_and_the_studios_lessons_are_listed(page, home):
     page.choose_folder(str(home / "gone"))
     assert page.message.text().startswith("There is no folder ")
     assert list(page.rows) == list(library().lessons)
@@ -306,7 +306,7 @@ def test_closing_the_window_in_a_lesson_stores_the_previous_settings(make_window
 
 
 def test_a_motor_waits_for_render_at_each_step_that_changes_settings(board_window, home):
-    """A person has not chosen the step's settings, and may not hold the handle yet."""
+    """The user has not selected the step's settings and may not hold the handle yet."""
     studio = board_window.studio
     if studio.stopped:
         studio.release_stop()
@@ -325,7 +325,7 @@ def test_a_motor_waits_for_render_at_each_step_that_changes_settings(board_windo
     assert studio.stopped
 
 
-def test_opening_a_lesson_ends_a_demo_and_its_settings_do_not_come_back(page, kept_window):
+def test_opening_a_lesson_ends_a_demo_without_applying_its_settings(page, kept_window):
     window = kept_window
     before = settings_of(window.studio)
     window.play_demo(next(iter(shipped().values())))
@@ -358,7 +358,7 @@ def test_nothing_is_handed_in_without_a_name_or_samples(small, home):
     assert not (home / "x.hapkit").exists()
 
 
-def test_a_damaged_file_of_progress_is_set_aside_and_the_lesson_begins_anew(page, home):
+def test_a_damaged_progress_file_is_renamed_and_the_lesson_starts_from_the_beginning(page, home):
     path = file_of(library().lessons[WALL])
     path.parent.mkdir(parents=True)
     path.write_bytes(b"no session")

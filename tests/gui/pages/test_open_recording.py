@@ -159,7 +159,7 @@ def test_a_file_is_identified_independently_of_the_window_settings(window, qtbot
     # no setting of the window is used
     window.studio.set_value("stiffness", 123.0)
     assert page.answer.words.text().startswith("Stiffness: 210.")
-    # of the handle it tells something once no hand holds it
+    # the handle can be identified only if no hand holds it
     assert "hand's force is not measured" in page.found.handle.advice
     assert page.released.isVisible()
     first = page.found

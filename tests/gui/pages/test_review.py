@@ -1,4 +1,4 @@
-"""The review dialog: points, comments on a step and a time, replies; the data stay as they are."""
+"""The review dialog: points, comments on a step and a time, replies; the data are unchanged."""
 
 import pytest
 from PySide6.QtCore import Qt
@@ -64,7 +64,7 @@ def typed(field, text):
     QTest.keyClicks(field, text)
 
 
-def test_points_and_comments_are_entered_by_keyboard_and_the_data_stay(dialog, handed_in):
+def test_points_and_comments_are_entered_by_keyboard_and_the_data_are_unchanged(dialog, handed_in):
     typed(dialog.name, "Bob")
     dialog.points[0].setFocus()
     for _ in range(3):
@@ -83,7 +83,7 @@ def test_points_and_comments_are_entered_by_keyboard_and_the_data_stay(dialog, h
     assert (folder() / "ada.hapkit").read_bytes() == handed_in
 
 
-def test_a_saved_review_is_changed_and_keeps_a_reply_that_came_meanwhile(dialog):
+def test_changing_a_saved_review_keeps_a_new_reply(dialog):
     typed(dialog.name, "Bob")
     dialog.save.click()
     review.reply(review.path_of(folder() / "ada.hapkit", "Bob"), "Thank you")
@@ -101,7 +101,7 @@ def test_a_review_without_a_name_is_not_saved(dialog):
     assert not list(folder().glob("*.review"))
 
 
-def test_a_comment_takes_the_replays_time(dialog, qtbot):
+def test_a_comment_can_have_the_replays_time(dialog, qtbot):
     window = dialog.parent()
     QTest.mouseClick(dialog.watch, Qt.MouseButton.LeftButton)
     replay = window.findChild(Replay)

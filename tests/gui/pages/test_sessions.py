@@ -101,7 +101,7 @@ def test_a_search_needs_every_word_and_only_new_files_are_read(page, qtbot, monk
 
 
 def exported(page, qtbot, kind, output):
-    """Export the chosen session to a file of a kind; return what is said then."""
+    """Export the chosen session to a file of a type; return the message."""
     page.status.setText("")
     page.export.click()
     dialog = page.findChildren(QFileDialog)[-1]
@@ -113,7 +113,7 @@ def exported(page, qtbot, kind, output):
     return page.status.text()
 
 
-def test_an_export_holds_the_samples_with_the_decimal_mark_that_was_chosen(page, qtbot, tmp_path):
+def test_an_export_contains_the_samples_with_the_selected_decimal_mark(page, qtbot, tmp_path):
     choose(page, "Wall to its limit")
     for kind, name, separator, decimal in (
         ("Table (*.csv)", "a.csv", ",", "."),
@@ -140,14 +140,14 @@ def test_an_export_holds_the_samples_with_the_decimal_mark_that_was_chosen(page,
     assert page.status.property("role") == "error"
 
 
-def test_a_session_from_any_folder_joins_the_list_and_is_chosen(page, qtbot, tmp_path):
+def test_a_session_opened_from_any_folder_is_listed_and_selected(page, qtbot, tmp_path):
     write(tmp_path / "from a friend.hapkit", motion(1.0))
     page.open_other(str(tmp_path / "from a friend.hapkit"))
     qtbot.waitUntil(lambda: page.chosen is not None and page.chosen.path.stem == "from a friend")
     assert len(listed(page)) == 4
 
 
-def test_existing_sessions_from_other_folders_are_listed_again(page, tmp_path):
+def test_recent_sessions_from_other_folders_are_remembered_while_they_exist(page, tmp_path):
     kept = [tmp_path / f"{number}.hapkit" for number in range(12)]
     for path in kept:
         path.touch()
@@ -245,7 +245,7 @@ def test_a_session_is_renamed_with_f2_and_stays_chosen(page, shared_window, qtbo
 
 
 def kill(name):
-    """Leave the files of a recording whose program was killed in the folder; return the recorded data."""
+    """Write the files of a recording whose program was killed; return the recorded data."""
     elsewhere = folder().parent / "killed"
     elsewhere.mkdir()
     made = written(elsewhere / name, 5, close=False)

@@ -87,7 +87,7 @@ def axes_of(page):
 
 
 @pytest.mark.slow
-def test_it_judges_the_present_loop_and_the_dot_follows_the_sliders(page, window, qtbot):
+def test_the_map_judges_the_current_loop_and_the_dot_follows_the_sliders(page, window, qtbot):
     setting, column = LoopSettings(estimator="iir"), page.verdict_column
     limits = hands(setting, 2.0)
     assert (page.lines.plane.setting, page.lines.plane.hands) == (setting, limits)
@@ -144,7 +144,7 @@ def test_the_pointer_reads_the_limit_and_dragging_sets_the_sliders_up_to_the_fra
 
 
 @pytest.mark.slow
-def test_its_sliders_are_hatched_like_those_of_the_panel(page, window, qtbot):
+def test_the_pages_sliders_are_hatched_like_those_of_the_panel(page, window, qtbot):
     studio = window.studio
     studio.set_loop(estimator="difference", rate=300.0)
     studio.choose("spring")
@@ -214,7 +214,7 @@ def test_every_limit_beside_the_map_agrees_with_theory(wall_page):
         ("bump_valley", None, None),
     ],
 )
-def test_which_parameters_a_click_sets(key, stiffness, damping):
+def test_a_click_sets_the_parameters_of_the_impedance(key, stiffness, damping):
     environment = discover()[key]
     pair = map_parameters(environment, environment.values({}))
     found = tuple(p.key if p else None for p in (pair.stiffness, pair.damping))
@@ -224,7 +224,7 @@ def test_which_parameters_a_click_sets(key, stiffness, damping):
 
 
 @pytest.mark.slow
-def test_a_puck_shows_the_limits_of_handle_and_object_which_the_map_does_not_have(wall_page, window, qtbot):
+def test_a_puck_shows_limits_of_handle_and_object_that_are_not_on_the_map(wall_page, window, qtbot):
     window.studio.choose("puck")
     plane = follow(wall_page, qtbot)
     values, column = window.studio.values, wall_page.verdict_column

@@ -219,7 +219,7 @@ def test_another_loop_view_or_scene_ends_the_measurement(begun, window, qtbot):
     begun.bar.run.click()
     qtbot.waitUntil(lambda: window.studio.engine.values.get("stiffness") == 200.0)
     window.studio.choose("damping")
-    assert_over(begun, window, "damping")  # the scene chosen meanwhile stays
+    assert_over(begun, window, "damping")  # the newly selected scene is kept
 
 
 @pytest.mark.slow
@@ -237,7 +237,7 @@ def test_an_instruction_is_shown_to_the_user(page, window):
 
 
 @pytest.mark.slow
-def test_without_a_device_it_says_so(shared_window):
+def test_without_a_device_a_message_is_shown(shared_window):
     shared_window.views.show("zwidth")
     page = shared_window.views.page("zwidth")
     for index in (0, 1):

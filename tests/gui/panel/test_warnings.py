@@ -79,7 +79,7 @@ def test_without_a_device_nothing_is_judged(qtbot):
     assert made.texts == []
 
 
-def test_the_conditions_are_those_of_the_present_device_and_loop(kept_window, qtbot):
+def test_the_conditions_are_those_of_the_current_device_and_loop(kept_window, qtbot):
     studio, lines = kept_window.studio, kept_window.panel.warnings
     studio.set_loop(delay=1e-3, estimator="iir")
 

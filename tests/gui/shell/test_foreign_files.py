@@ -101,7 +101,7 @@ READERS: dict[str, tuple[Callable, Callable[[Path], Path]]] = {
     "session": (read_session, lambda _home: session_folder()),
     "csv": (read_recording, lambda home: home),
 }
-"""What reads a kind of file in a window, and the folder that it is read from."""
+"""By kind of file: a function that reads it in the window, and a function that returns its folder."""
 
 
 def wait(done: Callable[[], bool]) -> None:

@@ -12,7 +12,7 @@ from tests.gui.own_support import put, spring
 from tests.gui.shell.test_layout import resize
 
 SEEN_AT_LEAST = 13
-"""Rows of the library that have room in the smallest window; beyond them the gallery scrolls."""
+"""Minimum number of library rows visible in the smallest window; the others are reached by scrolling."""
 
 
 def is_fully_visible(gallery, row) -> bool:

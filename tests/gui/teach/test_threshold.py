@@ -32,13 +32,13 @@ def compared(kept_window, qtbot):
 
 
 def right_place(page):
-    """Return the index of the button that is right: of the interval with the larger value."""
+    """Return the index of the right button: that of the interval with the larger value."""
     values = [page._values[at]["stiffness"] for at in page._order]
     return values.index(max(values))
 
 
 def test_the_staircase_ends_the_experiment_and_every_answer_is_recorded(compared, qtbot, monkeypatch):
-    """With three reversals in place of twelve: each answer is rendered."""
+    """The staircase has three reversals instead of twelve, and each answer is rendered."""
     monkeypatch.setattr(discrimination, "REVERSALS", 3)
     window, page = compared, compared.threshold.page
     observer, chance = discrimination.Observer(0.1), random.Random(5)
@@ -86,7 +86,7 @@ def test_only_what_can_be_raised_within_the_stable_range_is_compared(kept_window
     studio.choose("wall")
     studio.set_values({"stiffness": 300.0, "damping": 0.0})
     studio.note_ranges({})
-    (stiffness,) = comparable(studio)  # no damping: 0 has no fraction
+    (stiffness,) = comparable(studio)  # damping is left out, because a fraction of 0 is 0
     assert room(studio, stiffness) == pytest.approx(1.0)
     studio.note_ranges({"stiffness": [(400.0, 5000.0)]})
     assert room(studio, stiffness) == pytest.approx(1.0 / 3.0)
