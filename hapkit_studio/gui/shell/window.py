@@ -186,6 +186,7 @@ class MainWindow(QMainWindow):
         self.actions_by_key = ActionSet(self, actions, self.single_keys)
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
+        self._in_lesson = False
         self._connect()
         self._keep_actions_fresh()
 
@@ -248,6 +249,13 @@ class MainWindow(QMainWindow):
         page = cast("LessonsPage", self.views.page("lessons"))
         if self.views.key == "lessons":  # a quiz or an experiment may keep its own view
             page.open(key)
+
+    def _forget_undo_of_lesson(self) -> None:
+        """Clear the undo list where a lesson begins or ends: its steps belong to other settings."""
+        page = self.views.built("lessons")
+        if page is not None and page.stays != self._in_lesson:
+            self._in_lesson = page.stays
+            self.history.forget()
 
     def offer_tour(self) -> None:
         """Offer the tour in a banner; both of its buttons close the banner."""
@@ -390,6 +398,7 @@ class MainWindow(QMainWindow):
         self.header.pause_pressed.connect(self.live.toggle_paused)
         self.live.paused_changed.connect(self.header.show_paused)
         self.header.panel_pressed.connect(self.toggle_panel)
+        self.views.changed.connect(self._forget_undo_of_lesson)
         self.notices.flash.connect(self.show_flash)
         self.notices.help_wanted.connect(lambda section: self.show_help("troubleshooting", section=section))
         self.gallery.new_pressed.connect(self.editor.begin_new)
