@@ -33,11 +33,12 @@ REST_SECONDS, REST_RANGE = 0.3, 0.0005  # s, m: a handle rests if it stays withi
 SLOWEST = 0.005  # m/s: a motion with a slower peak is not a movement
 LONGEST = 6.0  # s: longest time of a movement
 HOLD = 0.6, 1.2  # s: range of the random time for which the start is held before the target is shown
+_LONGEST_TRIAL = 30.0  # s, of a trial in a file: its samples are read
 _LEFT = 0.25  # fraction of the distance after which the handle has left the start
 _GAP = 0.1  # s: longest time between two samples
 EFFECTIVE = 4.133  # width that contains 96 % of a normal distribution, in standard deviations
 FEWEST_CELLS = 3  # pairs of distance and width; a line through two points has no confidence interval
-_MOST_TRIALS = 10_000  # largest number of trials in a file
+_MOST_TRIALS = 2_000  # largest number of trials in a file
 # the start of a movement is extrapolated from the times of these fractions of the peak speed
 _FITTED = 0.05, 0.20
 _SMOOTHED = 0.3  # window of the speed's polynomial, as a fraction of the time from 10 % to 90 % of the way
@@ -271,10 +272,8 @@ class Run:
             self._left.rotate(-1)
             self.restart()
             return None
-        way = np.abs(self._place - self._place[0])
-        if way.max() < _LEFT * target.distance or not rests(self._time, self._place):
-            return None
-        if abs(self._place[-1] - self._place[0]) < _LEFT * target.distance:  # the handle is back at the start
+        left = abs(self._place[-1] - self._place[0]) >= _LEFT * target.distance
+        if not left or not rests(self._time, self._place):
             return None
         found = trial(target, self._time, self._place)
         if found is not None:
@@ -303,6 +302,8 @@ def trials(events: Iterable[Mapping[str, Any]], name: str = "") -> list[Trial]:
         numbers = {
             key: checked_number(what.get(key), f"{place}: {key}", *limits) for key, limits in _LIMITS.items()
         }
+        seconds = numbers["stop"] - numbers["begin"]
+        checked_number(seconds, f"{place}: time from begin to stop", 0.0, _LONGEST_TRIAL, "s")
         found.append(Trial(condition, model, **numbers))
     return found
 

@@ -116,7 +116,7 @@ def _reviews(reviews: Reviews, lesson: Lesson) -> Iterator[str]:
         titles = dict(enumerate((step.title for step in lesson.steps), 1))
         for said in one.comments:
             step = f", {titles[said.step]}" if said.time is None and said.step in titles else ""
-            place = f" {said.place}{step}" if said.place else ""
+            place = f", {said.place}{step}" if said.place else ""
             yield f'<p><span class="soft">{_text(one.reviewer + place)}:</span> {_text(said.text)}</p>'
         for words in one.replies:
             to = f"Reply to {one.reviewer}:"

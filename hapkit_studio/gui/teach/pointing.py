@@ -149,7 +149,8 @@ class PointingPage(Page):
         middle = target.middle if self.run.going else target.start
         name, token = ("target", "ok") if self.run.going else ("start", "accent")
         self._scene.set_zone(Zone(middle - half, middle + half, name, token))
-        self.sign.setText("Go!" if self.run.going else "Hold the start")
+        words = "Go!" if self.run.going else "Hold the start"
+        self.sign.setText("Release the E-stop to continue" if self._studio.stopped else words)
         done = len(self.run.done)
         self.count.setText(f"Trial {done + 1} of {self.run.count}")
         self.bar.setValue(done)

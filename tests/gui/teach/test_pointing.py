@@ -97,7 +97,9 @@ def test_an_e_stop_restarts_the_trial(pointed, qtbot):
     hold(window, qtbot, TARGETS[0].start, lambda: page.run.going)
     window.studio.stop()
     assert not page.run.going
+    assert page.sign.text() == "Release the E-stop to continue"
     window.studio.release_stop()
+    assert page.sign.text() == "Hold the start"
     assert page.run.target == TARGETS[0]
 
 
