@@ -1,4 +1,4 @@
-"""Tasks for tests of sweeps, and executors: synchronous, held, and lossy."""
+"""Tasks for tests of sweeps, and executors that are synchronous, hold tasks back, or lose them."""
 
 import math
 import os
@@ -16,7 +16,7 @@ def roots(cells: list[float]) -> list[float]:
 
 
 def roots_and_place(cells: list[float]) -> list[tuple[float, int]]:
-    """Return every root, and the id of the process that computed it."""
+    """Return every root with the id of the process that computed it."""
     return [(math.sqrt(x), os.getpid()) for x in cells]
 
 
@@ -32,7 +32,7 @@ def fails_at_thirty(cells: list[float]) -> list[float]:
 
 
 class Serial(Executor):
-    """Compute synchronously in the calling thread."""
+    """An executor that computes synchronously in the calling thread."""
 
     def __init__(self):
         self.chunks = 0
@@ -48,7 +48,7 @@ class Serial(Executor):
 
 
 class Held(Executor):
-    """Hold tasks until released."""
+    """An executor that holds tasks until the test finishes them."""
 
     _max_workers = 3
 
@@ -63,7 +63,7 @@ class Held(Executor):
         return future
 
     def finish(self, which: int) -> None:
-        """Finish a pending task, counted from the oldest."""
+        """Finish the pending task with this index, counted from the oldest."""
         waiting = [pair for pair in self.given if not pair[0].done()]
         if waiting:
             future, call = waiting[which % len(waiting)]
@@ -71,11 +71,11 @@ class Held(Executor):
 
 
 class Lost(Exception):
-    """Exception of a chunk whose workers are gone."""
+    """The exception of a chunk whose workers are gone."""
 
 
 class Forgetful(Serial):
-    """Lose the first chunks, ``times`` times each."""
+    """An executor that loses the first chunks, each of them ``times`` times."""
 
     lost = (Lost,)
     _max_workers = 1
@@ -94,7 +94,7 @@ class Forgetful(Serial):
 
 
 def wait_for_a_minute() -> None:
-    """Print this process's id, then wait."""
+    """Print this process's id, then wait for a minute."""
     print(os.getpid(), flush=True)
     threading.Event().wait(60.0)
 

@@ -63,7 +63,7 @@ def test_the_longest_delay_is_2000_periods():
 
 
 def test_the_smallest_limit_is_1_mn_per_m():
-    """Limits above it are found with any step of the search; those below are 0."""
+    """Limits above it are found with any step of the search; lower limits are reported as 0."""
     for limit in (1.01e-3, 2e-3, 3.9e-3, 0.3, 5.0, 1e8):
         assert largest_stable(lambda k, limit=limit: k <= limit) == pytest.approx(limit, rel=1e-4)
     assert largest_stable(lambda k: k <= 0.99e-3) == 0.0

@@ -1,13 +1,13 @@
-"""Blind comparison: are scenes distinguishable from themselves without the terms they do not need?
+"""Blind comparison: can a judge distinguish a scene from the same scene without its unneeded terms?
 
-The judge shares no code with the search for those terms. It gets two tables of rows in random order, without
-information on the missing terms. All pairs are in one shuffled deck; labels are read after judging.
+The judge shares no code with the search for unneeded terms. It gets two tables of rows in random order, and
+is not told which terms are missing. All pairs are in one shuffled deck; labels are read after judging.
 
-Besides each hand's script there are random throws, and random instants at which a hand lets go.
+Motions are each hand's script, random throws, and releases at random instants.
 
-Its thresholds, each one just-noticeable difference (JND):
+Thresholds are one just-noticeable difference (JND) each:
 
-| what | one JND | source |
+| quantity | one JND | source |
 |---|---|---|
 | force between fingers and handle | 6 %, at least 15 mN | Jones, J. Motor Behavior 1989 |
 | position | 0.4 mm | Ho and Srinivasan 1996 |
@@ -33,11 +33,11 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import headless, rows
 
 LIBRARY = environments.discover()
-FAST, RATE = 16_000, 1000  # Hz: quasi-continuous; typical student's loop
-# samples: instants within MOMENT are not distinguished; a vibration is summed (Verrillo 1965)
+FAST, RATE = 16_000, 1000  # Hz: FAST is quasi-continuous; RATE is that of a typical student's loop
+# samples: instants within MOMENT are not distinguished; vibration is summed over SUMMED (Verrillo 1965)
 MOMENT, SUMMED = 20, 250
 SECONDS, DRAWN = 2.0, 24
-BANDS = 1000.0 * 2.0 ** (np.arange(-16, -3) / 3.0)  # third octaves, 25 to 400 Hz
+BANDS = 1000.0 * 2.0 ** (np.arange(-16, -3) / 3.0)  # Hz: third octaves from 25 to 400 Hz
 LEAST = np.exp(
     np.interp(
         np.log(BANDS),
@@ -47,8 +47,9 @@ LEAST = np.exp(
 )
 
 
-# Scenes near the threshold: 0.7 alone, but more together with the others; at one speed of a throw in 200; or
-# after a release of friction at one instant in 240, 0.28 s of a pluck or 0.08 s of a stroke: 1.6 and 1.5.
+# These terms count as unneeded although they are near the threshold. damping: 0.7 JND alone, but more
+# together with the others. hard_surface: perceptible at one of 200 speeds of a throw. friction: perceptible
+# after a release at one of 240 instants (1.6 JND at 0.28 s of a pluck, 1.5 JND at 0.08 s of a stroke).
 HARDLY = {
     "damping": {"delay"},
     "hard_surface": {"quantization"},
@@ -60,7 +61,10 @@ HARDLY = {
 
 
 def judged(one: np.ndarray, two: np.ndarray, counts: Sequence[int]) -> dict[str, float]:
-    """Return the perceived difference in JND, by sense; a released hand only sees and counts."""
+    """Return the perceived difference in JND by sense.
+
+    A released handle is only seen, and its events counted.
+    """
     pair = one, two
     found = {"place": furthest(*(t[:, rows.TRUE_POSITION] for t in pair), 0.0, 0.4e-3)}
     found["event"] = max((events(*(t[:, column] for t in pair)) for column in counts), default=0.0)
@@ -105,7 +109,7 @@ def events(one: np.ndarray, two: np.ndarray) -> float:
 
 
 def rendered(scene: Environment, gone: Iterable[str], hand: Hand, speed: float) -> np.ndarray:
-    """Return the rows at RATE of a scene with its defaults, without some terms, under a hand."""
+    """Return the rows at RATE of a scene with its defaults, without the terms in ``gone``, under a hand."""
     without, seconds = set(gone), SECONDS if hand.release in (0.0, math.inf) else SECONDS + hand.release
     device = SimulatedHapkit(initial_velocity=speed).without(without)
     rate = FAST if "sampling" in without else RATE
@@ -117,7 +121,7 @@ def rendered(scene: Environment, gone: Iterable[str], hand: Hand, speed: float) 
 
 def hands(scene: Environment, rng: np.random.Generator) -> Iterator[tuple[Hand, float]]:
     """Yield hands and the handle's initial speed in m/s: scripts, a push, throws, releases."""
-    yield hand_named("push"), 0.0  # beyond the force limit
+    yield hand_named("push"), 0.0  # the push exceeds the force limit
     for name in scene.hands:
         hand = hand_named(name)
         if hand.release <= 0.0:
@@ -128,7 +132,7 @@ def hands(scene: Environment, rng: np.random.Generator) -> Iterator[tuple[Hand, 
 
 
 def deck(scene: Environment) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Return pairs of tables in random order, with the missing term of one, or "all" unneeded ones."""
+    """Return pairs of tables in random order, with the name of the missing term ("all": all unneeded)."""
     rng, cards = np.random.default_rng(sum(map(ord, scene.key))), []
     spared = {term for term in TERMS if term not in scene.needs}
     missing = {"all": spared} | {term: {term} for term in TERMS}
@@ -136,7 +140,8 @@ def deck(scene: Environment) -> list[tuple[str, np.ndarray, np.ndarray]]:
         whole = rendered(scene, (), hand, speed)
         stays = hand.mass > 0.0 and math.isinf(hand.release)
         for label, gone in missing.items():
-            if label != "mass" or stays:  # otherwise nothing can move
+            # without its own mass, only a handle that stays in the hand can move
+            if label != "mass" or stays:
                 pair = [whole, rendered(scene, gone, hand, speed)]
                 rng.shuffle(pair)
                 cards.append((label, *pair))

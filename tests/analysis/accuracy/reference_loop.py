@@ -1,7 +1,7 @@
-"""A loop in plain Python with the law's own Python function: the reference for the errors of *This scene*.
+"""A loop in plain Python with the law's own Python function, as the reference for *This scene*.
 
-Shares the laws, the hands' targets and the just-noticeable differences with the package. Handle, hand,
-sensor, velocity estimate, delay, hold and force limit are independent.
+It shares the laws, the hands' targets and the just-noticeable differences with the package. Handle, hand,
+sensor, velocity estimate, delay, hold and force limit are implemented independently.
 """
 
 import math
@@ -13,7 +13,7 @@ from hapkit_studio.analysis import perception
 from hapkit_studio.haptics import rows
 from tests.laws.twins import Plain
 
-FINE = 16_000.0  # Hz: slowest rate of the handle's integration steps
+FINE = 16_000.0  # Hz: the lowest rate of the handle's integration steps
 
 
 class Kalman:
@@ -35,7 +35,7 @@ class Kalman:
 
 
 class LowPass:
-    """Backward difference, low-pass filtered with a cutoff in Hz."""
+    """Velocity as a backward difference, low-pass filtered with a cutoff in Hz."""
 
     cutoff = 35.5
 
@@ -50,16 +50,16 @@ class LowPass:
 
 
 class Difference(LowPass):
-    """Backward difference of two positions."""
+    """Velocity as the backward difference of two positions."""
 
     cutoff = math.inf
 
 
 def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0, estimate=Kalman):
-    """Return rows at perception.RATE of a law in a loop in which only the given parts are real.
+    """Return a law's rows at perception.RATE, in a loop in which only the parts in ``real`` are real.
 
-    Between two events, a sample or the start of a force, the handle moves half a step, is accelerated, and
-    moves on.
+    An event is a sample or the start of a force. Between two events, the handle moves for half a step, is
+    accelerated, and moves for the other half.
     """
     rate, delay = rate if "rate" in real else FINE, delay if "delay" in real else 0.0
     quantum, limit = (device.quantum if "sensor" in real else 0.0), device.max_force
@@ -103,7 +103,7 @@ def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0, 
 
 
 def pull(hand, t, place, speed):
-    """Return a hand's force (n,) in N at times in s on a handle at positions in m with velocities in m/s."""
+    """Return a hand's force (n,) in N at times in s, from the handle's positions and velocities."""
     target = hand.target if hand.vectorised else np.vectorize(hand.target, otypes=[float])
     at, moved = target(t), (target(t + 1e-6) - target(t - 1e-6)) / 2e-6
     return hand.stiffness * (at - place) + hand.damping * (moved - speed)

@@ -1,4 +1,4 @@
-"""Methods: every row of integrators, contact, servo rate and friction on a handle, recomputed."""
+"""Every row of integrators, contact, servo rate and friction on a handle is recomputed."""
 
 import math
 
@@ -25,7 +25,8 @@ def one_step(method, h, k, b):
     eye, a = np.eye(2), np.array([[0.0, 1.0], [-k, -b]])
     now = a[1]
     u = {"explicit_euler": [0.0, 1.0] + h * now, "semi_implicit": [0.0, 1.0] + h * now}.get(method)
-    if method == "lecture":  # Adams-Bashforth velocity, trapezoid position
+    # "lecture" updates the velocity by Adams-Bashforth and the position by the trapezoid rule
+    if method == "lecture":
         u = np.array([0.0, 1.0, 0.5 * h]) + 0.5 * h * np.array([*now, 0.0])
         return np.array([np.array([1.0, 0.5 * h, 0.0]) + 0.5 * h * u, u, [*now, 0.0]])
     if method == "verlet":
@@ -128,7 +129,10 @@ def test_located_contact_preserves_the_energy_and_the_exact_method_all_of_it():
 
 
 def test_the_path_with_located_contact_agrees_with_the_closed_form():
-    """Uniform motion, half a period of a sine in the wall, uniform motion back: within 1 µm at 2 m/s²."""
+    """The path is a uniform motion, half a period of a sine in the wall, and a uniform motion back.
+
+    The error is below 1 µm at 2 m/s².
+    """
     omega = math.sqrt(500.0 / 0.5)
     work, x, _ = contact.moving("located", 0.25e-3, 0.2)
     work()

@@ -1,4 +1,7 @@
-"""Needs: the force limit by statics, crossings, files, texts and cells, a law's terms by counting."""
+"""Required terms: the force limit by statics, a law's terms by counting.
+
+Crossings, files, texts and cells.
+"""
 
 import json
 import math
@@ -19,14 +22,17 @@ LIBRARY = environments.discover()
 
 
 def test_a_firm_grip_on_the_wall_feels_the_missing_force_limit():
-    """400 N/m pulled to 30 mm: 250 N/m from 5 mm on stops it 2 mm earlier than 3 N; friction: 0.1 N."""
+    """A hand pulls with 400 N/m to 30 mm, against a wall of 250 N/m from 5 mm on and 0.1 N of friction.
+
+    Without the force limit of 3 N, the wall stops the handle 2 mm earlier.
+    """
     limited, free = 0.030 - 3.0 / 400.0, (0.030 * 400.0 + 0.005 * 250.0) / 650.0
     friction = 0.1 / 400.0
     rendered = needs._Rendered(LIBRARY["wall"])
     found = rendered.effect("saturation", ("saturation",))
     assert (found.sense, found.hand) == ("position", "push")
     assert found.felt == pytest.approx((limited - free) / 0.4e-3, abs=friction / 0.4e-3)
-    assert found.felt == pytest.approx(5.1, abs=0.05)  # at 22.55 instead of 20.51 mm
+    assert found.felt == pytest.approx(5.1, abs=0.05)  # the handle stops at 22.55 instead of 20.51 mm
     assert found.strict == pytest.approx(found.felt * 4.0 / 3.0)
 
 
@@ -50,12 +56,12 @@ PARTS = {"sampling": "rate", "delay": "delay", "filter": "velocity", "quantizati
 PARTS["saturation"] = "limit"
 # after a throw or a release, rounding errors determine the handle's rest position
 DECIDED_BY_ROUNDING = {("texture", "quantization"), ("friction", "sampling")}
-# a cat stops purring above a stroking speed, and rounding errors determine when rubbing crosses it
+# a cat stops purring above a stroking speed, and rounding errors determine when a rubbing hand exceeds it
 CROSSED_BY_ROUNDING = {("cat", "sampling")}
 
 
 def plain_felt(key, term, trial, rate=1000.0, delay=1e-3):
-    """Return the felt effect of removing a term, by the loop in plain Python."""
+    """Return the perceptible effect in JND of removing a term, computed by the loop in plain Python."""
     scene, runs = LIBRARY[key], []
     for gone in ((), (term,)):
         device = SimulatedHapkit().without(gone if gone != ("mass",) or trial.holds else ())
@@ -110,8 +116,8 @@ def test_the_cost_of_a_laws_terms_is_the_counted_one(key):
 
 @pytest.mark.slow
 def test_cells_and_texts_agree(capsys, monkeypatch):
-    monkeypatch.setattr(needs.trials, "variants", lambda trial: ())  # use scripts only
-    assert main(("fidelity", "free", "--json")) == 0  # the former name of the command
+    monkeypatch.setattr(needs.trials, "variants", lambda trial: ())  # compute with the hands' scripts only
+    assert main(("fidelity", "free", "--json")) == 0  # "fidelity" is the former name of the command
     (found,) = json.loads(capsys.readouterr().out)["needs"]
     assert main(("accuracy", "free", "--needs")) == 0
     lines = capsys.readouterr().out.splitlines()

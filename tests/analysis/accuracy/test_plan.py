@@ -1,4 +1,4 @@
-"""Work-precision charts: front by brute force, orders, winners, costs; command and picture."""
+"""Work-precision charts: the Pareto front by brute force, orders, winners and costs; command and picture."""
 
 import json
 import math
@@ -25,7 +25,7 @@ def sheet(points, **more):
     return Sheet("servo", made, {p.method: p.method.capitalize() for p in points}, tuple(points))
 
 
-# few different values, so that equal errors, equal costs and equal points are frequent
+# there are few different values, so that equal errors, equal costs and equal points are frequent
 NUMBERS = st.sampled_from([0.0, 1e-15, 1e-3, 0.01, 0.02, 1.0, math.inf])
 COSTS = st.sampled_from([1.0, 2.0, 2.5, 40.0, math.nan])
 
@@ -39,7 +39,7 @@ def test_the_front_contains_every_point_that_is_not_dominated(found, on_board):
         better = [q for q in found if q[0] <= error and q[1] <= cost and q != (error, cost)]
         assert (p in best) == (math.isfinite(error + cost) and not better)
     errors = [p.error for p in best]
-    assert errors == sorted(errors, reverse=True)  # higher cost, smaller error
+    assert errors == sorted(errors, reverse=True)  # errors decrease while costs increase
 
 
 @pytest.mark.parametrize("order", [1.0, 2.0, 4.0])
@@ -74,7 +74,8 @@ def test_the_boards_cycles_per_second_are_those_of_the_law(rate):
     program = board.compile(friction.force, values, 1.0 / rate, machine.ARENA)
     law = machine.mean_cycles(program.code, program.slots, program.given)[0]
     found = plan.board_cycles("friction", "model", "tether", rate)
-    rest = machine.REST + machine.ESTIMATE  # friction reads the velocity
+    # the friction law reads the velocity, so the estimator's cycles are added
+    rest = machine.REST + machine.ESTIMATE
     assert found == pytest.approx(rate * (law + rest) + frames(rate) * machine.FRAME, rel=1e-3)
 
 
@@ -94,7 +95,7 @@ def test_the_shortest_runs_count_and_candidates_alternate():
             now[0] += left.pop(0) if len(left) > 1 else left[0]
 
         def prepare():
-            now[0] += 1_000_000  # preparation takes time, but is not timed
+            now[0] += 1_000_000  # the preparation advances the clock, but must not be timed
             return do
 
         return prepare
@@ -109,8 +110,8 @@ def test_every_error_is_drawn_inside_the_axes():
     strange = [point("verlet", 0.0, 1000.0), point("rk4", math.inf, 3000.0), point("exact", 3e-15, 8000.0)]
     frame = AccuracyAxes(sheet(strange))
     (low, high), places = frame.box["ylim"], [frame.place(p) for p in strange]
-    assert places[0][0] == 1.0  # µs
-    assert places[2][1] == pytest.approx(3e-13)  # %
+    assert places[0][0] == 1.0  # the axis is in µs
+    assert places[2][1] == pytest.approx(3e-13)  # the axis is in %
     assert all(low < error < high for _, error in places)
 
 
@@ -128,11 +129,12 @@ def test_json_and_pictures_of_methods_and_of_a_scene(capsys, tmp_path):
     assert main(["accuracy", *words]) == 0
     found, *others = json.loads(capsys.readouterr().out)["methods"]
     assert len(found["rows"]) == 14
-    # the board has none of these methods
+    # the board has no cycles for these methods
     assert not any(row["cycles"] for sheet in others for row in sheet["rows"])
     assert {"cycles", "ns"} <= set(found["rows"][0])
     assert found["orders"]["prompt"] == pytest.approx(1.0, abs=0.05)
-    assert main(["chain", "friction", "-p", "viscous=2", "--json", "--plot", picture]) == 0  # former name
+    # "chain" is the former name of the command
+    assert main(["chain", "friction", "-p", "viscous=2", "--json", "--plot", picture]) == 0
     (scene,) = json.loads(capsys.readouterr().out)["scenes"]
     assert scene["values"]["viscous"] == 2.0
     for place in ("computer", "board"):

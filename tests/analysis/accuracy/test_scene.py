@@ -1,4 +1,4 @@
-"""This scene: errors by an independent loop, Shapley values by permutations, the rule, every scene."""
+"""This scene: errors by an independent loop, Shapley values by permutations, and the selection rule."""
 
 import math
 from dataclasses import replace
@@ -28,7 +28,10 @@ PLACES = "computer", "board"
 
 @pytest.mark.parametrize("rate", [1000.0, 2401.0, 900.9])
 def test_rows_are_at_whole_milliseconds_for_every_rate(rate):
-    """A handle thrown at 0.5 m/s, decelerated by 0.5 N·s/m and 0.1 N: in closed form until it stops."""
+    """A handle is thrown at 0.5 m/s and decelerated by 0.5 N·s/m and 0.1 N.
+
+    The closed form holds until it stops.
+    """
     free = LIBRARY["free"]
     scene = headless.Scene(free, free.values(), HANDLE, LoopSettings(rate))
     found = trials.render(scene, trials.script("released"))
@@ -72,7 +75,8 @@ def test_a_methods_own_error_decreases_by_its_order_at_twice_the_rate(integrator
     (cycles, error), (twice, smaller) = Ideal(question).own(option)
     assert error / smaller == pytest.approx(2.0**order, rel=0.15)
     assert cycles == pytest.approx(option.cycles)
-    assert 1.7 * cycles < twice < 2.0 * cycles  # telemetry has the same rate
+    # less than twice the cycles, because the telemetry keeps its rate
+    assert 1.7 * cycles < twice < 2.0 * cycles
 
 
 def test_a_scene_without_methods_has_one_row_per_place_with_the_present_estimator():
@@ -81,7 +85,8 @@ def test_a_scene_without_methods_has_one_row_per_place_with_the_present_estimato
     iir = replace(damping.question, estimator="iir")
     assert not damping.knows(iir)
     now = scene.in_force(iir, damping)
-    assert [o.error for o in now] == pytest.approx([1.98, 1.33], abs=0.05)  # Kalman: 1.08, 0.83
+    # the Kalman filter gives 1.08 and 0.83
+    assert [o.error for o in now] == pytest.approx([1.98, 1.33], abs=0.05)
     assert "velocity estimate, " in damping.reason("computer")
     assert damping.reason("computer").endswith(
         "Choose a different filter under Loop; it applies to all scenes."
@@ -96,11 +101,11 @@ def test_a_live_answer_agrees_with_that_of_all_options(key):
     for one, place in zip(live, PLACES, strict=True):
         same = every.in_force(place)
         assert one.error == pytest.approx(same.error, abs=KNOWN)
-        assert one.limit == pytest.approx(same.limit, rel=0.03)  # cycles are not recomputed
+        assert one.limit == pytest.approx(same.limit, rel=0.03)  # only the cycles are not recomputed
 
 
 def made_up(*options, stiffness=500.0, place="board"):
-    """Return a friction scene with a tether in N/m, whose models have given (error, limit, cycles)."""
+    """Return a friction scene with a tether in N/m, whose models have the given (error, limit, cycles)."""
     friction = LIBRARY["friction"]
     values = friction.values({"tether_stiffness": stiffness})
     blank = Option(place, (), "kalman", "", 1000.0, 0.0, 1.0, 1.0, 1.0, sense="force", hand="tap")
@@ -115,13 +120,16 @@ def made_up(*options, stiffness=500.0, place="board"):
 @pytest.mark.parametrize(
     ("options", "best"),
     [
-        # 1.5 × 500 N/m first, then the error
+        # the limit must exceed 1.5 × 500 N/m; the error is compared after that
         ([(2.0, 751.0, 3.0), (1.0, 749.0, 1.0), (3.0, 9e9, 1.0)], "M0"),
-        ([(1.00, 900.0, 3.0), (1.04, 900.0, 2.0), (1.06, 900.0, 1.0)], "M1"),  # equal errors: the cheapest
-        # none admissible: within 1 % of the stiffest
+        # the first two errors are equal, so the cheaper model is selected
+        ([(1.00, 900.0, 3.0), (1.04, 900.0, 2.0), (1.06, 900.0, 1.0)], "M1"),
+        # no limit is high enough: the least error within 1 % of the stiffest is selected
         ([(2.0, 300.0, 1.0), (1.9, 296.0, 1.0), (2.1, 298.0, 1.0)], "M0"),
-        ([(2.0, 300.0, 1.0), (4.1, 310.0, 1.0)], "M0"),  # stiffer, but more than twice the error
-        ([(2.0, math.nan, 2.0), (1.0, math.nan, 1.0)], "M1"),  # limit unknown
+        # the second is stiffer, but has more than twice the error
+        ([(2.0, 300.0, 1.0), (4.1, 310.0, 1.0)], "M0"),
+        # the limits are unknown, so only the errors are compared
+        ([(2.0, math.nan, 2.0), (1.0, math.nan, 1.0)], "M1"),
     ],
 )
 def test_the_recommended_option_has_the_least_error_of_the_stable_ones(options, best):
@@ -132,7 +140,7 @@ def test_the_recommended_option_has_the_least_error_of_the_stable_ones(options, 
 
 
 def test_the_answer_and_its_reason_as_text():
-    """The rate may matter more than the method; below 1 JND it feels ideal; a lead cancels a part."""
+    """The rate may matter more than the method; an error below 1 JND feels ideal; a lead cancels a part."""
     found = made_up((3.0, 900.0, 1.0), (5.0, 800.0, 1.0))
     best = replace(found.options[0], parts=(2.0, 1.0, 0.0, 0.0, 0.0, 0.0), rate=2000.0)
     truer = replace(found.options[1], parts=(0.1, 4.9, 0.0, 0.0, 0.0, 0.0))
@@ -158,7 +166,7 @@ def test_the_answer_and_its_reason_as_text():
 
 
 def test_a_limit_of_zero_is_never_stable():
-    """Explicit Euler gains energy in a spring at any stiffness: a factor of 1 + (h w)² per step."""
+    """Explicit Euler gains energy in a spring at any stiffness, by a factor of 1 + (h w)² per step."""
     puck = LIBRARY["puck"]
     question = SceneRequest(puck, puck.values({"integrator": "explicit_euler"}), "kalman")
     limit = scene.limit_of(question, question.options, 1000.0, 1e-3, "kalman")
@@ -179,14 +187,14 @@ def scenes(*quick):
 
 @cache
 def ideals(key):
-    """Return the plain loop's rows of every hand with the scene's ideal."""
+    """Return the plain loop's rows for every hand, with every part of the scene ideal."""
     q = computed(key).question
     at = q.device, q.environment, q.with_options(q.exact)
     return {trial: rendered(trial, *at) for trial in trials.scripts(q.environment)}
 
 
 def plain_error(key, option, hands=(), real=scene.PARTS):
-    """Return the error of an option in JND by the loop in plain Python, under the hand with the largest."""
+    """Return an option's error in JND by the loop in plain Python, for the hand with the largest error."""
     q, ideal = computed(key).question, ideals(key)
     values = q.with_options(option.options if "method" in real else q.exact)
     told = [
@@ -199,7 +207,7 @@ def plain_error(key, option, hands=(), real=scene.PARTS):
     return max(told)
 
 
-# every noisy count reverses their force, so their vibration differs between runs
+# every noisy count reverses the force of these models, so their vibration differs between runs
 CHATTER = "Coulomb", "Karnopp"
 
 
@@ -217,7 +225,7 @@ def test_the_error_of_every_row_agrees_with_plain_python(key):
 
 @pytest.mark.parametrize("key", scenes())
 def test_the_parts_of_a_recommended_row_agree_with_plain_python(key):
-    """Mean gain over all orders in which parts become real."""
+    """A part's value is its mean gain over all orders in which the parts become real."""
     found = computed(key)
     for place in PLACES:
         best = found.recommended(place)
@@ -236,17 +244,17 @@ def test_the_parts_of_a_recommended_row_agree_with_plain_python(key):
         assert best.parts == pytest.approx(means, abs=0.1 + 0.03 * best.error)
 
 
-# m: positions of handle and object in contact
+# m: positions of handle and object while they are in contact
 OBJECTS = {"puck": (0.038, 0.040), "mass_spring_damper": (0.014, 0.012)}
 
 
 def grows(q, option, stiffness):
-    """Return True if handle, law and loop in contact with a stiffness have a root outside the unit circle.
+    """Return True if handle, law and loop in contact have a root outside the unit circle.
 
-    Each column of the matrix: one state is perturbed, followed by one period of the law in plain Python.
+    Each column of the matrix is the result of perturbing one state for one period of the law in plain Python.
     """
     environment, values = q.environment, {**q.with_options(option.options), "contact_stiffness": stiffness}
-    if environment.key not in OBJECTS:  # a spring with the damping of the scene's exact method
+    if environment.key not in OBJECTS:  # the law is a spring with the damping of the scene's exact method
         damping = environment.impedance(q.with_options(q.exact))[1] if environment.impedance else 0.0
         environment, values = LIBRARY["spring"], {"center": 0.0, "stiffness": stiffness, "damping": damping}
     place, middle = OBJECTS.get(environment.key, (0.0, 0.0))
@@ -288,7 +296,8 @@ def test_the_recommended_row_is_the_default_with_the_least_error_of_all_admissib
     """The rule of thumb would select implicit Euler for the puck on the computer, with 3 times the error."""
     usual = computed(key)
     wanted = 1.5 * usual.question.stiffness
-    at_once = replace(usual.question, places=(Place("computer", 1000.0, 0.0),))  # initial state of the window
+    # this is the initial state of the window
+    at_once = replace(usual.question, places=(Place("computer", 1000.0, 0.0),))
     for place, found in zip((*PLACES, "computer"), (usual, usual, scene.compute(at_once)), strict=True):
         options, best = found.at(place), found.recommended(place)
         admissible = [o for o in options if o.limit > wanted or not wanted]

@@ -1,4 +1,4 @@
-"""Stick-slip of a mass pulled by a spring: the period error of every row, recomputed in plain Python."""
+"""Stick-slip of a mass pulled by a spring: plain Python recomputes the period error of every row."""
 
 import math
 
@@ -10,7 +10,7 @@ from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
 
 MASS, SPRING, STATIC, KINETIC, SPEED = 0.05, 300.0, 1.0, 0.5, 0.02
-TRUE_PERIOD = 0.211193  # s, by a solver that locates every stop
+TRUE_PERIOD = 0.211193  # s: from a solver that locates every stop
 
 
 def period_error(forces, dt):
@@ -45,7 +45,10 @@ class Bristles:
 
 
 class Tether:
-    """A spring and damper to an anchor, which slides from the static force on until the motion reverses."""
+    """A spring and damper to an anchor.
+
+    Above the static force the anchor slides until the motion reverses.
+    """
 
     def __init__(self):
         self.anchor = self.last = self.sliding = 0.0
@@ -64,7 +67,7 @@ class Tether:
 
 
 class HaywardArmstrong:
-    """An anchor that creeps by the distance moved times a fraction of its strain."""
+    """A spring to an anchor that creeps by the distance moved times a fraction of the spring's strain."""
 
     def __init__(self):
         self.anchor = self.last = 0.0
@@ -90,7 +93,7 @@ ELASTIC = {
 
 
 def next_velocity(model, v, pull, dt):
-    """Return the velocity after a step of a model without memory."""
+    """Return the velocity after one step of a friction model that has no state."""
     step = dt / MASS
     breaking = step * toward_zero(pull, KINETIC) if abs(pull) > STATIC else 0.0
     if model == "stribeck":
@@ -122,14 +125,14 @@ def test_every_friction_models_period_is_that_of_plain_python(model):
 
 
 def exact_step(x, v, pull, h):
-    """Return (x, v) after h seconds under a constant pull, with every stop located."""
+    """Return (x, v) after h seconds under a constant pull; every stop on the way is located exactly."""
     omega, left = math.sqrt(SPRING / MASS), h
     if v == 0.0 and abs(pull - SPRING * x) <= STATIC:
         return x, 0.0
     while True:
         sense = math.copysign(1.0, v or pull - SPRING * x)
         middle = (pull - sense * KINETIC) / SPRING
-        a, b = x - middle, v / omega  # x = middle + a cos + b sin
+        a, b = x - middle, v / omega  # the solution is x = middle + a cos + b sin
         phase = math.atan2(b, a) % math.pi or math.pi
         if v == 0.0:
             phase = math.pi
@@ -143,7 +146,7 @@ def exact_step(x, v, pull, h):
 
 
 def free_step(method, x, v, before, pull, h):
-    """Return (x, v) after a step without friction, and the time in s during which v moves the mass."""
+    """Return (x, v) after a step without friction, and the time in s for which v moves the mass."""
 
     def a(q):
         return (pull - SPRING * q) / MASS

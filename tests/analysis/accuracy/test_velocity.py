@@ -1,4 +1,4 @@
-"""Errors and lags of the velocity estimators rendered by the tick, compared with scipy's filters."""
+"""Errors and lags of the velocity estimators rendered by the tick are compared with scipy's filters."""
 
 import math
 
@@ -16,7 +16,7 @@ QUANTUM, T = 20.7e-6, 1e-3
 
 
 def longest_line(counts, noise):
-    """Return the slope of the longest line of up to 17 samples that fits all of them within the noise."""
+    """Return the slope of the longest line of up to 17 samples that fits all its samples within the noise."""
     found, fits = np.zeros(len(counts)), [np.vander(T * np.arange(size), 2) for size in range(2, 18)]
     solve = [np.linalg.pinv(line) for line in fits]
     for n in range(16, len(counts)):
@@ -30,7 +30,7 @@ def longest_line(counts, noise):
 
 
 def filtered(spec, position):
-    """Return the velocities of an estimator, from the textbook's formulas."""
+    """Return the velocities that an estimator computes, from the formulas of textbooks."""
     key, options = spec
     counts = QUANTUM * np.floor(position / QUANTUM)
     if key == "foaw":

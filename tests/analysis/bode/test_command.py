@@ -1,4 +1,4 @@
-"""The command ``bode``: text, JSON and figure; one-line errors for invalid settings."""
+"""The command ``bode`` prints text and JSON and draws a figure; invalid settings give one-line errors."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The rendered impedance compared with the theory of the sampled loop, implemented independently here."""
+"""The rendered impedance agrees with an independent implementation of the theory of the sampled loop."""
 
 import json
 import math
@@ -24,7 +24,7 @@ SHARE, DEGREES, UP_TO = 0.01, 0.5, 0.4
 
 
 def velocity(spec, rate, turn):
-    """Return the transfer function (n,) of an estimator at angles per sample (n,)."""
+    """Return the transfer function (n,) of an estimator at angles per sample in rad (n,)."""
     name, options = spec
     back = rate * (1.0 - np.exp(-1j * turn))
     if name == "difference":
@@ -49,7 +49,7 @@ def velocity(spec, rate, turn):
 
 
 def impedance(stiffness, damping, rate, delay, spec, frequency):
-    """Return K + B V(z) with hold and delay, the hold integrated over a period, (n,) N/m."""
+    """Return K + B V(z) with the delay and the hold, integrated over a period, in N/m (n,)."""
     turn = 2.0 * math.pi * frequency
     middle = np.sinc(frequency / rate) * np.exp(-0.5j * turn / rate)
     law = stiffness + (damping * velocity(spec, rate, turn / rate) if damping else 0.0)
@@ -57,7 +57,7 @@ def impedance(stiffness, damping, rate, delay, spec, frequency):
 
 
 def off(measured, expected):
-    """Return the largest relative error of magnitude and angle error in degrees."""
+    """Return the largest relative error of the magnitude, and the largest error of the angle in degrees."""
     ratio = measured / expected
     return np.abs(np.abs(ratio) - 1.0).max(), np.degrees(np.abs(np.angle(ratio))).max()
 
@@ -124,7 +124,7 @@ def test_a_slightly_different_loop_is_distinguished_from_theory():
 
 
 def test_impedance_is_the_hands_force_minus_own_mass_and_damping():
-    """A hand on the free handle in closed loop: its force over the motion, without m and b, is Z."""
+    """A hand moves the free handle in closed loop: its force over the motion, without m and b, is Z."""
     stiffness, rate, delay, mass, viscous = 400.0, 2000.0, 0.7e-3, 0.05, 3.0
     tones = np.array([2.0, 5.0, 11.0, 23.0, 41.0])
     target = lambda t: 1e-3 * sum(np.sin(2 * math.pi * f * t + k) for k, f in enumerate(tones))  # noqa: E731
@@ -136,7 +136,7 @@ def test_impedance_is_the_hands_force_minus_own_mass_and_damping():
     phasor = np.exp(-2j * math.pi * np.outer(tones, np.arange(rate) / rate)) * 2.0 / rate
     moved, led = (phasor @ out[last, column] for column in (rows.TRUE_POSITION, rows.HAND_TARGET))
     turn = 2.0 * math.pi * tones
-    led *= np.sinc(tones / rate) ** 2  # the target is piecewise linear between samples
+    led *= np.sinc(tones / rate) ** 2  # the hand's target is piecewise linear between samples
     pulled = (hand.stiffness + 1j * turn * hand.damping) * (led - moved)
     felt = pulled / moved - (1j * turn * viscous - mass * turn**2)
     (curve,) = simulation.measure(SPRING, values, [setting]).curves
@@ -172,7 +172,7 @@ def test_tones_have_whole_cycles_and_the_crest_is_the_amplitude():
 
 
 def where(softness):
-    """Return f T at which sin(2 y) / (2 y) is 1 / sqrt 2, y = pi f T, by Newton's method."""
+    """Return the product f T at which sin(2 y) / (2 y) = 1 / sqrt 2 with y = pi f T, by Newton's method."""
     y = 1.0
     for _ in range(50):
         y -= (math.sin(2 * y) / (2 * y) - softness) / (math.cos(2 * y) / y - math.sin(2 * y) / (2 * y * y))
@@ -181,7 +181,7 @@ def where(softness):
 
 @pytest.mark.parametrize("rate", [1000.0, 4000.0])
 def test_the_end_of_a_wall_is_the_3_db_frequency_of_its_stiffness(rate):
-    """Re Z of a spring held for a period is K sin(wT) / (wT)."""
+    """Re Z of a spring whose force is held for a period T is K sin(wT) / (wT)."""
     found = simulation.measure(
         WALL, WALL.values({"stiffness": 300.0}), [LoopSettings(quantum=0.0, rate=rate)]
     )
@@ -189,7 +189,7 @@ def test_the_end_of_a_wall_is_the_3_db_frequency_of_its_stiffness(rate):
     assert curve.ends == curve.softens == pytest.approx(rate * where(math.sqrt(0.5)), rel=1e-3)
     assert math.isnan(curve.gives_energy)
     assert curve.outweighed == pytest.approx(math.sqrt(300.0 / 0.044) / (2.0 * math.pi), rel=2e-3)
-    # in contact all the time: 1.1 amplitudes inside the surface at 5 mm
+    # the motion, 1.1 amplitudes inside the surface at 5 mm, never leaves the wall
     assert found.place == pytest.approx(0.005 + 1.1 * found.amplitude)
     assert "dropped by 3 dB" in curve.sentence
 
@@ -208,7 +208,7 @@ def test_a_spring_beyond_2b_over_t_adds_energy_from_the_lowest_frequency_on(time
 def test_default_amplitude_is_reduced_if_the_motor_saturates():
     values, setting = WALL.values({"stiffness": 4000.0}), LoopSettings(quantum=0.0)
     found = simulation.measure(WALL, values, [setting])
-    # (1.1 + 1) * 4000 N/m * 0.328 mm = 2.75 N, below 3 N; the next larger amplitude needs 3.44 N
+    # (1.1 + 1) * 4000 N/m * 0.328 mm = 2.75 N is below 3 N; the next larger amplitude needs 3.44 N
     assert found.amplitude == pytest.approx(0.8**5 * AMPLITUDE.default)
     assert found.curves[0].clamped == 0.0
     (forced,) = simulation.measure(WALL, values, [setting], 1e-3).curves
@@ -224,7 +224,7 @@ def test_coherence_is_low_and_theory_missing_for_a_nonlinear_force():
     assert inside.coherence.min() > 0.9999
     assert across.theory is None
     assert across.coherence.max() < 0.9
-    # inside the wall half of the time: half of its stiffness
+    # the handle is in the wall for half of the time, so half of the stiffness is measured
     assert across.stiffness == pytest.approx(0.5 * inside.stiffness, rel=0.01)
 
 

@@ -1,4 +1,4 @@
-"""The rendered impedance of the firmware, with computer and board rendering, compared with theory."""
+"""The impedance rendered by the computer, and by the firmware itself, is compared with theory."""
 
 import numpy as np
 import pytest

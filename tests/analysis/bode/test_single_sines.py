@@ -1,4 +1,4 @@
-"""Nonlinear laws: damping from single sines equals the work per cycle of an independent simulation."""
+"""The damping of nonlinear laws equals the work per cycle of an independent simulation."""
 
 import math
 
@@ -15,9 +15,9 @@ MODES = ("into", "both", "none")
 
 
 def reference(tone, place, amplitude, stiffness, damping, mode, rate, delay):
-    """Return the damping in N·s/m of a sampled wall at 5 mm from the work during 1 s of a sine inside it.
+    """Return the damping in N·s/m of a sampled wall at 5 mm, from the work of 1 s of a sine inside it.
 
-    Exact: each force acts for a period, starting a delay after its sample.
+    The result is exact: each force acts for one period, which starts one delay after the sample.
     """
     position = lambda t: place + amplitude * np.sin(2.0 * math.pi * tone * t + 0.3)  # noqa: E731
     instants = np.arange(-2, round(rate) + 1) / rate
@@ -62,7 +62,7 @@ def test_damping_has_the_sign_and_size_of_the_work_per_cycle(seed):
 
 
 def test_one_way_damping_is_half_of_the_damping_minus_the_holds_energy():
-    """B/2 − K T/2 at low frequencies: 2 N·s/m and 250 N/m at 1 kHz dissipate 0.875 N·s/m."""
+    """It is B/2 − K T/2 at low frequencies: 0.875 N·s/m for 2 N·s/m and 250 N/m at 1 kHz."""
     values = WALL.values({"damping": 2.0})
     (ideal,) = simulation.measure(WALL, values, [LoopSettings(quantum=0.0)]).curves
     assert ideal.measured.damping[0] == pytest.approx(0.875, rel=1e-3)
@@ -71,7 +71,7 @@ def test_one_way_damping_is_half_of_the_damping_minus_the_holds_energy():
     (real,) = simulation.measure(WALL, values, [LoopSettings()]).curves
     away = np.abs(real.measured.damping - ideal.measured.damping)
     inside = away <= real.damping_interval + 0.01
-    assert inside.mean() > 0.8  # 95 % intervals, minus a small bias of the lowest tones by quantisation
+    assert inside.mean() > 0.8  # fewer than 95 %, because quantisation biases the lowest tones slightly
     assert np.all(real.damping_interval > 0.0)
 
 

@@ -1,4 +1,4 @@
-"""A simulated student moves the handle to the ends, holds it at marks, releases it, hangs weights on it."""
+"""A simulated student moves the handle, holds it at marks, releases it, and hangs weights on it."""
 
 import math
 
@@ -9,7 +9,7 @@ from tests.devices.paddle_kit import PaddleKit
 MARKS = (0.0, -0.02, 0.02, 0.0)
 
 
-# actions of the hand while another function runs the kit
+# the first functions move the hand while a test runs the kit itself
 
 
 def lead(kit, place, seconds=0.2):
@@ -26,7 +26,7 @@ def swing(kit, seconds=5.0, reach=0.048):
 
 
 def hang(kit, mass):
-    """Hold the handle with a mass in kg on it; release it 1.2 s after the motor has started to push."""
+    """Hold the handle with a mass in kg on it, and release it 1.2 s after the motor has started to push."""
     kit.weight, kit.hand, begin = -9.81 * mass, 0.0, []
 
     def lets_go(k):
@@ -42,11 +42,11 @@ def leave(kit):
     kit.student, kit.hand = (lambda k: None), None
 
 
-# the same for a calibration, whose runner runs the kit
+# the remaining functions move the hand of a calibration, whose runner runs the kit
 
 
 def session(kit: PaddleKit) -> Calibration:
-    """Return a calibration on a kit, its runner open."""
+    """Return a calibration on a kit, with its runner open."""
     runner = BoardRunner(kit)
     runner.open()
     return Calibration(runner)
@@ -66,7 +66,10 @@ def walk(kit, work, place, seconds=0.2):
 
 
 def hold_at_marks(kit, work, slip_at=None):
-    """Hold the handle at marks; return the scale. slip_at: mark before which the cable slips 200 counts."""
+    """Hold the handle at the marks; return the scale.
+
+    Before the mark ``slip_at`` the cable slips 200 counts.
+    """
     work.forget_marks()
     for number, place in enumerate(MARKS):
         if number == slip_at:
@@ -96,7 +99,7 @@ def weigh(kit, work, masses=(0.0, 0.05, 0.1)):
 
 
 def whole(kit, seconds=6.0):
-    """Run every step, with a sweep of ``seconds``; return the calibration."""
+    """Run every step, with a sweep of ``seconds`` seconds; return the calibration."""
     work = session(kit)
     end_to_end(kit, work)
     hold_at_marks(kit, work)

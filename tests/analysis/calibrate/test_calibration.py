@@ -1,4 +1,4 @@
-"""Complete calibrations of kits with one fault each: the fault is found, position and force are correct."""
+"""Calibrations of kits with one fault each find the fault, and make position and force correct."""
 
 from dataclasses import replace
 
@@ -25,13 +25,13 @@ KITS = {
 
 
 def place_error(kit, work, place=0.03):
-    """Return the relative error of the board's position at a place in m."""
+    """Return the relative error of the position that the board measures at a place in m."""
     student.walk(kit, work, place)
     return kit.position / place - 1.0
 
 
 def force_errors(kit, forces=(0.4, 0.8, 1.5, -1.0)):
-    """Return the relative errors (n,) of the motor's true force."""
+    """Return the relative errors (n,) of the motor's true force for commanded forces in N."""
     errors = []
     for force in forces:
         kit.send_messages(Force(1, 0, force))
@@ -101,7 +101,7 @@ def test_a_kitchen_scale_measures_the_strength():
             work.use_reading(reading)
 
 
-# kits that are hard to measure: intervals still contain the truth
+# these kits are hard to measure, but the intervals must still contain the truth
 
 HARD_KITS = {
     "small dead band": {"dead": 25, "noise": 0.7, "coulomb": 0.10, "mass": 0.057, "torque": 0.0176},

@@ -1,4 +1,4 @@
-"""Test my Hapkit: correct results for good kits and for each fault, without changing settings."""
+"""Test my Hapkit gives the correct result for good kits and for each fault, and changes no setting."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from tests.devices.paddle_kit import PaddleKit
 
 @pytest.fixture
 def check(monkeypatch):
-    """Return a function that runs checks by key, by default all, and asserts that no setting changed."""
+    """Return a function that runs some or all checks by key, and asserts that no setting has changed."""
 
     def checked(*keys, kit=None, **truth):
         made = kit or PaddleKit(**truth)
@@ -144,7 +144,7 @@ def test_a_delayed_last_force_does_not_count_as_a_failed_stop():
     hear, kit.send_messages = kit.send_messages, lambda *messages: waiting.append((kit.time, messages))
 
     def late(_kit):
-        """Delay a message by 80 ms, as by a busy computer."""
+        """Delay a message by 80 ms, as a busy computer would."""
         while waiting and kit.time >= waiting[0][0] + 0.080:
             hear(*waiting.pop(0)[1])
 

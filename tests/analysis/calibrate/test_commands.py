@@ -1,4 +1,4 @@
-"""The commands: a board's settings shown and changed; a test of a kit with text and JSON results."""
+"""Commands show and change a board's settings, and test a kit; results are text or JSON."""
 
 import json
 import sys
@@ -82,7 +82,7 @@ def test_invalid_input_is_one_line_and_changes_nothing(capsys, port, kit, words,
 
 
 class Person(StringIO):
-    """A user who attaches the requested spring and presses Enter."""
+    """Input of a user who attaches the requested spring and presses Enter."""
 
     def __init__(self, kit, stiffnesses):
         super().__init__()

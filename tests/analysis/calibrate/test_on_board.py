@@ -1,4 +1,4 @@
-"""The same steps on the firmware in a simulated chip; the virtual board's hand acts as the student."""
+"""The calibration steps run on the firmware in a simulated chip; the virtual board's hand is the student."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ class PatientBoard(VirtualBoard):
 
 @pytest.fixture
 def begin():
-    """Return a function that opens a board with options and begins its calibration."""
+    """Return a function that opens a board with options and starts its calibration."""
     boards = []
 
     def opened(*options, log=None):
@@ -80,7 +80,10 @@ def test_two_springs_correct_a_motor_at_90_percent_on_the_board(begin, tmp_path)
     board, work = begin("--torque", str(0.9 * 0.0183), log=log)
 
     def felt():
-        """Render 150 N/m to a moving hand; return the effective stiffness from the truth log."""
+        """Render 150 N/m to a moving hand.
+
+        Return the effective stiffness from the board's log of true values.
+        """
         board.flush()
         before = len(truth(log))
         board.send("hand 0.008 400 8 0.1 1.0")

@@ -1,4 +1,4 @@
-"""Mass, damping and dry friction from a sweep: intervals contain the truth, the dead band is found."""
+"""A sweep gives mass, damping and dry friction: the intervals contain the truth, and a dead band is found."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ SEEDS = range(5)
 
 
 def kit_of(seed):
-    """Return a random paddle; seed 0 is the usual one."""
+    """Return a kit with random paddle properties; seed 0 gives the usual ones."""
     rng = np.random.default_rng(seed)
     if seed == 0:
         return PaddleKit()
@@ -45,7 +45,7 @@ def test_intervals_contain_the_truth_in_nine_of_ten_cases():
 
 
 def test_uncertain_scales_make_estimates_undetermined():
-    """A length uncertainty of 49 % still determines mass and damping, 51 % does not."""
+    """A length uncertainty of 49 % still determines mass and damping; one of 51 % does not."""
     part = swept(PaddleKit()).part
     for length, told in ((0.49, True), (0.51, False)):
         wider = paddle.widened(part, 0.0, length)
@@ -80,5 +80,5 @@ def test_the_force_between_two_samples_is_weighted_by_the_time_of_its_change():
     before = int(np.flatnonzero(track.pwm)[0]) - 1
     whole = mean[before + 2]
     assert whole == pytest.approx(0.5, rel=0.01)
-    # the reply takes 0.4 ms of the period
+    # the reply takes 0.4 ms of the period, so the new force acts for 0.6 ms
     assert mean[before] == pytest.approx(0.6 * whole, rel=1e-3)

@@ -1,4 +1,4 @@
-"""Zero and scale from a known straight line; mistakes found by comparison with the radii."""
+"""Zero and scale are found from a known straight line; comparison with the radii reveals mistakes."""
 
 from dataclasses import replace
 
@@ -41,7 +41,7 @@ def test_intervals_contain_the_truth(rng):
 
 
 def test_marks_that_contradict_each_other_or_the_sensor_check_are_a_fault():
-    """Marks taken at +20 mm instead of −20 mm, and with both sides swapped."""
+    """Marks are wrong: taken at +20 mm instead of −20 mm, or with both sides swapped."""
     same_side = [
         scale.Mark(place, mark.count)
         for place, mark in zip((0.0, -0.02, 0.02, 0.0), marks_of((0.0, 0.02, 0.02, 0.0)), strict=True)
@@ -69,7 +69,7 @@ def test_marks_that_are_too_few_or_too_close_are_refused():
     ("changed", "key"),
     [
         ({"pulley_radius": 0.010}, "diameter"),
-        ({"pulley_radius": 0.0125}, "diameter"),  # no handle is 36 mm long
+        ({"pulley_radius": 0.0125}, "diameter"),  # this radius is refused, because no handle is 36 mm long
         ({"handle_radius": 0.070}, "radius"),
         ({"handle_radius": 0.093}, ""),
     ],

@@ -1,4 +1,4 @@
-"""The sensor check and the judgement of pulses, on good kits and on each fault."""
+"""The sensor check and the judgement of pulses are correct for good kits and for each fault."""
 
 import numpy as np
 import pytest

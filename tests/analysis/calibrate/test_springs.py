@@ -1,4 +1,4 @@
-"""The motor's strength from two known springs: estimate, interval, and effect on rendered springs."""
+"""Two known springs give the motor's strength, its interval, and correctly rendered springs."""
 
 import itertools
 from dataclasses import replace
@@ -21,11 +21,12 @@ SPRINGS = (100.0, 300.0)
 BOARD = default().board
 WEAK = {"torque": 0.9 * BOARD.motor_constant}
 KNOWN = 0.01
-FOUND = judge_pulses([(0.3, 0.01), (-0.3, -0.01)])  # the direction, for tests of springs only
+# the motor's direction is given, so that these tests need springs only
+FOUND = judge_pulses([(0.3, 0.01), (-0.3, -0.01)])
 
 
 def measured(kit, work, springs=SPRINGS, beside=0.0):
-    """Attach springs in N/m to the handle in turn, in parallel with ``beside`` N/m; return the strength."""
+    """Attach springs in N/m to the handle in turn, each parallel to ``beside`` N/m; return the strength."""
     for stiffness in springs:
         student.let_go(kit, work)
         kit.spring = stiffness + beside
@@ -79,7 +80,7 @@ def test_friction_and_parallel_stiffness_cancel(truth):
 
 
 class StickingKit(PaddleKit):
-    """A handle with twice as much static as kinetic friction."""
+    """A handle whose static friction is twice its kinetic friction."""
 
     def _glide(self, dt):
         sliding = self.coulomb
@@ -120,15 +121,16 @@ def test_later_marks_correct_the_result_of_springs():
     assert work.strength.half / work.strength.ratio >= work.scale.quantum_half / work.scale.quantum
 
 
-# vectorised synthetic pulls: the handle moves as far as the friction left by shaking allows
+# these pulls are synthetic and vectorised; the handle moves as far as the friction left by shaking allows
 
 PERIOD = 1e-3
 
 
 def pulls(random, nominal, stiffness, strength, coulomb, grows, noise):
-    """Return a track per element of the arrays (n,): true N/m, true per commanded force, friction, noise.
+    """Return a track for each element of the arrays (n,): stiffness in N/m, true force per commanded force.
 
-    Friction: coulomb in N, different for rise and fall, increasing by ``grows`` N/m; noise in counts.
+    Friction is coulomb in N, with different values for rising and falling force, and increases by ``grows``
+    N/m; noise is in counts.
     """
     time = np.arange(0.0, motions.PULLS * motions.PULL_PERIOD, PERIOD)
     rise = 1.0 - np.abs(2.0 * (time / motions.PULL_PERIOD % 1.0) - 1.0)
@@ -168,13 +170,13 @@ def test_intervals_contain_the_truth_in_95_percent_of_many_kits(known):
     errors = np.array([f.ratio for f in found]) / strength - 1.0
     halves = np.array([f.half / f.ratio for f in found])
     assert (np.abs(errors) <= halves).mean() >= 0.93
-    # the interval is useful: not much wider than the uncertainty of two such springs
+    # the interval is not much wider than the uncertainty of two such springs allows
     least = known * np.hypot(*SPRINGS) / np.ptp(SPRINGS)
     assert np.median(halves) == pytest.approx(least, abs=0.01)
     assert abs(errors.mean()) < 3.5 * errors.std() / n**0.5 + 0.002
 
 
-# invalid measurements
+# invalid measurements are rejected
 
 
 @pytest.mark.parametrize("springs", [(100.0,), (100.0, 100.0), (100.0, 199.0), (39.0, 100.0)])
@@ -184,7 +186,7 @@ def test_unsuitable_springs_are_rejected(springs):
 
 
 def pulled(stiffness, grows=0.0):
-    """Return a track of one spring in N/m with a motor of nominal strength."""
+    """Return the track of one spring in N/m, pulled by a motor of nominal strength."""
     random, alone = np.random.default_rng(1), np.ones(1)
     numbers = stiffness * alone, alone, 0.05 * alone, grows * alone, 0.0 * alone
     return pulls(random, 100.0, *numbers)[0]
@@ -196,7 +198,7 @@ def test_position_dependent_friction_is_not_mistaken_for_stiffness():
 
 
 def with_gap(track, gap, at):
-    """Return a track whose handle moves ``gap`` m without force at ``at`` m from its start."""
+    """Return a track whose handle moves ``gap`` m without force, ``at`` m from its start."""
     count = track.count + np.where(track.count > at / BOARD.quantum, round(gap / BOARD.quantum), 0)
     return replace(track, count=count)
 

@@ -1,4 +1,4 @@
-"""Requirements on every failure: it works inside its limit, fails outside, has charts, and can be felt."""
+"""Every failure works inside its limit, fails outside, has charts, and can be felt."""
 
 import json
 
@@ -20,7 +20,7 @@ def test_the_library_is_discovered_in_order():
     assert len(KEYS) == 15
     assert [f.order for f in failures().values()] == sorted(f.order for f in failures().values())
     blurred = {key: f.margin for key, f in failures().items() if f.margin != 0.01}
-    assert blurred == {"chatter": 0.4, "bounce": 0.2}  # all other limits are sharp
+    assert blurred == {"chatter": 0.4, "bounce": 0.2}  # these two limits are blurred; all others are sharp
     with pytest.raises(ParameterError, match="There is no failure 'spring'; there are: sampled_spring"):
         named("spring")
 
@@ -28,7 +28,7 @@ def test_the_library_is_discovered_in_order():
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KEYS)
 def test_it_works_inside_fails_outside_and_agrees_with_theory(key):
-    """To within 6 % of the theory's range."""
+    """The limit agrees with theory to within 6 % of the range of the theory's values."""
     told, failure = [], failures()[key]
     shown = show(failure, progress=lambda done, of: told.append((done, of)))
     assert shown.as_theory_says

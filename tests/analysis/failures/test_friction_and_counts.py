@@ -1,4 +1,4 @@
-"""Diolaiti's regions, the largest push that friction stops, and friction that chatters."""
+"""Diolaiti's regions, the largest push that friction stops, and the chatter of friction."""
 
 import math
 
@@ -10,7 +10,8 @@ from hapkit_studio.analysis.failures.large_push import amplitude, measured, swin
 from hapkit_studio.analysis.failures.spring import CYCLES, GROWS, RESTS, judged, released_with_friction
 from hapkit_studio.environments.friction import COULOMB, PROJECTION
 
-# 1000 N/m, 0.05 kg, 1 kHz, 20 µm; released 3.3 counts away: p-p of the tail in counts at σ = 0, .1, .25, .4
+# 1000 N/m, 0.05 kg, 1 kHz, 20 µm, released 3.3 counts away. Columns: peak-to-peak motion at the end, in
+# counts, at σ = 0, 0.1, 0.25, 0.4
 REGIONS = {
     0.6: (1.68, 0.24, 0.02, 0.01),
     1.0: (0.94, 0.19, 0.03, 0.01),
@@ -20,7 +21,7 @@ SIGMAS = (0.0, 0.1, 0.25, 0.4)
 
 
 def region(beta, sigma, counts):
-    """Return the outcome of a release, and the p-p of its tail in counts."""
+    """Return the outcome of a release, and the peak-to-peak motion in counts at its end."""
     start = counts * 20e-6
     x = released_with_friction(0.05, beta, sigma * 1000.0 * 20e-6, 20e-6, 1000.0, 1000.0, start)
     word, size = judged(x, start, 1000.0)
@@ -29,9 +30,9 @@ def region(beta, sigma, counts):
 
 @pytest.mark.parametrize("beta", [0.25, 0.4, 0.6, 1.0, 2.0])
 def test_diolaitis_regions(beta):
-    """From σ = 1/2 on friction stops half a count: tested 1 % on both sides, and by the table.
+    """Friction above σ = 1/2 stops half a count; tested 1 % on both sides, and by the table.
 
-    With too little damping a large displacement grows at any friction.
+    With too little damping, a large displacement grows at any friction.
     """
     for sigma, want in zip(SIGMAS, REGIONS.get(beta, ()), strict=False):
         word, size = region(beta, sigma, 3.3)
@@ -46,7 +47,7 @@ def test_diolaitis_regions(beta):
 
 
 def test_the_push_that_friction_stops_agrees_with_the_table():
-    """The energy balance over a cycle gives 0.5 to 2 % less."""
+    """The energy balance over a cycle gives a push that is 0.5 to 2 % smaller."""
     for stiffness, viscous, coulomb, simulated in (
         (2000.0, 0.5, 0.2, 2.573),
         (2000.0, 0.8, 0.2, 6.495),
@@ -63,9 +64,10 @@ def test_the_push_that_friction_stops_agrees_with_the_table():
 @pytest.mark.parametrize(
     ("stiffness", "mass", "viscous", "coulomb", "rate"),
     [
-        (1020.0, 0.044, 0.5, 0.02, 1000.0),  # σ = 0.1 1/s: at 1 % off, settling takes ln(100)/σ = 45 s
-        (1005.0, 1.0, 0.5, 0.02, 1000.0),  # σ = 0.001 1/s: 300 s show only the trend
-        (8000.0, 0.005, 2.0, 0.1, 1000.0),  # ω T = 1.1
+        # the growth rate is 0.1 1/s, so settling 1 % beside the limit takes ln(100)/0.1 = 45 s
+        (1020.0, 0.044, 0.5, 0.02, 1000.0),
+        (1005.0, 1.0, 0.5, 0.02, 1000.0),  # the growth rate is 0.001 1/s, so 300 s show only the trend
+        (8000.0, 0.005, 2.0, 0.1, 1000.0),  # the frequency is high: ω T = 1.1
     ],
 )
 def test_one_percent_less_push_settles_and_one_percent_more_grows(stiffness, mass, viscous, coulomb, rate):

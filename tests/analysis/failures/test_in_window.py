@@ -1,4 +1,4 @@
-"""The instruction of each failure is true on the whole device, under a mouse that pulls and releases."""
+"""Each failure's instruction is true on the device with every term, for a mouse that pulls and releases."""
 
 import math
 
@@ -10,14 +10,14 @@ from hapkit_studio.analysis.failures.in_window import SEEN, behind, let_go
 
 
 def live(key, share):
-    """Return a failure's live scene at a multiple of its limit."""
+    """Return a failure's live scene, with its knob at a multiple of its limit."""
     failure = failures()[key]
     case = failure.case()
     return failure.live(share * failure.limit(case), case)
 
 
 def test_a_spring_keeps_oscillating_only_beyond_the_damping_of_friction_and_the_motors_limit():
-    """Beyond A = 4 F_c/(π ω (K T/2 − b)) it grows, provided that A is below 3 N/K, the motor's limit."""
+    """Motion beyond A = 4 F_c/(π ω (K T/2 − b)) grows if A is below 3 N/K, the motor's limit."""
 
     def holds(k):
         a = 4.0 * 0.1 / (math.pi * math.sqrt(k / 0.044) * (0.5e-3 * k - 0.5))
@@ -38,12 +38,12 @@ def test_a_push_beyond_its_amplitude_oscillates_and_one_below_settles():
     for share, words in ((0.96, "it comes to rest."), (1.04, "it keeps oscillating.")):
         assert live("large_push", share).advice.endswith(words)
     assert behind(1e-3, 2000.0) == pytest.approx(11e-3)
-    # at the motor's limit of 3 N, a grip of 200 N/m stays 15 mm behind
+    # at the motor's limit of 3 N, a grip of 200 N/m is 15 mm away from the pointer
     assert behind(5e-3, 2000.0) == pytest.approx(20e-3)
 
 
 def test_the_window_shows_the_step_of_its_integrator():
-    """A mass on a spring advances by ω dt per step: the window must show the same step."""
+    """A mass on a spring advances by ω dt per step, and the window must show this step."""
     failure = failures()["integrators"]
     for method in range(5):
         case = failure.case() | {"method": float(method)}

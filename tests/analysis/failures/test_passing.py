@@ -16,7 +16,7 @@ JITTER = failures()["jitter"]
 
 
 def sides(failure, case):
-    """Return the evidence just inside and just outside a failure's limit."""
+    """Return a failure's evidence just inside and just outside its limit."""
     return [failure.probe(value, case) for value in (failure.inside(case), failure.outside(case))]
 
 
@@ -45,7 +45,7 @@ def test_ten_counts_per_ridge_give_the_theoretical_steps_of_the_force():
 
 
 def test_a_bump_of_width_w_needs_a_speed_below_w_over_4_t():
-    """5 mm: limit 1.25 m/s at 1 kHz, 0.29 m/s at 230 Hz."""
+    """A width of 5 mm has a limit of 1.25 m/s at 1 kHz, and of 0.29 m/s at 230 Hz."""
     failure = failures()["tunnelling"]
     for rate, speed in ((1000.0, 1.25), (230.0, 0.2875)):
         case = failure.case({"rate": rate})
@@ -67,7 +67,7 @@ def test_a_pattern_decays_inside_its_exact_limit_and_grows_outside(usual, long, 
 
 
 def test_below_the_limit_of_the_longest_period_every_order_of_periods_is_stable(rng):
-    """2 b/T of the longest period is stable for each of 200 patterns, computed by the exact map."""
+    """A spring of 2 b/T for the longest period is stable in 200 patterns, computed by the exact map."""
     case, lengths = JITTER.case(), (1e-3, 1.5e-3, 2e-3, 5e-3)
     limits = {t: stiffness_limit(case["mass"], case["viscous"], rate=1.0 / t) for t in lengths}
     for _ in range(200):
@@ -76,7 +76,8 @@ def test_below_the_limit_of_the_longest_period_every_order_of_periods_is_stable(
 
 
 BOUNCE = failures()["bounce"]
-# 0.05 kg, 1 kHz: K, delay in periods, error of the formula in % at b = 0, 1/2, 1, 3/2 of K (T/2 + td)
+# 0.05 kg, 1 kHz. Columns: K, delay in periods, error of the formula in % at b = 0, 1/2, 1, 3/2 of K (T/2 +
+# td)
 LEAVES = [
     (300.0, 0, (0.01, 0.3, 0.6, 0.9)),
     (300.0, 1, (0.15, 2.0, 3.7, 5.6)),
@@ -88,7 +89,7 @@ LEAVES = [
 
 @pytest.mark.parametrize(("stiffness", "late", "table"), LEAVES)
 def test_the_formulas_error_for_a_damped_handle_agrees_with_the_table(stiffness, late, table):
-    """Without damping the formula is within 1 % up to a lateness of 0.4."""
+    """Without damping, the formula is within 1 % up to a lateness of 0.4 periods."""
     case = BOUNCE.case({"mass": 0.05, "late": late})
     lateness = math.sqrt(stiffness / 0.05) * 1e-3 * (1 + 2 * late)
     assert stiffness_of(lateness, case) == pytest.approx(stiffness)

@@ -1,4 +1,4 @@
-"""The planes of dimensionless numbers: boundaries by tables and formulas, points on the right side."""
+"""Planes of dimensionless numbers: boundaries agree with tables, points are on the right side."""
 
 import math
 
@@ -14,12 +14,12 @@ SPRING, BUZZ, STEPS = (failures()[key] for key in ("sampled_spring", "limit_cycl
 
 
 def points(panel, outcome):
-    """Return the measured points (n, 2) of one outcome."""
+    """Return the measured points (n, 2) that have a given outcome."""
     return np.vstack([np.empty((0, 2))] + [np.c_[p.x, p.y] for p in panel.points if p.outcome == outcome])
 
 
 def test_the_sampled_walls_boundary_agrees_with_the_table_for_a_heavier_handle():
-    """0.05 kg, 0.5 N·s/m, 1 ms, no delay: K_max over B in N/m."""
+    """The table has K_max in N/m for each B in N·s/m, for 0.05 kg, 0.5 N·s/m, 1 ms and no delay."""
     table = {0.5: 1983.5, 1.0: 2945.8, 5.0: 9974.0, 20.0: 27440.0, 40.0: 34959.0}
     (panel,) = SPRING.plane(SPRING.case({"mass": 0.05})).panels
     own = panel.boundaries[0]
@@ -36,7 +36,7 @@ def test_rendered_springs_decay_below_the_boundary_and_grow_above(delay):
         assert len(found) == 9
         assert np.all(side * (found[:, 1] - np.interp(found[:, 0], own.x, own.y)) > 0.0)
     assert rule.y / rule.x == pytest.approx(1.0 / (0.5 + delay / 1e-3))
-    assert own.y[0] == pytest.approx(rule.y[0], rel=0.01)  # with little damping the rule is exact
+    assert own.y[0] == pytest.approx(rule.y[0], rel=0.01)  # with little damping, the rule of thumb is exact
 
 
 def test_at_the_limit_the_knob_is_on_the_boundary():
@@ -87,7 +87,8 @@ def test_every_integrator_has_its_region_and_every_scene_its_point():
                     assert field.z[row, inside] <= 1.0 < field.z[row, outside]
         assert {words for _, _, words in panel.marks} == {"Mass–spring–damper", "Puck"}
     (x, y, _), *_ = (mark for mark in plane.panels[0].marks if mark[2] == "Mass–spring–damper")
-    assert (x, y) == pytest.approx((0.02, 1.0 / 80.0))  # 2 kg on 800 N/m with 1 N·s/m at 1 kHz
+    # this is the scene's point: 2 kg on 800 N/m with 1 N·s/m at 1 kHz
+    assert (x, y) == pytest.approx((0.02, 1.0 / 80.0))
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The sampled spring over a grid, with every filter, and with damping that lowers its limit."""
+"""The sampled spring over a grid of loops, with every filter, and with damping that lowers its limit."""
 
 import itertools
 import math
@@ -13,7 +13,7 @@ from hapkit_studio.errors import ParameterError
 
 SPRING, FILTERS, WORSE = (failures()[k] for k in ("sampled_spring", "filters", "filtered_damping"))
 
-# K = 500 N/m, B = 1 N·s/m, 0.05 kg, 0.5 N·s/m, 1 kHz: delay in periods, largest roots of the table
+# K = 500 N/m, B = 1 N·s/m, 0.05 kg, 0.5 N·s/m, 1 kHz. Columns: delay in periods, largest roots from the table
 ROOTS = [
     (0.0, (0.9874025, 0.9874025, 0.0101887)),
     (0.5, (0.9899131, 0.9899131, 0.0592341, 0.0427125)),
@@ -29,12 +29,12 @@ def test_the_loops_map_has_the_roots_of_the_table(late, table):
     assert roots[len(table) :] == pytest.approx(0.0, abs=1e-8)
 
 
-# mass, virtual damping, the handle's own, rate, delay in periods
+# columns: mass, virtual damping, the handle's own damping, rate, delay in periods
 GRID = list(itertools.product((0.02, 0.2), (0.0, 1.0), (0.2, 1.0), (500.0, 2000.0), (0.0, 2.5)))
 
 
 def test_one_percent_inside_decays_and_outside_grows_over_the_grid():
-    """32 loops, with the growth rate of their dominant roots."""
+    """The grid has 32 loops; the growth rate is that of the dominant roots."""
     for mass, damping, viscous, rate, late in GRID:
         given = {"mass": mass, "damping": damping, "viscous": viscous, "rate": rate, "delay": late / rate}
         case = SPRING.case(given)
@@ -55,7 +55,10 @@ def test_one_percent_inside_decays_and_outside_grows_with_every_filter(estimator
 
 
 def test_filtered_damping_lowers_the_stable_stiffness():
-    """0.05 kg, 0.5 N·s/m, 1 kHz, Butterworth 20 Hz: 1002 N/m without damping, 760 with 1 N·s/m."""
+    """Limits are 1002 N/m without damping and 760 N/m with 1 N·s/m.
+
+    The handle has 0.05 kg and 0.5 N·s/m; the filter is a Butterworth filter of 20 Hz at 1 kHz.
+    """
     case = FILTERS.case({"estimator": "butterworth_20", "damping": 1.0, "mass": 0.05})
     assert FILTERS.limit(case) == pytest.approx(760.0, abs=0.5)
     plain = FILTERS.case({"estimator": "butterworth_20", "damping": 0.0, "mass": 0.05})

@@ -7,7 +7,7 @@ from hapkit_studio.analysis.failures.course import rate_of, swing
 from hapkit_studio.analysis.failures.integrators import growth_per_radian
 from tests.dynamics.growth import COURSE_RATES
 
-# s: longest stable steps of the course's mass in contact
+# s: longest stable steps of the course's mass in contact, by integrator
 LONGEST = {
     "explicit_euler": 0.769e-3, "lecture": 0.769e-3, "semi_implicit": 77.7e-3, "verlet": 78.4e-3,
     "rk4": 112e-3,
@@ -17,7 +17,10 @@ INTEGRATOR, COURSE = failures()["integrators"], failures()["course"]
 
 @pytest.mark.parametrize("method", ["explicit_euler", "lecture", "exact"])
 def test_the_growth_of_the_course_s_mass_in_contact_agrees_with_its_table(method):
-    """Rendered with the handle held still, at 1 ms and at 230 Hz; the exact growth is −0.25 1/s."""
+    """The handle is held still while the mass is rendered at 1 ms and 230 Hz.
+
+    Its exact growth is −0.25 1/s.
+    """
     for column, step in ((1, 1e-3), (2, 1.0 / 230.0)):
         rate = rate_of(swing(method, step), step)
         assert rate == pytest.approx(COURSE_RATES[method][column], rel=0.02, abs=2e-3), step

@@ -1,4 +1,4 @@
-"""Hands that excite every term, and recordings with them."""
+"""Motions of the hand that excite every term, and recordings of them."""
 
 import math
 
@@ -22,7 +22,7 @@ def several_sines(seed, amplitude=0.0125):
 
 
 def shaken(seed, environment="spring", values=None, *, quantum=20.7e-6, seconds=3.0, **loop):
-    """Return the identification of a handle shaken by a hand, on a paddle of 44 g, 0.5 N·s/m, 0.1 N."""
+    """Return the identification of a handle of 44 g, 0.5 N·s/m and 0.1 N that a hand shakes."""
     hand = Hand(*HAND, several_sines(seed), vectorised=True)
     device = hs.SimulatedHapkit(quantum=quantum)
     run = hs.simulate(environment, values, hand=hand, device=device, seconds=seconds, **loop)
@@ -38,7 +38,7 @@ def sine_run(stiffness, damping, hertz, amplitude, phase=0.0, *, quantum=20.7e-6
 
 
 def impedance(stiffness, damping, hertz, rate, delay):
-    """Return (K, B) of a sampled spring and backward difference at one frequency, with hold and delay.
+    """Return (K, B) of a sampled spring and backward difference at one frequency, held and delayed.
 
     Z = (K + B (1 - e^-jwT) / T) e^-jw(td + T/2) sin(wT/2) / (wT/2): K = Re Z, B = Im Z / w.
     """

@@ -1,7 +1,7 @@
 """An independent reference loop with a noisy sensor, for many handles in a spring at once.
 
-Velocity Verlet steps of 50 µs (kick, drift, kick) with mass, viscous and Coulomb friction; spring and damping
-act as commands, held for a period and delayed.
+It makes velocity Verlet steps of 50 µs (kick, drift, kick) with mass, viscous and Coulomb friction. Spring
+and damping act as commands, which are held for a period and delayed.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, 
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.haptics.rows import CLAMPED
 
-STEPS = 20  # integration steps per sample period
+STEPS = 20  # number of integration steps per sample period
 RATE = 1000.0
 QUANTUM = 20.7e-6
 HANDLE = Handle(0.044, 0.5, 0.10)
@@ -21,9 +21,10 @@ GRIP = Grip(0.05, 4.0, 200.0)
 def recordings(
     seeds, noise, *, held, stiffness=150.0, damping=0.0, delay_steps=STEPS, seconds=2.0, known=True
 ):
-    """Return a recording per seed: a hand's four sines, or a handle released at 12 to 25 mm.
+    """Return one recording per seed, of a hand's four sines or of a handle released at 12 to 25 mm.
 
-    noise: standard deviation in counts of each reading before quantisation; delay_steps of 50 µs.
+    ``noise`` is the standard deviation in counts of each reading before quantisation; ``delay_steps`` is the
+    delay in steps of 50 µs.
     """
     count, generators = round(seconds * RATE), [np.random.default_rng(seed) for seed in seeds]
     time = np.arange(count) / RATE
@@ -33,7 +34,8 @@ def recordings(
     x = target[:, 0].copy() if held else x
     errors = np.stack([random.normal(0.0, 1.0, count) for random in generators]) * noise * QUANTUM
     errors += np.array([random.uniform(0.0, QUANTUM) for random in generators])[:, None]
-    rows = np.zeros((5, len(x), count))  # position, velocity, command, the hand's force, the true position
+    # the rows are position, velocity, command, the hand's force, and the true position
+    rows = np.zeros((5, len(x), count))
     v, before, step = np.zeros(len(x)), None, 1.0 / RATE / STEPS
     commands = np.zeros((len(x), count + 1))
     for k in range(count):

@@ -1,4 +1,4 @@
-"""Coverage of the 95 % intervals over many hands and motions."""
+"""The 95 % intervals contain the truth over many hands and motions."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def test_handle():
     assert (inside.mean(axis=0) >= 0.85).all()
     # unbiased: the mean error of 60 samples is compatible with 0
     assert (np.abs(errors.mean(axis=0)) < 3.5 * errors.std(axis=0) / np.sqrt(60)).all()
-    # efficient: at most twice the true spread
+    # efficient: an interval is at most twice as wide as the true spread
     assert (np.median(halves, axis=0) < 4.0 * errors.std(axis=0)).all()
 
 
@@ -57,7 +57,7 @@ DEVICE = {"viscous": 0.5, "coulomb": 0.10}
 
 
 def told(hand, scene, values, estimator):
-    """Return (|error| / half, determined) of every identified value of the handle."""
+    """Return |error| / half width, and whether the interval contains the truth, for each value told."""
     part = identify(from_run(hs.simulate(scene, values, hand=hand, estimator=estimator, seconds=8.0))).handle
     truth = {**DEVICE, "mass": 0.044 + SCRIPTS[hand].mass}
     return [(abs(e.value - truth[e.key]) / e.half, e.holds(truth[e.key])) for e in part.estimates if e.told]
@@ -73,7 +73,7 @@ def test_identified_values_are_true():
     assert everything.mean() >= 0.90
     assert all(np.mean([holds for _, holds in one]) >= 0.8 for one in found.values() if len(one) >= 9)
     assert max(ratio for one in found.values() for ratio, _ in one) < 3.0
-    # motions with enough excitation are identified, not rejected
+    # motions with enough excitation must be identified; rejecting all of them would also pass the test above
     for hand in ("shake", "rub", "tap"):
         assert len(found[hand]) >= 12
 

@@ -1,4 +1,4 @@
-"""Recordings from files: the studio's own, also saved again by a spreadsheet, and those of other programs."""
+"""Recordings are read from the studio's files, from those that a spreadsheet saved again, and from others."""
 
 import csv
 import io
@@ -24,7 +24,7 @@ def run():
 
 @pytest.fixture(scope="module")
 def own(run, tmp_path_factory):
-    """Return the folder with a run as the studio writes it."""
+    """Return the folder of a run that the studio has written."""
     folder = tmp_path_factory.mktemp("own")
     run.save(folder / "plain.csv")
     run.save(folder / "comma.csv", decimal=",")
@@ -33,7 +33,10 @@ def own(run, tmp_path_factory):
 
 
 def resaved(text, read, write, end="\r\n"):
-    """Return a table read with one delimiter and written with another, all rows padded to the widest."""
+    """Return a table that was read with one delimiter and written with another.
+
+    Rows are padded to the widest.
+    """
     rows = list(csv.reader(io.StringIO(text), delimiter=read))
     width = max(map(len, rows))
     file = io.StringIO()
@@ -44,7 +47,7 @@ def resaved(text, read, write, end="\r\n"):
 
 
 def old(run, text):
-    """Return the text with all settings in one line of JSON, the studio's former format."""
+    """Return the text with all settings in one line of JSON, which was the studio's former format."""
     table = [line for line in text.splitlines() if not line.startswith("#")]
     return "\n".join([f"# {json.dumps(run.settings, ensure_ascii=False)}", *table]) + "\n"
 
@@ -91,7 +94,7 @@ def test_a_hands_own_script_is_stored_by_a_session_and_by_a_table(tmp_path):
     assert masses[1].value == pytest.approx(masses[0].value, abs=1e-4)
 
 
-# --- changed settings
+# --- the settings change during a recording
 
 
 def stiffness_of(found):
@@ -121,13 +124,13 @@ def test_each_part_between_changes_has_its_own_settings(session, tmp_path, capsy
     )
 
 
-# --- recordings of other programs
+# --- other programs made the recording
 
 NAMED = ("--time", "t_ms:ms", "--position", "x_mm:mm", "--force", "F:mN")
 
 
 def foreign(count=3000, velocity=True):
-    """Return the text of a recording: a spring of 210 N/m about 2 mm with 1.5 N·s/m, moved to and fro."""
+    """Return a recording's text: a spring of 210 N/m about 2 mm with 1.5 N·s/m moves to and fro."""
     t = 1e-3 * np.arange(count)
     sines = [(8.0, 0.83, 0.0), (4.0, 2.37, 1.0)]
     x = sum(a * np.sin(2.0 * np.pi * f * t + p) for a, f, p in sines)  # mm
@@ -148,7 +151,7 @@ def test_the_spring_in_a_recording_of_another_program_is_identified(tmp_path, ca
     found = json.loads(capsys.readouterr().out)
     terms = {e["key"]: e for e in found["parts"]["rendered"]["estimates"]}
     assert terms["stiffness"]["value"] == pytest.approx(210.0, abs=0.3)
-    # a command held for 1 ms has a mean delay of half of that
+    # a command held for 1 ms has a mean delay of 0.5 ms, which lowers the damping
     assert terms["damping"]["value"] == pytest.approx(1.5 - 210.0 * 0.5e-3, abs=0.01)
     assert terms["centre"]["value"] == pytest.approx(2e-3, abs=2e-5)
     assert terms["stiffness"]["set"] is None
@@ -170,7 +173,7 @@ def test_an_unknown_table_lists_its_columns_and_the_option_to_name_them(tmp_path
 
 
 def test_plot_columns_are_in_si_units(tmp_path):
-    """For the four samples of the shared example, with its velocity or computed from positions."""
+    """The shared example has four samples; its velocity is recorded, or computed from positions."""
     path = tmp_path / "four.csv"
     path.write_text(
         "t_ms;x_mm;dx_mms;F\n0;0,00;0,0;0,00\n1;0,10;100,0;-0,03\n2;0,20;100,0;-0,06\n3;0,30;100,0;-0,09\n"

@@ -1,4 +1,4 @@
-"""Recordings with more noise than quantisation get wider intervals; others are unchanged."""
+"""Recordings with more noise than quantisation causes get wider intervals; others keep theirs."""
 
 import math
 from dataclasses import replace
@@ -18,7 +18,7 @@ TIME = np.arange(2000) / RATE
 
 
 def counted(position, noise=0.0, seed=0):
-    """Return a sensor's reading of a position (n,) in m with noise in counts."""
+    """Return what a sensor reads at positions in m (n,), with noise in counts."""
     random = np.random.default_rng(seed)
     return QUANTUM * np.floor(position / QUANTUM + random.normal(0.0, 1.0, len(position)) * noise)
 
@@ -50,7 +50,7 @@ def test_lost_samples_are_not_noise():
 
 
 def noisy(recording, noise, seed):
-    """Return a recording with noise in whole counts that the loop did not receive."""
+    """Return a recording with noise in whole counts that was not in the loop."""
     errors = np.round(np.random.default_rng(seed).normal(0.0, noise, len(recording)))
     return replace(recording, position=recording.position + QUANTUM * errors)
 
@@ -95,7 +95,10 @@ TRUTHS = {"mass": HANDLE.mass, "viscous": HANDLE.viscous, "coulomb": HANDLE.coul
 
 
 def coverage(recordings, expected, held):
-    """Return the fraction of intervals that contain the truth, by quantity; expected: by recording."""
+    """Return the fraction of intervals that contain the truth, by quantity.
+
+    ``expected`` has the true values of each recording.
+    """
     inside: dict[str, list[bool]] = {}
     for recording, of_law in zip(recordings, expected, strict=True):
         found = identify(recording, released=not held)
@@ -122,7 +125,7 @@ def quiet_recordings(held):
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("seen", [False, True])
 def test_95_percent_of_the_intervals_contain_the_truth(held, noise, seen):
-    """seen: the loop renders the noise too; otherwise only the recording contains it."""
+    """If ``seen``, the loop renders the noise too; otherwise only the recording contains it."""
     quiet, of_law = quiet_recordings(held)
     if seen:
         found, _ = noisy_loop.recordings(range(200), noise, held=held, seconds=SECONDS[held])

@@ -66,7 +66,7 @@ def damaged(saved, change):
 
 
 def first_as(words):
-    """Return a function that replaces the first cell of a row."""
+    """Return a function that replaces the first cell of a row with ``words``."""
     return lambda row: words + row[row.index(",") :]
 
 

@@ -1,4 +1,4 @@
-"""Window averages compared with theory; coverage of instrumental-variable intervals."""
+"""Window averages agree with theory; instrumental-variable intervals contain the truth as often as stated."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def motion(random):
 
 
 def correlated(random, count):
-    """Return AR(1) errors with coefficient 0.6."""
+    """Return errors of a first-order autoregressive process with coefficient 0.6."""
     error = random.normal(size=count)
     for k in range(1, count):
         error[k] += 0.6 * error[k - 1]
@@ -33,7 +33,7 @@ def test_errors_in_columns_bias_one_measurement_but_not_two():
         y = x @ TRUTH + 0.1 * random.normal(size=300)
         biased.append(solve(one, one, y, ALL).beta[0])
         unbiased.append(solve(one, two, y, ALL).beta[0])
-    # attenuation with one measurement: 2 / (1 + 0.25 / var x), var x = 1
+    # one noisy measurement attenuates the slope: 2 / (1 + 0.25 / var x), with var x = 1
     assert np.mean(biased) == pytest.approx(2.0 / 1.25, rel=0.02)
     assert np.mean(unbiased) == pytest.approx(2.0, abs=4.0 * np.std(unbiased) / np.sqrt(200))
 
@@ -59,7 +59,7 @@ def test_repetitions_of_residuals_are_counted():
         count = 100 * times
         assert repetitions(np.tile(once, times), np.ones(count, bool)) == pytest.approx(times)
         assert repetitions(random.normal(size=count), np.ones(count, bool)) == 1.0
-    # half of the variance repeats: a correlation of a half
+    # half of the variance repeats, so the correlation is a half
     half = np.mean(
         [
             repetitions(np.tile(random.normal(size=400), 3) + random.normal(size=1200), np.ones(1200, bool))
@@ -74,7 +74,7 @@ def test_intervals_contain_the_truth_if_a_motion_repeats_its_errors():
     inside: dict[bool, list[bool]] = {True: [], False: []}
     for seed in range(200):
         random = np.random.default_rng(seed)
-        turn = 0.06 * np.pi * np.arange(400)  # three cycles per hundred windows
+        turn = 0.06 * np.pi * np.arange(400)  # the sine has three cycles per hundred windows
         x = np.column_stack([np.sin(turn + random.uniform(0.0, 6.28)), np.ones(400)])
         y = x @ TRUTH + np.tile(correlated(random, 100), 4)
         for again, found in inside.items():
@@ -121,7 +121,7 @@ def test_a_window_averages_a_cubic_and_its_derivatives(piece):
     windows = Windows(200, piece, PERIOD, 0.0)
     t = PERIOD * np.arange(200)
     middle = PERIOD * (windows.starts + PIECES * piece / 2)
-    spread = PIECES / 12.0 * (piece * PERIOD) ** 2  # the window's variance: six boxes
+    spread = PIECES / 12.0 * (piece * PERIOD) ** 2  # the window's variance is that of six boxes
     cubic = 2.0 * t**3 - 0.3 * t**2 + t
     wanted = (
         2.0 * (middle**3 + 3.0 * middle * spread) - 0.3 * (middle**2 + spread) + middle,

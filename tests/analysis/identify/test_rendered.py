@@ -1,4 +1,4 @@
-"""The rendered impedance: stiffness, damping, friction, the centre, and the hand's grip."""
+"""Identification of the rendered impedance: stiffness, damping, friction, the centre, and the hand's grip."""
 
 import math
 
@@ -94,7 +94,7 @@ def test_motionless_recordings_give_advice_instead_of_values():
 
 
 def test_slow_recordings_do_not_determine_the_damping():
-    # an amplitude of 0.02 mm in a stiff spring, about a sensor count
+    # the amplitude is 0.02 mm in a stiff spring, about one sensor count
     run = sine_run(60.0, 0.0, 0.3, 2e-5, seconds=2.0)
     part = identify(from_run(run)).rendered
     assert not part["damping"].told
@@ -107,7 +107,7 @@ def test_a_filter_does_not_move_the_centre():
     values = {"stiffness": 120.0, "damping": 3.0, "center": centre}
     run = hs.simulate("spring", values, hand="shake", estimator="iir", seconds=6.0)
     found = identify(from_run(run)).rendered
-    assert found["stiffness"].value > 125.0  # the late velocity stiffens the motion
+    assert found["stiffness"].value > 125.0  # the delay of the filtered velocity stiffens the motion
     assert found["centre"].holds(centre)
     assert 0.5e-6 <= found["centre"].half < 0.5e-3
 

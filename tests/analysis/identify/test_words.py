@@ -1,4 +1,4 @@
-"""Sentences and the command's output on identified values."""
+"""Sentences on identified values, and the command's output."""
 
 import json
 from pathlib import Path
@@ -105,7 +105,7 @@ def test_the_command_prints_the_rendered_values(csv, capsys):
 
 
 def test_every_output_states_that_the_force_was_not_measured(csv, capsys, tmp_path, monkeypatch):
-    """On a board, whose motor constant may be wrong, also how to measure the force."""
+    """For a board, whose motor constant may be wrong, every output also states how to measure the force."""
     lines = Path(csv).read_text(encoding="utf-8").splitlines(keepends=True)
     others = [line for line in lines if not line.startswith(("# device", "# hand"))]
     path = tmp_path / "board.csv"

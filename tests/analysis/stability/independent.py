@@ -1,7 +1,7 @@
-"""Independent simulation of a handle in a hand, released or kicked, in steps of 1/32 of a period.
+"""Independent simulation of a handle in a hand that is released or kicked, in steps of 1/32 of a period.
 
-Shares only numpy and numba with the product: event-driven friction inside a step, estimators from their
-difference equations.
+It shares only numpy and numba with the product. It has event-driven friction inside a step, and estimators
+from their difference equations.
 """
 
 import math
@@ -15,7 +15,10 @@ STEPS = 32
 
 @dataclass(frozen=True)
 class Handle:
-    """A handle, its loop, a spring or a wall (one_sided, its surface at 0 m), the hand on it (0: none)."""
+    """A handle, its loop, a spring or a wall, and the hand on it (0: no hand).
+
+    A wall is ``one_sided`` and has its surface at 0 m.
+    """
 
     mass: float
     viscous: float
@@ -28,10 +31,10 @@ class Handle:
     damping: float
     one_sided: bool = False
     hand: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    filter: tuple[float, ...] = (1.0,)  # one number: coefficient of a low-pass; two: alpha and beta
+    filter: tuple[float, ...] = (1.0,)  # one number is the coefficient of a low-pass; two are alpha and beta
 
     def let_go(self, place: float, target: float, seconds: float, speed: float = 0.0) -> np.ndarray:
-        """Return the positions (n,) in m with a hand's target in m, after a release at rest or a kick."""
+        """Return the positions (n,) in m after a release at rest or a kick; the hand's target is in m."""
         n = round(seconds * self.rate)
         numbers = np.array([
             self.mass + self.hand[0], self.viscous + self.hand[1], self.coulomb, self.quantum, self.limit,

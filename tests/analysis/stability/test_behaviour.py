@@ -1,4 +1,4 @@
-"""The behaviour of a scene against an independent simulation of the same handle."""
+"""The reported behaviour of a scene agrees with an independent simulation of the same handle."""
 
 import math
 from dataclasses import replace
@@ -72,7 +72,7 @@ class Released:
 
 
 def loop_of(seed):
-    """Return a random device, loop, stiffness and damping: half of them beyond the simple rule."""
+    """Return a random device, loop, stiffness and damping; half of the loops exceed the rule of thumb."""
     chance = np.random.default_rng(seed)
     device = SimulatedHapkit(
         mass=chance.uniform(0.03, 0.08),
@@ -88,7 +88,7 @@ def loop_of(seed):
 
 
 def swing(places, rate):
-    """Return half the peak-to-peak motion in m and the mean frequency in Hz of the last half."""
+    """Return half the peak-to-peak motion in m and the mean frequency in Hz of the last half of a run."""
     last = places[len(places) // 2 :]
     middle = 0.5 * (last.max() + last.min())
     up = np.flatnonzero((last[:-1] < middle) & (last[1:] >= middle))
@@ -151,7 +151,10 @@ def said_of_spring(handle):
 
 
 def lasting(handle, push):
-    """Return the sustained amplitude in m, inf if it leaves; with a longer run if it still changes."""
+    """Return the sustained amplitude in m, inf if the handle moves away.
+
+    Extend the run if it still changes.
+    """
     turn = 2.0 * math.pi * math.sqrt(handle.device.mass / handle.stiffness)
     for turns in (300, 1200, 4800):
         places = handle.let_go(push, turns * turn)[0]
@@ -173,7 +176,7 @@ def holds_between(handle, pushes):
 
 @pytest.mark.slow
 def test_reported_oscillations_cover_untried_pushes():
-    """Except in one of twenty scenes, as oscillations that few pushes reach are found by chance."""
+    """Oscillations that few pushes reach are found by chance, so one of twenty scenes may miss one."""
     pushes = [np.random.default_rng(seed).uniform(np.log(6e-5), np.log(16e-3), 3) for seed in range(20)]
     held = [holds_between(sprung(seed), np.exp(some).tolist()) for seed, some in enumerate(pushes)]
     assert held.count(False) <= 1
@@ -225,7 +228,7 @@ def test_a_repelled_handle_is_reported_as_such():
 
 
 def test_coexisting_limit_cycles_are_reported_as_a_range():
-    """A spring of 320 N/m, 1 ms late, without dry friction: quantisation causes several limit cycles."""
+    """Quantisation causes several limit cycles in a spring of 320 N/m, 1 ms late, without dry friction."""
     device = SimulatedHapkit(coulomb_force=0.0)
     handle = Released(device, LoopSettings(1000.0, 1e-3), 320.0, 0.0)
     said = said_of_spring(handle)
@@ -240,7 +243,7 @@ def test_coexisting_limit_cycles_are_reported_as_a_range():
 
 
 def scene_of(seed):
-    """Return a random handle for the independent simulation, and the same as a scene."""
+    """Return a random handle for the independent simulation, and the same handle as a scene."""
     chance = np.random.default_rng(seed)
     device = SimulatedHapkit(
         mass=chance.uniform(0.03, 0.08),
@@ -279,7 +282,7 @@ def scene_of(seed):
 def test_the_verdict_is_correct_in_any_loop_and_hand(seed):
     handle, scene, grip = scene_of(seed)
     said = behaviour(scene, grip)
-    # a wall is pressed with 1 and 2 N, or 60 % of the motor's force; a spring has two sides
+    # a wall is pressed with 1 and 2 N, but at most 60 % of the motor's force; a spring is not pressed
     presses = {min(newtons, 0.6 * handle.limit) for newtons in (1.0, 2.0)} if handle.one_sided else {0.0}
     turn = 2.0 * math.pi * math.sqrt((handle.mass + handle.hand[0]) / (handle.stiffness + handle.hand[2]))
 
@@ -312,7 +315,7 @@ def said_of(key, values, loop, coulomb=0.1, grip=None):
 
 
 def test_larger_pushes_are_tried_if_a_smaller_one_settles_late():
-    """A hand on 30 N·s/m with filter and delay: tiny pushes stay within a count, 5 cm/s oscillate."""
+    """A hand is on 30 N·s/m with filter and delay: tiny pushes stay within a count, 5 cm/s oscillate."""
     loop = LoopSettings(1000.0, 2.5e-3, ("iir", {"cutoff": 102.577}))
     said = said_of("damping", {"damping": 30.05}, loop, grip="light")
     share = -math.expm1(-2.0 * math.pi * 102.577 / 1000.0)
@@ -328,7 +331,7 @@ def test_larger_pushes_are_tried_if_a_smaller_one_settles_late():
 
 
 def damped_in_a_grip(seed):
-    """Return a random handle in a hand with damping near its limit: for this simulation, and as a scene."""
+    """Return a random handle in a hand, with damping near its limit, for this simulation and as a scene."""
     chance = np.random.default_rng(seed)
     rate = float(chance.choice([500.0, 1000.0, 2000.0]))
     delay = float(chance.choice([0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0])) / rate
@@ -362,13 +365,13 @@ def damped_in_a_grip(seed):
 
 
 def turn_amplitude(places):
-    """Return half the mean distance in m between turning points: the amplitude without drift."""
+    """Return half the mean distance in m between turning points, which is the amplitude without drift."""
     moves = np.sign(np.diff(places))
     turns = np.flatnonzero(moves[1:] * moves[:-1] < 0.0) + 1
     return 0.5 * float(np.abs(np.diff(places[turns])).mean()) if len(turns) > 8 else 0.0
 
 
-# kicks in m/s that lead to a small and to a large oscillation
+# kicks in m/s: ``little`` leads to a small oscillation, ``much`` to a large one
 @pytest.mark.parametrize(("seed", "little", "much"), [(1139, -0.0038, 0.53), (2394, -0.0137, 0.53)])
 def test_both_oscillations_of_damping_in_a_grip_are_reported(seed, little, much):
     handle, scene, grip = damped_in_a_grip(seed)
@@ -381,7 +384,7 @@ def test_both_oscillations_of_damping_in_a_grip_are_reported(seed, little, much)
 
 @pytest.mark.slow
 def test_few_oscillations_of_damping_in_a_grip_are_not_reported():
-    """Of 100 random scenes, each kicked 52 times, at most one has a 1.4 times smaller amplitude."""
+    """At most one of 100 random scenes, each kicked 52 times, has a 1.4 times smaller amplitude."""
     missing = []
     for seed in range(3000, 3100):
         handle, scene, grip = damped_in_a_grip(seed)
@@ -436,7 +439,7 @@ def test_drift_is_removed_from_an_oscillation(stiffness):
 
 
 def test_it_waits_for_returning_objects():
-    """Explicit Euler at a contact: the handle rests for tenths of a second between two contacts."""
+    """With explicit Euler at a contact, the handle rests for tenths of a second between two contacts."""
     values = {
         "mass": 2.0, "damping": 4.12, "stiffness": 43.1, "contact_stiffness": 1496.0,
         "contact_damping": 48.7, "rest_position": 0.0337, "integrator": "explicit_euler",
@@ -446,7 +449,7 @@ def test_it_waits_for_returning_objects():
 
 
 def test_a_passive_returning_object_settles():
-    """Without delay the object loses energy: equal impacts for seconds, then rest."""
+    """Without delay, the object loses energy: impacts at equal times go on for seconds, then it rests."""
     values = {
         "mass": 2.0, "damping": 0.17, "stiffness": 64.0, "contact_stiffness": 1970.0,
         "contact_damping": 0.8, "rest_position": 0.01,
@@ -470,7 +473,7 @@ def test_a_walls_oscillation_is_a_range_over_pressing_forces():
 
 
 def test_an_oscillation_started_by_few_pushes_is_found():
-    """A wall without dry friction, released by a hand: some pushes lead to more than a step of 60 um."""
+    """Some pushes against a wall without dry friction lead to more than a step of 60 µm."""
     handle, scene, grip = scene_of(466)
     place, target = 0.6 / handle.stiffness, 0.6 / handle.stiffness + 0.6 / grip.stiffness
     runs = [handle.let_go(place + push, target, 8.0) for push in np.linspace(0.09e-3, 0.4e-3, 15)]
@@ -482,7 +485,10 @@ def test_an_oscillation_started_by_few_pushes_is_found():
 
 
 def test_an_initial_decrease_does_not_count_as_settling():
-    """A detent without friction and quantisation, its slope beyond the limit, released 1 mm beside it."""
+    """The handle is released 1 mm beside a detent whose slope is beyond the limit.
+
+    There is no friction and no quantisation.
+    """
     values = {"stiffness": 1522.7, "damping": 0.374, "half_width": 3e-3}
     device = SimulatedHapkit(coulomb_force=0.0, quantum=0.0)
     loop = LoopSettings(500.0, 2e-3, ("iir", {"cutoff": 156.6}))

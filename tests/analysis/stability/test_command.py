@@ -1,4 +1,4 @@
-"""The stability command: text, table, JSON, figure."""
+"""The stability command prints text, a table and JSON, and draws a figure."""
 
 import json
 from dataclasses import replace
@@ -63,7 +63,7 @@ def test_the_json_has_columns_in_si_units(capsys, monkeypatch):
 
 
 def test_several_stable_intervals_are_reported(capsys):
-    """The worked example of test_limits: 256, 341 and 1,562 N/m at 3.2 N·s/m."""
+    """The worked example of test_limits has ends at 256, 341 and 1,562 N/m with 3.2 N·s/m."""
     loop = ("--mass", "0.03133", "--viscous", "0.82441", "--rate", "1430.93", "-B", "3.2", "-K", "300")
     more = "--estimator", "butterworth:cutoff=10.81613", "--to", "5.12", "--map", "--json"
     code, out, _ = run(capsys, *loop, *more)
@@ -168,7 +168,7 @@ def test_the_dots_label_covers_no_line_and_stays_inside(stiffness, damping, tmp_
         box = words.get_window_extent()
         assert frame.x0 < box.x0 < box.x1 < frame.x1
         assert frame.y0 < box.y0 < box.y1 < frame.y1
-        for line in figure.axes[0].lines[:-1]:  # the last one is the dot
+        for line in figure.axes[0].lines[:-1]:  # the last line is the dot
             corners = line.get_transform().transform(line.get_xydata())
             along = np.linspace(0, len(corners) - 1, 20_000)
             x, y = (np.interp(along, range(len(corners)), corner) for corner in corners.T)
@@ -176,7 +176,7 @@ def test_the_dots_label_covers_no_line_and_stays_inside(stiffness, damping, tmp_
 
 
 def test_a_picture_of_pure_damping_has_its_limits_in_their_own_unit(drawn):
-    """The limits of damping, without lines of stiffness."""
+    """It has the limits of damping, and no lines of stiffness."""
     found = plane(LoopSettings(viscous=0.18), 0.0, 2.0)
 
     def below(**more):

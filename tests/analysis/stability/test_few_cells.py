@@ -1,4 +1,4 @@
-"""Maps from few of their cells compared with full evaluation: random maps and rendered ones."""
+"""Maps computed from few of their cells equal full evaluation, for random maps and rendered ones."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ ALL_AROUND = np.ones((3, 3))
 
 
 def map_from_few_cells(full, seeds=()):
-    """Return a map from few cells of a full one, and the number of evaluations of each cell."""
+    """Return a map computed from few cells of a full one, and how often each cell was evaluated."""
     judged = np.zeros(full.shape, dtype=int)
 
     def judge(places):
@@ -34,7 +34,7 @@ def small_islands(full):
 
 
 def drawn(rng, shape, smooth):
-    """Return three classes of a random landscape; smooth: with larger regions."""
+    """Return a random map of three classes; if ``smooth``, its regions are larger."""
     height = ndimage.gaussian_filter(rng.normal(size=shape), smooth)
     return np.searchsorted(np.quantile(height, [0.4, 0.7]), height).astype(np.int8)
 
@@ -53,7 +53,7 @@ def test_regions_larger_than_the_lattice_are_exact(rng, shape, smooth):
 
 
 def few(full, judged):
-    """Return True if the lattice was evaluated, and at most three cells per cell next to another class."""
+    """Return True if, besides the lattice, at most three cells per boundary cell were evaluated."""
     beside = ndimage.maximum_filter(full, 3) != ndimage.minimum_filter(full, 3)
     return judged.sum() <= (full.shape[0] / STEP + 1.0) * (full.shape[1] / STEP + 1.0) + 3.0 * beside.sum()
 

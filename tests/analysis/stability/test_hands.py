@@ -1,4 +1,4 @@
-"""The worst of all hands against the passivity line and random hands."""
+"""The limit for the worst of all hands is compared with the passivity line and with random hands."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def some_setting(rng):
 
 
 def passivity(setting, shares):
-    """Return dampings, as fractions of the largest passive one, and the passivity line there."""
+    """Return dampings, as fractions of the largest passive one, and the passivity line at these dampings."""
     sampling = setting.rate, setting.delay, setting.estimator, setting.quantum
     damping = passive_damping(setting.viscous, *sampling) * np.asarray(shares)
     return damping, passive_stiffness(setting.viscous, damping, *sampling)

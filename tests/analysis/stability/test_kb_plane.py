@@ -1,4 +1,4 @@
-"""The plane combines every limit of a loop; numbers from published tables; limits of a sketch."""
+"""The plane combines every limit of a loop; its numbers agree with published tables and a sketch's limits."""
 
 import math
 from dataclasses import replace
@@ -16,7 +16,8 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
 from tests.analysis.stability.independent import Handle
 
-# A Hapkit with 0.18 N·s/m: delay in ms or rate, limit without and with 2 N·s/m of virtual damping
+# a Hapkit with 0.18 N·s/m. Columns: delay in s or rate in Hz, limit without and with 2 N·s/m of virtual
+# damping
 HAPKITS = [({}, 360.0, 4170.0), ({"delay": 1e-3}, 120.0, 1382.0), ({"rate": 230.0}, 83.0, 826.0)]
 LATE = LoopSettings(viscous=0.18, delay=1e-3, estimator=("iir", {"cutoff": 35.5}))
 
@@ -28,7 +29,10 @@ def test_the_boundary_of_a_hapkit_agrees_with_the_table():
 
 
 def test_without_damping_passive_and_stable_limits_nearly_agree():
-    """Colgate & Schenkel's 2 b/T; the released handle's limit is b²/(3 m) higher; the rule is equal."""
+    """Colgate & Schenkel's limit 2 b/T equals the rule of thumb.
+
+    That of the released handle is b²/(3 m) higher.
+    """
     setting, none = LoopSettings(), np.zeros(1)
     passive = passivity_line(setting, none)[0]
     assert passive == pytest.approx(2.0 * 0.5 / 1e-3)
@@ -79,7 +83,7 @@ def test_the_simple_rule_is_conservative_without_damping():
 
 
 def test_the_simple_rule_is_optimistic_with_damping():
-    """Damping of 0.05, 0.1, 0.2, 0.3 times m/T on a handle with little damping."""
+    """The dampings are 0.05, 0.1, 0.2 and 0.3 times m/T; the handle itself has little damping."""
     for late, shares in ((0.0, (-0.047, -0.09, -0.18, -0.26)), (1.0, (-0.053, -0.11, -0.22, -0.34))):
         setting = replace(WORKED, viscous=1e-6 * WORKED.mass / 1e-3, delay=late * 1e-3)
         damping = np.array([0.05, 0.1, 0.2, 0.3]) * setting.mass / 1e-3
@@ -115,7 +119,7 @@ def test_a_sketch_states_limit_and_verdict():
 @pytest.mark.parametrize("push", [0.5e-3, 1e-3])
 @pytest.mark.parametrize("delay", [0.0, 1e-3])
 def test_a_push_settles_below_the_boundary_of_dry_friction_and_oscillates_above(push, delay):
-    """Compared with an independent simulation without quantisation and force limit."""
+    """The boundary is compared with an independent simulation without quantisation and force limit."""
     setting = LoopSettings(delay=delay)
     bound = float(friction_boundary(setting, np.zeros(1), push)[0])
     for share, settles in ((0.95, True), (1.05, False)):

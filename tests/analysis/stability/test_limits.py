@@ -1,4 +1,4 @@
-"""Exact limits compared with tables, with each other, and with simulation."""
+"""Exact limits agree with tables, with each other, and with simulation."""
 
 import math
 import time
@@ -30,7 +30,8 @@ def test_batched_dampings_equal_single_ones():
 
 
 VIRTUAL = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0)
-# mass, viscous, period in ms, delay in periods, limit for each virtual damping of VIRTUAL, damping limit
+# columns: mass, viscous, period in ms, delay in periods, limit for each virtual damping of VIRTUAL, damping
+# limit
 WITH_DAMPING = [
     (0.05, 0.5, 1, 0, (1001.7, 1983.5, 2945.8, 4812.9, 9974, 17228, 27440, 34959), 100.67),
     (0.05, 0.5, 1, 1, (334.3, 661.1, 980.6, 1597.4, 3268.7, 5448, 7457, 1282), 41.80),
@@ -61,7 +62,7 @@ HANDS = [
 
 
 def rounded(value, digits_of):
-    """Compare with a printed number within its last digit."""
+    """Return True if a value agrees with a printed number to within its last digit."""
     text = f"{digits_of:g}"
     last = 10.0 ** -(len(text.split(".")[1]) if "." in text else 0)
     return value == pytest.approx(digits_of, abs=1.01 * last, rel=1e-5)
@@ -90,7 +91,10 @@ def test_limits_with_a_hand_agree_with_the_table(hand, prompt, late):
 
 
 def test_the_limit_of_a_spring_without_delay_agrees_with_the_closed_form(rng):
-    """Jury on (z - 1) (z - E) + K (n1 z + n0): roots leave at E + K n0 = 1, -1 at K (n1 - n0) = 2 (1 + E)."""
+    """Jury's criterion on (z - 1) (z - E) + K (n1 z + n0) gives two conditions.
+
+    Roots leave the unit circle at E + K n0 = 1, or through -1 at K (n1 - n0) = 2 (1 + E).
+    """
     for _ in range(40):
         m, b, period = 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-1, 1.5), 10 ** rng.uniform(-3.5, -2)
         e, leak = math.exp(-b * period / m), -math.expm1(-b * period / m)
@@ -104,7 +108,7 @@ def test_the_limit_of_a_spring_without_delay_agrees_with_the_closed_form(rng):
 def closed_loop(mass, viscous, damping, rate, delay, estimator, hand):
     """Return a function from stiffness (n,) to the matrices (n, s, s) of one period.
 
-    States: x, v, the estimator's recursion, past commands; the plant by matrix exponential.
+    States are x, v, the estimator's recursion and past commands; the matrix exponential gives the plant.
     """
     period = 1.0 / rate
     m, c, k = mass + hand.mass, viscous + hand.damping, hand.stiffness
@@ -125,7 +129,7 @@ def closed_loop(mass, viscous, damping, rate, delay, estimator, hand):
 
     units = np.eye(9 + whole)
     free, sprung = (np.column_stack([after(unit, k) for unit in units]) for k in (0.0, 1.0))
-    used = np.flatnonzero((sprung != units).any(axis=0))  # some methods leave parts of the memory unused
+    used = np.flatnonzero((sprung != units).any(axis=0))  # some estimators leave parts of the memory unused
     free, sprung = (matrix[np.ix_(used, used)] for matrix in (free, sprung))
     return lambda stiffness: free + np.multiply.outer(stiffness, sprung - free)
 
@@ -151,7 +155,10 @@ def largest_root(loop, stiffness):
 
 
 def intervals_checked_by_roots(loop):
-    """Return the stable intervals, checked by the roots of 300 springs and of those 0.1 % beside each end."""
+    """Return the stable intervals.
+
+    The roots of 300 springs, and of springs 0.1 % beside each end, confirm them.
+    """
     found = stable_stiffnesses(**loop)
     ends = np.array([end for interval in found for end in interval if end > 0.0])
     assert largest_root(loop, ends) == pytest.approx(np.ones(ends.size), abs=1e-9)
@@ -206,7 +213,10 @@ def test_excessive_damping_may_be_stabilised_by_a_spring():
     ],
 )
 def test_one_percent_inside_decays_and_outside_grows(part, mass, viscous, rate, late, damping, hand):
-    """The rendered linear spring with an ideal sensor, no friction, no limit: peaks of 2 s, 12 s apart."""
+    """The tick renders the linear spring with an ideal sensor, no friction and no force limit.
+
+    The largest amplitudes at 2 to 4 s and at 14 to 16 s are compared.
+    """
     loop = LoopSettings(rate, late / rate)
     limit = stiffness_limit(mass, viscous, damping=damping, rate=rate, delay=loop.delay, hand=hand)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf, initial_position=1e-6)
@@ -249,7 +259,7 @@ def test_a_nearly_lossless_handle_has_the_passive_limit():
 
 
 def own_seconds(compute):
-    """Return the thread's processor time in s: the minimum of five runs."""
+    """Return the thread's processor time in s, as the minimum of five runs."""
     took = []
     for _ in range(5):
         start = time.thread_time()
@@ -260,7 +270,10 @@ def own_seconds(compute):
 
 @pytest.mark.alone
 def test_it_is_fast_enough_for_a_status_bar():
-    """At most the time of 100,000 squares in Python; five times that with a delay of 100 ms at 10 kHz."""
+    """It takes at most the time of 100,000 squares in Python.
+
+    Five times that with 100 ms of delay at 10 kHz.
+    """
     squares = own_seconds(lambda: sum(i * i for i in range(100_000)))
     assert own_seconds(lambda: stiffness_limit(0.05, 0.5, damping=2.0)) < 4.0 * squares
     late = {"rate": 1e4, "delay": 0.1, "damping": 0.1}
@@ -275,7 +288,7 @@ def test_the_adaptive_window_has_only_a_measured_limit():
 
 @pytest.mark.parametrize("late", [pytest.param(0.0, marks=pytest.mark.slow), 1e-3])
 def test_the_adaptive_window_is_as_stiff_as_others_without_damping_and_softer_with_it(late):
-    """Without damping it has no effect; with damping it lags behind the plain difference."""
+    """Without damping the estimator has no effect; with damping it lags behind the plain difference."""
     alone = measured_stiffness_limit(0.05, 0.5, delay=late, estimator="foaw")
     assert alone == pytest.approx(stiffness_limit(0.05, 0.5, delay=late), rel=0.01)
     limits = [measured_stiffness_limit(0.05, 0.5, damping=b, delay=late, estimator="foaw") for b in (1, 2, 5)]

@@ -1,4 +1,4 @@
-"""A map computed on every core does not make the loop miss deadlines."""
+"""Computing a map on every core does not make the loop miss its deadlines."""
 
 import contextlib
 import threading
@@ -24,8 +24,8 @@ def late_share(reader) -> float:
 
 @pytest.mark.alone
 def test_a_map_does_not_make_the_loop_late():
-    """Computed at normal priority, at which threads without pauses would delay the loop most."""
-    rendered.classes(LoopSettings(), [1.0], [100.0], real=True)  # compile
+    """The map is computed at normal priority, at which threads without pauses would delay the loop most."""
+    rendered.classes(LoopSettings(), [1.0], [100.0], real=True)  # compile before measuring
     done, begun = threading.Event(), threading.Event()
 
     def watch(finished, of):

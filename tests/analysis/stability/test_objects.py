@@ -1,4 +1,4 @@
-"""The limit of handle, contact and object together, by simulation 1 % inside and outside."""
+"""The limit of handle, contact and object together agrees with simulation 1 % inside and outside."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ SECONDS, PRESSED = 10.0, 4.0
 
 
 def pressing(t):
-    """The path of a hand that presses to 40 mm within 3 s, then 1 µm farther."""
+    """Return the path of a hand that presses to 40 mm within 3 s, and 1 µm farther after that."""
     return 0.040 * (0.5 - 0.5 * np.cos(np.pi * np.clip(t / 3.0, 0.0, 1.0))) + 1e-6 * (t >= PRESSED)
 
 
@@ -82,7 +82,7 @@ def test_the_verdict_uses_the_objects_limit_not_a_walls(key, integrator, mass, r
 
 
 def test_an_object_too_heavy_to_move_is_a_wall():
-    """Its limit is that of the spring to the ground, the only one of a released handle."""
+    """Its limit is that of the spring to the ground, which is the only limit of a released handle."""
     setting = LoopSettings(viscous=0.5, delay=0.4e-3)
     given = {"mass": 5.0, "stiffness": 2000.0, "damping": 20.0, "integrator": "exact"}
     assert contact_limit(setting, "mass_spring_damper", given) == pytest.approx(
@@ -91,7 +91,7 @@ def test_an_object_too_heavy_to_move_is_a_wall():
 
 
 def test_explicit_euler_without_damping_has_no_limit_of_its_own():
-    """It adds h² w² per step; a light object without damping grows at any stiffness."""
+    """Explicit Euler adds h² w² per step, so a light object without damping grows at any stiffness."""
     setting = LoopSettings(viscous=0.5, hand="firm")
     given = {"mass": 0.05, "damping": 0.0, "stiffness": 2000.0, "integrator": "explicit_euler"}
     assert contact_limit(setting, "mass_spring_damper", given) == 0.0

@@ -1,4 +1,4 @@
-"""The passivity line compared with closed forms, and with the worst motion found by optimisation."""
+"""The passivity line agrees with closed forms, and with the worst motion found by optimisation."""
 
 import math
 
@@ -23,7 +23,7 @@ def largest(damping, late, estimator="difference", viscous=B, rate=1000.0):
 
 
 def test_a_spring_with_a_delay_of_whole_periods():
-    """Colgate & Schenkel: b > K T/2 times 1, 3, 5."""
+    """Colgate & Schenkel's condition is b > K T/2 times 1, 3 or 5 for a delay of 0, 1 or 2 periods."""
     for late, factor in ((0, 1.0), (1, 3.0), (2, 5.0)):
         for rate in (230.0, 1000.0, 4000.0):
             assert largest(0.0, late, rate=rate) == pytest.approx(2.0 * B * rate / factor, rel=1e-6)
@@ -45,7 +45,7 @@ def test_a_filter_reduces_the_cost_of_damping():
 
 
 def test_a_spring_with_a_fractional_delay():
-    """The slowest motion is the worst: b² > b K (T/2 + td) + K² θ (T - θ)/4, the limit as w -> 0."""
+    """The slowest motion is the worst: b² > b K (T/2 + td) + K² θ (T - θ)/4 is the limit for w -> 0."""
     for late in (0.1, 0.5, 0.9, 1.5, 3.3):
         stiffness = largest(0.0, late)
         rest = (late - math.floor(late)) * PERIOD
@@ -54,7 +54,7 @@ def test_a_spring_with_a_fractional_delay():
 
 
 def knots(late, periods):
-    """Return the times in periods at which the loop samples or acts, up to ``periods``."""
+    """Return the times in periods, up to ``periods``, at which the loop samples or a force starts to act."""
     rest = late - math.floor(late)
     parts = (0.0, rest) if rest else (0.0,)
     return np.array([k + part for k in range(periods) for part in parts])
@@ -64,7 +64,7 @@ def energy_form(stiffness, damping, late, estimator, periods=160):
     """Return the symmetric matrix of the energy that handle and loop absorb from a motion through its knots.
 
     The motion starts and ends at rest, and lasts until the last command. Columns are the running estimator's
-    responses to moving one knot: no transfer function, no z.
+    responses to moving one knot, so that neither a transfer function nor z is needed.
     """
     t = knots(late, periods)
     whole, fine = math.floor(late), 2 if late % 1.0 else 1
@@ -117,7 +117,7 @@ def test_no_motion_gains_energy_inside_the_line_and_one_does_outside(damping, la
     ("damping", "late", "estimator"), [(0.2, 0.0, "difference"), (0.3, 0.4, "difference"), (0.5, 0.6, "iir")]
 )
 def test_the_simulated_worst_motion_gains_energy_only_outside(damping, late, estimator):
-    """The worst motion, one for both sides, is imposed on the handle with the rendered spring."""
+    """The worst motion, the same for both sides, is imposed on the handle with the rendered spring."""
     limit = largest(damping, late, estimator)
     gained = []
     for part in (0.99, 1.01):

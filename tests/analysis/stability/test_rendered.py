@@ -1,4 +1,4 @@
-"""The measured map and boundary compared with the exact limit, and with friction's regions of the plane."""
+"""The measured map and boundary agree with the exact limit, and with friction's regions of the plane."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -19,7 +19,7 @@ from hapkit_studio.errors import Cancelled
 from hapkit_studio.haptics import headless, rows
 
 LINEAR = ["difference", "iir", ("butterworth", {"cutoff": 20.0}), "kalman"]
-# Diolaiti et al. 2006, simulated in theory.md: 1000 N/m, 0.05 kg, 1 kHz, 20 µm
+# from Diolaiti et al. 2006, simulated in theory.md: 1000 N/m, 0.05 kg, 1 kHz, 20 µm
 STIFFNESS, STEP = 1000.0, 20e-6
 
 
@@ -35,7 +35,7 @@ def exact(setting: LoopSettings, damping: float) -> float:
 
 
 def some_settings(rng: np.random.Generator, count: int):
-    """Yield settings and a damping at which some spring is stable."""
+    """Yield settings, each with a damping at which some spring is stable."""
     while count:
         rate = float(rng.choice([250.0, 1000.0, 4000.0]))
         mass, viscous = float(10 ** rng.uniform(-2, -0.5)), float(10 ** rng.uniform(-1, 0.5))
@@ -76,7 +76,7 @@ SLOW = LoopSettings(mass=0.05, viscous=1.0, estimator=("butterworth", {"cutoff":
     "setting", [LoopSettings(), LoopSettings(delay=1.3e-3, estimator="iir", hand="light"), SLOW]
 )
 def test_the_map_of_a_linear_loop_equals_rendering_of_each_cell(setting):
-    """Rows are stiffness, columns damping; in half of the settings only a narrow strip is stable."""
+    """Rows are stiffness, columns are damping; in half of the settings only a narrow strip is stable."""
     damping, stiffness = np.linspace(0.0, 12.0, 13), np.geomspace(20.0, 40_000.0, 31)
     found = rendered.classes(setting, damping, stiffness)
     assert found.dtype == np.int8
@@ -89,7 +89,10 @@ def test_the_map_of_a_linear_loop_equals_rendering_of_each_cell(setting):
 
 @pytest.mark.parametrize("share", [0.25, 0.4, 0.6, 1.0, 2.0])
 def test_friction_and_steps_divide_the_plane_as_in_diolaiti(share, threads):
-    """share: b / (K T). Below 1/2 a large motion grows; above, friction below K Δ / 2 never stops it."""
+    """``share`` is b / (K T). Below 1/2, a large motion grows.
+
+    Above 1/2, friction below K Δ / 2 never stops a motion.
+    """
     for friction in (0.0, 0.1, 0.25, 0.4, 0.495, 0.505, 1.0):
         setting = LoopSettings(
             mass=0.05, viscous=share * STIFFNESS * 1e-3, coulomb=friction * STIFFNESS * STEP, quantum=STEP
@@ -100,7 +103,7 @@ def test_friction_and_steps_divide_the_plane_as_in_diolaiti(share, threads):
 
 
 def test_friction_sustains_a_motion_of_known_amplitude(threads):
-    """theory.md 2: a motion of A = 4 f_c / (π ω (K T / 2 - b)) neither grows nor decays, ω² = K / m."""
+    """A motion of A = 4 f_c / (π ω (K T / 2 - b)) neither grows nor decays; ω² = K / m (theory.md 2)."""
     setting = replace(LoopSettings(), quantum=5e-6)
     start = rendered.STARTS[0] * setting.quantum
 
@@ -124,12 +127,13 @@ def test_the_adaptive_window_may_buzz_without_growing(threads):
 @pytest.mark.parametrize("real", [False, True])
 @pytest.mark.parametrize("delay", [0.0, 1e-3])
 def test_the_passivity_controller_raises_the_boundary(real, delay, threads):
-    """Hannaford and Ryu 2002: excess energy is dissipated, until the force is too late."""
+    """The controller dissipates excess energy until its force is too late (Hannaford and Ryu 2002)."""
     plain, damping = LoopSettings(delay=delay), [0.0, 1.0]
     held = replace(plain, controller=True)
     before, after = (rendered.boundary(s, damping, real=real, executor=threads) for s in (plain, held))
     assert (after > 3.0 * before).all()
-    stiffness = [1.005 * before[0], 1.02 * before[0], 1.2 * before.max()]  # growth: slow, slow, fast
+    # the growth without controller is slow, slow, and fast
+    stiffness = [1.005 * before[0], 1.02 * before[0], 1.2 * before.max()]
     beyond = rendered.classes(held, damping, stiffness, real=real, executor=threads)
     assert (beyond != GROWS).all()
 
@@ -163,7 +167,7 @@ def test_progress_is_reported_and_a_map_can_be_cancelled(threads):
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1415.0, 8.0), (1464.0, 10.46)])
 def test_convergence_to_a_limit_cycle_is_not_growth(stiffness, damping):
-    """Released at 200 steps inside the linear limit, it decreases to 9 and 16 steps, and stays there."""
+    """A handle released at 200 steps, inside the linear limit, decays to 9 and 16 steps, and stays there."""
     coarse = LoopSettings(
         viscous=0.18, coulomb=0.02, quantum=61.4e-6, delay=1e-3, estimator=("iir", {"cutoff": 35.5})
     )
@@ -175,7 +179,7 @@ def test_convergence_to_a_limit_cycle_is_not_growth(stiffness, damping):
 
 
 def test_with_controller_the_boundary_gives_the_bounded_amplitude():
-    """A spring with a delay, without friction: the amplitude is that of its motion after the same time."""
+    """The amplitude is that of a delayed spring without friction, rendered for the same time."""
     setting, damping = LoopSettings(delay=1e-3, controller=True), np.array([0.0])
     points = rendered.measure_points(setting, damping)
     stiffness = points.stiffness[0]

@@ -1,4 +1,4 @@
-"""The verdict on a scene, the same for window, runs, sketches and the command line."""
+"""The verdict on a scene is the same in window, runs, sketches and commands."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ def asked(key, setting=LATE, **values):
 
 @pytest.mark.slow
 def test_a_stiff_wall_is_calm_when_released_and_buzzes_in_a_grip():
-    """The wall of 5,000 N/m with 1 ms of delay is beyond its limit; a released handle leaves it."""
+    """The wall of 5,000 N/m with 1 ms of delay is beyond its limit, but a released handle leaves it."""
     said = verdict(asked("wall", stiffness=5000.0, damping=0.0))
     held, released = said.lines
     assert held.startswith("In your hand, a knock of more than 0.")
@@ -77,7 +77,10 @@ def test_a_nudge_settles_at_the_end_of_the_unstable_range(parameter):
 
 
 def test_unstable_damping_does_not_settle_after_a_kick():
-    """Without restoring force: the kick equals 1 mm on 100 N/m; the end is accurate to 1.6 N·s/m."""
+    """There is no restoring force. The kick has the energy of 1 mm on 100 N/m.
+
+    The range's end is accurate to 1.6 N·s/m.
+    """
     ((low, high),) = unstable_ranges(asked("damping"))["damping"]
     assert high == 50.0
     for damping, settles in ((low - 2.0, True), (low + 2.0, False)):
@@ -88,7 +91,7 @@ def test_unstable_damping_does_not_settle_after_a_kick():
 
 
 def test_an_unstable_wall_does_not_settle_in_the_hand():
-    """Pressed with 1 and 2 N; the range starts within 156 N/m of the first nudge that oscillates."""
+    """It is pressed with 1 and 2 N; the range starts within 156 N/m of the first nudge that oscillates."""
     ((low, high),) = unstable_ranges(asked("wall"))["stiffness"]
     assert high == 5000.0
     grip = grip_named("medium")
@@ -108,7 +111,7 @@ def test_parameters_without_effect_have_no_unstable_range():
 
 
 def test_a_law_with_a_false_impedance_is_judged_without_limit(tmp_path):
-    """A student's wall ten times as stiff as the impedance copied from the template."""
+    """A student's wall is ten times as stiff as the impedance that was copied from the template."""
     spring = environments.named("spring")
     own = replace(spring, key="own", impedance=lambda values: (30.0, 0.0))
     scene = VerdictInput(own, own.values({"stiffness": 300.0}), LATE)
