@@ -1,4 +1,4 @@
-"""Alternatives on a board to options it cannot render, if a person cannot tell the difference."""
+"""If a board cannot render an option, an alternative that a person cannot distinguish from it is offered."""
 
 import pytest
 

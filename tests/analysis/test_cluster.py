@@ -1,4 +1,4 @@
-"""Sweeps on a real Dask cluster of this machine: same results, even if a worker is killed."""
+"""Sweeps on a real Dask cluster on this machine give the same results, even if a worker is killed."""
 
 import os
 import signal
@@ -24,7 +24,7 @@ CELLS = [0.25 * i for i in range(6000)]
 
 
 class Dask:
-    """A scheduler and two workers, each in its own process."""
+    """A Dask scheduler and two workers, each in its own process."""
 
     def __init__(self, folder: Path):
         self._environment = {**os.environ, "PYTHONPATH": str(ROOT)}

@@ -1,4 +1,4 @@
-"""Invalid input to measuring commands gives a one-line error with value, limit and unit; exit code 2."""
+"""Invalid input to measuring commands gives one line with value, limit and unit, and exit code 2."""
 
 import pytest
 

@@ -11,7 +11,7 @@ from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 
 MASS, VISCOUS, PERIOD, DAMPING = 0.044, 0.5, 1e-3, 5.0
-# quantum in m, agility q in m²/s³, limit in N/m: reference by scipy's Riccati solver and eigenvalues
+# columns: quantum in m, agility q in m²/s³, limit in N/m by scipy's Riccati solver and eigenvalues
 WORKED = [(5e-6, 1e-2, 9553), (61e-6, 1e-2, 3628), (61e-6, 1e-3, 1448), (200e-6, 1e-3, 403)]
 
 
@@ -24,7 +24,7 @@ def setting(quantum, q, **more):
 
 
 def gains(quantum, q):
-    """Return transition and gains of the steady-state filter, positions in quanta and time in periods."""
+    """Return transition and gains of the steady-state filter; positions are in quanta, time in periods."""
     move = np.array([[1.0, 1.0], [0.0, 1.0]])
     noise = q * PERIOD**3 / quantum**2 * np.array([[1 / 3, 1 / 2], [1 / 2, 1.0]])
     see = np.array([[1.0, 0.0]])
@@ -36,7 +36,7 @@ def gains(quantum, q):
 
 
 def largest_root(stiffness, damping, quantum, q):
-    """Return the loop's growth per period: handle x, v and filter x, v."""
+    """Return the growth per period of the loop, whose states are handle x, v and filter x, v."""
     a, gain = gains(quantum, q)
     pad = np.zeros((3, 3))
     pad[0, 1], pad[1, 1:] = 1.0, (-VISCOUS / MASS, 1.0 / MASS)
@@ -59,7 +59,10 @@ def test_the_exact_limit_uses_the_devices_own_filter(quantum, q, limit):
 
 @pytest.mark.parametrize("quantum", [5e-6, 61e-6])
 def test_the_passivity_line_uses_the_devices_own_filter(quantum):
-    """Colgate & Schenkel: b > T/2 Re((1 - e^-jw) C(e^jw)) / (1 - cos w) at every frequency, C = K + B H."""
+    """The condition by Colgate & Schenkel must hold at every frequency, with C = K + B H.
+
+    It is b > T/2 Re((1 - e^-jw) C(e^jw)) / (1 - cos w).
+    """
     a, gain = gains(quantum, 1e-2)
     w = np.linspace(0.0, math.pi, 4001)[1:]
     out = [a[1] @ np.linalg.solve(z * np.eye(2) - a, gain.astype(complex)) + gain[1] for z in np.exp(1j * w)]

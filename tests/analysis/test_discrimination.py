@@ -1,4 +1,4 @@
-"""The just-noticeable difference: recovery of a virtual observer's threshold; Levitt's staircase."""
+"""The just-noticeable difference: a virtual observer's threshold is recovered by Levitt's staircase."""
 
 import math
 
@@ -21,7 +21,7 @@ def test_a_virtual_observers_threshold_is_recovered_in_90_of_100_runs(noise):
 
 
 def test_the_observer_is_right_in_79_percent_at_its_threshold():
-    """By the normal distribution: Δ = σ·√2·0.8194 at a probability of 2^(−1/3)."""
+    """The threshold is Δ = σ·√2·0.8194, by the normal distribution at a probability of 2^(−1/3)."""
     observer = Observer(0.1)
     assert observer.share(observer.threshold) == pytest.approx(0.5 ** (1.0 / 3.0))
     assert observer.threshold == pytest.approx(0.1 * math.sqrt(2.0) * 0.81935, rel=1e-3)
@@ -34,7 +34,7 @@ def test_the_staircase_goes_down_after_three_right_answers_and_up_after_one_wron
         steps.append(stairs.step)
         stairs.answer(bool(right))
     fine = math.sqrt(2.0)
-    # a factor of 2 up to the first two reversals, then √2
+    # the factor is 2 up to the first two reversals, then √2
     assert steps == pytest.approx(
         [0.4] * 3 + [0.2] * 3 + [0.4] * 3 + [0.4 / fine] * 3 + [0.4 / fine**2] + [0.4 / fine] * 3
     )
@@ -43,7 +43,7 @@ def test_the_staircase_goes_down_after_three_right_answers_and_up_after_one_wron
 
 
 def test_the_staircase_converges_at_its_equilibrium():
-    """Three right answers with p³ = 1/2 are as likely as one wrong before: the mean is Levitt's 79.4 %."""
+    """At equilibrium p³ = 1/2 for three right answers in a row, so the mean is Levitt's 79.4 %."""
     assert pytest.approx(0.794, abs=0.0005) == discrimination.CONVERGES
     observer = Observer(0.1)
     means = []
@@ -85,7 +85,7 @@ def test_only_wrong_answers_put_the_threshold_at_the_largest_steps_or_beyond():
 
 
 def test_each_parameter_and_base_has_a_separate_threshold():
-    """In the parameter's unit; the Weber fraction is the ratio of threshold to base."""
+    """Thresholds are in the parameter's unit; the Weber fraction is the ratio of threshold to base."""
     one = Observer(0.1).run(200.0, np.random.default_rng(0))
     other = [Comparison("damping", "damping", "N·s/m", 5.0, a.step / 40.0, a.more, a.chosen) for a in one]
     first, second = discrimination.evaluate([*one, *other])

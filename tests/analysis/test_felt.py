@@ -1,4 +1,4 @@
-"""Force as felt: its hysteresis area by theory and by the loop's own energy; lost samples; cycles."""
+"""The felt force: its hysteresis area by theory and by the loop's energy, lost samples, and cycles."""
 
 import math
 
@@ -11,14 +11,14 @@ from hapkit_studio.dynamics.hand import Prescribed
 
 
 def sine(amplitude=2e-3, tone=4.0, rate=1000.0, seconds=3.0):
-    """Return time and a sine (n,)."""
+    """Return the times and the values of a sine, both (n,)."""
     time = np.arange(round(rate * seconds)) / rate
     return time, amplitude * np.sin(2.0 * math.pi * tone * time)
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.4e-3, 2e-3, 5.3e-3])
 def test_a_delayed_spring_gives_the_area_of_its_ellipse(delay):
-    """π k a² sin(ω (t_d + T/2)) per cycle for a force held for T, times the hold's sinc."""
+    """For a force held for T, the area is π k a² sin(ω (t_d + T/2)) times the hold's sinc per cycle."""
     stiffness, amplitude, tone = 300.0, 2e-3, 4.0
     time, x = sine(amplitude, tone)
     cycle = last_cycle(time, x, -stiffness * x, delay, 1e-3)
@@ -32,11 +32,12 @@ def test_a_spring_is_a_line_as_computed_and_a_loop_as_felt():
     places, force = as_felt(time, x, -300.0 * x, 2e-3)
     seen = np.isfinite(places)
     width = np.abs(force[seen] + 300.0 * places[seen]).max()
-    assert width == pytest.approx(300.0 * 2e-3 * 2.0 * math.pi * 4.0 * 3e-3, rel=0.02)  # k v (t_d + T)
+    # the width is k v (t_d + T)
+    assert width == pytest.approx(300.0 * 2e-3 * 2.0 * math.pi * 4.0 * 3e-3, rel=0.02)
 
 
 def test_the_energy_agrees_with_a_simulated_loop_with_delay():
-    """Simulated with an imposed motion: the integral of force over the handle's true path."""
+    """The simulated motion is imposed; its energy is the integral of force over the handle's true path."""
     delay, rate = 1.7e-3, 1000.0
     moved = lambda t: 0.008 + 0.002 * np.sin(2.0 * math.pi * 3.0 * t)  # noqa: E731
     run = hs.simulate(

@@ -1,4 +1,4 @@
-"""Detection of oscillations: synthetic ones, those of a sampled spring, and other motions."""
+"""Oscillations are detected in synthetic signals and in a sampled spring, but not in other motions."""
 
 import math
 
@@ -60,7 +60,7 @@ def test_a_spring_at_its_limit_oscillates_at_the_theoretical_frequency(mass, vis
 
 @pytest.mark.parametrize(("kept", "lasts"), [(0.808, True), (0.792, False)])
 def test_an_oscillation_is_sustained_above_80_percent(kept, lasts):
-    """20 Hz has 15 cycles between the quarters, so both have the same phase and differ only by the decay."""
+    """20 Hz has 15 cycles between the quarters, so only the decay makes them differ."""
     since = seconds(4000.0) - 7.3
     wave = 5e-3 * kept ** (since / 0.75) * np.sin(math.tau * 20.0 * since)
     assert (sustained(since, wave) is not None) == lasts
@@ -75,7 +75,7 @@ def test_a_handle_that_rings_after_a_release_does_not_oscillate(release, half_li
 
 
 def test_without_a_spectral_peak_there_is_no_frequency():
-    """The frequency rises from 8 to 40 Hz in the second, so there is no peak."""
+    """The frequency rises from 8 to 40 Hz within the second, so the spectrum has no peak."""
     t = seconds()
     since = t - t[0]
     found = sustained(t, 2e-3 * np.sin(math.tau * (8.0 * since + 16.0 * since**2) - 0.7))
@@ -88,12 +88,13 @@ def test_decaying_or_slow_motion_is_not_an_oscillation():
     swing = 2e-3 * np.sin(math.tau * 20.0 * t)
     since = t - t[0]
     for none in (
-        swing * np.exp(-since),  # half the amplitude after 0.7 s
+        swing * np.exp(-since),  # the amplitude is halved in 0.7 s
         np.where(since < 0.8, swing, 0.0),
         np.full(t.size, 0.003),
         counted(0.5 * QUANTUM * np.sin(math.tau * 20.0 * t)),
-        0.03 * np.sin(math.tau * 2.0 * t),  # a hand that strokes
-        0.05 * since + 0.2e-3 * np.sin(math.tau * 20.0 * t),  # a hand crossing ridges
+        0.03 * np.sin(math.tau * 2.0 * t),  # this is the motion of a hand that strokes
+        # this is the motion of a hand that crosses ridges
+        0.05 * since + 0.2e-3 * np.sin(math.tau * 20.0 * t),
         swing * (since > 0.95),
         np.empty(0),
     ):

@@ -1,4 +1,4 @@
-"""Perceived differences of two runs: each threshold 1 % inside and outside, by closed forms."""
+"""Perceived differences of two runs: each threshold is tested 1 % inside and outside by closed forms."""
 
 import math
 
@@ -45,7 +45,7 @@ def test_position_threshold_is_0_4_mm(size, held):
 
 @pytest.mark.parametrize(("late", "felt"), [(0.019, False), (0.030, True)])
 def test_a_run_ending_in_a_movement_adds_no_difference(late, felt):
-    """The other run arrives there 19 ms later, which is within 20 ms although it ends before."""
+    """The other run arrives 19 ms later, when the first has ended; up to 20 ms are imperceptible."""
     found = told(*(run(place=0.1 * np.maximum(TIME - start, 0.0)) for start in (1.0, 1.0 + late)), held=False)
     assert found.place == pytest.approx(0.1 * (late - 0.020) / 0.4e-3 if felt else 0.0, abs=1e-9)
 
@@ -55,20 +55,20 @@ def test_a_run_ending_in_a_movement_adds_no_difference(late, felt):
     ("frequency", "least"), [(100.0, 0.5e-6), (26.0, 10e-6), (248.0, None), (52.0, None), (180.0, 0.05e-6)]
 )
 def test_vibration_threshold_by_frequency(size, frequency, least):
-    if least is None:  # log-linear interpolation between two thresholds
+    if least is None:  # interpolate between two thresholds in log frequency
         ends = {52.0: ((26.0, 10e-6), (100.0, 0.5e-6)), 248.0: ((200.0, 0.05e-6), (250.0, 0.1e-6))}
         low, high = ends[frequency]
         slope = math.log(high[1] / low[1]) / math.log(high[0] / low[0])
         least = low[1] * (frequency / low[0]) ** slope
     swing = size * least * np.sin(2.0 * math.pi * frequency * TIME)
     found = told(run(), run(place=swing)).vibration
-    # scalloping loss up to 15 % between bins, which are 4 Hz apart; 26 Hz is a bin
+    # between bins, which are 4 Hz apart, the scalloping loss is up to 15 %; 26 Hz is a bin
     near = 0.16 if frequency == 26.0 else 0.005
     assert size * (1.0 - near) <= found <= size * 1.002
 
 
 def test_vibration_threshold_is_lowest_at_150_to_200_hz():
-    """Brisben, Hsiao and Johnson 1999."""
+    """The values are those of Brisben, Hsiao and Johnson 1999."""
     frequency = np.arange(20.0, 401.0)
     least = perception.least_amplitude(frequency)
     assert set(frequency[least <= least.min() * (1.0 + 1e-9)]) == set(np.arange(150.0, 201.0))
@@ -101,14 +101,14 @@ def test_a_missing_event_is_always_perceptible():
 
 
 def test_amplitude_differences_are_symmetric():
-    """Only one of the two is within the other's range."""
+    """Only one of the two amplitudes is within the other's range."""
     swing = np.sin(2.0 * math.pi * 15.0 * TIME)
     wide, narrow = run(place=2e-3 * swing), run(place=1e-3 * swing)
     assert told(wide, narrow).place == pytest.approx(told(narrow, wide).place) == pytest.approx(2.5, rel=0.05)
 
 
 def test_a_force_difference_is_judged_by_a_persons_own_threshold():
-    """1.00 and 1.12 N: 2 JND at 6 %, 1 JND at 12 %, with the handle at the same position."""
+    """Forces of 1.00 and 1.12 N at the same position differ by 2 JND at 6 %, and by 1 JND at 12 %."""
     tables = [np.zeros((400, rows.ROW_WIDTH)) for _ in range(2)]
     for table, force in zip(tables, (1.00, 1.12), strict=True):
         table[:, rows.HAND_FORCE] = force

@@ -1,4 +1,4 @@
-"""The pointing experiment: Fitts's law recovered from a virtual subject, balanced plans, single movements."""
+"""The pointing experiment recovers the law of a virtual subject; its plans are balanced."""
 
 import math
 from collections import Counter
@@ -26,14 +26,14 @@ def run(subject, seed, rate, conditions=CONDITIONS[:1]):
 
 
 def recovered(runs, rate):
-    """Return in how many runs the intervals contain the subject's intercept, and its slope."""
+    """Return how many runs have an interval that contains the subject's intercept, and how many its slope."""
     subject = Subject(intercept=0.15, slope=0.16, noise=0.03)
     found = [pointing.evaluate(run(subject, seed, rate))[0] for seed in range(runs)]
     return sum(one.intercept.holds(0.15) for one in found), sum(one.slope.holds(0.16) for one in found)
 
 
 def test_a_virtual_subject_is_recovered_in_most_runs():
-    """The interval is right in 95 % of runs: fewer than 10 of 12 have a probability of 2 %."""
+    """The interval is right in 95 % of runs, so that fewer than 10 of 12 have a probability of 2 %."""
     assert min(recovered(12, rate=250.0)) >= 10
 
 
@@ -43,7 +43,7 @@ def test_a_virtual_subject_is_recovered_in_90_of_100_runs():
 
 
 def test_the_shannon_form_is_never_negative():
-    """MacKenzie and Buxton: log2(D/W + 1), 0 for no distance, 3 bit for D = 7 W."""
+    """MacKenzie and Buxton's log2(D/W + 1) is 0 for no distance, and 3 bit for D = 7 W."""
     assert pointing.difficulty(0.035, 0.005) == pytest.approx(3.0)
     assert pointing.difficulty(0.0, 0.005) == 0.0
     assert pointing.difficulty(0.001, 0.005) > 0.0
@@ -62,7 +62,7 @@ def test_a_minimum_jerk_movement_is_timed_from_its_exact_start_to_its_exact_end(
 
 
 def test_two_submovements_are_timed_together():
-    """0.4 s to the neighbourhood, 0.05 s of rest, 0.2 s of correction."""
+    """The handle moves for 0.4 s to the neighbourhood, rests for 0.05 s, and is corrected for 0.2 s."""
     share = np.clip(np.arange(1600) / 400.0 - 0.75, 0.0, 1.0)
     late = np.clip(np.arange(1600) / 200.0 - 3.75, 0.0, 1.0)
     place = sum(d * s**3 * (10 - 15 * s + 6 * s**2) for d, s in ((0.030, share), (0.005, late)))
@@ -79,7 +79,7 @@ def test_a_handle_that_does_not_move_makes_no_trial(place):
 
 
 def test_the_line_is_exact_for_times_on_a_line():
-    """It has the line's coefficients, a zero interval and r² = 1."""
+    """The fit has the line's coefficients, an interval of zero, and r² = 1."""
     x = [1.0, 2.0, 3.0, 4.0]
     intercept, slope, fit = pointing.regression(x, [0.1 + 0.2 * one for one in x])
     assert (intercept.value, slope.value, fit) == pytest.approx((0.1, 0.2, 1.0))
@@ -87,7 +87,7 @@ def test_the_line_is_exact_for_times_on_a_line():
 
 
 def test_the_slopes_interval_is_students():
-    """By hand: residuals ∓1, ±1 about y = x: s² = 4/2, Σ(x − x̄)² = 5, t(0.975, 2) = 4.3027."""
+    """By hand, with residuals ∓1, ±1 about y = x: s² = 4/2, Σ(x − x̄)² = 5, t(0.975, 2) = 4.3027."""
     _, slope, _ = pointing.regression([0.0, 1.0, 2.0, 3.0], [1.0, 0.0, 1.0, 4.0])
     assert slope.value == pytest.approx(1.0)
     assert slope.half == pytest.approx(4.3027 * math.sqrt(4.0 / 2.0 / 5.0), rel=1e-4)
@@ -107,7 +107,7 @@ def trials_about(widths_apart, count=4000):
 
 
 def test_the_effective_width_of_a_normal_distribution_contains_96_percent():
-    """SD = W/4.133: the effective width is W, and 3.9 % miss (2 Φ(−4.133/2))."""
+    """The standard deviation is W/4.133, so the effective width is W, and 3.9 % miss (2 Φ(−4.133/2))."""
     (line,) = pointing.evaluate(trials_about(0.004 / 4.133))
     (cell,) = line.cells
     assert cell.effective_width == pytest.approx(0.004, rel=0.03)
@@ -117,14 +117,14 @@ def test_the_effective_width_of_a_normal_distribution_contains_96_percent():
 
 
 def test_the_effective_width_of_few_trials_is_unbiased():
-    """In the logarithm, for four trials each."""
+    """The logarithm of the width is unbiased for four trials each."""
     many = trials_about(0.001, 4000)
     found = [pointing._cell(0.020, 0.004, many[at : at + 4]).effective_width for at in range(0, 4000, 4)]
     assert np.mean(np.log(found)) == pytest.approx(math.log(0.004133), abs=0.04)
 
 
 def test_a_slower_condition_is_compared_pair_by_pair():
-    """Every movement takes 1.5 times as long: +50 % without spread."""
+    """Every movement takes 1.5 times as long, which is +50 % without spread."""
     fast = [
         Trial("none", "tether", 0.0, d, w, -d / 2, d / 2, 0.1 + d + w, d / 2, 0.0, 1.0)
         for d in pointing.DISTANCES for w in pointing.WIDTHS for _ in range(2)
@@ -196,7 +196,7 @@ def test_a_handle_is_at_rest_after_a_time_without_motion():
 
 
 def fed(run, place, begin=0.0, step=16):
-    """Feed a run with positions (n,) at 1 kHz, as many at once as a frame has; return the trials."""
+    """Feed a run with positions (n,) at 1 kHz, ``step`` of them per frame; return the trials."""
     time, found = begin + np.arange(len(place)) / 1000.0, []
     for at in range(0, len(place), step):
         found.append(run.feed(time[at : at + step], place[at : at + step]))
@@ -214,7 +214,7 @@ TARGETS = [Target(NONE, 0.020, 0.004, 1), Target(NONE, 0.030, 0.004, -1)]
 def test_a_run_shows_the_target_once_the_start_is_held_and_ends_at_rest():
     run = pointing.Run(TARGETS, seed=0)
     assert not fed(run, np.full(550, TARGETS[0].start))
-    assert not run.going  # held too briefly
+    assert not run.going  # the start was held too briefly
     assert not fed(run, np.full(700, TARGETS[0].start), begin=0.55)
     assert run.going
     place = path_to(TARGETS[0], wait=100)
@@ -232,7 +232,7 @@ def test_a_run_shows_the_target_once_the_start_is_held_and_ends_at_rest():
 def test_a_run_waits_for_who_leaves_the_start_too_soon():
     run = pointing.Run(TARGETS, seed=0)
     place = np.full(3000, TARGETS[0].start)
-    place[::500] += 0.003  # 3 mm aside, beyond the half width of 2 mm
+    place[::500] += 0.003  # every 500 samples the handle is 3 mm aside, beyond the half width of 2 mm
     fed(run, place)
     assert not run.going
 
@@ -256,7 +256,7 @@ def test_a_trial_with_missing_samples_begins_again():
 
 
 def test_a_small_start_is_no_movement():
-    """A tenth of the way and rest: the trial goes on."""
+    """The handle moves a tenth of the way and rests, and the trial goes on."""
     run = pointing.Run(TARGETS, seed=0)
     fed(run, np.full(1300, TARGETS[0].start))
     assert not fed(run, np.full(600, TARGETS[0].start + 0.002), begin=1.3)

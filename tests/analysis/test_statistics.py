@@ -1,4 +1,4 @@
-"""Statistics of samples compared with closed forms."""
+"""Statistics of samples agree with closed forms."""
 
 import math
 
@@ -33,7 +33,7 @@ def test_aperiodic_signals_have_no_frequency():
     assert math.isnan(dominant(TIME, np.zeros(len(TIME))))
     assert math.isnan(dominant(TIME, 3.0 * TIME))
     assert math.isnan(dominant(TIME, rng.normal(size=len(TIME))))
-    assert math.isnan(dominant(TIME, np.sin(2.0 * math.pi * 0.6 * TIME)))  # 1.2 cycles
+    assert math.isnan(dominant(TIME, np.sin(2.0 * math.pi * 0.6 * TIME)))  # the signal has only 1.2 cycles
     assert math.isnan(dominant(TIME[:7], TIME[:7]))
 
 
@@ -43,7 +43,7 @@ QUANTUM = 20.7e-6
 @pytest.mark.parametrize("rate", [1000.0, 4000.0])
 @pytest.mark.parametrize("speed", [1e-4, 1.2e-3, 0.012, 0.1, 1.0])
 def test_a_ramp_has_no_frequency_in_counts_in_rounding_or_in_force(speed, rate):
-    """In 0.66 s neither the sensor's steps nor the rounding errors of a ramp are a periodic motion."""
+    """Neither the sensor's steps nor the rounding errors of a ramp of 0.66 s are a periodic motion."""
     time = 1234.5 + np.arange(round(0.66 * rate)) / rate
     position = 0.003 + speed * (time - time[0])
     counted = QUANTUM * np.floor(position / QUANTUM)
@@ -53,7 +53,7 @@ def test_a_ramp_has_no_frequency_in_counts_in_rounding_or_in_force(speed, rate):
 
 @pytest.mark.parametrize("seconds", [0.2, 0.66, 2.0])
 def test_movements_steps_and_noise_have_no_frequency(seconds, rng):
-    """At most 5 % of noise samples, and no single movement, have a frequency."""
+    """At most 5 % of noise samples have a frequency, and no single movement has one."""
     time = np.arange(round(1000.0 * seconds)) / 1000.0
     told = {name: 0 for name in ("move", "bend", "pulse", "release", "white", "red", "walk")}
     for _ in range(100):
@@ -114,7 +114,7 @@ def test_a_slope_needs_motion():
 
 
 def test_residual_of_a_regression_line():
-    """The best line of x² from 0 to 1 is x − 1/6: residual RMS 1/√180, RMS of x² 1/√5."""
+    """The best line of x² from 0 to 1 is x − 1/6, so the residual's RMS is 1/√180; that of x² is 1/√5."""
     x = np.linspace(0.0, 1.0, 4001)
     every = np.ones(len(x), dtype=bool)
     found = line(x, x**2, every)

@@ -1,4 +1,4 @@
-"""Surveys: each point is the exact limit of its loop; results survive any interruption."""
+"""Each point of a survey is the exact limit of its loop; results survive any interruption."""
 
 import itertools
 import json
@@ -28,7 +28,7 @@ AXES = Axes(("difference", "kalman"), (500.0, 2000.0), (0.0, 1e-3), ((0.0, 0.0, 
 
 
 class Stops(Executor):
-    """Compute some chunks, then stop like a killed program."""
+    """An executor that computes some chunks, then stops like a killed program."""
 
     def __init__(self, chunks: int):
         self.left, self.serial = chunks, Serial()
@@ -186,7 +186,7 @@ def test_the_command_resumes_draws_and_reads(tmp_path, capsys):
     path, picture = tmp_path / "limits.survey", tmp_path / "limits.png"
     with pytest.raises(StudioError):
         survey.compute(path, survey.usual_axes(2, 1), Stops(1))
-    survey_figure(survey.read(path), picture)  # drawn while unfinished
+    survey_figure(survey.read(path), picture)  # the survey is drawn while it is unfinished
     assert picture.read_bytes()[:4] == b"\x89PNG"
     assert main(["survey", str(path), "--read"]) == 0
     assert "25 of 4,000 loops known" in capsys.readouterr().out
@@ -198,7 +198,7 @@ def test_the_command_resumes_draws_and_reads(tmp_path, capsys):
 
 
 def test_the_remaining_time_ignores_earlier_results(monkeypatch, capsys):
-    """600 of 1,000 existed; 100 took 10 s, so the last 300 take 30 s."""
+    """600 of 1,000 results existed, and 100 took 10 s, so the last 300 take 30 s."""
     now = itertools.chain([0.0, 0.0, 10.0]).__next__
     monkeypatch.setattr(base.time, "monotonic", now)
     monkeypatch.setattr(base.sys.stderr, "isatty", lambda: True, raising=False)

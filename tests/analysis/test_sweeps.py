@@ -1,4 +1,4 @@
-"""Sweeps: same results and order with every executor; progress, cancelling, errors."""
+"""Sweeps give the same results in the same order with every executor; progress, cancelling, errors."""
 
 import math
 import multiprocessing
@@ -21,7 +21,7 @@ from tests.analysis.sweep_tasks import Forgetful, Held, Lost, Serial
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch):
-    """Report progress often, so that tasks finish as soon as they are released."""
+    """Let sweeps report progress often, so that tasks finish as soon as they are released."""
     monkeypatch.setattr(sweeps, "LOOK_SECONDS", 0.01)
 
 
@@ -114,7 +114,7 @@ def test_default_threads_have_low_priority():
 
 
 class Broken(Serial):
-    """Compute some chunks, then raise from submit(), like a pool with a killed worker."""
+    """An executor that computes some chunks, then raises from submit(), like a pool with a killed worker."""
 
     def submit(self, fn, /, *args, **kwargs):
         self.left = getattr(self, "left", 3) - 1
@@ -130,7 +130,7 @@ def test_a_pool_that_breaks_at_submit_is_reported_as_lost_workers():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills as POSIX does")
 def test_workers_end_when_their_parent_is_killed():
-    """They hold the parent's output open, which ends only when the last of them has exited."""
+    """Workers hold the parent's output open, so it ends only when the last of them has exited."""
     program = [sys.executable, "-m", "tests.analysis.sweep_tasks"]
     with subprocess.Popen(program, stdout=subprocess.PIPE) as parent:
         numbers = {int(parent.stdout.readline()) for _ in range(2)}

@@ -1,4 +1,4 @@
-"""Theory curves compared with closed forms: peaks, jumps, waves, and the cost of a slow law."""
+"""Theory curves agree with closed forms: peaks, jumps, waves, and the cost of a slow law."""
 
 import math
 
@@ -19,7 +19,7 @@ def curve_of(key, low=-FAR, high=FAR, over=over_position, **given):
 @pytest.mark.parametrize("pitch", [0.02, 0.0173205, 0.03141])
 @pytest.mark.parametrize("half_width", [0.003, 0.0011])
 def test_a_detent_has_its_peak_force_at_both_edges(pitch, half_width):
-    """k·w at every edge: 1.20 N at 400 N/m and 3 mm, independent of the samples' positions."""
+    """The peak is k·w at every edge, 1.20 N at 400 N/m and 3 mm, independent of the samples' positions."""
     curve = curve_of("detents", pitch=pitch, half_width=half_width)
     for n in range(math.ceil(-FAR / pitch + 0.5), math.floor(FAR / pitch - 0.5) + 1):
         near = np.abs(curve.x - n * pitch) < 1.2 * half_width
@@ -46,14 +46,15 @@ def test_a_grating_is_drawn_with_its_true_shape(wavelength, steps):
 def test_waves_as_long_as_a_step_are_detected(steps, share):
     long = share * 0.06 / steps
     force = sampled(lambda x: np.sin(2.0 * np.pi * x / long)[np.newaxis], -0.03, 0.03, steps).force
-    least = 0.9 if share == 1.0 else 0.4  # waves shorter than a step have their peaks sampled by chance
+    # waves shorter than a step are sampled at random, so their peaks may be missed
+    least = 0.9 if share == 1.0 else 0.4
     assert force.max() > least
     assert force.min() < -least
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_piecewise_laws_are_sampled_at_their_jumps_and_bends(seed):
-    """Linear pieces with jumps and bends at random places, as in students' laws."""
+    """The laws have linear pieces with jumps and bends at random places, like students' laws."""
     random = np.random.default_rng(seed)
     edges = np.cumsum(random.uniform(0.5e-3, 8e-3, 14)) - 0.05
     slopes, starts = random.uniform(-900.0, 900.0, 15), random.uniform(-2.0, 2.0, 15)
@@ -110,7 +111,7 @@ def test_friction_curve_has_static_and_kinetic_forces():
         ("free", {}, True, True),
         ("texture", {"kind": "bands"}, False, True),
         ("texture", {"wavelength": 0.6e-3}, True, False),
-        # its force is 0 at every multiple of 5 mm
+        # the force is 0 at every multiple of 5 mm
         ("detents", {"pitch": 0.005, "half_width": 0.0005}, True, False),
         ("puck", {}, False, False),
         ("friction", {}, True, True),
@@ -133,7 +134,7 @@ def counted(law):
 
 @pytest.mark.parametrize("long", [1e-6, 0.1e-3, 1e-3, 1.0])
 def test_samples_per_step_are_limited(long):
-    """For any wavelength: 4 samples per step remain, after a third more initially, in few calls."""
+    """At any wavelength, 4 samples per step remain; a third more are taken first, in few calls."""
     force_at, calls = counted(lambda x: np.sin(2.0 * np.pi * x / long)[np.newaxis])
     sampled(force_at, -FAR, FAR, 1000)
     assert sum(calls) <= 1000 * (4 + 0.33)
@@ -142,7 +143,7 @@ def test_samples_per_step_are_limited(long):
 
 @pytest.mark.parametrize(("milliseconds", "most"), [(10.0, 70), (1.0, 320), (0.001, 5000)])
 def test_a_slow_law_gets_fewer_samples(monkeypatch, milliseconds, most):
-    """Measured by the sampling's own clock: 50 ms, and the pass that had started before."""
+    """The sampling stops after 50 ms by its own clock, and the pass that has started by then."""
     force_at, calls = counted(lambda x: -300.0 * np.maximum(x, 0.0)[np.newaxis])
     monkeypatch.setattr(theory.time, "thread_time", lambda: 1e-3 * milliseconds * sum(calls))
     curve = sampled(force_at, -FAR, FAR, 1000)

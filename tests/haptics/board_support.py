@@ -1,4 +1,4 @@
-"""A scripted board that appears to render: it records messages, and sends frames chosen by the test."""
+"""A scripted board that appears to render: it records messages, and sends frames that the test chooses."""
 
 import time
 from dataclasses import dataclass, field, replace
@@ -16,7 +16,7 @@ ZERO = 1000
 
 @dataclass
 class Loaded:
-    """A received law: its data, and changes of its constants."""
+    """A received law, as its data and the changes of its constants."""
 
     law: Law
     data: bytearray = field(default_factory=bytearray)
@@ -32,10 +32,10 @@ class Loaded:
 
 
 class RendersItself(FakeKit):
-    """Receive a law in pieces and its changes; render it when complete, or refuse it.
+    """A board that receives a law in pieces, and its changes; it renders the complete law or refuses it.
 
-    refuses: reason for refusing. deaf: number of messages to ignore, by kind. moving: number of ramps for
-    constants.
+    ``refuses`` is the reason for refusing, ``deaf`` the number of messages to ignore by kind, and ``moving``
+    the number of ramps for constants.
     """
 
     def __init__(self, arena=ARENA, refuses=Refusal.NONE, moving=255, **options):
@@ -74,7 +74,7 @@ class RendersItself(FakeKit):
 
     @property
     def told(self):
-        """Return the generation in telemetry: the last change's, or the law's."""
+        """Return the generation that telemetry has, which is the last change's or the law's."""
         since = [t.generation for t in self.tuned if t.law == self.generation]
         return since[-1] if since else self.generation
 
@@ -87,7 +87,7 @@ class RendersItself(FakeKit):
 
 
 class BoardSetup:
-    """Such a board with an engine: it sends frames one by one, and the loop handles each at once."""
+    """A board with an engine: the board sends frames one by one, and the loop handles each at once."""
 
     def __init__(self, kit, board, engine):
         self.kit, self.board, self.engine = kit, board, engine
@@ -125,18 +125,18 @@ class BoardSetup:
         return found
 
     def excuse_over(self):
-        """Advance time beyond the period in which faults that the board has not cleared yet are ignored."""
+        """Advance time beyond the period in which faults that the board has not yet cleared are ignored."""
         self.run(1)
         self.engine.driver.conn.state.excused = 0.0
 
     def go(self, rate=None):
-        """Let the board render; return the rows until it does."""
+        """Let the board render; return the rows up to the first that it has rendered."""
         assert self.engine.decision(wait=True).refusal == ""
         self.engine.set_where("board", rate)
         return self.until(lambda: self.engine.rendering == "board")
 
     def change_all_numbers(self):
-        """Change every parameter of the environment; wait until the law is compiled for the board."""
+        """Change every parameter of the environment, and wait until the law is compiled for the board."""
         engine = self.engine
         numbers = {p.key: 0.9 * engine.values[p.key] for p in engine.environment.parameters if not p.discrete}
         engine.set_environment(engine.environment, engine.values | numbers)

@@ -1,4 +1,4 @@
-"""Fixtures of engines: running on the simulated device, and on a board controlled by the test."""
+"""Fixtures of engines that run on the simulated device, or on a board controlled by the test."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from tests.haptics.serial_support import SteppedBoard, stepped_engine
 
 @pytest.fixture
 def stepped(monkeypatch, request):
-    """Return a factory of (board, engine); each message of the board is handled at once."""
+    """Return a factory of (board, engine) that handles each message of the board at once."""
 
     def make(answer=None, **options):
         board = SteppedBoard(answer)
@@ -21,7 +21,7 @@ def stepped(monkeypatch, request):
 
 @pytest.fixture
 def rendering(stepped):
-    """Return a factory of boards that render, each with an engine."""
+    """Return a factory of boards that render, each of which has an engine."""
 
     def make(environment="spring", values=None, **options):
         kit = RendersItself(**options)

@@ -1,4 +1,4 @@
-"""A board controlled by the test, and the serial loop run chunk by chunk: without thread, port or clock."""
+"""A board controlled by the test; the serial loop runs chunk by chunk, without thread, port or clock."""
 
 import math
 import time
@@ -19,18 +19,18 @@ QUANTUM = float(np.float32(KIT.quantum))
 
 
 def sample(seq, count=1000, answered=0, delay_us=0, flags=0, time_us=None):
-    """Return the frame of a sample."""
+    """Return the frame of a sample with these fields."""
     time_us = 1000 * seq & 0xFFFFFFFF if time_us is None else time_us
     return encode(Sample(seq & 0xFFFF, time_us, count, 0, answered & 0xFFFF, delay_us, flags, *6 * (0,)))
 
 
 def samples(*seqs):
-    """Return frames with these sequence numbers and the handle at rest."""
+    """Return frames with these sequence numbers, and with the handle at rest."""
     return b"".join(map(sample, seqs))
 
 
 class SteppedBoard(HapkitBoard):
-    """Receives messages at once; ``say`` returns after the loop has rendered and answered its data.
+    """A board that receives messages at once; ``say`` returns after the loop has answered its data.
 
     answer(message) returns bytes that the board sends before its next data, or None.
     """
@@ -66,7 +66,7 @@ class SteppedBoard(HapkitBoard):
     def say(self, data, late=0.0):
         """Let the loop handle a chunk; return its rows.
 
-        The loop's clock shows a chunk in time, or ``late`` s after the last answer.
+        The loop's clock shows that the chunk is on time, or ``late`` s after the last answer.
         """
         _, conn, _, _ = self._loop
         data, self._reply = self._reply + data, b""
@@ -80,7 +80,7 @@ class SteppedBoard(HapkitBoard):
         return np.concatenate([self.say(frame) for frame in frames])
 
     def fall_silent(self):
-        """Let the loop time out once, on time."""
+        """Let the loop time out once, without its thread being late."""
         r, conn, _, _ = self._loop
         conn.state.last_answer, conn.state.looked_at = 0.0, math.inf
         self.hear(conn, serial_loop.answer_silence(r, conn))
@@ -98,7 +98,7 @@ class SteppedBoard(HapkitBoard):
 
 
 class SteppedDriver(drivers.SerialDriver):
-    """Let the board run the loop; the loop's own thread only waits for the end."""
+    """A driver that lets the board run the loop, while the loop's own thread only waits for the end."""
 
     def _loop(self, r, out, late):
         if r.control.quit[0]:
@@ -109,7 +109,7 @@ class SteppedDriver(drivers.SerialDriver):
 
 
 def stepped_engine(monkeypatch, finally_, board, hold=0.0, environment="spring", values=None, **loop):
-    """Return a running engine that handles the board's data when the board sends them."""
+    """Return a running engine that handles the board's data as soon as the board sends them."""
     monkeypatch.setattr(engine_module, "driver_for", SteppedDriver)
     monkeypatch.setattr(SteppedDriver, "hold_seconds", hold)
     engine = Engine(board, environment, realtime=False)

@@ -1,4 +1,4 @@
-"""Laws that misbehave on demand, a tick driven sample by sample, and helpers to wait for a running loop."""
+"""Laws that misbehave on demand, a tick driven sample by sample, and helpers that wait for a running loop."""
 
 import ctypes
 import math
@@ -93,7 +93,7 @@ def slow_environment():
 
 
 class LoopHarness:
-    """A tick without a clock: takes settings and positions, returns rows."""
+    """A tick without a clock, which takes settings and positions and returns rows."""
 
     def __init__(self, environment, values=None, rate=1000.0, full=True, **wanted):
         self.block = block.new_block()
@@ -104,7 +104,7 @@ class LoopHarness:
         self.r.tick.gain = 1.0 if full else 0.0
 
     def set(self, environment, values=None, **wanted):
-        """Publish new settings."""
+        """Publish new settings of the environment, its values and the loop."""
         self.wanted.update(wanted)
         names = {field.name for field in fields(LoopSettings)}
         loop = {"viscous": 0.0, "coulomb": 0.0} | {k: v for k, v in self.wanted.items() if k in names}
@@ -126,7 +126,7 @@ class LoopHarness:
         return np.array([self.tick(float(x), float(f)) for x, f in zip(positions, effects, strict=True)])
 
     def ticks(self, seconds):
-        """Render some seconds at rest; return the rows."""
+        """Render some seconds with the handle at rest; return the rows."""
         return self.run(np.zeros(round(seconds * self.rate)))
 
     def clear_fault(self):
@@ -137,7 +137,7 @@ class LoopHarness:
 
 
 def read(reader, enough):
-    """Return rows once enough(rows) is true; fail at once if the loop has ended before."""
+    """Return all rows as soon as enough(rows) is true; fail at once if the loop ends before."""
     parts = []
 
     def came():
@@ -153,7 +153,7 @@ def read(reader, enough):
 
 
 def rest(reader, count):
-    """Return at least count of the next rows."""
+    """Return the next rows, at least ``count`` of them."""
     reader.read()
     return read(reader, lambda found: len(found) >= count)
 
@@ -163,7 +163,7 @@ def loop_threads():
 
 
 class FakeLibrary:
-    """C functions written in Python, callable from compiled code by name; records their arguments."""
+    """C functions written in Python that compiled code can call by name; they record their arguments."""
 
     def __init__(self):
         self.calls = []

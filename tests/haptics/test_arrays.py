@@ -1,4 +1,4 @@
-"""The records of a loop's state: every field is accessible by name, in Python and in compiled code."""
+"""Every field of the records of a loop's state is accessible by name, in Python and in compiled code."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from hapkit_studio.haptics import arrays, block, link
     "dtype", [arrays.TICK, arrays.WATCH, arrays.LIMIT, arrays.CONTROL, block.SETTINGS, link.STATE]
 )
 def test_no_field_has_the_name_of_an_attribute_of_numpy_s_records(dtype):
-    """A field named flags or real would read the record's own attribute."""
+    """A field named flags or real would hide behind the record's own attribute."""
     assert not set(dtype.fields) & set(dir(np.record))
 
 

@@ -1,4 +1,4 @@
-"""The parameter block and the ordered words, with a writer that never pauses."""
+"""The parameter block and the ordered words are read correctly while a writer never pauses."""
 
 import threading
 
@@ -15,7 +15,7 @@ WANTED = 5000
 
 @compiled
 def fill(settings, program, k):
-    """Set the first and last numbers of a block, and all of its board law, to k."""
+    """Set the first and last numbers of a block, and all numbers of its board law, to k."""
     for i in range(block.PARAMS):
         settings.params[i] = k
     for i in range(block.PROGRAM_WORDS):
@@ -34,7 +34,7 @@ def publish_same(shared, new, k):
 
 @compiled
 def hammer(shared, new, control):
-    """Publish increasing numbers, with pauses of any length, until told to stop."""
+    """Publish increasing numbers, with pauses of random length, until told to stop."""
     k = 1
     while load_acquire(control, STOP) == 0:
         k += 1
@@ -59,7 +59,7 @@ def is_whole(settings, program):
 
 @compiled
 def listen(shared, copy, wanted):
-    """Read a number of blocks; return how many were torn, and how many older than an earlier one."""
+    """Read ``wanted`` blocks; return how many were torn, and how many were older than an earlier one."""
     torn = backwards = 0
     newest = 0.0
     while wanted > 0:
@@ -73,9 +73,9 @@ def listen(shared, copy, wanted):
 
 @compiled
 def adopt_many(r, wanted):
-    """Refresh the arrays as the tick does until a number of blocks arrived.
+    """Refresh the arrays as the tick does until ``wanted`` blocks have arrived.
 
-    Return how often they were torn.
+    Return how many of them were torn.
     """
     torn = 0
     last = r.settings.params[0]
@@ -134,7 +134,7 @@ def test_the_boards_law_is_copied_only_if_it_has_changed(shared):
 
 @compiled
 def send_pairs(words, count):
-    """Write data, then its number, many times; wait until each is read."""
+    """Write data, then their number, many times, and wait each time until they are read."""
     for k in range(1, count + 1):
         words[8] = 3 * k
         store_release(words, 0, k)
@@ -144,7 +144,7 @@ def send_pairs(words, count):
 
 @compiled
 def take_pairs(words, count):
-    """Return how often the data were missing when their number was visible."""
+    """Return how often the data were not yet visible when their number was."""
     missing = 0
     for k in range(1, count + 1):
         while load_acquire(words, 0) != k:

@@ -1,4 +1,4 @@
-"""The exact boundary on the real firmware: 3 % below it oscillations decay, above it they grow."""
+"""On the real firmware, oscillations decay 3 % below the exact boundary, and grow above it."""
 
 from functools import cache
 
@@ -32,7 +32,7 @@ def test_the_boundary_agrees_with_theory(swing):
 
 @pytest.mark.parametrize("rate", [1600, 2900, 3500])
 def test_the_boundary_at_an_intermediate_rate_agrees_with_theory(rate):
-    """At the rates of puck, bump and hard surface, each rounded to half a microsecond of its period."""
+    """The rates are those of puck, bump and hard surface; their periods are rounded to half a microsecond."""
     real = 2e6 / round(2e6 / rate)
 
     def swing(stiffness):

@@ -1,4 +1,4 @@
-"""The plan for a law on a board: its rate, or the reason why memory or time is too small."""
+"""The plan for a law on a board has its rate, or the reason why memory or time is too small."""
 
 import math
 import threading

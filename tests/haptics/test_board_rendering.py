@@ -57,7 +57,7 @@ def test_the_force_fades_out_before_the_handover(rendering):
 
 
 def test_lost_pieces_of_a_long_law_are_repeated_and_a_board_that_lost_its_law_gets_it_again(rendering):
-    """Also after a reset during the transfer, and after a damaged piece that makes the checksum wrong."""
+    """The law also arrives after a reset during the transfer, and after a piece with a wrong checksum."""
     setup = rendering(environment="mass_spring_damper")
     setup.run(10)
     setup.kit.deaf = {Law: 1, Piece: 3}
@@ -158,12 +158,12 @@ def test_a_decision_that_is_pending_keeps_the_last_refusal_and_the_plan_in_force
     assert decision.in_force is in_force
     refused = setup.engine.decision(wait=True)
     assert (refused.where, refused.pending, refused.in_force) == ("computer", False, None)
-    setup.engine.set_loop(delay=0.001)  # publishes it
+    setup.engine.set_loop(delay=0.001)  # setting the loop publishes the decision
     setup.engine.set_environment("damping")
     decision = setup.engine.decision()
     assert (decision.where, decision.pending, decision.refusal) == ("computer", True, refused.refusal)
     setup.engine.decision(wait=True)
-    assert setup.engine.decision().pending  # until the loop is told
+    assert setup.engine.decision().pending  # the decision is pending until the loop is told
     setup.engine.set_loop(delay=0.0)
     decision = setup.engine.decision()
     assert (decision.where, decision.pending) == ("board", False)
@@ -215,7 +215,7 @@ def test_a_silent_board_gets_no_keep_alive_messages(rendering):
     setup.board.fall_silent()
     setup.board.fall_silent()
     assert setup.engine.health().stale
-    assert len(setup.told(HelloRequest)) == 3  # one of them opened the connection
+    assert len(setup.told(HelloRequest)) == 3  # the first of these requests opened the connection
     setup.run(80)
     assert (len(setup.told(Alive)), len(setup.told(Force))) == (alive, forces)
     setup.run(60)
@@ -258,7 +258,7 @@ def test_changes_of_the_law_in_force_are_sent_as_constants(rendering):
     setup.compiled()
     setup.until(lambda: len(setup.told(Tune)) == 1)
     state = setup.engine.driver.conn.state
-    state.tuned_at = math.inf  # now, and for as long as the test takes
+    state.tuned_at = math.inf  # the change counts as recent for as long as the test takes
     setup.engine.set_parameter("stiffness", 130.0)
     setup.compiled()
     setup.run(20)
@@ -282,11 +282,11 @@ def test_changes_of_the_law_in_force_are_sent_as_constants(rendering):
 
 
 def test_a_handover_far_from_the_start_causes_no_apparent_speed(rendering):
-    """First to a different law, then from a board that has lost its law."""
+    """The first handover is to a different law, the second from a board that has lost its law."""
     setup = rendering(values=SPRING)
     setup.engine.set_loop(estimator="kalman")
     setup.go()
-    setup.count = ZERO + 700  # 14 mm
+    setup.count = ZERO + 700  # 700 counts are 14 mm
     setup.run(5)
     setup.engine.set_environment("wall")
     found = []
@@ -359,7 +359,7 @@ def test_rows_and_counts_report_the_boards_state(rendering):
 
 
 def test_faults_latched_by_the_board_are_latched_here_stop_it_and_can_be_cleared(rendering):
-    """Over-speed; a jump at which the board resets its estimate; a non-finite force."""
+    """The faults are over-speed, a jump at which the board resets its estimate, and a non-finite force."""
     setup = rendering()
     setup.go()
     setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 3.5}

@@ -1,4 +1,7 @@
-"""Every process but the first loads compiled code from the cache, and laws add no version of the loop."""
+"""Every process but the first loads compiled code from the cache.
+
+No law needs its own version of the loop.
+"""
 
 import json
 import os

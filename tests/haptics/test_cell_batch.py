@@ -1,4 +1,4 @@
-"""Runs without rows have the samples of the batch engine bit for bit, whatever was rendered before."""
+"""Runs without rows have the batch engine's samples bit for bit, whatever was rendered before."""
 
 import math
 from dataclasses import replace
@@ -14,7 +14,7 @@ from hapkit_studio.haptics import cell_batch, headless, rows
 
 EVERY = cell_batch.Limits(math.inf, cell_batch.NEVER_STILL, cell_batch.NEVER_FAINT, cell_batch.NEVER_SMALL)
 PART = 40
-# stiffness, damping, centre: one diverges, one settles, two are in between
+# columns: stiffness, damping, centre; the first diverges, the second settles, the others are in between
 NUMBERS = np.array([[30_000.0, 0.0, 0.0], [900.0, 4.0, -1e-5], [5000.0, 1.0, 2e-4], [900.0, 4.0, -1e-5]])
 STARTS = np.array([1e-3, 4e-3, -2e-3, 4e-3])
 SCENES = [
@@ -36,7 +36,7 @@ def cells(weights: float = 0.0, part: int = PART) -> cell_batch.Cells:
 
 
 def by_batch(device: SimulatedHapkit, loop: LoopSettings, grip: Grip | None, i: int, part=PART) -> np.ndarray:
-    """Return the rows of one cell, rendered by the batch engine in separate arrays."""
+    """Return the rows of one cell that the batch engine renders in arrays of its own."""
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
     scene = scene_of(replace(device, initial_position=float(STARTS[i])), loop, NUMBERS[i])
     return headless.render(scene, hand, cell_batch.PARTS * part)[0]
@@ -57,7 +57,7 @@ def test_every_run_equals_the_batch_engines_bit_for_bit(device, loop, grip):
 
 
 def render_nothing(r, body, flat, made) -> None:
-    """Reset arrays and a plant to the start of a cell without samples."""
+    """Reset arrays and a plant to the start of a cell without rendering samples."""
     none = cell_batch.Cells(np.zeros((1, 3)), np.zeros(1), np.zeros(1, dtype=np.int64), np.zeros(1))
     found = cell_batch.CellResults(np.zeros((1, cell_batch.PARTS, 3)), *np.zeros((2, 1), dtype=np.int64))
     cell_batch.run(r, body, flat, made, np.zeros(3), none, EVERY, np.zeros(rows.ROW_WIDTH), found)
@@ -65,7 +65,7 @@ def render_nothing(r, body, flat, made) -> None:
 
 @pytest.mark.slow
 def test_a_reset_loop_equals_a_new_one():
-    """After a hand and an over-speed fault, all arrays equal the scene's initial state."""
+    """After a hand and an over-speed fault, the reset makes all arrays equal the scene's initial state."""
     scene = replace(scene_of(*SCENES[2][:2]), max_speed=1e-9)
     r, body, flat = cell_batch.packed(*scene.prepare())
     new, still, new_flat = cell_batch.packed(*scene.prepare())
@@ -100,7 +100,7 @@ def test_a_run_stuck_by_friction_ends_after_a_time_without_motion():
 def test_runs_that_died_out_or_are_steady_end_early():
     """An undamped free oscillator keeps its amplitude; a damped one loses it."""
     device = SimulatedHapkit(0.05, 0.0, 0.0, 0.0, math.inf)
-    # 50 Hz: 20 samples per cycle, 2 cycles per part
+    # at 50 Hz there are 20 samples per cycle, and 2 cycles per part
     hold = Grip(0.0, 0.0, 0.05 * (2.0 * math.pi * 50.0) ** 2)
     scene = scene_of(device, LoopSettings())
     one = cell_batch.Cells(np.zeros((1, 3)), np.array([1e-4]), np.array([PART]), np.zeros(1))
@@ -109,7 +109,7 @@ def test_runs_that_died_out_or_are_steady_end_early():
     assert (
         cell_batch.run_cells(scene, hold, one, EVERY._replace(small=1.9e-4)).ends[0] == cell_batch.COMPLETED
     )
-    damped = replace(hold, damping=2.0)  # decay of 20 1/s, so e^-0.8 per part
+    damped = replace(hold, damping=2.0)  # the decay is 20 1/s, so the amplitude falls to e^-0.8 per part
     found = cell_batch.run_cells(scene, damped, one, EVERY._replace(faint=1e-6))
     assert found.ends[0] == cell_batch.DIED_OUT
     assert found.samples[0] == pytest.approx(math.log(100.0) / 20.0 * 1000.0 + PART, abs=PART)

@@ -1,4 +1,4 @@
-"""Each system's clock and sleep: absolute, without the GIL, cacheable by its callers."""
+"""Each system's clock and sleep are absolute, run without the GIL, and are cacheable by their callers."""
 
 import ctypes
 import os
@@ -27,7 +27,7 @@ def test_the_clock_is_the_performance_counter():
 
 
 def test_a_threads_processor_time_stops_while_it_sleeps():
-    clock.until(clock.thread_time())  # ensure that it is compiled or loaded
+    clock.until(clock.thread_time())  # this call ensures that the function is compiled or loaded
     before = time.thread_time()
     between = clock.thread_time()
     clock.until(clock.now() + 0.02)
@@ -84,7 +84,7 @@ def test_it_runs_uncompiled():
 
 
 def fill(address, form, *numbers):
-    """Write 8 bytes to an address, as a C function that returns through a pointer."""
+    """Write 8 bytes to an address, like a C function that returns a value through a pointer."""
     ctypes.memmove(address, struct.pack(form, *numbers), 8)
     return 1
 

@@ -1,4 +1,4 @@
-"""The engine: settings, start and end, and its rows."""
+"""Tests of the engine: settings, start and end, and its rows."""
 
 import gc
 import math
@@ -50,7 +50,7 @@ def test_the_rate_can_change_while_it_runs(started):
 # --- calls never wait
 @pytest.mark.alone
 def test_no_call_blocks_while_it_runs(started):
-    """At least half of twenty calls last less than a period of the loop at 200 Hz."""
+    """At least half of twenty calls take less than a period of the loop at 200 Hz."""
     engine = started()
     reader = engine.reader()
     engine.set_environment("spring")
@@ -136,7 +136,10 @@ def test_lateness_is_counted_for_every_row(started):
 
 
 def test_it_knows_whose_state_the_rows_contain():
-    """No environment's before the loop runs; after a switch the new one's, from the tick that adopts it."""
+    """Before the loop runs, the rows belong to no environment.
+
+    After a switch they belong to the new one, from the tick that adopts it.
+    """
     engine = Engine(SimulatedHapkit(), "wall", realtime=False)
     wall, button = environments.named("wall"), environments.named("button")
     assert not engine.renders(wall)
@@ -263,7 +266,7 @@ START = SimulatedHapkit(initial_position=0.0121, initial_velocity=0.1)
 
 
 def rendered(environment, device, count, loop):
-    """Return the rows of a released handle, with the force fading in as in a live loop."""
+    """Return the rows of a released handle whose force fades in as in a live loop."""
     r, body = headless.Scene(environment, environment.values(), device, loop).prepare()
     r.tick.gain = 0.0
     out = headless.new_rows(count)
@@ -359,7 +362,7 @@ def test_a_change_of_model_causes_no_motion(started):
     assert out[-1, rows.APPLIED_FORCE] == 0.05
 
 
-# --- the device without some terms
+# --- a device without some terms
 def test_a_device_without_terms_has_none_of_their_effects():
     device = SimulatedHapkit(mass=0.05, max_force=2.0, initial_position=0.01)
     assert device.without(()) == device

@@ -1,4 +1,4 @@
-"""Headless runs for sweeps: complete rows, values beyond a user's limits, cancelled runs."""
+"""Headless runs for sweeps have complete rows, may exceed a user's limits, and can be cancelled."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The lateness histogram, and the messages of latched faults."""
+"""The histogram of lateness, and the messages of latched faults."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The command ``zwidth`` by simulation: text, JSON, figure, one-line errors."""
+"""The command ``zwidth`` by simulation prints text and JSON, draws a figure, and gives one-line errors."""
 
 import json
 
@@ -45,7 +45,7 @@ def test_the_json_is_one_object(capsys):
 
 @pytest.fixture
 def measured(monkeypatch):
-    """Replace the measurement; record its arguments."""
+    """Replace the measurement by one that records its arguments."""
     asked = {}
 
     def measure(engine, levels, limits, **more):
@@ -78,4 +78,4 @@ def test_ctrl_c_closes_the_device(capsys, measured):
     code, out, _ = run(capsys, "--device", "simulated")
     assert (code, out) == (130, "")
     assert not measured["engine"].health().running
-    assert measured["engine"].arrays.control.done[0] == 1  # the loop's last action: a zero command
+    assert measured["engine"].arrays.control.done[0] == 1  # the loop's last action was a zero command

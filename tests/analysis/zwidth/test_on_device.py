@@ -1,4 +1,4 @@
-"""Z-width on running devices: simulated live, virtual board, interruptions and limits, a person."""
+"""Z-width is measured on the live simulated device and the virtual board, with interruptions and a person."""
 
 import itertools
 import math
@@ -27,7 +27,7 @@ ONE_TRIAL = TrialLimits(softest=300.0, highest=300.0)
 
 @pytest.fixture
 def running():
-    """Return a factory of running engines with a spring; all are closed at the end."""
+    """Return a factory of running engines with a spring, which are all closed at the end."""
     engines = []
 
     def make(device=None, grip="light", delay=2e-3):
@@ -44,7 +44,7 @@ def running():
 
 
 def assert_as_before(engine, environment="spring"):
-    """Check that settings, limit and hand are restored, and only the old environment is rendered."""
+    """Assert that settings, limit and hand are restored, and that only the old environment is rendered."""
     assert engine.environment.key == environment
     assert engine.arrays.block.settings.max_force == engine.device.max_force
     assert engine.arrays.block.settings.hand_on == 0
@@ -65,7 +65,7 @@ def hits(found, surface=0.005):
 
 
 def after(calls, act):
-    """Return a progress function that acts at its ``calls``-th call with a pressed wall in force."""
+    """Return a progress function that calls ``act`` at its ``calls``-th call that reports a pressed wall."""
     seen = []
 
     def progress(done, of):
@@ -99,14 +99,14 @@ def test_the_live_device_agrees_with_the_simulation(running):
 
 
 @needs_board
-@pytest.mark.alone  # a frame that is 20 ms late is a fault, also on a busy machine
+@pytest.mark.alone  # a frame that is 20 ms late is a fault, even on a busy machine, so this test runs alone
 def test_the_virtual_board_has_a_z_width(running):
     engine = running(VirtualBoard("lockstep"), delay=1e-3)
     reader = engine.reader()
     found = on_device.measure(engine, (0.0,), TrialLimits(softest=1000.0, raised=1.5, precision=0.1))
     assert hits(reader.read()) == pytest.approx(0.1, rel=0.3)
     conditions = {c.key: c.value for c in found.conditions}
-    assert 1e-3 < conditions["delay"] < 2.5e-3  # the added delay, plus that of the serial line
+    assert 1e-3 < conditions["delay"] < 2.5e-3  # the delay is the added one plus that of the serial line
     setting = replace(on_device.setting_of(engine, "light"), coulomb=0.1)
     reference = simulation.compute(setting, (0.0,), Protocol(max_force=2.0))
     assert found.stiffness[0] == pytest.approx(reference.stiffness[0], rel=0.2)
@@ -144,12 +144,15 @@ def quit_loop(engine):
 def test_interruptions_restore_settings_and_remove_the_wall(
     running, monkeypatch, act, error, says, environment
 ):
-    """Cancelled, stopped, a fault, settings changed meanwhile (which are kept), a disconnected device."""
+    """The measurement is cancelled, stopped, ends by a fault, loses its device, or meets changed settings.
+
+    Settings that were changed meanwhile are kept.
+    """
     monkeypatch.setattr("hapkit_studio.analysis.zwidth.guarded_device._SILENCE_SECONDS", 0.5)
     engine = running()
     with pytest.raises(error, match=says):
         on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(60, lambda: act(engine)))
-    if environment is None:  # the device is disconnected
+    if environment is None:  # without an environment, the device is disconnected
         assert engine.environment.key == "spring"
         return
     assert_as_before(engine, environment)
@@ -190,7 +193,7 @@ def test_excessive_speed_ends_a_trial_and_no_stiffer_wall_is_tried(running, monk
 
 
 def test_the_band_is_searched_below_the_first_failed_wall(monkeypatch):
-    """200 and 300 N/m pass, 450 N/m is the first to fail; bisected, then in steps of 5 %."""
+    """200 and 300 N/m pass, and 450 N/m is the first to fail; then it bisects, and makes steps of 5 %."""
     tried = []
 
     def watched(_guarded, _hand, stiffness):
@@ -230,7 +233,7 @@ def test_a_person_gets_instructions_and_is_monitored(running, briefly):
     def person(words):
         said.append(words)
         force, wall = 1.9 if len(said) == 1 else 1.0, engine.values["stiffness"]
-        if words != "Hold":  # a grip of 200 N/m and the wall in series
+        if words != "Hold":  # the motion is that of a grip of 200 N/m and the wall in series
             engine.move_hand(engine.values["position"] + force * (1.0 / wall + 1.0 / 200.0))
 
     found = on_device.measure(engine, (0.0,), ONE_TRIAL, person=True, say=person)

@@ -1,4 +1,4 @@
-"""Z-width by simulation compared with published tables and an independent program; its search."""
+"""Z-width by simulation agrees with published tables and an independent program, and so does its search."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -28,14 +28,14 @@ SPEED, PUSH = 0.1, 1.0
 
 
 def slide(v, force, t):
-    """Return (distance, speed) after t of m v' = force - b v."""
+    """Return (distance, speed) after a time t of m v' = force - b v."""
     end = force / VISCOUS
     fall = math.exp(-VISCOUS / M * t)
     return end * t + (v - end) * (1.0 - fall) * M / VISCOUS, end + (v - end) * fall
 
 
 def period(x, v, force):
-    """Return (x, v) after a period of a constant force and Coulomb friction: at most one stop."""
+    """Return (x, v) after a period with a constant force and Coulomb friction, with at most one stop."""
     left = T
     for _ in range(2):
         if v == 0.0:
@@ -56,7 +56,7 @@ def period(x, v, force):
 
 
 def rests(stiffness, damping, phase):
-    """Return True if the handle stays near and ends within two counts."""
+    """Return True if the handle stays near the wall and ends within two counts."""
     x, v = -phase * SPEED * T, SPEED
     before = QUANTUM * math.floor(x / QUANTUM)
     low, high = math.inf, -math.inf
@@ -79,7 +79,7 @@ def plain_holds(stiffness, damping):
 
 DAMPING = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 ALPHA_02 = ("iir", {"cutoff": -math.log(0.8) / (2.0 * math.pi * 1e-3)})
-CAPPED = 200.0 * 1.3**22  # upper end of the reference's search
+CAPPED = 200.0 * 1.3**22  # upper end of the reference's search in N/m
 
 
 def device(coulomb=0.1, quantum=15e-6, rate=1000.0, **more):
@@ -98,7 +98,7 @@ REFERENCE = {
 
 @cache
 def measured(name):
-    """Return the Z-width of a device of the table; computed by threads of normal priority."""
+    """Return the Z-width of a device of the table, computed by threads of normal priority."""
     with ThreadPoolExecutor(2) as threads:
         return simulation.compute(REFERENCE[name][0], DAMPING, executor=threads)
 
@@ -106,11 +106,10 @@ def measured(name):
 @pytest.mark.parametrize("name", wide(REFERENCE, lambda name: name == "f_c 0.1"))
 def test_the_result_agrees_with_the_reference_table(name):
     (setting, expected), found = REFERENCE[name], measured(name)
-    # the reference's search ends anywhere in the band
+    # the reference's search may end anywhere in the band
     high = np.array([max(p.stiffness, p.last_held) for p in found.points]) / np.array(expected)
     share = np.clip(1.0, found.stiffness / np.array(expected), high)
-    # without friction, the motion after 4 s depends on chance; other sampling phases change the same two
-    # cells of 56
+    # without friction, the motion after 4 s is random: other sampling phases change the same two cells of 56
     loose = np.array([setting.coulomb == 0.0 and b in (2.0, 5.0) for b in DAMPING])
     assert np.abs(share[:-1] - 1.0)[~loose[:-1]].max() < 0.025
     assert np.abs(share - 1.0)[loose].max(initial=0.0) < 0.06
@@ -209,7 +208,8 @@ def test_result_is_the_bands_lower_end():
     assert point.stiffness in tried
     assert not point.clamped, "the wall named did not need the motor's limit"
     assert 1020.0 / 1.01 < point.last_held < 1020.0
-    assert min(tried) == pytest.approx(point.first_failed / 1.01**10)  # ten walls in a row are required
+    # a wall passes only if ten walls in a row do
+    assert min(tried) == pytest.approx(point.first_failed / 1.01**10)
     assert max(tried) == pytest.approx(point.last_held * 1.01**10)
 
 
