@@ -150,7 +150,9 @@ class PointingPage(Page):
         name, token = ("target", "ok") if self.run.going else ("start", "accent")
         self._scene.set_zone(Zone(middle - half, middle + half, name, token))
         words = "Go!" if self.run.going else "Hold the start"
-        self.sign.setText("Release the E-stop to continue" if self._studio.stopped else words)
+        if self._studio.stopped:
+            words = f"{'Press Render' if self._studio.waits_for_render else 'Release the E-stop'} to continue"
+        self.sign.setText(words)
         done = len(self.run.done)
         self.count.setText(f"Trial {done + 1} of {self.run.count}")
         self.bar.setValue(done)
