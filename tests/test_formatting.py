@@ -2,6 +2,9 @@
 
 import json
 import math
+import re
+from importlib.resources import files
+from pathlib import Path
 
 import pytest
 
@@ -54,6 +57,18 @@ def test_very_small_or_large_values_are_powers_of_ten():
     words = ["600", "1", "10,000", "999,999", "10⁶", "1.5 × 10⁶", "0.0001", "10⁻⁵", "−0.25", "0"]
     assert [compact(x) for x in numbers] == words
     assert [compact(x, 2, sign=True) for x in (1234.0, -1e-9, 0.0)] == ["+1,200", "−10⁻⁹", "0"]
+
+
+def test_texts_round_by_these_functions_as_pythons_own_rounding_writes_12e2_for_120():
+    """In folders whose texts people read no f-string has a precision and "g", unless it is parsed again."""
+    own = Path(str(files("hapkit_studio")))
+    found = []
+    for folder in ("gui", "analysis", "charts", "environments", "commands", "haptics"):
+        for path in (own / folder).rglob("*.py"):
+            for row, line in enumerate(path.read_text("utf-8").splitlines(), 1):
+                if re.search(r"\{[^{}]+:[+,]*\.\d+[ge]\}", line) and "float(f" not in line:
+                    found.append(f"{path.relative_to(own)}:{row}: {line.strip()}")
+    assert found == []
 
 
 def test_an_interval_is_never_shown_as_exact():

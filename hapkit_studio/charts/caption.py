@@ -12,7 +12,7 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import estimator_words
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import on_screen
+from hapkit_studio.formatting import compact, on_screen
 from hapkit_studio.parameters import AnyParameter, Choice
 from hapkit_studio.sessions.settings import differences
 from hapkit_studio.settings_log import Log, Settings
@@ -78,7 +78,7 @@ def _conditions(settings: Settings) -> list[str]:
     words += [f"{grip} grip"] if isinstance(grip, str) and not isinstance(device, str) else []
     words += [f"rendered on the {render}"] if isinstance(render, str) and isinstance(device, str) else []
     words += [f"{rate:,g} Hz"] if isinstance(rate, int | float) else []
-    words += [f"delay {1e3 * delay:.3g} ms"] if isinstance(delay, int | float) else []
+    words += [f"delay {compact(1e3 * delay, 3)} ms"] if isinstance(delay, int | float) else []
     words += _estimator(settings.get("estimator"))
     return [*words, "passivity controller"] if settings.get("controller") is True else words
 

@@ -8,6 +8,7 @@ import numpy as np
 from hapkit_studio.charts.accuracy import marker_and_color
 from hapkit_studio.charts.style import DASH, Colors, legend, save, style_axes
 from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.formatting import compact
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.survey import Axes
@@ -22,7 +23,7 @@ def survey_figure(found: "tuple[Axes, np.ndarray]", path: str | Path) -> None:
     """Write the stiffness limits over rate and over delay; cells that are not computed yet are ignored."""
     axes, limits = found
     known = np.mean(~np.isnan(limits))
-    title = f"What rate buys and delay costs: {100.0 * known:.3g} % of {limits.size:,} loops computed"
+    title = f"What rate buys and delay costs: {compact(100.0 * known, 3)} % of {limits.size:,} loops computed"
     caption = f"{axes.words}. Lines: median over all others. Dashed: the softest tenth."
     save(lambda figure, c: draw(figure, c, axes, limits), path, _SIZE, title, caption)
 

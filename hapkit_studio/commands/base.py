@@ -18,7 +18,7 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.files import is_special
-from hapkit_studio.formatting import printable
+from hapkit_studio.formatting import compact, printable
 from hapkit_studio.workshop import reading, trial
 from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source
 
@@ -78,7 +78,7 @@ class Command:
 def span(seconds: float) -> str:
     """Format a duration with few digits, as in "40 s", "3 min" or "2.5 h"."""
     size, unit = next((u for u in ((3600.0, "h"), (60.0, "min")) if seconds >= 1.5 * u[0]), (1.0, "s"))
-    return f"{seconds / size:.2g} {unit}"
+    return f"{compact(seconds / size, 2)} {unit}"
 
 
 def progress_line(what: str) -> Callable[[int, int], None]:

@@ -13,7 +13,7 @@ from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import hertz, with_unit
+from hapkit_studio.formatting import compact, hertz, with_unit
 from hapkit_studio.haptics.board_plan import check_rate
 
 if TYPE_CHECKING:
@@ -103,7 +103,9 @@ def _text(found: "Bode") -> str:
         )  # fmt: skip
         lines += text_lines(_COLUMNS, list(rows)[::_PRINTED_EVERY])
         if curve.clamped:
-            lines.append(f"The motor was at its limit in {100.0 * curve.clamped:.2g} % of the samples.")
+            lines.append(
+                f"The motor was at its limit in {compact(100.0 * curve.clamped, 2)} % of the samples."
+            )
     return "\n".join(lines)
 
 
@@ -111,10 +113,12 @@ def _error_text(curve: "Curve") -> str:
     share, angle = curve.uncertainty
     highest = hertz(0.5 * COMPARED * curve.setting.rate)
     if curve.error is None:
-        known = f", each point known to {100.0 * share:.2g} % up to {highest}" if share == share else ""
+        known = (
+            f", each point known to {compact(100.0 * share, 2)} % up to {highest}" if share == share else ""
+        )
         return f", by single sines{known}"
     share, angle = curve.error
-    return f", within {100.0 * share:.2g} % and {angle:.2g}° of theory up to {highest}"
+    return f", within {compact(100.0 * share, 2)} % and {compact(angle, 2)}° of theory up to {highest}"
 
 
 COMMAND = base.Command("bode", "draw what the loop makes of a scene over frequency", run, OPTIONS, 65)

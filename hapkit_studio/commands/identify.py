@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from hapkit_studio import api
 from hapkit_studio.commands.base import PLOT, Command, Result, drawn, option, with_files
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import compact
 from hapkit_studio.tables import UNITS, parse_column
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def run(options: argparse.Namespace) -> Result:
 
 
 def _text(found: "Identified", recording: "Recording") -> str:
-    lines = [f"The piece from {found.begin:.3g} s to {found.end:.3g} s:"]
+    lines = [f"The piece from {compact(found.begin, 3)} s to {compact(found.end, 3)} s:"]
     if recording.later:
         changes = f"The settings changed at {recording.change_times} s; a piece has no change in it."
         lines.insert(0, changes)

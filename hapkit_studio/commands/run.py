@@ -12,6 +12,7 @@ from hapkit_studio.commands import base, live_run
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import compact
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.interrupts import INTERRUPTED
@@ -46,7 +47,7 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
     played = live_run.run(engine, options, hand, seconds, options.record)
     fault, took = played.fault, played.seconds
     if not len(played.table):
-        raise ParameterError(f"Not one sample came in {took:.3g} s.")
+        raise ParameterError(f"Not one sample came in {compact(took, 3)} s.")
     run = _as_run(played.table, engine, options, played.found)
     got = float(run.time[-1])
     remarks = [*played.remarks, *switched_off(chosen)]

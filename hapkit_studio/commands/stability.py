@@ -18,7 +18,7 @@ from hapkit_studio.charts.stability import stability_figure
 from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.commands import base
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import number, on_screen
+from hapkit_studio.formatting import compact, number, on_screen
 
 COLUMNS = 13
 SIDE = 100
@@ -94,7 +94,7 @@ def _text(found: Plane, seconds: float | None) -> str:
         "",
         *_table(found),
         "",
-        *([f"Passive up to {found.edge_damping[-1]:.3g} N·s/m."] if found.edge.size else []),
+        *([f"Passive up to {compact(found.edge_damping[-1], 3)} N·s/m."] if found.edge.size else []),
         "An ideal sensor: no steps for friction to hide."
         if np.isinf(found.coulomb)
         else f"Friction hides the sensor's steps up to {found.coulomb:,.0f} N/m.",
@@ -123,7 +123,7 @@ def _hands(found: hands.Family, damping: float) -> list[str]:
     mass, b, k = worst.mass, worst.damping, worst.stiffness
     return [
         f"In the worst hand of a box around people's hands {_newtons(people)} N/m: "
-        f"{mass:.3g} kg, {b:g} N·s/m, {k:.4g} N/m.",
+        f"{compact(mass, 3)} kg, {b:g} N·s/m, {compact(k, 4)} N/m.",
         *(
             f"  {hand.what}: {hands.words(hand.mass, hand.damping, hand.stiffness)}; {hand.source}"
             f"{'' if hand.read else ' (from memory)'}"

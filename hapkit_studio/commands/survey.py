@@ -14,7 +14,7 @@ from hapkit_studio.analysis.checks import whole_number
 from hapkit_studio.analysis.cluster import cluster
 from hapkit_studio.analysis.sweeps import Progress, begin_worker, workers
 from hapkit_studio.commands import base
-from hapkit_studio.formatting import plain
+from hapkit_studio.formatting import compact, plain
 
 DRAW_SECONDS = 10.0
 
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> base.Result:
     text = f"{axes.words}: {known:,} of {limits.size:,} loops known."
     if computed:
         each = 1e6 * seconds / computed
-        text += f" {computed:,} computed in {base.span(seconds)}, {each:.3g} µs each."
+        text += f" {computed:,} computed in {base.span(seconds)}, {compact(each, 3)} µs each."
     as_json = {"axes": axes, "points": limits.size, "known": known, "computed": computed, "seconds": seconds}
     return base.with_files(text, plain(as_json), draw())
 

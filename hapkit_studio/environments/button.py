@@ -6,6 +6,7 @@ import numpy as np
 
 from hapkit_studio.dynamics.friction import tether
 from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, MovingObject, Values
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
@@ -58,8 +59,8 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Warn if there is no snap."""
     if values["snap_force"] >= values["peak_force"]:
         yield (
-            f"Without a drop there is no click: the snap force {values['snap_force']:.3g} N is not below "
-            f"the peak force {values['peak_force']:.3g} N."
+            f"Without a drop there is no click: the snap force {with_unit(values['snap_force'], 'N')} is "
+            f"not below the peak force {with_unit(values['peak_force'], 'N')}."
         )
 
 

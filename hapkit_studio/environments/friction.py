@@ -14,6 +14,7 @@ from hapkit_studio.dynamics import sampled_loop
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, count_response
 from hapkit_studio.dynamics.friction import banded, bristle, sticking_tether, stribeck, tether
 from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
+from hapkit_studio.formatting import compact, with_unit
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -153,7 +154,7 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
     model = values["model"]
     seen = count_response(conditions.estimator, 1.0 / conditions.period, conditions.quantum)
     fastest = float(seen[0] if model == LUGRE else seen.max())
-    step = f"One sensor count per period looks like {1e3 * fastest:.3g} mm/s"
+    step = f"One sensor count per period looks like {compact(1e3 * fastest, 3)} mm/s"
     if model == KARNOPP:
         if values["stick_velocity"] < fastest:
             yield f"{step}: with a lower stick velocity the handle never sticks."
@@ -190,19 +191,20 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     if model == COULOMB:
         most = 1.5 * conditions.mass * conditions.quantum / (period * (period + conditions.delay))
         if 0.0 < most < kinetic:
-            yield f"Above {most:.2g} N Coulomb friction chatters by several sensor counts: try Projection."
+            above = with_unit(most, "N", 2)
+            yield f"Above {above} Coulomb friction chatters by several sensor counts: try Projection."
         elif kinetic > LEAST:
             yield "Coulomb friction follows the sign of the speed and creeps when pulled: try Projection."
         return
     if model == SMOOTHED:
         slope, most = kinetic / values["stick_velocity"], _damping_limit(conditions)
         if slope > most:
-            steep = f"Near rest, friction acts as damping of {slope:.3g} N·s/m"
-            yield f"{steep}; more than {most:.3g} N·s/m is unstable. Raise the stick velocity."
+            steep = f"Near rest, friction acts as damping of {compact(slope, 3)} N·s/m"
+            yield f"{steep}; more than {compact(most, 3)} N·s/m is unstable. Raise the stick velocity."
         if kinetic > LEAST:
             pull = 0.5 * kinetic
             creep = 1e3 * creep_speed(pull, values)
-            slow = f"under a pull of {pull:.2g} N it creeps at {creep:.2g} mm/s"
+            slow = f"under a pull of {compact(pull, 2)} N it creeps at {compact(creep, 2)} mm/s"
             yield f"Smoothed friction cannot hold the handle: {slow}."
         return
     if model in (KARNOPP, STRIBECK, LUGRE):
@@ -211,7 +213,8 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
         yield "Under a steady pull, LuGre creeps at about 0.5 mm/s: its bristles yield at every count."
     if model == LUGRE and values["tether_stiffness"] * conditions.speed * period > 2.0 * kinetic:
         most = 2.0 * kinetic / (values["tether_stiffness"] * period)
-        yield f"Above {most:.2g} m/s LuGre's bristles are fully bent within one period, so it only slides."
+        above = with_unit(most, "m/s", 2)
+        yield f"Above {above} LuGre's bristles are fully bent within one period, so it only slides."
 
 
 ENVIRONMENT = Environment(

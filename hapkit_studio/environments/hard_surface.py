@@ -8,6 +8,7 @@ from collections.abc import Iterable
 
 from hapkit_studio.dynamics import nominal
 from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -94,7 +95,8 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     _, _, hertz = sound(*(values[key] for key in ("material", "amplitude", "decay", "frequency")))
     highest = 0.1 / conditions.period
     if hertz > highest * (1.0 + 1e-9):
-        yield f"{hertz:.3g} Hz has fewer than 10 samples per cycle: above {highest:.3g} Hz it feels blurred."
+        rings, most = with_unit(hertz, "Hz"), with_unit(highest, "Hz")
+        yield f"{rings} has fewer than 10 samples per cycle: above {most} it feels blurred."
 
 
 def terms(p: Values) -> ForceTerms:

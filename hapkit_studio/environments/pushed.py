@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from hapkit_studio.dynamics.integrator_stability import longest_step
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.environments.base import Conditions, Values
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.parameters import Choice, Parameter
 
 # one label per integrator
@@ -45,7 +46,6 @@ def growth(values: Values, swing: tuple[float, float, float], conditions: Condit
     index = int(values["integrator"])
     longest = longest_step(INTEGRATORS[index], *swing)
     if conditions.period > longest:
-        long = (
-            f"steps longer than {1e3 * longest:.3g} ms; the present step is {1e3 * conditions.period:.3g} ms"
-        )
+        most, step = with_unit(1e3 * longest, "ms"), with_unit(1e3 * conditions.period, "ms")
+        long = f"steps longer than {most}; the present step is {step}"
         yield f"{LABELS[index]} adds energy in contact with {long if longest else 'every step'}."

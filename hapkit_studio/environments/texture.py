@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from hapkit_studio.environments.base import Conditions, Environment, Values, no_terms
+from hapkit_studio.formatting import compact, with_unit
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -71,12 +72,13 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     fastest = wavelength / (10.0 * period)
     if conditions.speed > fastest:
         yield (
-            f"Above {fastest:.3g} m/s a ridge gets fewer than 10 samples; "
-            f"the handle moved at {conditions.speed:.3g} m/s."
+            f"Above {compact(fastest, 3)} m/s a ridge gets fewer than 10 samples; "
+            f"the handle moved at {compact(conditions.speed, 3)} m/s."
         )
     finest = 10.0 * conditions.quantum
     if wavelength < finest:
-        yield f"Ridges of {1e3 * wavelength:.3g} mm are finer than 10 sensor counts, {1e3 * finest:.3g} mm."
+        ridges, counts = with_unit(1e3 * wavelength, "mm"), with_unit(1e3 * finest, "mm")
+        yield f"Ridges of {ridges} are finer than 10 sensor counts, {counts}."
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:

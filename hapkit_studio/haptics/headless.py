@@ -13,6 +13,7 @@ from hapkit_studio.dynamics.jit import compiled, inlined
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import compact
 from hapkit_studio.haptics import arrays, block, patience, rows, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import load_acquire
@@ -224,5 +225,7 @@ def _sampled(motion, times: np.ndarray, vectorised: bool = False) -> np.ndarray:
         ) from None
     if not np.isfinite(values).all():
         when = times[np.flatnonzero(~np.isfinite(values))[0]]
-        raise ParameterError(f"The hand's position must be a finite number of m; at {when:.4g} s it is not.")
+        raise ParameterError(
+            f"The hand's position must be a finite number of m; at {compact(when, 4)} s it is not."
+        )
     return values

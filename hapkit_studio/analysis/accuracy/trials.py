@@ -10,6 +10,7 @@ from hapkit_studio.analysis import perception
 from hapkit_studio.analysis.perception import MOMENT, Difference
 from hapkit_studio.dynamics.hand import Hand, hand_named
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.formatting import compact
 from hapkit_studio.haptics import headless, rows
 
 # m/s to the right from the middle: initial speed of a released handle, without which it would not move
@@ -55,13 +56,13 @@ def variants(trial: Trial) -> Iterator[Trial]:
     """Yield variants: other throwing speeds, a longer run, other times of release."""
     if trial.thrown:
         for speed in THROWS:
-            yield replace(trial, words=f"thrown {speed:.3g} m/s", seconds=LONG, thrown=speed)
+            yield replace(trial, words=f"thrown {compact(speed, 3)} m/s", seconds=LONG, thrown=speed)
         return
     if trial.seconds < LONG:
         yield replace(trial, words=f"{trial.words} for {LONG:g} s", seconds=LONG)
     for moment in np.arange(MOMENT, trial.seconds, MOMENT):
         let_go = replace(trial.hand, release=moment)
-        yield Trial(f"{trial.words} until {moment:.3g} s", let_go, moment + WATCHED)
+        yield Trial(f"{trial.words} until {compact(moment, 3)} s", let_go, moment + WATCHED)
 
 
 def render(scene: headless.Scene, trial: Trial) -> np.ndarray:

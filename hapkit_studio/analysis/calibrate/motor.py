@@ -19,6 +19,7 @@ from hapkit_studio.analysis.calibrate.result import CheckResult, passed, warn
 from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Track, motor_force
 from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import compact
 from hapkit_studio.parameters import check_number
 from hapkit_studio.protocol.messages import Board
 
@@ -235,7 +236,7 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
     usual = places.mean(axis=0)
     low, way = float(usual.min()), float(np.ptp(usual))
     if way < _FEWEST_COUNTS * board.quantum:
-        raise ParameterError(f"The spring gave way by only {1e3 * way:.2g} mm. Use softer springs.")
+        raise ParameterError(f"The spring gave way by only {compact(1e3 * way, 2)} mm. Use softer springs.")
     slides = (np.abs(usual - low - 0.5 * way) < (0.5 - _EXCLUDED_ENDS) * way).all(axis=0)
     bent = np.inf
     if slides.mean() > _SLIDING:
@@ -312,7 +313,8 @@ def _strength(
     low, high = PLAUSIBLE
     if not low <= ratio <= high:
         raise ParameterError(
-            f"The motor would be {ratio:.2g} × as strong as its profile says (limits {low:g} to {high:g}). "
+            f"The motor would be {compact(ratio, 2)} × as strong as its profile says "
+            f"(limits {low:g} to {high:g}). "
             "Check the masses or springs, the motor's supply and the kit chosen."
         )
     half = ratio * float(np.hypot(error / asked_per_real, sure))

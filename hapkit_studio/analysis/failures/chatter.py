@@ -10,7 +10,7 @@ from hapkit_studio.analysis.failures.in_window import let_go
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.environments.friction import COULOMB, PROJECTION
-from hapkit_studio.formatting import on_screen, with_unit
+from hapkit_studio.formatting import compact, on_screen, with_unit
 from hapkit_studio.haptics import rows
 
 # ratio F_c T²/(m Δ) up to which the chatter stays within one count, for a delay of 0 and of 1 period
@@ -56,7 +56,8 @@ def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tupl
 def probe(friction: float, case: base.Case) -> base.Evidence:
     """Let the handle slide to rest against friction computed from the sign of its velocity."""
     size, tail = peak_to_peak(friction, case)
-    holds, counts = size <= FLICKER, f"{size:.2g} count{'' if f'{size:.2g}' == '1' else 's'} p-p"
+    holds, shown = size <= FLICKER, compact(size, 2)
+    counts = f"{shown} count{'' if shown == '1' else 's'} p-p"
     words = f"{'flickers' if holds else 'chatters'} by {counts}"
     x = tail - tail.mean()
     return base.Evidence(x, 1.0 / case["rate"], "position", "counts", holds, size, "counts", words)

@@ -9,7 +9,7 @@ from hapkit_studio.analysis.failures.filters import bound
 from hapkit_studio.analysis.failures.plane import STABLE, UNSTABLE, Boundary, Field, Panel, Plane, Points
 from hapkit_studio.analysis.stability.limits import checked_loop
 from hapkit_studio.dynamics import sampled_loop
-from hapkit_studio.formatting import with_unit
+from hapkit_studio.formatting import compact, with_unit
 
 
 def limit(case: base.Case) -> float:
@@ -76,7 +76,7 @@ def plane(case: base.Case) -> Plane:
     across = np.geomspace(0.9, 1.3 * total[-1], _GRID)
     up = np.geomspace(0.2 * exact[0], 2.0 * exact.max(), _GRID)
     top = np.interp(across, total, exact, right=0.0)
-    own = f"this handle, b₀T/m = {viscous / (rate * case['mass']):.3g}"
+    own = f"this handle, b₀T/m = {compact(viscous / (rate * case['mass']), 3)}"
     panel = Panel(
         Field(across, up, np.where(up[:, np.newaxis] <= top, 0.5, 2.5)),
         boundaries=(Boundary(own, total, exact), *others, rule),

@@ -7,6 +7,7 @@ import numpy as np
 
 from hapkit_studio.analysis.identify.regression import Fit
 from hapkit_studio.analysis.identify.windows import Windows
+from hapkit_studio.formatting import compact
 
 
 @dataclass(frozen=True)
@@ -185,9 +186,9 @@ def estimate(
     possible = {"mass": value > half, "viscous": value >= -half, "coulomb": value >= -half}.get(name, True)
     told = math.isfinite(half) and (half <= abs(value) or half <= term.fine) and possible
     words = {
-        "travel": f"{1e3 * moved.travel:.2g} mm",
-        "speed": f"{1e3 * moved.speed:.2g} mm/s",
-        "jolt": f"{moved.jolt:.2g} m/s²",
+        "travel": f"{compact(1e3 * moved.travel, 2)} mm",
+        "speed": f"{compact(1e3 * moved.speed, 2)} mm/s",
+        "jolt": f"{compact(moved.jolt, 2)} m/s²",
     }
     advice = "" if told else f"Unknown. {term.advice.format(**words)}"
     return Estimate(name, value, half, asked, expected, told, advice)

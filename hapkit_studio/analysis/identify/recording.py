@@ -13,6 +13,7 @@ from hapkit_studio.dynamics import nominal
 from hapkit_studio.dynamics.hand import SCRIPTS, Grip, Hand
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError, ParameterError, StudioError
+from hapkit_studio.formatting import compact
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.signals import BY_NAME
 from hapkit_studio.settings_log import Log
@@ -101,7 +102,7 @@ class Recording:
     @property
     def change_times(self) -> str:
         """List the times in s of the first settings changes."""
-        times = [f"{when:.3g}" for when, _ in self.later]
+        times = [compact(when, 3) for when, _ in self.later]
         return ", ".join([*times[:_LISTED_CHANGES], *["…"][: len(times) - _LISTED_CHANGES]])
 
     def longest(self) -> "Recording":
@@ -127,7 +128,7 @@ class Recording:
         periods = gaps / np.median(gaps)
         if np.mean(np.abs(periods - np.rint(periods)) > _UNEVEN) > _MOST_UNEVEN:
             low, high = 1e3 * np.percentile(gaps, (10.0, 90.0))
-            gap = f"{low:.2g} to {high:.2g} ms apart"
+            gap = f"{compact(low, 2)} to {compact(high, 2)} ms apart"
             raise ParameterError(f"The times are irregular, {gap}: identification takes one rate.")
         return self
 
@@ -252,7 +253,9 @@ def _check_times(table: tables.Table, time: np.ndarray, columns: Sequence[np.nda
     back = np.diff(time) <= 0.0
     if back.any():
         row = int(np.argmax(back)) + 1
-        times = f"{time[row]:.6g} s follows {time[row - 1]:.6g} s in line {table.line_of(row)}"
+        times = (
+            f"{compact(time[row], 6)} s follows {compact(time[row - 1], 6)} s in line {table.line_of(row)}"
+        )
         raise FileError(f"{table.file} has times that go back or stand: {times}.")
 
 

@@ -4,7 +4,7 @@ import math
 
 from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
-from hapkit_studio.formatting import MINUS, interval, number, on_screen
+from hapkit_studio.formatting import MINUS, compact, interval, number, on_screen
 
 # display units: the name, and how many of them make one SI unit
 READ_UNITS = {"m": ("mm", 1e3), "kg": ("g", 1e3)}
@@ -73,7 +73,7 @@ def plain(value: float | None, estimate: Estimate) -> str:
         return "–"
     scale = _unit(estimate)[1]
     size = abs(scale * value)
-    text = f"{size:,.0f}" if size >= 1e4 else f"{size:,.4g}"
+    text = f"{size:,.0f}" if size >= 1e4 else compact(size, 4)
     return MINUS + text if value < 0.0 and size != 0.0 else text
 
 
@@ -137,14 +137,14 @@ def lateness(part: Part, setup: Setup) -> str:
     if spring is None or spring.asked is None:
         return ""
     late = 0.5 / setup.rate + setup.delay  # half a period and the delay
-    ms, took = f"{1e3 * late:.3g} ms", f"{spring.asked * late:.2g} N·s/m"
+    ms, took = f"{compact(1e3 * late, 3)} ms", f"{compact(spring.asked * late, 2)} N·s/m"
     words = f"this removes damping of {plain(spring.asked, spring)} N/m × {ms} = {took}."
     return f"A force acts for one period and is {ms} late on average: {words}"
 
 
 def noisy(noise: float, setup: Setup) -> str:
     """State that position noise in m has widened the intervals."""
-    size = f"{noise / setup.quantum:.2g} counts ({1e6 * noise:.2g} µm)"
+    size = f"{compact(noise / setup.quantum, 2)} counts ({compact(1e6 * noise, 2)} µm)"
     return (
         f"The positions have noise of {size} in addition to the sensor's steps, which widens the intervals."
     )
@@ -185,9 +185,9 @@ def conditions(setup: Setup, released: bool) -> list[tuple[str, str]]:
     return [
         *scene,
         *values,
-        ("Rate", f"{setup.rate:,.4g} Hz"),
+        ("Rate", f"{compact(setup.rate, 4)} Hz"),
         ("Delay", f"{1e3 * setup.delay:.2f} ms"),
-        ("Sensor step", f"{1e6 * setup.quantum:.3g} µm"),
+        ("Sensor step", f"{compact(1e6 * setup.quantum, 3)} µm"),
         ("Hand", hand),
     ]
 
@@ -199,13 +199,13 @@ def remarks(part: Part, setup: Setup, total: int) -> list[str]:
     lines = [lateness(part, setup) if reasons else ""]
     if part.damped and total:
         lines.append(
-            f"The passivity controller damped in {100.0 * part.damped / total:.2g} % of the samples."
+            f"The passivity controller damped in {compact(100.0 * part.damped / total, 2)} % of the samples."
         )
     if part.estimates and part.explained < 0.9:
         share = f"{100.0 * max(part.explained, 0.0):.0f} %"
         lines.append(f"These terms make only {share} of the force: the law is more than that.")
     if part.left_out and total:
-        shares = (f"{100.0 * n / total:.3g} % {reason}" for reason, n in part.left_out.items())
+        shares = (f"{compact(100.0 * n / total, 3)} % {reason}" for reason, n in part.left_out.items())
         lines.append(f"Left out: {', '.join(shares)}.")
     return [line for line in lines if line]
 

@@ -15,6 +15,7 @@ import numpy as np
 from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.dynamics.sampled_loop import stiffness_limits
+from hapkit_studio.formatting import compact
 
 Range = tuple[float, float]
 # number of values tried within each range; the worst one is usually at an end
@@ -71,7 +72,7 @@ def words(mass: Range, damping: Range, stiffness: Range) -> str:
     """Describe hands by their ranges, which may be single numbers: "0.02 to 0.1 kg, 2 N·s/m, 400 N/m"."""
     parts = (mass, "kg"), (damping, "N·s/m"), (stiffness, "N/m")
     return ", ".join(
-        f"{ends[0]:,.5g}{'' if ends[0] == ends[1] else f' to {ends[1]:,.5g}'} {unit}" for ends, unit in parts
+        " to ".join(compact(end, 5) for end in dict.fromkeys(ends)) + f" {unit}" for ends, unit in parts
     )
 
 

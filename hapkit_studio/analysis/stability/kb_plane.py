@@ -24,7 +24,7 @@ from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.dynamics.loop_settings import LoopSettings, estimator_words
 from hapkit_studio.dynamics.sampled_loop import Intervals, first_end, stable_intervals
-from hapkit_studio.formatting import plain, with_unit
+from hapkit_studio.formatting import compact, plain, with_unit
 
 RENDERED_STIFFNESS = replace(STIFFNESS, label="The rendered stiffness")
 RENDERED_DAMPING = replace(DAMPING, label="The rendered damping")
@@ -328,7 +328,7 @@ def conditions(setting: LoopSettings, real: bool = False) -> list[tuple[str, str
     """
     stiction = [
         ("Dry friction", f"{setting.coulomb:g} N"),
-        ("Sensor step", f"{1e6 * setting.quantum:.3g} µm"),
+        ("Sensor step", f"{compact(1e6 * setting.quantum, 3)} µm"),
     ]
     pairs = [
         ("Mass", f"{setting.mass:g} kg"),

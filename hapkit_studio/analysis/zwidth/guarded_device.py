@@ -12,6 +12,7 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.zwidth import DAMPING, DEVICE_FORCE, PUSH, SPEED
 from hapkit_studio.analysis.zwidth.result import FAST, LEAVES
 from hapkit_studio.errors import DeviceError, ParameterError, StudioError
+from hapkit_studio.formatting import compact
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.parameters import Parameter
@@ -59,7 +60,7 @@ class TrialLimits:
         SPEED.check(self.hit)
         if self.push > 0.6 * self.max_force:
             raise ParameterError(
-                f"A push of {self.push:g} N needs a force limit of {self.push / 0.6:.3g} N or more, "
+                f"A push of {self.push:g} N needs a force limit of {compact(self.push / 0.6, 3)} N or more, "
                 f"not {self.max_force:g} N."
             )
 

@@ -27,6 +27,7 @@ from hapkit_studio.analysis.zwidth.guarded_device import (
 from hapkit_studio.analysis.zwidth.simulation import Arrived
 from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.dynamics.loop_settings import LoopSettings
+from hapkit_studio.formatting import compact
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 
@@ -157,7 +158,7 @@ class Person:
 
     @property
     def conditions(self) -> tuple[result.Condition, ...]:
-        words = f"{self._least:.2g} to {self._most:.2g} N"
+        words = f"{compact(self._least, 2)} to {compact(self._most, 2)} N"
         return (
             result.Condition("hand", result.PERSON, "Hand", "a person's, held"),
             result.Condition("push", words, "Push", words),

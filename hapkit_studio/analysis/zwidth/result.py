@@ -260,11 +260,11 @@ def loop_conditions(setting: LoopSettings, friction: bool = True) -> tuple[Condi
     controller = "on" if setting.controller else "off"
     return (
         Condition("rate_Hz", setting.rate, "Period", f"{1e3 * setting.period:g} ms", "T"),
-        Condition("delay", setting.delay, "Delay", f"{1e3 * setting.delay:.3g} ms"),
+        Condition("delay", setting.delay, "Delay", f"{compact(1e3 * setting.delay, 3)} ms"),
         Condition("mass", setting.mass, "Mass", f"{1e3 * setting.mass:g} g", "m"),
         Condition("viscous", setting.viscous, "Own damping", f"{setting.viscous:g} N·s/m", "b₀"),
         Condition("coulomb", known, "Friction", rubs),
-        Condition("quantum", setting.quantum, "Sensor step", f"{1e6 * setting.quantum:.3g} µm"),
+        Condition("quantum", setting.quantum, "Sensor step", f"{compact(1e6 * setting.quantum, 3)} µm"),
         Condition("estimator", given, "Velocity", estimator),
         Condition("controller", controller, "Passivity controller", controller, "controller"),
     )

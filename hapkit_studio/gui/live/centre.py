@@ -4,6 +4,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStackedWidget, QWidget
 
+from hapkit_studio.formatting import compact
 from hapkit_studio.gui.live.held import HeldList, HeldTraces
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import TimePlots
@@ -101,7 +102,7 @@ class Toolbar(QWidget):
 
     def show_span(self, seconds: float) -> None:
         """Show the time window in s, which need not be one of SPANS."""
-        self.span.setPlaceholderText(f"{seconds:.2g} s")
+        self.span.setPlaceholderText(f"{compact(seconds, 2)} s")
         self.span.setCurrentIndex(SPANS.index(seconds) if seconds in SPANS else -1)
 
     def show_release(self, on: bool) -> None:

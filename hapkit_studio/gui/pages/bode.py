@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from hapkit_studio.analysis.bode import AMPLITUDE, CURVE_COLUMNS
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import on_screen, with_unit
+from hapkit_studio.formatting import compact, on_screen, with_unit
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.panel.limits import LoopFacts
@@ -121,7 +121,9 @@ class BodePage(MeasuringPage):
         for curve in found.curves:
             pairs += [(f"Delay, {curve.where}", with_unit(1e6 * curve.setting.delay, "µs"))]
             if curve.clamped:
-                pairs += [(f"Clamped at the force limit, {curve.where}", f"{100.0 * curve.clamped:.2g} %")]
+                pairs += [
+                    (f"Clamped at the force limit, {curve.where}", f"{compact(100.0 * curve.clamped, 2)} %")
+                ]
         self.conditions.show_pairs(pairs)
         if outdated:
             self.answer.say(outdated)

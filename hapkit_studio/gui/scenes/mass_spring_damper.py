@@ -3,6 +3,7 @@
 from PySide6.QtCore import QPointF, QRectF
 
 from hapkit_studio.environments.mass_spring_damper import ENVIRONMENT
+from hapkit_studio.formatting import compact
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values, point_out
 from hapkit_studio.gui.scenes.parts import label, mark, on_object, surface_line, text_width
 from hapkit_studio.gui.scenes.stage import Stage
@@ -77,7 +78,7 @@ def _dashpot(stage: Stage, left: float, right: float, y: float) -> None:
 def labels(stage: Stage, values: Values, motion: Motion) -> None:
     """Write the mass on the block, or above it if it is narrow."""
     body = _body(stage, values, motion)
-    text = f"{values['mass']:.3g} kg"
+    text = f"{compact(values['mass'], 3)} kg"
     where = f"block at {number(place(values, motion), 1)} mm"
     if point_out(stage, body.left(), body.right(), body.center().y(), ("obj", "objline"), where):
         return

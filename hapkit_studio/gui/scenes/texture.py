@@ -6,6 +6,7 @@ import numpy as np
 from PySide6.QtCore import QRectF
 
 from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING, grain
+from hapkit_studio.formatting import compact
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, occupy_stem, riding, sampled
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
@@ -117,7 +118,7 @@ def labels(stage: Stage, values: Values, motion: Motion) -> None:
     """Write the label of λ above or beside its mark, away from the stem."""
     u, (left, right, y, count) = stage.u, _measure(stage, values)
     occupy_stem(stage, motion, stage.rail)
-    text = f"{'' if count == 1 else '10 '}λ = {count * _wave(values):.3g} mm"
+    text = f"{'' if count == 1 else '10 '}λ = {compact(count * _wave(values), 3)} mm"
     places = [
         ((left + right) / 2, y - 8 * u, 0),
         (right + 8 * u, y + 4 * u, 1),
