@@ -1,9 +1,9 @@
-"""Growth rate of a sampled oscillation, from its samples alone."""
+"""The growth rate of a sampled oscillation, computed from its samples alone."""
 
 import numpy as np
 
-# 2 kg, 1 N·s/m, 300 N/m: growth in 1/s free at 1 kHz, then with a contact of 1000 N/m at 1 kHz and 230 Hz.
-# The exact growth is -0.25.
+# growth in 1/s of 2 kg, 1 N·s/m, 300 N/m: free at 1 kHz, then with a contact of 1000 N/m at 1 kHz and at 230
+# Hz. The exact growth is -0.25.
 COURSE_RATES = {
     "explicit_euler": (-0.175, 0.075, 1.158),
     "lecture": (-0.175, 0.075, 1.153),
@@ -17,7 +17,7 @@ COURSE_RATES = {
 
 
 def per_sample(x):
-    """Return the factor of the amplitude per sample of an oscillation x about 0.
+    """Return the factor by which the amplitude of an oscillation x about 0 changes per sample.
 
     x_n+1 = s x_n - p x_n-1 makes x_n^2 - x_n+1 x_n-1 a geometric sequence of ratio p, the factor squared.
     """

@@ -1,4 +1,4 @@
-"""Independent simulation of a pushed mass: an adaptive ODE solver that stops at every event."""
+"""Independent simulation of a pushed mass by an adaptive ODE solver that stops at every event."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 @dataclass(frozen=True)
 class World:
-    """Parameters of the forces on the mass, in the order of the compiled steps."""
+    """Parameters of the forces on the mass, in the order in which the compiled steps take them."""
 
     m: float
     b: float = 0.0
@@ -27,14 +27,14 @@ class World:
         return tuple(vars(self).values())
 
     def acceleration(self, x, v):
-        """Return x'' with the contacts at (x, v)."""
+        """Return x'' at (x, v), with the contacts that touch there."""
         depth, rate = self.side * (self.touch - x), self.side * (self.speed - v)
         push = self.contact * depth + self.pad * max(rate, 0.0) if depth > 0.0 else 0.0
         beyond = max(x - self.reach, 0.0) + min(x + self.reach, 0.0)
         return (self.f - self.b * v - self.k * x + self.side * push - self.wall * beyond) / self.m
 
     def energy(self, x, v):
-        """Return kinetic energy and that of the springs."""
+        """Return the sum of the kinetic energy and the springs' energy."""
         depth = max(self.side * (self.touch - x), 0.0)
         beyond = max(abs(x) - self.reach, 0.0)
         springs = self.k * x * x + self.contact * depth**2 + self.wall * beyond**2
@@ -42,7 +42,10 @@ class World:
 
 
 def advance(world, x, v, h, friction=0.0):
-    """Return (x, v) after h; restarted slightly beyond every contact, wall, equal speed and reversal."""
+    """Return (x, v) after h. The solver is restarted slightly beyond each event.
+
+    Events are contacts, walls, reversals, and the instants at which both speeds are equal.
+    """
     levels = (
         lambda t, y: y[0] - world.touch,
         lambda t, y: y[0] - world.reach,

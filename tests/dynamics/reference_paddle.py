@@ -1,4 +1,4 @@
-"""Independent simulation of the paddle: matrix exponentials between instants, and event-driven ODEs."""
+"""Independent simulation of the paddle by matrix exponentials between instants, and event-driven ODEs."""
 
 import math
 from functools import cache
@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 @cache
 def _map(mass, damping, hand_damping, hand_stiffness, h):
-    """Return exp(A h) for the states x, v, motor force, hand target, target rate."""
+    """Return exp(A h) for the states x, v, motor force, the hand's target, and the target's rate."""
     a = np.zeros((5, 5))
     a[0, 1] = 1.0
     a[1] = (-hand_stiffness, -damping - hand_damping, 1.0, hand_stiffness, hand_damping)
@@ -79,7 +79,7 @@ def slide(x, v, force, force_rate, coulomb, mass, damping, stiffness, h):
 
 
 def _leaves(net, rate, coulomb, t):
-    """Return the time at which the force net + rate s exceeds friction."""
+    """Return the time at which the force net + rate s exceeds the friction."""
     if rate == 0.0:
         return math.inf
     return t + max((math.copysign(coulomb, rate) - net) / rate, 0.0)

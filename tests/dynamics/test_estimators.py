@@ -1,4 +1,4 @@
-"""The velocity estimators: their formulas, errors and noise."""
+"""Formulas, errors and noise of the velocity estimators."""
 
 import math
 
@@ -32,7 +32,7 @@ def test_starts_at_rest_at_the_first_position(spec):
 
 @pytest.mark.parametrize(("cutoff", "alpha"), [(35.5, 0.2), (20.0, 0.118), (100.0, 0.4665), (200.0, 0.7154)])
 def test_iir_adds_alpha_of_a_step_per_sample(cutoff, alpha):
-    """alpha = 1 - exp(-2 pi f_c T); 35.5 Hz at 1 kHz is 0.2."""
+    """The formula is alpha = 1 - exp(-2 pi f_c T), which is 0.2 for 35.5 Hz at 1 kHz."""
     position = np.arange(40) * 1e-4
     velocity = estimate_velocity(position, 1000.0, ("iir", {"cutoff": cutoff}))
     assert velocity[1] / 0.1 == pytest.approx(alpha, abs=5e-4)
@@ -88,7 +88,7 @@ def test_foaw_responds_to_a_kink_with_the_samples_after_it():
 
 
 def test_foaw_uses_the_whole_window_if_the_line_fits():
-    """Jitter of a count: the slope of all 17 samples; with a smaller noise limit, of two samples."""
+    """With jitter of a count, all 17 samples give the slope; with a smaller noise limit, only two do."""
     x = 20e-6 * (np.arange(60) % 2)
     ages = np.arange(17)
     whole = -np.polyfit(ages * 1e-3, x[59 - ages], 1)[0]
@@ -159,8 +159,8 @@ MOTIONS = (
     reversal(),
 )
 FOAW_1 = ("foaw", {"noise": 1.0})
-# estimator, (RMS, largest) error in mm/s for each motion, lag in ms at 8 Hz; linear estimators are also
-# compared with scipy's filters, and the chart's tests check their errors
+# columns: estimator, (RMS, largest) error in mm/s for each motion, lag in ms at 8 Hz. Linear estimators are
+# also compared with scipy's filters, and the chart's tests check their errors.
 TABLE = [
     (FOAW_1, (0.43, 1.1), (0.05, 0.07), (0.05, 0.07), (4.0, 6.7), (11, 18), (2.2, 37), 3.1),
     ("foaw", (0.47, 1.8), (0.05, 0.07), (0.05, 0.07), (2.3, 5.2), (7.1, 13), (1.5, 28), 1.7),
@@ -188,7 +188,7 @@ def test_errors_and_lag_at_8_hz(row):
 
 
 def test_results_do_not_depend_on_rounding(rng):
-    """A residual of exactly half a count is common; the result must not depend on the position."""
+    """A residual of exactly half a count is common, so the result must not depend on the position."""
     counts = np.cumsum(rng.integers(-1, 2, 6000))
     here = estimate_velocity(20.7e-6 * counts, 1000.0, "foaw", quantum=20.7e-6)
     for place in (1, 1234, -77777):

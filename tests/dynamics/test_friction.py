@@ -1,4 +1,4 @@
-"""The friction laws alone: sticking, sliding, and no energy gain."""
+"""The friction laws alone stick, slide, and never add energy."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def test_a_tether_is_dragged_beyond_its_limit():
 
 
 def test_a_tether_sticks_without_drift_and_never_gives_energy(rng):
-    """In a random walk, work on the handle is at most the spring's energy.
+    """In a random walk, the work on the handle is at most the spring's energy.
 
     A sticking anchor does not move.
     """
@@ -61,7 +61,7 @@ def test_stribeck_friction_decreases_from_static_to_kinetic():
 
 
 def test_a_bristle_approaches_its_end_and_never_exceeds_it():
-    """Exact for any step: two halves equal the whole, and the slope at rest is 1."""
+    """The step is exact for any size: two halves equal the whole, and the slope at rest is 1."""
     end = 0.4 / 800.0
     whole = bristle(0.0, 0.3e-3, 0.4, 800.0)
     assert whole == pytest.approx(end * (1.0 - np.exp(-800.0 * 0.3e-3 / 0.4)))
@@ -73,7 +73,7 @@ def test_a_bristle_approaches_its_end_and_never_exceeds_it():
 
 
 def follow(path, stiffness, damping, static, kinetic, dt=1e-3):
-    """Return force, anchor and sliding flag (n,) of a sticking tether along a path (n,)."""
+    """Return the force, anchor and sliding flag (n,) of a tether that sticks at first, along a path (n,)."""
     anchor, slides, before, rows = path[0], 0.0, path[0], []
     for x in path:
         force, anchor, slides = sticking_tether(
@@ -96,7 +96,7 @@ def test_break_away_at_static_and_sliding_at_kinetic_force():
 
 
 def test_it_sticks_again_with_the_static_force_after_reversing():
-    """Out, back by half a millimetre, out again: it needs the static force again."""
+    """The handle moves out, back by half a millimetre, and out again, which needs the static force again."""
     path = np.concatenate([np.arange(0, 2000), np.arange(2000, 1500, -1), np.arange(1500, 3500)]) * 1e-6
     force, _, slides = follow(path, 500.0, 0.0, 0.6, 0.4)
     assert not slides[2001:3400].any()
@@ -107,7 +107,7 @@ def test_it_sticks_again_with_the_static_force_after_reversing():
 
 @pytest.mark.parametrize("damping", [0.0, 0.5])
 def test_quantised_sliding_does_not_alternate_with_sticking(damping):
-    """A count every other period, with a constant tension in between: it continues to slide."""
+    """With a count in every other period and a constant tension in between, the tether continues to slide."""
     path = 20.7e-6 * np.repeat(np.arange(200), 2)
     force, _, slides = follow(path, 500.0, damping, 0.6, 0.4)
     off = np.flatnonzero(slides)[0]
@@ -117,7 +117,7 @@ def test_quantised_sliding_does_not_alternate_with_sticking(damping):
 
 @pytest.mark.parametrize("damping", [0.0, 20.0])
 def test_sticking_never_adds_energy(rng, damping):
-    """Work on the handle, by the force held over each step, is at most the energy added by sampling."""
+    """The work on the handle, by forces held over each step, is at most the energy that sampling adds."""
     path = 0.02 + np.cumsum(rng.normal(0.0, 1e-4, 20_000))
     force, anchor, _ = follow(path, 500.0, damping, 0.6, 0.4)
     moved = np.diff(path)

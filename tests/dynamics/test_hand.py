@@ -1,4 +1,4 @@
-"""Hands: grips, named movements, rejected values."""
+"""Hands have grips and named movements, and reject invalid values."""
 
 import math
 
@@ -18,7 +18,7 @@ def path(name):
 
 @pytest.mark.parametrize("name", MOVEMENTS)
 def test_movements_start_at_the_centre_at_human_speeds(name):
-    """No jump, within the paddle's 40 mm, and never faster than 1 m/s."""
+    """They do not jump, stay within the paddle's 40 mm, and are never faster than 1 m/s."""
     x = path(name)
     assert x[0] == pytest.approx(0.0, abs=1e-9)
     assert np.abs(x).max() <= 0.040
@@ -40,7 +40,7 @@ def test_there_and_back_has_a_constant_speed(name, speed, low, high):
 
 
 def test_press_stays_below_the_force_limit_against_any_wall():
-    """Against a rigid wall at 5 mm the grip pulls with k (target - 5 mm)."""
+    """Against a rigid wall at 5 mm, the grip pulls with k (target - 5 mm)."""
     press = hand_named("press")
     assert press.target(2.0) == press.target(10.0)
     assert 1.0 < press.stiffness * (press.target(2.0) - 0.005) <= 3.0 + 1e-12

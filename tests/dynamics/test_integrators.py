@@ -1,4 +1,4 @@
-"""The integrators compared with closed forms and the exact motion."""
+"""The integrators agree with closed forms and with the exact motion."""
 
 import math
 from dataclasses import replace
@@ -12,7 +12,7 @@ from tests.dynamics.reference_mass import World
 
 SLIDER = {"mass": 0.05, "stiffness": 300.0, "x0": 0.010, "v0": 0.0}
 STEPS = [4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3]
-# largest error relative to x0 in 1 s of free decay with b = 0.4 N·s/m, at each of STEPS
+# largest error relative to x0 in 1 s of free decay with b = 0.4 N·s/m, for each step of STEPS
 ERRORS = {
     "explicit_euler": (2180, 6.97, 0.473, 0.171, 0.0763, 0.0361),
     "lecture": (1920, 7.04, 0.476, 0.173, 0.0769, 0.0364),
@@ -45,7 +45,7 @@ def test_errors_agree_with_the_work_precision_chart(method):
 
 @pytest.mark.parametrize("damping", [0.0, 1e-9, 0.3, 7.7459, 7.75, 40.0])
 def test_exact_agrees_with_the_closed_form_from_no_damping_to_far_beyond_critical(damping):
-    """x'' = (F - b x' - k x) / m by its eigenvalues, complex or real."""
+    """The closed form is x'' = (F - b x' - k x) / m by its eigenvalues, which are complex or real."""
     given = {"mass": 0.05, "damping": damping, "stiffness": 300.0, "x0": 0.01, "v0": -0.2, "force": 0.9}
     t, x, v = hs.integrate("exact", **given, dt=3e-3, seconds=0.6)
     one, two = np.roots([0.05, damping, 300.0]).astype(complex)
@@ -84,7 +84,7 @@ def test_invalid_motions_give_a_one_line_error(wrong, words):
 
 OF = {name: float(n) for n, name in enumerate(INTEGRATORS)}
 
-# energy out over energy in of one bounce off a spring at three h = omega dt: mean over the phase, range
+# energy after over energy before a bounce off a spring, at three h = omega dt: mean over the phase, range
 BOUNCES = {
     "explicit_euler": ((1.275, None), (1.624, None), (2.610, None)),
     "lecture": ((1.275, None), (1.618, None), (2.536, None)),
@@ -97,7 +97,7 @@ BOUNCES = {
 
 
 def bounce(method, dt, phase):
-    """Return energy out over energy in of 0.05 kg that meets a spring of 300 N/m."""
+    """Return the energy of 0.05 kg after a bounce off a spring of 300 N/m, over the energy before."""
     world = World(m=0.05, reach=0.01, wall=300.0)
     x, v, before = 0.01 - (1.0 + phase) * 0.1 * dt, 0.1, 0.0
     for _ in range(round(0.1 / dt)):
@@ -122,7 +122,7 @@ def test_the_energy_of_a_bounce_agrees_with_the_table(method):
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_friction_stops_it_permanently(method):
-    """After m v / F_c, at v^2 m / (2 F_c): 20 ms and 1 mm; then exactly at rest, even under less than F_c."""
+    """It stops after m v / F_c = 20 ms and v^2 m / (2 F_c) = 1 mm, and rests exactly under less than F_c."""
     world = World(m=0.1, f=0.0)
     x, v, before, seen = 0.0, 0.1, 0.0, []
     for _ in range(40):

@@ -1,4 +1,4 @@
-"""Contact, walls and friction of a moving mass, each step compared with an independent computation."""
+"""Contact, walls and friction of a moving mass; each step agrees with an independent computation."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ OF = {name: float(n) for n, name in enumerate(INTEGRATORS)}
 
 
 def anywhere(rng):
-    """Return a random (world, x, v) with contact, walls and often a damper within reach."""
+    """Return a random (world, x, v) with contact and walls within reach, and often with a damper."""
     world = World(
         m=10 ** rng.uniform(-1.3, 0.5),
         b=rng.choice([0.0, 0.5, 5.0]),
@@ -49,7 +49,7 @@ def test_exact_agrees_with_an_event_driven_solver(rng):
 
 
 def test_exact_is_independent_of_the_step(rng):
-    """Over up to three oscillations, with every contact, wall and reversal within one step."""
+    """The step covers up to three oscillations, with every contact, wall and reversal within it."""
     for _ in range(300):
         world, x, v = anywhere(rng)
         friction = rng.choice([0.0, 0.2])
@@ -62,7 +62,7 @@ def test_exact_is_independent_of_the_step(rng):
 @pytest.mark.parametrize("lack", [1e-4, 2e-4, 3e-4])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_exact_detects_a_brief_speed_crossing(lack, side):
-    """The damper acts briefly in between, although the object is slower at both ends of the step."""
+    """The damper acts briefly within the step, although the object is slower at both of its ends."""
     world = World(m=0.5, f=-side, touch=0.0, side=side, speed=side * 0.1, contact=500.0, pad=30.0)
     x, v = -side * 2.3e-3, side * (0.1 - lack)
     got, want = exact(x, v, 10e-3, 0.0, *world.numbers), advance(world, x, v, 10e-3)
@@ -71,7 +71,7 @@ def test_exact_detects_a_brief_speed_crossing(lack, side):
 
 
 def test_exact_keeps_the_energy_over_many_bounces():
-    """Between handle and wall, at a step with few samples per contact."""
+    """The object bounces between handle and wall, with few samples per contact."""
     world = World(m=0.05, touch=-0.02, contact=800.0, reach=0.03, wall=300.0)
     x, v = 0.0, 0.7
     start, turns = world.energy(x, v), 0
@@ -85,7 +85,7 @@ def test_exact_keeps_the_energy_over_many_bounces():
 
 @pytest.mark.parametrize(("method", "weight"), [("implicit_euler", 1.0), ("trapezoid", 0.5)])
 def test_implicit_steps_solve_their_equation(method, weight, rng):
-    """v1 = v + h ((1 - w) a0 + w a(x1, v1)), x1 = x + h ((1 - w) v + w v1), by bracketing."""
+    """Bracketing solves v1 = v + h ((1 - w) a0 + w a(x1, v1)) and x1 = x + h ((1 - w) v + w v1)."""
     for _ in range(400):
         world, x, v = anywhere(rng)
         h = 10 ** rng.uniform(-3.3, -2.0)

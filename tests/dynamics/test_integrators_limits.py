@@ -1,4 +1,4 @@
-"""Stability limits of each integrator for a mass on a spring, and its growth beyond them."""
+"""The stability limits of each integrator for a mass on a spring, and its growth beyond them."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from tests.dynamics import growth
 RATIOS = (0.01, 0.05, 0.2, 0.5, 1.0, 2.0)
 
 
-# limits of ω dt, at the damping ratios above
+# limits of ω dt, one for each of the damping ratios above
 TABLE = {
     "explicit_euler": (0.02, 0.10, 0.40, 1.0, 2.0, 0.536),
     "lecture": (0.02, 0.0998, 0.384, 0.764, 0.764, 0.469),
@@ -42,7 +42,7 @@ def test_motion_decays_just_below_the_limit_and_grows_just_above(method, ratio):
 
 @pytest.mark.parametrize("method", TABLE)
 def test_limits_agree_with_the_table(method):
-    """For 0.2 kg on 500 N/m: omega = 50 1/s, b = 20 ratio."""
+    """A mass of 0.2 kg on 500 N/m has omega = 50 1/s and b = 20 ratio."""
     got = [50.0 * longest_step(method, 0.2, 20.0 * ratio, 500.0) for ratio in RATIOS]
     assert got == pytest.approx(TABLE[method], abs=1.5e-3)
 
@@ -63,7 +63,7 @@ def test_without_damping_motion_stays_bounded_up_to_the_limit(method, limit):
 @pytest.mark.parametrize("step", [0.1, 1000.0])
 @pytest.mark.parametrize("method", ["implicit_euler", "trapezoid", "exact"])
 def test_implicit_and_exact_integrators_never_grow(method, step, ratio):
-    """Their energy never increases at any step."""
+    """Their energy never increases with any step."""
     given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "x0": 1.0, "v0": 0.3}
     _, x, v = hs.integrate(method, dt=step, seconds=2000 * step, **given)
     energy = x * x + v * v
@@ -72,7 +72,7 @@ def test_implicit_and_exact_integrators_never_grow(method, step, ratio):
 
 @pytest.mark.parametrize(("ratio", "step"), [(0.0, 0.0775), (0.05, 0.3), (0.2, 0.5), (1.0, 0.9), (0.7, 0.82)])
 def test_the_lectures_rule_agrees_with_its_characteristic_polynomial(ratio, step):
-    """z^3 + (h^2/4 + r h - 2) z^2 + (1 + h^2/2) z + (h^2/4 - r h) = 0, sample by sample and in its growth."""
+    """Samples and growth follow z^3 + (h^2/4 + r h - 2) z^2 + (1 + h^2/2) z + (h^2/4 - r h) = 0."""
     h2 = step * step
     polynomial = [1.0, h2 / 4.0 + ratio * step - 2.0, 1.0 + h2 / 2.0, h2 / 4.0 - ratio * step]
     given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "x0": 1.0, "v0": 0.3}
@@ -99,7 +99,7 @@ def test_the_growth_of_the_course_s_mass_agrees_with_its_table(method, case, sti
 @pytest.mark.parametrize("ratio", [0.0, 0.0291, 0.3, 1.0, 3.0])
 @pytest.mark.parametrize("method", [method for method in INTEGRATORS if method != "lecture"])
 def test_the_spectral_radius_is_that_of_one_rendered_step(method, ratio):
-    """The map's columns are the results of one step from (1, 0) and (0, 1)."""
+    """The map's columns are the results of one step from (1, 0) and from (0, 1)."""
     for step in (0.05, 0.7, 1.9, 2.4, 3.5):
         given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "dt": step, "seconds": step}
         columns = [hs.integrate(method, x0=x0, v0=1.0 - x0, **given)[1:] for x0 in (1.0, 0.0)]
@@ -119,7 +119,7 @@ def test_the_spectral_radius_accepts_grids():
     ("damping", "longest"), [(0.0582, 2.88139), (0.0, 8**0.5), (2.0, 2.785294), (10.0, 0.281372)]
 )
 def test_rk4_s_longest_step_is_the_root_of_its_amplification_polynomial(damping, longest):
-    """|1 + z + z²/2 + z³/6 + z⁴/24|² = 1 as a polynomial in the step, solved by its companion matrix."""
+    """The companion matrix solves |1 + z + z²/2 + z³/6 + z⁴/24|² = 1 as a polynomial in the step."""
     assert longest_step("rk4", 1.0, damping, 1.0) == pytest.approx(longest, rel=1e-6)
     roots = []
     for value in np.roots([1.0, damping, 1.0]):

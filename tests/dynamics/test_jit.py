@@ -1,4 +1,4 @@
-"""Cache of compiled code without a writable folder, and removal of outdated code."""
+"""Compiled code is cached even without a writable folder, and outdated code is removed."""
 
 import os
 import subprocess
@@ -53,7 +53,7 @@ def test_outdated_compiled_code_is_removed(tmp_path):
         return kept.exists()
 
     source.write_text("x = 1")
-    assert not remains()  # unknown sources count as outdated
+    assert not remains()  # code of unknown sources counts as outdated
     assert remains()
     os.utime(source, (1.0, 1.0))
     assert not remains()

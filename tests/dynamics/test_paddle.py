@@ -1,4 +1,4 @@
-"""The paddle compared with closed forms, matrix exponentials and an event-driven ODE solver."""
+"""The paddle agrees with closed forms, matrix exponentials and an event-driven ODE solver."""
 
 import math
 
@@ -44,7 +44,7 @@ def test_a_free_mass_follows_a_parabola_to_the_last_digit():
 
 @pytest.mark.parametrize("damping", [1e-9, 1e-3, 0.5, 50.0, 5e4])
 def test_damped_mass_agrees_with_its_closed_form(damping):
-    """x = t/b - m (1 - e^-at) / b^2, v = (1 - e^-at) / b under 1 N; by expm1 where that is accurate."""
+    """Under 1 N, x = t/b - m (1 - e^-at) / b^2 and v = (1 - e^-at) / b; expm1 is used where accurate."""
     m, h = 0.05, 0.004
     rise = -math.expm1(-damping * h / m)
     step = paddle.transition(m, damping, 0.0, h)
@@ -81,7 +81,7 @@ def test_two_consecutive_maps_equal_one(mass, damping, stiffness, h1, h2, motion
 
 
 def test_it_slides_to_a_stop_and_stays():
-    """t = m v0 / F_c = 10 ms, s = m v0^2 / (2 F_c) = 0.5 mm."""
+    """The time is t = m v0 / F_c = 10 ms, and the distance is s = m v0^2 / (2 F_c) = 0.5 mm."""
     x, v, seen = 0.0, 0.1, []
     for _ in range(30):
         x, v = through(x, v, 0.0, 0.0, 0.5, 0.05, 0.0, 0.0, 0.0007)
@@ -95,7 +95,7 @@ def test_it_slides_to_a_stop_and_stays():
 
 @pytest.mark.parametrize(("coulomb", "start", "step"), [(0.1, 0.010, 2 / 3 * 1e-3), (0.3, 0.020, 2e-3)])
 def test_a_spring_with_friction_loses_amplitude_linearly(coulomb, start, step):
-    """|x_n+1| = |x_n| - 2 F_c / k per half period pi sqrt(m / k); at rest once |x| <= F_c / k."""
+    """In each half period pi sqrt(m / k) the amplitude falls by 2 F_c / k, until |x| <= F_c / k."""
     half = math.pi * math.sqrt(0.05 / 300.0)
     x, v = start, 0.0
     for n in range(1, 40):
@@ -109,7 +109,7 @@ def test_a_spring_with_friction_loses_amplitude_linearly(coulomb, start, step):
 
 
 def test_break_away_by_a_spring_touches_zero_speed_without_sticking():
-    """After break-away at k V t = F_c: v = V (1 - cos wt), which touches 0 every period and never sticks."""
+    """After break-away at k V t = F_c, v = V (1 - cos wt) touches 0 every period without sticking."""
     m, k, speed, coulomb, h = 0.05, 300.0, 0.02, 0.4, 1e-3
     omega, x, v = math.sqrt(k / m), 0.0, 0.0
     leaves = coulomb / (k * speed)
@@ -127,7 +127,7 @@ def test_it_resists_forces_below_friction_and_yields_above():
 
 
 def test_a_brief_stop_within_a_step_is_detected():
-    """Pushed back and then forth, the handle moves forward at the end but has stopped in between."""
+    """The handle is pushed back and then forth: it moves forward at the end, but stops in between."""
     args = (0.0, 0.02, -2.0, 1000.0, 0.05, 0.05, 0.1, 0.0, 0.004)
     free = paddle.apply(paddle.transition(*args[5:]), args[0], args[1], args[2] - args[4], args[3])
     got = through(*args)

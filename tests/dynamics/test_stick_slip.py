@@ -1,4 +1,4 @@
-"""Stick-slip: closed forms, and the behaviour of each friction model."""
+"""Stick-slip agrees with closed forms, and each friction model behaves as in the table."""
 
 import math
 
@@ -9,7 +9,7 @@ import hapkit_studio as hs
 from hapkit_studio.dynamics.stick_slip import MODELS, period_error, slide
 from hapkit_studio.errors import ParameterError
 
-# mass, spring, static, kinetic, speed; slip s, period s, greatest speed m/s, peak N
+# columns: mass, spring, static, kinetic, speed; slip in s, period in s, greatest speed in m/s, peak in N
 SETS = [
     (0.05, 300.0, 1.0, 0.5, 0.02, 0.044526, 0.211193, 0.150639, 1.005964),
     (0.05, 300.0, 1.0, 0.5, 0.05, 0.050098, 0.116765, 0.188444, 1.036190),
@@ -21,7 +21,7 @@ FIRST = {"mass": 0.05, "spring": 300.0, "static": 1.0, "kinetic": 0.5}
 
 
 def measured(dt, v):
-    """Return the mean (slip s, period s) over whole cycles, without the first."""
+    """Return the mean slip and the mean period in s over whole cycles, except the first."""
     starts = np.flatnonzero((v[:-1] == 0.0) & (v[1:] != 0.0))[1:]
     cycles = len(starts) - 1
     moving = np.count_nonzero(v[starts[0] + 1 : starts[-1] + 1])
@@ -29,7 +29,7 @@ def measured(dt, v):
 
 
 def period_of(t, force):
-    """Return the mean time between downward crossings of the spring force's middle, NaN with too few."""
+    """Return the mean time between downward crossings of the spring force's middle, or NaN for too few."""
     late = force[len(force) // 4 :]
     middle = 0.5 * (late.max() + late.min())
     if np.ptp(late) < 0.05:
@@ -42,7 +42,7 @@ def period_of(t, force):
 @pytest.mark.parametrize("case", SETS)
 @pytest.mark.parametrize("model", ["projection", "karnopp"])
 def test_period_slip_and_peaks_agree_with_the_closed_form(model, case, dt, rel):
-    """Over at least twenty periods; at the end of a slip the spring force is twice kinetic minus static."""
+    """At least twenty periods are compared; at the end of a slip the spring force is 2 kinetic − static."""
     mass, spring, static, kinetic, speed, slip, period, fastest, peak = case
     seconds = static / (spring * speed) + 22.0 * period
     _, _, v, force = hs.stick_slip(
@@ -60,7 +60,7 @@ def test_period_slip_and_peaks_agree_with_the_closed_form(model, case, dt, rel):
     ("viscous", "critical"), [(0.05, 0.445), (0.1, 0.309), (0.2, 0.211), (0.5, 0.120), (1.0, 0.0715)]
 )
 def test_viscous_friction_ends_stick_slip_above_a_speed(viscous, critical):
-    """One percent below the speed it sticks repeatedly; one percent above only at the start."""
+    """One percent below the critical speed it sticks repeatedly, one percent above only at the start."""
     for part in (0.99, 1.01):
         _, _, v, _ = hs.stick_slip(
             "projection", **FIRST, viscous=viscous, speed=part * critical, dt=1e-5, seconds=2.0
@@ -69,7 +69,7 @@ def test_viscous_friction_ends_stick_slip_above_a_speed(viscous, critical):
         assert (stops > 10) if part < 1.0 else (stops == 0)
 
 
-# model, options, period's error in % at 1 ms and 0.2 ms; NaN: no stick-slip of that kind
+# columns: model, options, error of the period in % at 1 ms and at 0.2 ms; NaN: no such stick-slip occurs
 SCORES = [
     ("coulomb", {}, math.nan, math.nan),
     ("smoothed", {"smoothing": 0.001, "stribeck_velocity": 0.003}, math.nan, -24.0),
@@ -85,7 +85,7 @@ SCORES = [
 
 @pytest.mark.parametrize(("model", "options", "coarse", "fine"), SCORES)
 def test_the_period_error_of_each_model_agrees_with_the_table(model, options, coarse, fine):
-    """Chatter instead of stick-slip repeats at most at the spring's own period: 62 % too short."""
+    """The period of chatter is at most that of the spring, which is 62 % too short."""
     exact = SETS[0][6]
     for dt, wanted in ((1e-3, coarse), (0.2e-3, fine)):
         t, _, _, force = hs.stick_slip(model, **FIRST, speed=0.02, dt=dt, seconds=6.0, **options)
@@ -104,7 +104,7 @@ def test_without_slips_there_is_no_period():
 
 @pytest.mark.parametrize("dt", [1e-4, 0.25e-3, 1e-3])
 def test_lugres_classic_motion_agrees_with_the_literature(dt):
-    """Canudas de Wit's parameters: break-away, period, forces and greatest speed."""
+    """The parameters are Canudas de Wit's; break-away, period, forces and greatest speed agree."""
     given = {"mass": 1.0, "spring": 2.0, "static": 1.5, "kinetic": 1.0, "viscous": 0.4, "speed": 0.1}
     options = {"stiffness": 1e5, "damping": math.sqrt(1e5), "stribeck_velocity": 0.001}
     t, _, v, force = hs.stick_slip("lugre", **given, **options, dt=dt, seconds=60.0)
@@ -144,7 +144,7 @@ def nothing(seconds, dt):
 
 @pytest.mark.parametrize("model", STOPPING)
 def test_a_slide_to_a_stop_agrees_with_the_closed_form(model):
-    """m v / F_c = 10 ms and m v^2 / (2 F_c) = 0.5 mm; afterwards the velocity is exactly 0."""
+    """It takes m v / F_c = 10 ms and m v^2 / (2 F_c) = 0.5 mm; then the velocity is exactly 0."""
     options = {"band": 1e-4} if model == "karnopp_band" else {}
     t, x, v = slide(
         model, nothing(0.05, 1e-6), mass=0.05, static=0.5, kinetic=0.5, v0=0.1, dt=1e-6, **options
@@ -171,7 +171,7 @@ def test_a_spring_released_against_friction_loses_amplitude_linearly(model, kine
 
 
 def creep(model, dt, frequency=20.0, mass=0.05, **options):
-    """Return the drift in µm/s under 0.3 N with a tremor of 0.15 N, half of the static friction."""
+    """Return the drift in µm/s under 0.3 N with a tremor of 0.15 N, which is half of the static friction."""
     t = np.arange(round(3.0 / dt) + 1) * dt
     pull = 0.3 + 0.15 * np.sin(2.0 * np.pi * frequency * t)
     _, x, _ = slide(model, pull, mass=mass, static=1.0, kinetic=0.5, dt=dt, **options)
@@ -197,13 +197,13 @@ def test_models_by_speed_alone_drift(model, options, wanted):
 
 
 def test_dahls_creep_agrees_with_its_curve():
-    """Quasi-static: dx = dF / (K (1 -+ F / F_c)) up and down, summed over a cycle."""
+    """Slow motion has dx = dF / (K (1 -+ F / F_c)) up and down, which is summed over a cycle."""
     cycle = 0.5 / 1e4 * (math.log(1.0 - (0.15 / 0.5) ** 2) - math.log(1.0 - (0.45 / 0.5) ** 2))
     assert creep("dahl", 1e-4, frequency=2.0) == pytest.approx(2.0e6 * cycle, rel=0.02)
 
 
 def test_friction_by_the_sign_of_the_velocity_chatters_and_creeps():
-    """A step changes the speed by F_c T / m = 10 mm/s, so it never comes closer to rest."""
+    """A step changes the speed by F_c T / m = 10 mm/s, so the speed never gets closer to zero than that."""
     _, x, v = slide("coulomb", nothing(2.0, 1e-3), mass=0.05, static=0.5, kinetic=0.5, v0=0.1234)
     late = v[-1000:]
     assert np.abs(late).max() <= 0.01
@@ -216,7 +216,10 @@ def test_friction_by_the_sign_of_the_velocity_chatters_and_creeps():
 
 @pytest.mark.parametrize("model", MODELS)
 def test_every_model_brakes_a_free_mass_and_never_drives_it(model):
-    """Within 2 mm plus the elastic strain; a strained anchor without damping may keep oscillating."""
+    """It stops within 2 mm plus the elastic strain.
+
+    A strained anchor without damping may keep oscillating.
+    """
     _, x, v = slide(model, nothing(1.0, 1e-4), mass=0.05, static=0.5, kinetic=0.5, v0=0.2, dt=1e-4)
     assert np.abs(v).max() == 0.2
     assert np.abs(v[-100:]).max() <= (0.02 if model == "hayward_armstrong" else 1.1e-3)

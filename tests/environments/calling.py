@@ -1,4 +1,4 @@
-"""Call an environment's compiled law once or along a path; runs with imposed motion."""
+"""Functions that call an environment's compiled law once or along a path, or run an imposed motion."""
 
 import itertools
 import math
@@ -26,7 +26,7 @@ def call(environment, values, x, v, state=None):
 def corners(environment):
     """Return every combination of the smallest, default and largest value of each parameter.
 
-    Incompatible combinations are left out; of more than 800, an evenly spaced subset is returned.
+    Incompatible combinations are left out. Of more than 800, an evenly spaced subset is returned.
     """
     each = []
     for p in environment.parameters:
@@ -38,7 +38,7 @@ def corners(environment):
 
 
 def drawn(environment, rng):
-    """Return random values within the limits, possibly incompatible."""
+    """Return random values within the limits, which may be incompatible."""
     return {
         p.key: float(rng.integers(len(p.options))) if isinstance(p, Choice) else rng.uniform(p.low, p.high)
         for p in environment.parameters
@@ -53,7 +53,7 @@ def anywhere(environment, rng):
 
 
 def warned(key, conditions=None, **given):
-    """Return an environment's warnings at values that differ from the defaults."""
+    """Return an environment's warnings for values that differ from the defaults."""
     environment = LIBRARY[key]
     return list(environment.warnings(environment.values(given), conditions or Conditions()))
 
@@ -81,7 +81,7 @@ def along(key, positions, velocities=None, **given):
 
 
 def frequency(signal, rate):
-    """Return the strongest frequency in Hz of a signal (n,), without its mean."""
+    """Return the strongest frequency in Hz of a signal (n,), after its mean is removed."""
     spectrum = np.abs(np.fft.rfft(signal - np.mean(signal)))
     return np.fft.rfftfreq(len(signal), 1.0 / rate)[np.argmax(spectrum)]
 
@@ -90,7 +90,7 @@ IDEAL = hs.SimulatedHapkit(quantum=0.0, max_force=math.inf)
 
 
 def imposed(key, values, position, seconds, rate=1000.0):
-    """Return a run with imposed handle motion."""
+    """Return a run whose handle follows an imposed motion."""
     return hs.simulate(key, values, hand=hs.Prescribed(position), device=IDEAL, rate=rate, seconds=seconds)
 
 

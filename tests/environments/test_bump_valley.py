@@ -34,7 +34,7 @@ def test_crossing_costs_no_work(profile, centre, width):
 @shapes
 @pytest.mark.parametrize("law", ["gradient", "height"])
 def test_peak_edges_and_slopes(profile, law):
-    """The peak equals the parameter; 1 nm inside the edge the force is nearly 0, outside exactly 0."""
+    """The peak is the parameter's value; the force is nearly 0 at 1 nm inside the edge, and 0 outside."""
     given = {"profile": profile, "law": law, "peak_force": 2.0, "width": 0.01}
     x = np.linspace(BUMP - 0.005, BUMP + 0.005, 20_001)
     got = forces("bump_valley", x, **given)
@@ -48,7 +48,7 @@ def test_peak_edges_and_slopes(profile, law):
 
 
 def test_gaussian_is_a_gaussian_of_a_sixth_of_the_width():
-    """The slope of exp(−u²/2σ²), minus its value at 3 σ, scaled to its peak."""
+    """The force is the slope of exp(−u²/2σ²) minus its value at 3 σ, scaled to its peak."""
     t = np.linspace(-3.0, 3.0, 2001)
     slope = t * (np.exp(-0.5 * t**2) - np.exp(-4.5))
     got = forces("bump_valley", BUMP + t * 0.02 / 6.0)
@@ -82,7 +82,7 @@ def test_the_drawing_is_independent_of_the_force(profile):
 
 @shapes
 def test_the_height_law_is_in_proportion_to_height(profile):
-    """It opposes motion to the right on the bump, and assists it in the valley."""
+    """The force opposes motion to the right on the bump, and assists it in the valley."""
     given = {"profile": profile, "law": "height", "peak_force": 0.9}
     assert force("bump_valley", BUMP, **given) == pytest.approx(-0.9)
     assert force("bump_valley", VALLEY, **given) == pytest.approx(0.9)

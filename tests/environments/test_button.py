@@ -8,7 +8,7 @@ from tests.environments.calling import LIBRARY, along, forces, warned
 
 BUTTON = LIBRARY["button"]
 STIFFNESS, FADE = 1500.0, 0.5e-3
-# theory §8: F1, F2 in N, s1, s2 in m; first slope and steepest drop in N/m, energy up to s2 in J
+# theory §8. Columns: F1, F2 in N; s1, s2 in m; first slope and steepest drop in N/m; energy up to s2 in J
 REFERENCE = [
     ((0.6, 0.4, 1.6e-3, 2.2e-3), 750.0, -500.0, 0.94e-3),
     ((2.0, 0.8, 3e-3, 5e-3), 1333.0, -900.0, 6.8e-3),
@@ -22,7 +22,7 @@ def named(numbers, **more):
 
 
 def pushed(places, **given):
-    """Return the static force (n,) in N against the handle at places (n,) in m, on pressing."""
+    """Return the static force (n,) in N against the handle while it is pressed to places (n,) in m."""
     return -forces("button", places, **given)
 
 
@@ -42,7 +42,7 @@ def test_follows_the_reference_curve(numbers, first, drop, energy):
 
 @pytest.mark.parametrize("position", [-0.03, 0.005])
 def test_press_and_release_differ_by_twice_the_hysteresis(position):
-    """Both are drawn; after a reversal, the force changes sides within 2 h / 1500 N/m."""
+    """Both curves are drawn; after a reversal the force changes from one to the other in 2 h / 1500 N/m."""
     given = {"hysteresis": 0.3, "position": position}
     there = position + np.arange(-200, 1000) * 1e-5
     got, _ = along("button", np.concatenate([there, there[::-1]]), **given)
@@ -57,7 +57,7 @@ def test_press_and_release_differ_by_twice_the_hysteresis(position):
 
 
 def paths(rng, count):
-    """Return random paths (n,) in m around a button at 0: small steps, pauses, and jumps."""
+    """Return random paths (n,) in m around a button at 0, with small steps, pauses and jumps."""
     for scale in np.geomspace(1e-6, 5e-3, count):
         steps = rng.normal(0.0, scale, 600) * (rng.random(600) > 0.2)
         yield 0.004 + 0.011 * np.sin(np.cumsum(steps) / 0.011)
@@ -66,7 +66,7 @@ def paths(rng, count):
 @pytest.mark.parametrize("hysteresis", [0.0, 0.1, 0.5])
 @pytest.mark.parametrize("numbers", [r[0] for r in REFERENCE])
 def test_is_continuous_on_every_path(numbers, hysteresis, rng):
-    """No step changes the force by more than the steepest slope of curve, stop and hysteresis."""
+    """No step changes the force by more than the steepest slopes of curve, stop and hysteresis allow."""
     peak, snap, start, travel = numbers
     slope = max(2.0 * peak / start, 1.5 * (peak - snap) / (travel - start), 500.0)
     bound = slope + STIFFNESS + hysteresis / FADE
@@ -81,7 +81,7 @@ def dissipated(path, got):
 
 @pytest.mark.parametrize("hysteresis", [0.0, 0.1, 0.5])
 def test_no_closed_path_gains_energy(hysteresis, rng):
-    """Between two positions outside, no more energy is given than taken, within rounding errors."""
+    """Between two positions outside, the button gives no more energy than it takes, up to rounding."""
     for reach in (2e-4, 6e-4, 2e-3, 5e-3, 1e-2):
         knots = np.append(rng.uniform(-0.2 * reach, reach, 9), -2e-3)
         path = np.array([-2e-3])
@@ -95,7 +95,7 @@ def test_no_closed_path_gains_energy(hysteresis, rng):
 
 
 def counts(travels, **given):
-    """Return pressed, downs, ups (n,) after each travel in m."""
+    """Return (pressed, number of clicks down, number of clicks up) after each travel in m."""
     _, states = along("button", 0.005 + np.array(travels), **given)
     return [tuple(int(n) for n in row[-3:]) for row in states]
 

@@ -1,4 +1,4 @@
-"""The cat's mood as a function of direction and speed, reproducibly."""
+"""The cat's mood is a reproducible function of the strokes' direction and speed."""
 
 import math
 
@@ -11,20 +11,20 @@ from hapkit_studio.environments import cat
 from tests.environments.calling import column, imposed
 from tests.wide import wide
 
-STROKE = {"pet": 1.2, "rub": 0.3}  # s from one end to the other
+STROKE = {"pet": 1.2, "rub": 0.3}  # s per stroke from one end to the other
 
 
 def grown(gain, speed, start, seconds):
-    """Return the mood: dc/dt = gain speed while content, dc/dt = gain speed - c / 10 s otherwise.
+    """Return the mood: dc/dt = gain speed while content, and dc/dt = gain speed - c / 10 s otherwise.
 
-    At rest (gain 0 below 3 mm/s) the mood also decays.
+    At rest (the gain is 0 below 3 mm/s) the mood also decays.
     """
     if start > 0.0 and speed > 0.003:
         return start + gain * speed * seconds
     return start * math.exp(-seconds / 10.0) + 10.0 * gain * speed * -math.expm1(-seconds / 10.0)
 
 
-# speed in m/s with the nap, contentment per metre of an easy cat
+# columns: speed in m/s with the nap, contentment per metre of an easy cat
 BANDS = [
     (0.05, 3.0), (0.00495, 0.0), (0.00505, 3.0), (0.1188, 3.0), (0.1212, 0.0), (0.1386, 0.0),
     (0.1414, -3.5), (0.2, -3.5), (-0.05, -0.8), (-0.0099, -0.8), (-0.1188, -0.8), (-0.1212, -3.5),
@@ -41,7 +41,7 @@ BANDS = [
 )
 @pytest.mark.parametrize(("speed", "gain"), BANDS)
 def test_mood_depends_on_distance_and_speed(speed, gain, temper, liking, dislike):
-    """Evaluated after 0.15 s at one speed, when the initial state has no effect."""
+    """The mood is read after 0.15 s at one speed, when the initial state has no effect any more."""
     seconds = 0.15 + min(0.5, 0.05 / abs(speed))
     run = moved(lambda t: speed * t, seconds + 1e-3, temperament=temper)
     c = column(run, "contentment")
@@ -58,7 +58,7 @@ def test_left_alone_the_mood_decays_in_ten_seconds():
 
 @pytest.mark.parametrize(("speed", "content"), [(0.05, True), (0.1, True), (0.15, False), (0.2, False)])
 def test_it_purrs_when_stroked_slowly_to_and_fro_and_swats_in_haste(speed, content):
-    period = 0.12 / speed  # of strokes of 60 mm at an even speed
+    period = 0.12 / speed  # the strokes are 60 mm long, at a constant speed
 
     def position(t):
         share = t / period % 1.0
@@ -85,9 +85,10 @@ def strokes(run, hand):
 def test_it_purrs_by_the_third_pet(rate, delay, estimator):
     """The purr starts 31.3 mm into the third cycle of 120 mm, where the contentment reaches 0.3.
 
-    The target moves 60 mm per stroke and the hand 55 mm: at the ends it lags by 0.35 or 0.63 N over 200 N/m.
-    Two cycles give 2 (3.0 - 0.8) per metre times 55 mm, less 0.8 per metre times 27 mm at the start: 0.22.
-    The rest takes 26 mm at 3.0 per metre, and the hand starts the third stroke 5 mm late.
+    The target moves 60 mm per stroke, but the hand 55 mm, because at the ends it lags by
+    0.35 or 0.63 N over 200 N/m. Two cycles give 2 (3.0 - 0.8) per metre times 55 mm, less 0.8 per metre times
+    27 mm at the start, which is 0.22. The rest takes 26 mm at 3.0 per metre, and the hand starts the third
+    stroke 5 mm late.
     """
     run = hs.simulate("cat", hand="pet", rate=rate, delay=delay, estimator=estimator, seconds=15.0)
     assert run.faults == ()
@@ -102,7 +103,7 @@ def test_it_swats_at_the_second_rub(rate, delay, estimator):
     run = hs.simulate("cat", hand="rub", rate=rate, delay=delay, estimator=estimator, seconds=5.0)
     assert run.faults == ()
     swatting = column(run, "swat") > 0.0
-    # At −3.5 per metre, 27 mm to the head and 55 mm per stroke give −0.5 after 1.1 cycles; the swat comes
+    # At −3.5 per metre, 27 mm to the head and 55 mm per stroke give −0.5 after 1.1 cycles. The swat comes
     # later, because near the ends the hand is slower than FAST and ROUGH.
     assert 1.1 < strokes(run, "rub")[swatting.argmax()] < 1.4
     assert np.count_nonzero(np.diff(swatting.astype(int)) > 0) == 1
@@ -154,7 +155,7 @@ def test_the_purr_is_higher_and_louder_while_breathing_out(frequency):
 
 
 def test_the_theory_curve_is_a_slow_stroke():
-    """Both branches with bent hair; the tufts oscillate around them."""
+    """The curve has both branches with bent hair; the force of the tufts oscillates around them."""
     for branch, sign in ((0, 1.0), (1, -1.0)):
         quiet = {"fur_damping": 0.0, "purr_force": 0.0, "nap_ratio": 2.5}
         run = moved(lambda t, sign=sign: sign * (-0.02 + 0.005 * t), 6.0, **quiet)
@@ -171,8 +172,8 @@ def test_tufts_are_3_mm_apart_and_six_hundredths_of_a_newton():
 
 
 def test_the_swat_is_one_push_against_the_hands_motion():
-    """Difference from the same motion on a cat that cannot be provoked: 0.3 s, at most 1.5 N."""
-    for sign in (1.0, -1.0):  # too fast with the nap, fast against it
+    """The force is that of the same motion minus a cat that cannot be provoked: 0.3 s long, at most 1.5 N."""
+    for sign in (1.0, -1.0):  # the first stroke is too fast with the nap, the second is fast against it
         run = moved(lambda t, s=sign: s * np.minimum(0.26 * t, 0.2), 1.5, purr_force=0.0, hair=0.0)
         fur = np.clip(run.force + 1.5 * run.velocity, -0.35, 0.63)
         push = run.force + 1.5 * run.velocity - fur
@@ -184,7 +185,7 @@ def test_the_swat_is_one_push_against_the_hands_motion():
 
 
 def test_the_fur_is_passive():
-    """The energy given by the device never exceeds that stored in bent hair and tufts."""
+    """The energy given by the device never exceeds the energy stored in bent hair and tufts."""
     run = hs.simulate("cat", {"purr_force": 0.0}, hand="pet", seconds=10.0)
     stored = (0.35 * 1.8) ** 2 / (2.0 * cat.FUR_STIFFNESS) + 0.06 * 0.003 / math.pi
     assert run.energy.max() <= stored
@@ -192,13 +193,13 @@ def test_the_fur_is_passive():
 
 
 def moved(position, seconds, **values):
-    """Return the run of a handle moved along position(t), for any force of the cat."""
+    """Return the run of a handle that moves along position(t) whatever the cat's force is."""
     return imposed("cat", values, position, seconds)
 
 
 def contented(t):
-    """The path of five and a half strokes that it likes, ending with the nap, then at rest."""
+    """Return the path of five and a half strokes that the cat likes, ending with the nap; then it rests."""
     return SCRIPTS["pet"].target(np.minimum(t, 0.6 + 11 * 1.2))
 
 
-RESTED = 0.6 + 11 * 1.2 + 0.2  # s, after a sufficient rest
+RESTED = 0.6 + 11 * 1.2 + 0.2  # s: time at which the handle has rested long enough

@@ -1,4 +1,4 @@
-"""Requirements on every discovered environment: texts, law at every corner, runs."""
+"""Requirements on every discovered environment: its texts, its law at every corner, and its runs."""
 
 import itertools
 import math
@@ -34,7 +34,7 @@ def test_is_described(key):
     assert len(e.explanation) > 80
     assert 0 < len(e.summary) < 40
     assert "\n" not in e.summary + e.title
-    # another environment's key as scene selects its icon and drawing; the default selects plain ones
+    # a scene with another environment's key uses its icon and drawing; the default has plain ones
     if e.scene != key:
         assert resources.path("icons", f"{e.scene}.svg").exists()
     for p in e.parameters:
@@ -98,7 +98,10 @@ def test_impedance_bounds_the_slopes_of_the_law(key, rng):
 
 @every
 def test_warns_in_whole_sentences_only_when_pushed(key, rng):
-    """Each warning is one line, for any values and conditions; none at the defaults with a slow hand."""
+    """Each warning is one line for any values and conditions.
+
+    The defaults with a slow hand have no warning.
+    """
     e = LIBRARY[key]
     assert tuple(e.warnings(e.values(), Conditions(speed=0.1))) == ()
     for _ in range(50):
@@ -128,7 +131,7 @@ def test_incompatible_values_give_a_one_line_error(key, rng):
 
 
 def felt(e, values, rng):
-    """Return the force along a random path from a random or initial state, reproducible by the seed."""
+    """Return the force along a random path from a random or initial state, which the seed reproduces."""
     way = np.cumsum(rng.uniform(-1.0, 1.0, 300)) * 10.0 ** rng.uniform(-6.0, -2.5)
     x = np.clip(way + rng.uniform(-0.03, 0.03), -REACH, REACH)
     v = np.diff(x, prepend=x[0]) / 1e-3
@@ -142,14 +145,14 @@ def felt(e, values, rng):
 
 
 def feels_another(e, values, changed, rng):
-    """Return True if the forces along the same path differ."""
+    """Return True if changed values give a different force along the same path."""
     seed = int(rng.integers(2**32))
     before, after = (felt(e, v, np.random.default_rng(seed)) for v in (values, changed))
     return bool((before != after).any())
 
 
 def another(e, values, name, rng):
-    """Return compatible values with another number for one parameter."""
+    """Return compatible values that differ in one parameter."""
     while True:
         changed = values | {name: anywhere(e, rng)[name]}
         if changed != values and not e.check(changed):
@@ -171,7 +174,7 @@ def test_unused_parameters_change_no_force(key, rng):
 @pytest.mark.slow
 @every
 def test_used_parameters_change_the_force_or_the_drawing(key, rng):
-    """Under every option of every choice, each parameter not listed as unused has an effect."""
+    """With every option of every choice, each parameter that is not listed as unused has an effect."""
     e = LIBRARY[key]
     choices = [p for p in e.parameters if isinstance(p, Choice)]
     for options in itertools.product(*(range(len(c.options)) for c in choices)):
@@ -181,7 +184,7 @@ def test_used_parameters_change_the_force_or_the_drawing(key, rng):
 
 
 def has_effect(e, name, chosen, rng):
-    """Return True if changing a parameter has an effect, or is declared without one."""
+    """Return True if changing a parameter has an effect, or if the parameter is declared to have none."""
     values = anywhere(e, rng) | chosen
     if e.check(values):
         return False
@@ -201,7 +204,7 @@ STILL_AT_THE_END = ("press", "hold", "pluck", "released")
 @pytest.mark.slow
 @every
 def test_a_new_run_starts_from_the_first_state(key):
-    """A violent run in between does not change the next one."""
+    """A violent run in between does not change the next run."""
     e = LIBRARY[key]
     first = hs.simulate(e, hand="shake", seconds=0.3)
     hs.simulate(e, device=hs.SimulatedHapkit(initial_velocity=2.0, max_force=math.inf), seconds=0.3)
@@ -212,7 +215,10 @@ def test_a_new_run_starts_from_the_first_state(key):
 
 
 def assert_settles(run, environment):
-    """No fault, clamp or warning; at rest at the end, or bounded if the scene is declared restless."""
+    """Assert that a run has no fault, clamp or warning, and ends at rest.
+
+    A scene that is declared restless only has to stay bounded.
+    """
     assert run.faults == ()
     assert run.warnings == ()
     assert not run.flags.any()
@@ -229,9 +235,9 @@ def assert_settles(run, environment):
 @every
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
 def test_defaults_come_to_rest_in_every_grip(key, delay):
-    """Three cases: held still after a push, and released at 6 mm, inside the structures at the centre.
+    """A grip holds the handle still after a push; without a grip, the handle is released at 6 mm.
 
-    At 1 kHz.
+    This is inside the structures at the centre. The rate is 1 kHz.
     """
     for held in GRIPS.values():
         hand, start = Hand(release=0.0), hs.SimulatedHapkit(initial_position=0.006)
@@ -258,7 +264,7 @@ def test_defaults_stay_quiet_under_every_named_hand(key, delay):
 @every
 @pytest.mark.parametrize("count", [4, pytest.param(12, marks=pytest.mark.slow)])
 def test_no_setting_within_the_limits_breaks_a_run(key, count, rng):
-    """With any parameters, loop, hand and start: finite, limited, quantised, and without a fault."""
+    """With any parameters, loop, hand and start, a run is finite, limited, quantised, and without a fault."""
     e = LIBRARY[key]
     for _ in range(count):
         start, speed = rng.uniform(-0.04, 0.04), rng.uniform(-1, 1)

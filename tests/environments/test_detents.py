@@ -1,4 +1,4 @@
-"""Detents: notches that attract at each multiple of the pitch, no force in between."""
+"""Detents attract at each multiple of the pitch, and exert no force in between."""
 
 import numpy as np
 import pytest

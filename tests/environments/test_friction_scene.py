@@ -21,7 +21,7 @@ COUNT = 20e-6
 
 
 def chatter(ratio, late, mass=0.02):
-    """Return the largest p-p in counts over four starts, for friction of ratio m Δ / T^2."""
+    """Return the largest peak-to-peak motion in counts over four starts, for friction of ratio m Δ / T^2."""
     level = ratio * mass * COUNT / 1e-6
     found = []
     for x, v in ((0.0, 0.1234), (3e-6, 0.05), (7e-6, 0.2), (1.3e-5, -0.08)):
@@ -38,7 +38,10 @@ def chatter(ratio, late, mass=0.02):
     [(0.2, 0, 0.1, 0.4), (0.9, 0, 0.8, 1.2), (2.0, 0, 2.9, 4.7), (0.5, 1, 0.5, 1.3), (1.0, 1, 3.0, 20.0)],
 )
 def test_the_sign_of_a_counted_velocity_chatters_above_a_ratio(ratio, late, low, high):
-    """F_c T^2 / (m Δ) of 1.5, or 0.7 with a period of delay; below, jitter of about one count."""
+    """The limit of F_c T^2 / (m Δ) is 1.5, or 0.7 with a period of delay.
+
+    Below it, jitter is about a count.
+    """
     assert low <= chatter(ratio, late) <= high
 
 
@@ -65,7 +68,7 @@ def test_models_with_stiction_stick_without_drift(model):
 
 
 def test_bristles_creep_under_a_tremor():
-    """Under a vibrating pull of 0.6 N they creep at 3.5 mm/s, and slower as the hand's spring shortens."""
+    """They creep at 3.5 mm/s under a vibrating pull of 0.6 N, and slower as the hand's spring shortens."""
     turn = math.log(1.0 - (0.18 / 0.6) ** 2) - math.log(1.0 - (0.42 / 0.6) ** 2)
     most = 5.0 * 0.6 / 500.0 * turn
     assert 0.5 * most < drift(trembling("lugre")) < most
@@ -82,7 +85,8 @@ def test_models_by_speed_alone_do_not_stick(model):
 def dragged(path, static, kinetic, stiffness, shock):
     """Return the force (n,) in N of a tether whose anchor follows every sample of a path (n,).
 
-    shock: N per m between samples, from the damping. The implicit step of Kikuuwe et al. 2006.
+    ``shock`` is the damping's force in N per m between samples. The implicit step is that of Kikuuwe et al.
+    2006.
     """
     anchor = before = path[0]
     out, stuck = [], True
@@ -110,7 +114,7 @@ def dragged(path, static, kinetic, stiffness, shock):
     ],
 )
 def test_a_tether_feels_like_a_dragged_anchor(hand, model, static, kinetic, stiffness, most):
-    """While sliding the anchor's exact position is irrelevant: differences are far below 15 mN."""
+    """While sliding, the anchor's exact position is irrelevant: differences are far below 15 mN."""
     device = hs.SimulatedHapkit(initial_velocity=0.4)
     given = {"static_force": static, "kinetic_force": kinetic, "tether_stiffness": stiffness}
     run = hs.simulate("friction", {"model": model, **given}, hand=hand, device=device, seconds=3.0)
@@ -121,7 +125,10 @@ def test_a_tether_feels_like_a_dragged_anchor(hand, model, static, kinetic, stif
 
 
 def test_the_board_renders_a_tether_at_3_900_hz():
-    """With an anchor moved at every sample, 1,367 cycles and 2 kHz; delays of 143 and 142 µs."""
+    """An anchor that moves at every sample would take 1,367 cycles and reach 2 kHz.
+
+    The delays are 143 and 142 µs.
+    """
     plan = BoardPlanner(ARENA).plan(PlanRequest(FRICTION, FRICTION.values({"model": "tether"})))
     assert plan.rate == pytest.approx(3900, rel=1e-3)
     gained = [
@@ -133,7 +140,7 @@ def test_the_board_renders_a_tether_at_3_900_hz():
 @pytest.mark.parametrize(("hand", "late"), [("stroke", 0.0), ("pluck", 0.5e-3), ("shake", 0.5e-3)])
 @pytest.mark.parametrize("model", HOLDING)
 def test_friction_dissipates_more_than_sampling_adds(model, hand, late):
-    """The energy from the motor is at any time less than that dissipated by the paddle's own damping."""
+    """At any time, the motor has given less energy than the paddle's own damping has dissipated."""
     device = hs.SimulatedHapkit(coulomb_force=0.0)
     run = hs.simulate("friction", {"model": model}, hand=hand, device=device, delay=late, seconds=3.0)
     half = late > 0.0
@@ -148,7 +155,7 @@ def test_friction_dissipates_more_than_sampling_adds(model, hand, late):
 @pytest.mark.parametrize("speed", [0.006, 0.04, 0.15, -0.15])
 @pytest.mark.parametrize("model", MODELS)
 def test_a_steady_slide_has_the_force_of_the_theory_curve(model, speed):
-    """With an ideal sensor over at most 40 mm; the last quarter is compared."""
+    """The sensor is ideal and the slide at most 40 mm long; its last quarter is compared."""
     device = hs.SimulatedHapkit(quantum=0.0)
     seconds = min(0.03 / abs(speed), 2.0)
     hand = Prescribed(lambda t: speed * t)
@@ -214,7 +221,7 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
     ],
 )
 def test_each_models_limit_has_a_one_line_warning(inside, outside, words):
-    """Theory §1; for the smoothed model 2 m/T + 4 b/3, with B n0 / T = 1."""
+    """The limits are those of theory §1; the smoothed model's is 2 m/T + 4 b/3, with B n0 / T = 1."""
     assert not any(words in line.replace("Above", "above") for line in warned("friction", **inside))
     (line,) = [
         one for one in warned("friction", **(inside | outside)) if words in one.replace("Above", "above")
@@ -233,7 +240,7 @@ def slide(speed, **given):
 @pytest.mark.parametrize("estimator", ["difference", "kalman", "iir", "butterworth", "foaw"])
 @pytest.mark.parametrize("model", ["stribeck", "lugre"])
 def test_missing_friction_of_slow_sliding_is_as_warned(model, rate, estimator, stribeck_velocity):
-    """At a tenth of a count per period the error is within 1 % of the warned one.
+    """At a tenth of a count per period, the error is within 1 % of the error that the warning states.
 
     Errors up to 1 % get no warning.
     """
@@ -259,7 +266,10 @@ def test_a_finer_estimate_permits_a_narrower_karnopp_band():
 
 @pytest.mark.parametrize(("late", "limit"), [(0, 1.5), (1, 0.75), (3, 0.375)])
 def test_delay_lowers_the_chatter_limit_of_plain_friction(late, limit):
-    """F_c T² / (m Δ) of 1.5, or 0.7 with a period of delay (theory §3.2): warned and observed."""
+    """The limit of F_c T² / (m Δ) is 1.5, or 0.7 with a period of delay (theory §3.2).
+
+    The warning and the motion both show it.
+    """
     level = 0.044 * 20.7e-6 / 1e-6
     conditions = Conditions(delay=late * 1e-3)
     for share, said in ((0.99, "creeps"), (1.01, "several sensor counts")):

@@ -1,4 +1,4 @@
-"""Hard surface: the vibration at the samples, once per entry, and a wall that never pulls."""
+"""Hard surface: it vibrates as at the samples of the formula, once per entry, and the wall never pulls."""
 
 import math
 
@@ -16,12 +16,12 @@ from tests.wide import wide
 
 COUNT = 20.7e-6
 SURFACE = calling.LIBRARY["hard_surface"]
-# theory §6, the accelerations as forces on a handle of 0.044 kg
+# theory §6, with the accelerations as forces on a handle of 0.044 kg
 MATERIALS = {"rubber": (116.7, 60.0, 18.0), "wood": (150.0, 80.0, 100.0), "aluminium": (300.0, 90.0, 300.0)}
 
 
 def entered(speed, rate=1000.0, seconds=0.25, **given):
-    """Return a run that enters it at constant speed with an ideal sensor, and the first row inside."""
+    """Return a run that enters the wall at constant speed with an ideal sensor, and its first row inside."""
     motion = hs.Prescribed(lambda t: 0.003 + speed * t)
     device = hs.SimulatedHapkit(quantum=0.0, max_force=math.inf)
     run = hs.simulate("hard_surface", given, hand=motion, device=device, rate=rate, seconds=seconds)
@@ -58,7 +58,7 @@ def test_materials_have_their_own_vibration_independent_of_the_custom_values(mat
     [("rubber", 9.576e-3, 58.03), ("wood", 2.298e-3, 123.81), ("aluminium", 0.808e-3, 278.64)],
 )
 def test_the_peak_is_at_the_theoretical_time(material, t_peak, peak):
-    """Theory §6: time of the peak and its height per speed of entry."""
+    """Theory §6 gives the time of the peak, and its height per speed of entry."""
     run, first = entered(0.1, rate=100_000.0, seconds=0.05, material=material, stiffness=0.0, limit=3.0)
     highest = np.argmin(run.force)
     assert run.time[highest] - run.time[first] == pytest.approx(t_peak, abs=1.1e-5)
@@ -76,7 +76,7 @@ def test_the_amplitude_limit_applies_to_the_vibration_only():
 
 
 def test_the_wall_part_never_pulls(rng):
-    """Without the vibration the force is at most 0 on any path, and −k d − b v on entry."""
+    """Without the vibration, the force is at most 0 on any path, and −k d − b v on entry."""
     x, v = rng.uniform(-0.06, 0.06, 500), rng.uniform(-3.0, 3.0, 500)
     got, _ = along("hard_surface", x, v, amplitude=0.0, damping=30.0)
     assert (got <= 0.0).all()
@@ -87,7 +87,7 @@ def test_the_wall_part_never_pulls(rng):
 
 @pytest.mark.parametrize(("counts", "again"), [(0.99, False), (1.01, True)])
 def test_it_vibrates_again_only_after_leaving_by_two_counts(counts, again):
-    """A second entry 10 ms after the first, at four times its speed."""
+    """The second entry is 10 ms after the first, at four times its speed."""
     x = np.concatenate([np.full(10, 0.006), [0.005 - counts * 2.0 * COUNT], np.full(30, 0.006)])
     v = np.concatenate([np.full(10, 0.05), [0.0], np.full(30, 0.2)])
     got, states = along("hard_surface", x, v, limit=3.0)
@@ -128,14 +128,14 @@ def test_the_recursion_feels_like_the_formula(hand, rate, decay, hertz):
 
 
 def test_the_recursion_halves_the_cycles_on_the_board():
-    """With a sine and an exponential in every tick it takes 2,999 cycles."""
+    """A sine and an exponential in every tick would take 2,999 cycles."""
     program = BoardPlanner(ARENA).plan(PlanRequest(SURFACE, SURFACE.values())).program
     assert program.usual <= 2999 / 2
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
 def test_a_tapping_hand_causes_one_vibration_per_tap(delay):
-    """Four taps in 3 s, each with one entry: bounces and sensor jitter cause no further vibration."""
+    """Four taps in 3 s have one entry each: bounces and sensor jitter cause no further vibration."""
     run = hs.simulate("hard_surface", hand="tap", delay=delay, seconds=3.0)
     assert np.count_nonzero(run.state[:, 0] == 0.0) == 4
 
@@ -145,7 +145,7 @@ def warned(period=1e-3, **given):
 
 
 def test_warns_of_fewer_than_10_samples_per_cycle():
-    """f > 1 / (10 T): 100 Hz at 1 kHz."""
+    """The limit is f > 1 / (10 T), which is 100 Hz at 1 kHz."""
     assert not warned()
     assert not warned(frequency=99.0)
     (line,) = warned(frequency=101.0)

@@ -9,7 +9,7 @@ import hapkit_studio as hs
 
 MASS, VISCOUS, COUNT = 0.044, 0.5, 20.7e-6
 
-# scene, further settings, the values for a stiffness in N/m, centre of the force
+# columns: scene, further settings, the values for a stiffness in N/m, centre of the force in m
 PLACES = {
     "grating": (
         "texture",
@@ -46,9 +46,9 @@ def said(run):
 @pytest.mark.parametrize("late", [0.0, 0.5e-3, 1e-3])
 @pytest.mark.parametrize("place", PLACES)
 def test_the_handle_oscillates_exactly_if_warned(place, late):
-    """Limit b / (T/2 + delay) without friction and quantisation (theory §1.3), exact to 0.3 %.
+    """The limit b / (T/2 + delay) without friction and quantisation (theory §1.3) is exact to 0.3 %.
 
-    Tested 1 % above and below.
+    It is tested 1 % above and below.
     """
     key, others, given, centre = PLACES[place]
     rule = VISCOUS / (0.5e-3 + late)
@@ -65,7 +65,7 @@ def test_the_handle_oscillates_exactly_if_warned(place, late):
 @pytest.mark.parametrize("late", [0.0, 1e-3])
 @pytest.mark.parametrize("estimator", ["difference", "kalman", "iir"])
 def test_late_damping_counts_with_its_effective_value(estimator, late):
-    """A tether with 5 N·s/m, weakened by a filter: 3 % above and below its stable stiffness."""
+    """A filter weakens the 5 N·s/m of a tether; its stable stiffness is tested 3 % above and below."""
     limit = hs.stiffness_limit(MASS, VISCOUS, damping=5.0, delay=late, estimator=estimator)
     device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=0.0, initial_velocity=1e-4)
     for share in (0.97, 1.03):
@@ -85,7 +85,7 @@ def balance(stiffness, late, viscous):
 def hunts(values, late):
     """Return True if the handle keeps oscillating after a flick of any strength.
 
-    Check that a warning agrees.
+    Assert that the warning agrees.
     """
     hunted = []
     for speed in (0.01, 0.05, 0.2, 0.5):
@@ -98,9 +98,9 @@ def hunts(values, late):
 
 @pytest.mark.parametrize(("late", "viscous"), [(1e-3, 1.0), (2e-3, 1.0), (2e-3, 0.0)])
 def test_a_tether_oscillates_if_it_adds_more_energy_than_dissipated(late, viscous):
-    """If 90 % of the dissipated energy is added, there is no oscillation and no warning.
+    """If only 90 % of the dissipated energy is added, the handle does not oscillate, and there is no warning.
 
-    If twice as much, both.
+    If twice the dissipated energy is added, it oscillates, and there is a warning.
     """
     stiff = np.geomspace(200.0, 2e4, 400)
     gives = np.array([balance(k, late, viscous) for k in stiff])
@@ -129,7 +129,7 @@ def test_karnopp_and_bristles_oscillate_less_than_a_tether(model, stiffness, lat
 
 
 def test_the_limit_of_the_projection_model_includes_its_own_damping():
-    """The model's damping is K T; tested 4 % above and below the limit K at this damping."""
+    """The model's damping is K T, so the limit of K depends on K; it is tested 4 % above and below."""
     stiff = np.geomspace(300.0, 3000.0, 300)
     limit = next(k for k in stiff if hs.stiffness_limit(MASS, VISCOUS, damping=k * 1e-3, delay=1e-3) < k)
     device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=0.0, initial_velocity=1e-4)
@@ -140,9 +140,9 @@ def test_the_limit_of_the_projection_model_includes_its_own_damping():
 
 
 def test_friction_of_the_handle_stabilises_ridges_of_a_third_of_a_newton():
-    """The steepest slope of 0.3 N on 5 mm is 377 N/m, above the limit of 333 at 1 ms. Drift is 1.5 mm.
+    """Friction of 0.1 N prevents oscillation, although the stiffness is above its limit.
 
-    0.1 N prevents it.
+    The steepest slope of 0.3 N on 5 mm is 377 N/m; the limit at 1 ms is 333 N/m. The drift is 1.5 mm.
     """
     for friction in (0.0, 0.1):
         device = hs.SimulatedHapkit(coulomb_force=friction, initial_position=0.002)

@@ -1,4 +1,4 @@
-"""The library: discovery by modules, and by the entry points of other packages."""
+"""The library discovers environments by modules, and by the entry points of other packages."""
 
 from dataclasses import replace
 from importlib.metadata import EntryPoint
@@ -31,7 +31,7 @@ def test_an_environment_without_a_shortcut_gets_a_free_letter():
     base = LIBRARY["free"]
     some = [replace(base, key=f"e{n}", title="Fabric", shortcut="") for n in range(30)]
     given = [e.shortcut for e in with_shortcuts([LIBRARY["cat"], *some])]
-    assert given[:3] == ["C", "I", "D"]  # F, A, B, R are reserved for the window, C is the cat's
+    assert given[:3] == ["C", "I", "D"]  # F, A, B and R are reserved for the window, and C is the cat's
     letters = [s for s in given if s]
     assert sorted(letters) == sorted(set(ascii_uppercase) - set("ABFGHLRT"))
     assert given[len(letters) :] == [""] * (31 - len(letters))

@@ -19,7 +19,7 @@ CONTRACT = {"object", "object_velocity", "object_acceleration", "started"}
 
 
 def pushed_and_held(t):
-    """A slow motion from the rest position to 20 mm beyond it, in contact all the time."""
+    """Return a slow motion from the rest position to 20 mm beyond it, which keeps contact."""
     return smoothly(t, 0.01, 0.03, 0.4)
 
 
@@ -33,7 +33,7 @@ def pushed_and_left(t):
     [(0, pushed_and_left, 1000.0), (1, pushed_and_held, 1000.0), (2, pushed_and_held, 230.0)],
 )
 def test_the_course_s_mass_grows_in_the_scene_as_in_its_table(method, case, motion, rate):
-    """m = 2 kg, b = 1 N·s/m, k = 300 N/m, free or in contact with 1000 N/m."""
+    """The mass has m = 2 kg, b = 1 N·s/m, k = 300 N/m, and is free or in contact with 1000 N/m."""
     values = {"contact_stiffness": 1000.0, "integrator": method}
     run = imposed("mass_spring_damper", values, motion, 1.5, rate)
     after = run.time > 0.45
@@ -46,7 +46,7 @@ def test_the_course_s_mass_grows_in_the_scene_as_in_its_table(method, case, moti
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_the_scene_uses_the_integrator_exactly(method):
-    """Compared sample by sample after the handle has left.
+    """The handle has left, and every sample is compared.
 
     The row's acceleration is that before the last step.
     """
@@ -121,7 +121,7 @@ def warned(key, period=1e-3, **values):
 
 
 def test_an_unstable_integrator_gets_a_warning():
-    """The course's mass in contact: 0.77 ms for explicit Euler, 77.7 ms for semi-implicit Euler."""
+    """The course's mass in contact is stable up to 0.77 ms (explicit) and 77.7 ms (semi-implicit Euler)."""
     course = {"contact_stiffness": 1000.0}
     (line,) = warned("mass_spring_damper", integrator="explicit_euler", **course)
     assert line.startswith("Explicit Euler adds energy")
@@ -142,7 +142,7 @@ def test_an_unstable_integrator_gets_a_warning():
 @pytest.mark.parametrize("key", ["mass_spring_damper", "puck"])
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_diverging_objects_restart_and_the_force_stays_finite(key, method, rate):
-    """A light object between stiff springs: only explicit integrators diverge."""
+    """For a light object between stiff springs, only explicit integrators diverge."""
     values = {"mass": 0.05, "contact_stiffness": 5000.0, "integrator": method}
     if key == "mass_spring_damper":
         values |= {"stiffness": 2000.0, "damping": 0.0}
@@ -161,13 +161,13 @@ def test_diverging_objects_restart_and_the_force_stays_finite(key, method, rate)
 
 
 def shove(t):
-    """A push of the puck from the left, and a retraction before it returns."""
+    """Return the path of a hand that pushes the puck from the left, and retracts before the puck returns."""
     return smoothly(t, -0.01, 0.018, 0.12) if t < 0.12 else smoothly(t - 0.12, 0.018, -0.3, 0.1)
 
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_a_push_gives_the_puck_its_impulse(method):
-    """m v equals the sum of the force over the samples; exact if a step applies only that force."""
+    """m v equals the sum of the force over the samples, exactly if a step applies only that force."""
     run = imposed("puck", {"integrator": method}, shove, 0.16)
     momentum = 0.5 * column(run, "object_velocity")[-1]
     impulse = -run.force.sum() * 1e-3
@@ -201,7 +201,7 @@ def bounces(method, wall, rate=1000.0, seconds=8.0):
     ],
 )
 def test_energy_of_a_bounce_between_the_walls(method, gain, tolerance):
-    """At a wall of 300 N/m at 1 kHz, omega dt = 0.0775."""
+    """A wall of 300 N/m at 1 kHz has omega dt = 0.0775."""
     energy = bounces(method, 300.0, seconds=1.6 if gain > 1.1 else 4.0)
     ratio = (energy[7] / energy[0]) ** (1.0 / 7.0) if gain != 1.0 else energy / energy[0]
     assert ratio == pytest.approx(gain, abs=tolerance)
@@ -209,7 +209,7 @@ def test_energy_of_a_bounce_between_the_walls(method, gain, tolerance):
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_friction_stops_the_puck_permanently(method):
-    """It slides over m v^2 / (2 F_c); for projected friction, accurate to half a step of v."""
+    """It slides over m v^2 / (2 F_c); projected friction is accurate to half a step of v."""
     run = imposed("puck", {"integrator": method, "friction": 2.0, "mass": 0.1}, shove, 1.0)
     x, v = column(run, "object"), column(run, "object_velocity")
     off = np.flatnonzero(run.force)[-1] + 2
@@ -222,9 +222,9 @@ def test_friction_stops_the_puck_permanently(method):
 
 
 def test_the_handle_keeps_its_side_inside_the_puck():
-    """Up to the far edge the force is towards the handle's side.
+    """Up to the far edge, the force is towards the handle's side.
 
-    Beyond it the handle is on the other side.
+    Beyond that edge, the handle is on the other side.
     """
     values = PUCK.values()
     for sign in (1.0, -1.0):
@@ -240,7 +240,7 @@ def test_the_handle_keeps_its_side_inside_the_puck():
 
 @pytest.mark.parametrize("pad", [0.0, 4.0])
 def test_action_equals_reaction_at_every_sample(pad):
-    """m (v_k+1 - v_k) / dt = -F_k - b v_k - k (x_k - x_eq)."""
+    """The equation is m (v_k+1 - v_k) / dt = -F_k - b v_k - k (x_k - x_eq)."""
     run = imposed("mass_spring_damper", {"contact_damping": pad}, pushed_and_left, 0.5)
     x, v = column(run, "object"), column(run, "object_velocity")
     inertia = 2.0 * np.diff(v) / 1e-3

@@ -1,4 +1,4 @@
-"""Texture: frequency, grains, and warnings about undersampling."""
+"""Texture: its frequency, its grains, and its warnings about undersampling."""
 
 from functools import partial
 
@@ -48,7 +48,7 @@ def test_every_other_band_is_damped(band):
 
 
 def grains(seed):
-    """Return the 251 heights 0 to 250 as integers: two cubes, each a permutation modulo 251."""
+    """Return the 251 heights 0 to 250 as integers, permuted by cubing modulo 251 twice."""
     first = [((n + 17 * seed) % 251) ** 3 % 251 for n in range(251)]
     return np.array([((m + seed + 1) % 251) ** 3 % 251 for m in first])
 
@@ -66,9 +66,9 @@ def test_sandpaper_is_minus_the_slope_of_smooth_grains(seed):
 
 
 def test_stored_grains_follow_the_handle(rng):
-    """At rest, in steps within a cell, over one and over many cells.
+    """The handle rests, moves within a cell, over one cell, and over many cells.
 
-    Then with another seed at the same position.
+    Then the seed changes while the position stays.
     """
     x = np.cumsum(rng.choice([0.0, 1e-5, -1e-4, 2e-3, -2e-3, 9e-3, -9e-3], 2000)) * 0.3
     state = None
@@ -81,7 +81,10 @@ def test_stored_grains_follow_the_handle(rng):
 
 
 def test_sandpaper_takes_half_the_cycles_and_more_than_twice_the_rate_on_the_board():
-    """With both grains computed in every tick, 9,468 cycles and 500 Hz; the delay is 135 µs."""
+    """Computing both grains in every tick would take 9,468 cycles and allow 500 Hz.
+
+    The delay is 135 µs.
+    """
     values = TEXTURE.values({"kind": "sandpaper"})
     plan = BoardPlanner(ARENA).plan(PlanRequest(TEXTURE, values))
     assert plan.program.usual <= 9468 / 2
@@ -116,7 +119,7 @@ warned = partial(calling.warned, "texture")
 
 @pytest.mark.parametrize("kind", ["bands", "grating", "sandpaper"])
 def test_warns_of_fewer_than_10_samples_or_counts_per_ridge(kind):
-    """v > λ / (10 T): 5 mm at 1 kHz allow 0.5 m/s; λ < 10 counts."""
+    """There are warnings for v > λ / (10 T), which is 0.5 m/s for 5 mm at 1 kHz, and for λ < 10 counts."""
     assert not warned(Conditions(speed=0.99 * 0.5), kind=kind)
     (line,) = warned(Conditions(speed=1.01 * 0.5), kind=kind)
     assert "10 samples" in line
@@ -139,7 +142,7 @@ def test_the_theory_curve_is_over_the_laws_variable():
 
 @pytest.mark.parametrize("start", np.linspace(0.0, 0.005, 7, endpoint=False))
 def test_the_default_ridges_are_below_the_limit_and_a_released_handle_comes_to_rest(start):
-    """With 1 ms of delay, the steepest slope is below the exact limit, and the last second has no motion."""
+    """With 1 ms of delay, the steepest slope is below the exact limit; the last second has no motion."""
     slope, _ = TEXTURE.impedance(TEXTURE.values())
     assert slope == pytest.approx(2.0 * np.pi * 0.25 / 0.005)
     assert slope < 0.95 * hs.stiffness_limit(0.044, 0.5, rate=1000.0, delay=1e-3)
