@@ -1,4 +1,4 @@
-"""Captions of figures: scene, device and date, and every change with its time."""
+"""Captions of figures have scene, device and date, and every change with its time."""
 
 from dataclasses import replace
 

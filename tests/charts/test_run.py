@@ -1,4 +1,4 @@
-"""The figure of a run: the law's curve and the force limit are drawn as in the window."""
+"""In the figure of a run, the law's curve and the force limit are drawn as in the window."""
 
 import math
 import os
@@ -24,7 +24,7 @@ def drawn(run, **given):
 
 
 def curve(axes):
-    """Return the law's curve as drawn (2, n), empty without one."""
+    """Return the law's curve as drawn (2, n), or an empty array if there is none."""
     found = [line for line in axes.lines if line.get_label() == "theory"]
     return np.array(found[0].get_data())[:, ::-1] if found else np.empty((2, 0))
 
@@ -62,7 +62,7 @@ def test_the_curve_is_over_the_laws_variable(key, over, has):
 
 @pytest.mark.parametrize(("max_force", "shown"), [(1.0, True), (3.0, False), (math.inf, False)])
 def test_the_force_limit_is_drawn_if_visible(max_force, shown):
-    """Pressed to 10 mm, the wall's force is 2 N; a motor of 1 N gives half of it, one of 3 N all."""
+    """Pressed to 10 mm, the wall's force is 2 N; a motor of 1 N gives half of it, one of 3 N gives it all."""
     device = hs.SimulatedHapkit(max_force=max_force)
     run = hs.simulate("wall", {"stiffness": 400.0}, hand="press", seconds=1.5, device=device)
     for axes in drawn(run):
@@ -71,7 +71,7 @@ def test_the_force_limit_is_drawn_if_visible(max_force, shown):
 
 
 def test_a_stiff_law_leaves_room_for_the_data():
-    """5,000 N/m over 5 mm is 25 N; the axis ends at 1.35 times the limit of 3 N."""
+    """5,000 N/m over 5 mm give 25 N, but the axis ends at 1.35 times the limit of 3 N."""
     run = hs.simulate("wall", {"stiffness": 5000.0}, hand=hs.Prescribed(lambda t: 0.01 * t), seconds=1.0)
     _, axes = drawn(run)
     assert curve(axes)[1].min() < -24.0

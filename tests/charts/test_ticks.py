@@ -1,4 +1,4 @@
-"""Numbers on the axes of charts are formatted as in texts and in the plots of the window."""
+"""Numbers on the axes of charts have the format of numbers in texts and in the plots of the window."""
 
 import pytest
 from matplotlib.figure import Figure

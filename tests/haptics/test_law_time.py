@@ -1,4 +1,4 @@
-"""Laws longer than a period are latched within 0.1 s of processor time: live, headless, observed."""
+"""A law longer than a period is latched within 0.1 s of processor time: live, headless, and observed."""
 
 import math
 from dataclasses import replace
@@ -65,7 +65,7 @@ TURNING = Environment(
 
 
 def latched(spent, period, calls=1000, pause=0.0):
-    """Return after how many calls, and how many s, a law with a given duration in s is latched."""
+    """Return the number of calls and the time in s after which a law that takes ``spent`` s is latched."""
     r, now = LoopHarness(CONSTANT).r, 100.0
     for call in range(1, calls + 1):
         now += max(spent, period) + pause
@@ -87,13 +87,13 @@ def test_a_law_below_its_period_runs_and_one_above_it_is_latched_within_a_tenth_
 @pytest.mark.parametrize(
     ("spent", "pause", "calls"),
     [
-        (1.2 * MS, 0.0, 5),  # 6 ms in total
+        (1.2 * MS, 0.0, 5),  # the five calls take 6 ms in total
         (4.9 * MS, 0.0, 2),
         (49.0 * MS, 0.0, 2),
-        (50.0 * MS, 0.0, 1),  # more than half of the tenth of a second
-        (49.0 * MS, 0.2, None),  # once, and again long after
+        (50.0 * MS, 0.0, 1),  # one call takes more than half of the tenth of a second
+        (49.0 * MS, 0.2, None),  # the law is slow once, and again long after that
         (1.2 * MS, 0.02, 5),
-        (1.2 * MS, 0.03, None),  # four within 0.1 s: 4.8 ms
+        (1.2 * MS, 0.03, None),  # within 0.1 s there are four calls, which take 4.8 ms
     ],
 )
 def test_one_long_call_is_tolerated_and_several_within_a_tenth_of_a_second_are_not(spent, pause, calls):
@@ -102,7 +102,7 @@ def test_one_long_call_is_tolerated_and_several_within_a_tenth_of_a_second_are_n
 
 
 class Clocks:
-    """Clocks with a fixed duration in s per tick: wall-clock time, and processor time."""
+    """Clocks of wall-clock time and processor time, which advance by a fixed duration in s per tick."""
 
     def __init__(self, wall, processor):
         self.time, self.used, self.step = 50.0, 3.0, (wall, processor)
@@ -110,7 +110,7 @@ class Clocks:
 
     def now(self):
         self.looks += 1
-        if self.looks % 2 == 0:  # a tick has ended
+        if self.looks % 2 == 0:  # a tick has ended after every second look at the clock
             self.time, self.used = self.time + self.step[0], self.used + self.step[1]
         return self.time
 
@@ -120,7 +120,7 @@ class Clocks:
 
 @pytest.fixture
 def lasting(monkeypatch):
-    """Return a function that renders ticks of a harness with a given duration on the loop's clocks."""
+    """Return a function that renders ticks of a harness, each with a given duration on the loop's clocks."""
 
     def render(harness, wall, processor, count):
         monkeypatch.setattr(tick, "clock", Clocks(wall, processor))
@@ -164,9 +164,9 @@ def test_two_laws_in_a_cross_fade_have_a_period_each(lasting):
 
 @pytest.mark.parametrize(("turns", "fault"), [(0, False), (47, False), (49, True)])
 def test_a_call_is_charged_at_most_20_microseconds_per_iteration(lasting, turns, fault):
-    """A call of a few lines cannot take the 4 ms that the host of a virtual machine takes at a time.
+    """A call of a few lines cannot take the 4 ms for which the host of a virtual machine interrupts it.
 
-    The thread's clock includes that time. The iteration that leaves the loop counts too.
+    The thread's clock includes the interruption. The iteration that leaves the loop counts too.
     """
     harness = LoopHarness(TURNING, {"turns": turns})
     lasting(harness, 4.0 * MS, 4.0 * MS, 300)
@@ -174,7 +174,7 @@ def test_a_call_is_charged_at_most_20_microseconds_per_iteration(lasting, turns,
     assert harness.r.tick.law_time == pytest.approx(0.02 * MS * (2 + turns), rel=1e-6)
 
 
-# --- calls of the law by the observer
+# --- the observer calls the law
 
 
 @law
@@ -190,7 +190,7 @@ LOOPED = Environment("looped", "Looped", "", SLOW.parameters, looped)
 
 
 def observed(environment, values, ticks=200, law_time=0.0):
-    """Return the loop after some ticks at rest at 0 m; law_time: duration of a call in s."""
+    """Return the loop after some ticks at rest at 0 m; ``law_time`` is the duration of a call in s."""
     harness = LoopHarness(environment, values)
     harness.r.tick.law_time = law_time
     harness.ticks(ticks / 1000.0)
@@ -214,13 +214,13 @@ def test_the_observer_calls_a_law_everywhere_unless_a_call_takes_more_than_250_i
     [(1e-6, 4), (0.5 * MS / 9.0, 4), (0.5 * MS / 8.99, 3), (0.5 * MS / 8.0, 3), (0.5 * MS / 2.9, 0), (MS, 0)],
 )
 def test_a_live_loop_gives_the_observer_at_most_half_a_period(each, cells):
-    """Two calls per cell, and the law's own: nine calls of a 9th of half a period are four cells."""
+    """A cell takes two calls, and the law itself one: nine calls of 1/9 of half a period are four cells."""
     each *= 1.0 - 1e-9
     r = observed(CONSTANT, None, 2, law_time=each)
     assert r.watch.cells_known == 1 + 2 * cells
 
 
-# --- live
+# --- the law in a live loop
 
 
 def test_a_law_slower_than_its_period_is_named_and_gives_no_force(started):
@@ -235,12 +235,12 @@ def test_a_law_slower_than_its_period_is_named_and_gives_no_force(started):
     assert not found[-1, rows.APPLIED_FORCE].any()
     engine.set_environment("wall")
     wait_until(lambda: engine.renders(engine.environment))
-    assert "Far too slow" in engine.fault.text  # not the environment "wall"
+    assert "Far too slow" in engine.fault.text  # the law is named, not the environment "wall"
     engine.clear_fault()
     wait_until(lambda: engine.fault is None)
 
 
-# --- headless
+# --- the law in a headless run
 
 
 def scene(values):

@@ -14,7 +14,7 @@ from tests.haptics.support import CONSTANT, LoopHarness
 
 
 def lateness(conn, now, board_time):
-    """Return the lateness of the row of a frame that arrived now."""
+    """Return the lateness of the row of a frame that arrives at the computer's time ``now``."""
     row = np.zeros(rows.ROW_WIDTH)
     link.write_times(conn, board_time, row, now)
     return row[rows.LATENESS]
@@ -22,7 +22,8 @@ def lateness(conn, now, board_time):
 
 def test_a_frames_lateness_is_its_delay_beyond_the_boards_clock():
     conn = link.new_link(1.0)
-    # on time, on time, delayed by 3 ms, queued after it, on time after a lost one, after a pause of the board
+    # the frames are on time, on time, delayed by 3 ms, queued after the delayed one, on time after a lost
+    # one, and on time after the board has paused
     arrivals = (50.0, 1.0), (50.001, 1.001), (50.005, 1.002), (50.005, 1.003), (50.007, 1.005), (50.5, 1.006)
     lates = [lateness(conn, *arrival) for arrival in arrivals]
     assert lates == pytest.approx([0.0, 0.0, 0.003, 0.0, 0.0, 0.492])
@@ -56,12 +57,12 @@ OFF = int(BoardFlag.WATCHDOG)
 
 
 def late(seq, by, **fields):
-    """Return a sample whose force answers an earlier sample."""
+    """Return a sample that says that its force answers a sample ``by`` periods earlier."""
     return sample(seq, 1000, answered=seq - 1 - by, delay_us=min(1000 * by + 600, 65_535), **fields)
 
 
 def told_late(board, engine, by, most=300):
-    """Send samples with forces that answer too late, until a fault; return their number."""
+    """Send samples whose forces answer too late, until a fault occurs; return their number."""
     for k in range(most):
         board.say(late(100 + k, by))
         if engine.fault is not None:
@@ -87,7 +88,7 @@ def test_a_link_within_the_watchdog_time_is_accepted_and_added_delay_does_not_co
 
 
 def test_a_few_late_answers_are_not_a_slow_link(stepped):
-    """Delayed bytes that arrive together: the delay decreases within milliseconds."""
+    """Delayed bytes that arrive together make the delay decrease within milliseconds."""
     board, engine = stepped(environment=CONSTANT)
     board.say(b"".join(late(100 + k, by) for k, by in enumerate(range(300, 0, -10))))
     assert engine.fault is None
@@ -148,7 +149,7 @@ def times(found):
 
 @pytest.mark.parametrize("step", [-5_000_000, -1, 0, 2_000, 60_000_000, 2_000_000_000])
 def test_a_clock_that_goes_back_stops_or_jumps_ahead_is_corrected_and_counted(stepped, step):
-    """From sample 39 on, 2 ms instead of 1 ms mean that the board skipped a sample."""
+    """From sample 39 on, periods of 2 ms instead of 1 ms mean that the board skipped samples."""
     board, engine = stepped(environment=CONSTANT)
     board.say_one_by_one(at(k, 1000 * k) for k in range(40))
     assert board.answer_to(39).force == 1.0
@@ -214,7 +215,7 @@ def test_telemetry_after_a_clock_jump_continues_at_its_own_rate(rendering):
 
 
 def test_the_boards_counters_are_summed(rendering):
-    """Refused forces, unreadable frames, and a motor that is switched off while the board renders."""
+    """They count refused forces, unreadable frames, and motors switched off while the board renders."""
     setup = rendering()
     setup.sample = {"stale": 250, "rx_errors": 9}
     setup.run(2)

@@ -1,4 +1,4 @@
-"""The passivity observer: energy compared with an independent sum, storable energy, alarms, restarts."""
+"""The passivity observer: its energy equals an independent sum; storable energy, alarms, restarts."""
 
 import math
 from dataclasses import replace
@@ -20,7 +20,7 @@ MASS, PERIOD = 0.044, 1e-3
 
 
 def rendered(scene, hand, seconds):
-    """Return the rows, and the observer's final numbers."""
+    """Return the rows, and the observer's numbers at the end."""
     out, r = headless.render(scene, hand, round(seconds / PERIOD))
     return out, r.watch
 
@@ -54,7 +54,10 @@ def test_the_energy_is_the_force_in_effect_over_the_true_path(delay):
 
 
 def test_slow_motions_through_sensor_steps_have_the_true_energy():
-    """In and out of a wall, 20 times at 2 mm/s; computed from counts, not their edges, energy drifts."""
+    """The handle moves in and out of a wall 20 times at 2 mm/s.
+
+    If the energy were computed from counts instead of their edges, it would drift.
+    """
 
     def motion(t):
         return 0.005 + 0.002 * (1.0 - math.cos(0.5 * math.pi * t))
@@ -70,7 +73,7 @@ def test_slow_motions_through_sensor_steps_have_the_true_energy():
 
 @pytest.mark.parametrize("stiffness", [300.0, 1000.0])
 def test_a_bounce_off_a_sampled_wall_has_the_theoretical_energy(stiffness):
-    """E_out / E_in = exp(pi w T / 2), theory 4.4, averaged over the sampling phases of the contact."""
+    """Theory 4.4 gives E_out / E_in = exp(pi w T / 2), averaged over the sampling phases of the contact."""
     speed, found = 0.5, []
     for phase in np.arange(16) / 16:
         device = ideal(initial_position=0.004 + phase * speed * PERIOD, initial_velocity=speed)
@@ -87,7 +90,7 @@ def test_a_bounce_off_a_sampled_wall_has_the_theoretical_energy(stiffness):
 
 
 def least_squares_of_speed(counts, quantum):
-    """Return the least sum of moved²/PERIOD over all motions that start at the first count's middle."""
+    """Return the smallest sum of moved²/PERIOD over all motions that start at the first count's middle."""
     steps = np.diff(np.eye(len(counts)), axis=0)[:, 1:] / math.sqrt(PERIOD)
     middle = (counts - counts[0])[1:]
     found = lsq_linear(
@@ -99,9 +102,9 @@ def least_squares_of_speed(counts, quantum):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_the_proven_dissipation_is_a_lower_bound(seed):
-    """Exceeded by at most a count at the top speed, by the last straight piece.
+    """It exceeds the exact minimum at most by a count at the top speed, in its last, straight piece.
 
-    And not much below the bound.
+    It is not much below the exact minimum either.
     """
     rng, quantum, t = np.random.default_rng(seed), 20.7e-6, np.arange(300) * PERIOD
     hertz, phase = rng.uniform(1.0, 12.0, 3), rng.uniform(0.0, 6.0, 3)
@@ -159,7 +162,10 @@ def test_no_alarm_if_no_energy_is_given(key, hand):
 @pytest.mark.parametrize(("share", "active"), [(0.98, False), (1.02, True)])
 @pytest.mark.parametrize("delay", [0.0, 1e-3])
 def test_the_alarm_occurs_at_the_passivity_limit_of_a_spring(share, active, delay):
-    """b > K (T/2 + td), theory 1.1: imposed strokes of 30 mm at 1 Hz with the paddle's damping."""
+    """The condition is b > K (T/2 + td), theory 1.1, for imposed strokes of 30 mm at 1 Hz.
+
+    b is the paddle's damping.
+    """
     viscous = 0.5
     stiffness = share * viscous / (0.5 * PERIOD + delay)
     device = ideal(damping=viscous)
@@ -172,7 +178,7 @@ def test_the_alarm_occurs_at_the_passivity_limit_of_a_spring(share, active, dela
 @pytest.mark.parametrize(("reach", "hertz"), [(0.3e-3, 15.0), (1e-3, 8.0), (10e-3, 3.0), (30e-3, 0.3)])
 @pytest.mark.parametrize("quantum", [5e-6, 20.7e-6, 60e-6])
 def test_quantisation_causes_no_false_alarm_for_a_passive_spring(quantum, reach, hertz, delay):
-    """90 % of the passive stiffness, 20 s of strokes of one to many counts per sample."""
+    """A spring of 90 % of the passive stiffness is moved for 20 s by one to many counts per sample."""
     device = SimulatedHapkit(damping=0.5, coulomb_force=0.0, quantum=quantum, max_force=math.inf)
     values = SPRING.values({"stiffness": 0.9 * 0.5 / (0.5 * PERIOD + delay)})
     scene = headless.Scene(SPRING, values, device, LoopSettings(delay=delay))
@@ -272,7 +278,7 @@ def test_it_calls_the_law_without_changing_its_state():
 
 @pytest.mark.parametrize("told", [True, False])
 def test_energy_stored_in_a_moving_object_may_be_given_back(told):
-    """A puck is pushed, a parameter changed while it flies, and the handle yields as it returns."""
+    """A puck is pushed, a parameter is changed while it flies, and the handle yields when it returns."""
     puck = LIBRARY["puck"] if told else replace(LIBRARY["puck"], stored=None)
     harness, force, found = LoopHarness(puck, quantum=0.0, viscous=0.5), 0.0, []
     for k in range(600):
@@ -288,7 +294,7 @@ def test_energy_stored_in_a_moving_object_may_be_given_back(told):
 @pytest.mark.parametrize("start", [0.007, 0.012])
 @pytest.mark.parametrize("rate", [500.0, 1000.0])
 def test_a_handle_thrown_out_of_a_wall_stays_within_the_evaluated_cells(start, rate):
-    """It moves over more cells in every tick; the energy that the sampled wall adds is detected."""
+    """The handle moves over more cells in every tick; the energy that the sampled wall adds is detected."""
     device = SimulatedHapkit(
         mass=0.0625, damping=0.5, coulomb_force=0.0, quantum=0.0, max_force=math.inf, initial_position=start
     )

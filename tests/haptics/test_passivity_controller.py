@@ -1,4 +1,4 @@
-"""The passivity controller bounds growing motion, changes nothing else, and the guard remains last."""
+"""The passivity controller bounds growing motion and changes nothing else; the guard remains last."""
 
 import math
 
@@ -20,7 +20,7 @@ MASS, VISCOUS, PERIOD, START = 0.05, 0.5, 1e-3, 2e-3
 
 
 def released(stiffness, damping=0.0, delay=0.0, controller=True, **changes):
-    """Return the rows of a spring released at START, 6 s long."""
+    """Return the rows of a spring that is released at START, for 6 s."""
     numbers = {"coulomb_force": 0.0, "quantum": 0.0, "max_force": math.inf, **changes}
     device = SimulatedHapkit(MASS, VISCOUS, initial_position=START, **numbers)
     values = {"stiffness": stiffness, "damping": damping, "center": 0.0}
@@ -33,12 +33,12 @@ def amplitude(out):
 
 
 def to_the_hand(out):
-    """Return the maximum energy in J given by the motor beyond the paddle's own dissipation."""
+    """Return the maximum energy in J that the motor gives beyond the paddle's own dissipation."""
     taken = np.cumsum(VISCOUS * out[:-1, rows.TRUE_VELOCITY] ** 2) * PERIOD
     return (out[1:, rows.ENERGY] - taken).max()
 
 
-# multiples of the exact limit, theory 1.4
+# stiffness as multiples of the exact limit, theory 1.4
 BEYOND = [
     (0.0, 0.0, 1001.7, 1.2),
     (0.0, 0.0, 1001.7, 3.0),
@@ -61,7 +61,8 @@ def test_a_spring_beyond_its_limit_stays_bounded(damping, delay, limit, factor):
     assert to_the_hand(out) < 1.1 * stored + 4.0 * FELT
 
 
-# rate Hz, delay s, sensor step m, handle's damping N·s/m, stiffness N/m: 2 to 4 times the passive one
+# columns: rate in Hz, delay in s, sensor step in m, the handle's damping in N·s/m, stiffness in N/m, which is
+# 2 to 4 times the passive one
 COUNTED = [
     (2000.0, 1e-3, 20.7e-6, 0.5, 1260.0),
     (2000.0, 1e-3, 40e-6, 0.2, 640.0),
@@ -70,7 +71,7 @@ COUNTED = [
     (4000.0, 1.75e-3, 80e-6, 0.2, 240.0),
     (4000.0, 0.0, 5e-6, 0.5, 12000.0),
     (500.0, 2e-3, 10e-6, 0.5, 500.0),
-    # delays of a fraction of a period
+    # these delays are a fraction of a period
     (500.0, 0.6e-3, 20.7e-6, 0.5, 1260.0),
     (500.0, 0.6e-3, 0.0, 0.5, 1260.0),
     (500.0, 1.0e-3, 0.0, 0.5, 1260.0),
@@ -81,8 +82,8 @@ COUNTED = [
 def energies(device, stiffness, rate, delay, seconds, controller=True):
     """Return the true energy (n,) in J of a released spring, and the energy gain that theory allows.
 
-    The gain is the threshold of an alarm, plus (K (T/2 + td) - b) v² in W, theory 1.1, for a delay and two
-    periods: measured, answered, in effect.
+    The gain is the threshold of an alarm, plus (K (T/2 + td) - b) v² in W (theory 1.1) for a delay and two
+    periods, in which a sample is measured and answered, and the answer takes effect.
     """
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
     scene = headless.Scene(SPRING, values, device, LoopSettings(rate, delay, controller=controller))
@@ -121,7 +122,7 @@ def test_it_stabilises_a_spring_that_needs_up_to_three_quarters_of_its_damping(r
 
 
 def of_the_spring(out, device, stiffness):
-    """Return the energy (n,) in J of the handle, and of the spring within the motor's force limit."""
+    """Return the energy (n,) in J of the handle and the spring, whose force is limited by the motor."""
     away = np.abs(out[:, rows.TRUE_POSITION] - 0.5 * device.quantum)
     pulled = np.minimum(away, device.max_force / stiffness)
     stored = 0.5 * stiffness * pulled**2 + device.max_force * (away - pulled)
@@ -129,9 +130,9 @@ def of_the_spring(out, device, stiffness):
 
 
 def test_it_damps_while_the_law_exceeds_the_force_limit():
-    """Released at 20 mm of 1,260 N/m: 3 N over the whole path.
+    """A handle released at 20 mm from 1,260 N/m gets 3 N over the whole path.
 
-    Below 2.4 mm, 3 N / K, it does not saturate.
+    Below 2.4 mm, which is 3 N / K, the motor is not at its limit.
     """
     device = SimulatedHapkit(coulomb_force=0.0, initial_position=0.02)
     values = {"stiffness": 1260.0, "damping": 0.0, "center": 0.0}
@@ -174,7 +175,7 @@ def test_its_damping_alone_is_stable():
 
 @pytest.mark.parametrize("asked", [0.0, 1.5, -5.0])
 def test_its_force_is_a_fraction_of_the_devices_limit(asked):
-    """It is subtracted from the clamped force, and the result is clamped again."""
+    """The damping force is subtracted from the clamped force, and the result is clamped again."""
     harness = LoopHarness(CONSTANT, {"level": asked}, quantum=0.0, max_force=2.0, max_speed=20.0)
     harness.r.block.settings.damper = most_damping(100.0, PERIOD, 0.0)
     x = 0.01 * (np.arange(300) % 2)

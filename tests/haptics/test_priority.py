@@ -1,4 +1,4 @@
-"""The priority requested from each system, its description, and its loss by a runaway thread."""
+"""The priority that each system is asked for, its description, and its loss by a runaway thread."""
 
 import ctypes
 import os
@@ -43,7 +43,7 @@ def in_thread(function):
 
 
 def in_process(code, *prefix, **environment):
-    """Run code in a separate process, because lowered limits remain lowered; return its output."""
+    """Run code in a separate process, because lowered limits stay lowered; return its output."""
     command = [*prefix, sys.executable, "-c", code]
     done = subprocess.run(
         command, env=os.environ | environment, capture_output=True, text=True, timeout=PATIENCE
@@ -54,7 +54,7 @@ def in_process(code, *prefix, **environment):
 
 @linux_only
 def test_the_description_agrees_with_the_kernel_and_everything_is_restored(tmp_path, monkeypatch):
-    """Policy, level, timer slack and processors kept awake apply only until the release."""
+    """Policy, level, timer slack and wakeful processors apply only until they are released."""
     device, get_slack = tmp_path / "latency", 30
     monkeypatch.setattr(realtime_linux, "_WAKE_LATENCY", device)
 
@@ -172,7 +172,7 @@ def test_windows_joins_the_pro_audio_task(handle, words):
 
 @linux_only
 def test_other_systems_demote_by_their_documented_calls():
-    """Each system has an entry in the table; this system would load none of them."""
+    """Each system has an entry in the table; this system would load none of the others."""
     fake, u64, u32, i32 = FakeLibrary(), ctypes.c_uint64, ctypes.c_uint32, ctypes.c_int32
     fake.add("pthread_mach_thread_np", u32, u64)(lambda thread: 42)
     fake.add("thread_policy_set", i32, u32, i32, u64, u32)(lambda *given: 0)

@@ -13,7 +13,7 @@ from hapkit_studio.haptics.record import zeros
 
 @compiled
 def write(out, first, count):
-    """Publish rows whose numbers are all their index."""
+    """Publish rows in which every number is the row's index."""
     for k in range(first, first + count):
         row = out.rows[rows.next_index(out)]
         for i in range(rows.ROW_WIDTH):
@@ -23,7 +23,7 @@ def write(out, first, count):
 
 @compiled
 def write_on(out, pause):
-    """Publish rows until told to stop, with pauses of up to ``pause`` reads of a word."""
+    """Publish rows until told to stop, with random pauses as long as up to ``pause`` reads of a word."""
     k = 0
     while load_acquire(out.control.quit, 0) == 0:
         write(out, k, 1)

@@ -115,9 +115,9 @@ def test_the_force_is_zero_for_a_while_after_connecting():
     np.testing.assert_allclose(applied(out)[held : held + 30], FADED_IN, rtol=1e-9)
 
 
-# --- a silent sensor
+# --- the sensor is silent
 def recovered(out):
-    """Return the number of rows with zero force before it returned."""
+    """Return the number of rows whose force is zero before the force returns."""
     zero = np.count_nonzero(out[:, rows.FLAGS].astype(int) & rows.STALE)
     assert not applied(out)[:zero].any()
     np.testing.assert_allclose(applied(out)[zero : zero + 30], FADED_IN, rtol=1e-9)

@@ -35,16 +35,16 @@ def test_each_chunk_gets_one_answer_to_its_newest_sample(stepped):
     ("law_time", "shown"),
     [
         (1e-6, 10),
-        (0.55e-3, 10),  # nine older samples take 4.95 ms
-        (0.56e-3, 9),  # 5.04 ms: no time for the first
-        (0.99e-3, 6),  # five take 4.95 ms
-        (1.01e-3, 1),  # the machine cannot keep up
+        (0.55e-3, 10),  # nine older samples take 4.95 ms, so all ten are rendered
+        (0.56e-3, 9),  # nine older samples would take 5.04 ms, so the first is skipped
+        (0.99e-3, 6),  # five older samples take 4.95 ms
+        (1.01e-3, 1),  # the law takes longer than a period: the machine cannot keep up
     ],
 )
 def test_of_a_backlog_only_samples_with_time_for_the_law_are_rendered_and_always_the_newest(
     stepped, law_time, shown
 ):
-    """From the law's duration, the loop skips the oldest samples and counts them."""
+    """The loop knows the law's duration, skips the oldest samples, and counts them."""
     board, engine = stepped(environment=CONSTANT)
     board.say(sample(0, 1000))
     engine.arrays.tick.law_time = law_time
@@ -163,13 +163,13 @@ SPRING = {"stiffness": 300.0, "damping": 1.0}
 
 
 def counts_of(count=300, start=1000):
-    """Return sensor counts of a handle that oscillates by some millimetres."""
+    """Return the sensor's counts of a handle that oscillates by some millimetres."""
     k = np.arange(count)
     return [int(c) for c in start + 150.0 * np.sin(k / 23.0) + 40.0 * np.sin(k / 7.0)]
 
 
 def frames_of(counts, first=0, **fields):
-    """Return the frame of each sensor count."""
+    """Return one frame per sensor count."""
     return [sample(first + k, count, **fields) for k, count in enumerate(counts)]
 
 
@@ -191,7 +191,10 @@ def test_every_sample_is_answered_with_the_force_of_the_tick(stepped):
 
 @pytest.mark.parametrize("added", [0, 3])
 def test_an_added_delay_answers_older_samples_and_the_energy_includes_it(stepped, added):
-    """With 3.25 periods, the answer to k - 5 acts for a quarter before sample k, then that to k - 4."""
+    """With a delay of 3.25 periods, a quarter of each period has an older answer than the rest.
+
+    In the period before sample k, the answer to k - 5 acts for a quarter, then the answer to k - 4.
+    """
     board, _ = stepped(values=SPRING, delay=1e-3 * added)
     delay, counts = 1000 * added + 250, counts_of()
     frames = [sample(0, counts[0])]
@@ -220,12 +223,12 @@ def test_the_delay_is_measured_while_the_force_is_zero(stepped):
     assert engine.health().delay == pytest.approx(730e-6)
 
 
-# --- on a real line, with either loop
+# --- both loops on a real serial line
 HOST = [rows.TICK, rows.HOST_TIME, rows.LATENESS, rows.COMPUTE]
 
 
 def by_file(r, conn, out, data):
-    """Run the compiled loop on available data; return the bytes it has sent."""
+    """Run the compiled loop on the available data; return the bytes that it has sent."""
     near, far = socket.socketpair()
     with near, far:
         near.setblocking(False)
@@ -236,14 +239,14 @@ def by_file(r, conn, out, data):
 
 
 def by_port(r, conn, out, data):
-    """Run the plain Python loop on the same data."""
+    """Run the plain Python loop on the same data; return the bytes that it has sent."""
     port = Port(*(data[at : at + link.CHUNK] for at in range(0, len(data), link.CHUNK)))
     serial_loop.run_portable(r, conn, out, health.new_histogram(), port.read, port.write)
     return port.written
 
 
 def test_both_loops_give_the_same_rows_and_answers():
-    """If a loop was delayed between two chunks, its force is zero; then both run again."""
+    """If a loop is delayed between two chunks, its force is zero; in that case both loops run again."""
     data = b"".join(frames_of(counts_of(), delay_us=300))
 
     def played(loop):
@@ -289,7 +292,7 @@ def test_an_unplugged_or_silent_board_ends_the_loop_with_a_message(kind, pulled,
 
 
 def share_of_processor(thread, seconds=0.2):
-    """Return the fraction of a processor that a thread uses for a while."""
+    """Return the fraction of a processor that a thread uses during some seconds."""
     clock_id = time.pthread_getcpuclockid(thread.ident)
     used, start = time.clock_gettime(clock_id), time.monotonic()
     time.sleep(seconds)
@@ -328,7 +331,7 @@ def direct():
 
 
 def ended(line_ends):
-    """Return the forces and the fault of a loop whose line ends, or that is told to quit, under force."""
+    """Return the forces and the fault of a loop under force whose line ends, or that is told to quit."""
     with contextlib.closing(Direct()) as direct:
         direct.far.send(samples(*range(60)))
         if line_ends:
@@ -343,7 +346,7 @@ def ended(line_ends):
 
 @pytest.mark.parametrize(("line_ends", "fault"), [(True, arrays.DEVICE_GONE), (False, arrays.NO_FAULT)])
 def test_the_last_message_is_a_zero_command(line_ends, fault):
-    """Repeated if the loop was delayed before its samples, or the test for a second after them."""
+    """The test is repeated if its loop was delayed before the samples, or itself for a second after them."""
     for _ in range(ATTEMPTS):
         sent, found = ended(line_ends)
         assert sent[-1] == Force(0, 0, 0.0)
@@ -364,7 +367,7 @@ def test_a_silent_line_uses_almost_no_processor_time(direct):
     reader = rows.RingReader(direct.out)
     direct.thread.start()
     direct.far.send(sample(0, 1000))
-    wait_until(lambda: len(reader.read()))  # it is compiled
+    wait_until(lambda: len(reader.read()))  # the loop has been compiled once rows arrive
     assert share_of_processor(direct.thread) < 0.05
 
 
@@ -383,7 +386,7 @@ def test_an_unplugged_pseudo_terminal_leaves_the_processor_idle(direct):
 
 
 def test_after_a_machine_keeps_up_again_the_fault_can_be_cleared(direct):
-    """A board sends while the loop waits: bytes available then do not show that the machine is slow."""
+    """The board sends while the loop waits, so bytes available after that do not mean a slow machine."""
     control, most = direct.r.control, serial_loop.MOST_PASSES_WITHOUT_WAITING
     passes = most + 1
     for _ in range(3):
@@ -412,9 +415,9 @@ def test_an_endless_flood_is_demoted_and_latched(direct):
     os.close(flood)
 
 
-# --- the portable loop on a port controlled by the test
+# --- the portable loop on a port that the test controls
 class Port:
-    """Return the prepared data, then fail; record the written bytes."""
+    """A port that returns the prepared data, then fails; it records the written bytes."""
 
     def __init__(self, *reads, broken=False):
         self.reads, self.broken, self.written = list(reads), broken, b""
@@ -442,12 +445,12 @@ def run(port):
 
 
 def test_a_port_that_fails_or_accepts_no_data_ends_with_a_zero_command():
-    serial_loop.warm_up()  # removes its own traces
+    serial_loop.warm_up()  # warming up must remove its own traces
     out, sent = run(Port(b"".join(sample(k, 1000) for k in range(40))))
     assert out[-1, rows.APPLIED_FORCE] == 1.0
     assert sent[-2:] == [Force(39, 0, 1.0), Force(0, 0, 0.0)]
     out, sent = run(Port(sample(0, 1000), sample(1, 1000), broken=True))
-    assert len(out) == 1  # recorded, although its answer could not be sent
+    assert len(out) == 1  # the sample is recorded, although its answer could not be sent
     assert not sent
 
 

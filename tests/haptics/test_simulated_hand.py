@@ -1,4 +1,7 @@
-"""The hand of the live simulated device: it approaches, then leads; its strokes, and its release."""
+"""The hand on the live simulated device first approaches the pointer slowly, then follows it.
+
+Further tests: strokes on the cat, and the handle after its release.
+"""
 
 import math
 from dataclasses import astuple
@@ -29,7 +32,7 @@ def play(r, body, out, pointers, releases):
 
 
 def live(key, pointers, values=None, grip="medium", releases=None, **device):
-    """Return the rows of a live simulated Hapkit with a pointer (n,) in m that is updated once per frame."""
+    """Return the rows of a live simulated Hapkit whose pointer (n,) in m is updated once per frame."""
     environment, device = environments.named(key), SimulatedHapkit(**device)
     r, body = headless.Scene(environment, environment.values(values or {}), device).prepare()
     pointers = np.asarray(pointers)[np.arange(len(pointers)) // FRAME * FRAME]
@@ -43,7 +46,7 @@ def live(key, pointers, values=None, grip="medium", releases=None, **device):
 
 
 def dragged(*points, speed):
-    """Return the pointer's position in every ms on its way between points in m at a speed in m/s."""
+    """Return the pointer's position in every ms on its way between points in m, at a speed in m/s."""
     parts = [np.linspace(a, b, max(round(1e3 * abs(b - a) / speed), 1), False) for a, b in pairwise(points)]
     return np.concatenate([*parts, [points[-1]]])
 
@@ -56,7 +59,7 @@ def held(place, seconds):
 @pytest.mark.parametrize("place", [-0.05, -0.02, 0.004, 0.05])
 @pytest.mark.parametrize("grip", ["light", "medium", "firm"])
 def test_a_hand_that_takes_the_handle_far_away_approaches_at_10_cm_per_second(place, grip):
-    """The handle overshoots the hand's speed by less than half: the grip's damping ratio is 0.5."""
+    """The handle exceeds the hand's speed by less than half, because the grip's damping ratio is 0.5."""
     out = live("free", held(place, 1.2), grip=grip)
     speed, there = np.abs(np.diff(out[1:, rows.HAND_TARGET])) * 1e3, np.abs(out[1:, rows.HAND_TARGET])
     assert speed.max() == pytest.approx(0.10, rel=1e-6)
@@ -81,7 +84,7 @@ def test_a_hand_that_has_arrived_leads_at_the_pointers_speed_up_to_that_of_a_rea
 
 @pytest.mark.parametrize("key", sorted(environments.discover()))
 def test_an_approaching_hand_causes_no_more_force_than_a_slow_one(key):
-    """Compared with a fifth of the speed: the excess is the law's damping times 0.15 m/s."""
+    """Compared with a fifth of the speed, the additional force is the law's damping times 0.15 m/s."""
     environment = environments.named(key)
     damping = environment.impedance(environment.values())[1] if environment.impedance else 0.0
     quick = live(key, held(-0.03, 2.5))[:, rows.FORCE]
@@ -100,7 +103,10 @@ def strokes(speed, count, back):
 @pytest.mark.parametrize("back", ["let go", "dragged"])
 @pytest.mark.parametrize(("speed", "purrs"), [(0.01, True), (0.05, True), (0.10, True), (0.30, False)])
 def test_the_cat_purrs_within_six_strokes_at_1_to_10_cm_per_second(speed, purrs, back):
-    """Released at the tail and taken again at the head, or led back at the stroke's own speed."""
+    """The hand releases the handle at the tail and takes it again at the head.
+
+    In other cases, it leads the handle back at the speed of the stroke.
+    """
     out = live("cat", strokes(speed, 6, back))
     names = environments.named("cat").state_names
     contentment, swats = (out[:, rows.STATE + names.index(name)] for name in ("contentment", "swats"))
@@ -109,9 +115,9 @@ def test_the_cat_purrs_within_six_strokes_at_1_to_10_cm_per_second(speed, purrs,
 
 
 def test_a_handle_released_at_rest_starts_at_its_position():
-    """Led at 0.2 m/s against a spring of 100 N/m.
+    """The handle is led at 0.2 m/s against a spring of 100 N/m.
 
-    After the release, 44 g move on with this speed, or with none.
+    After the release, its 44 g move on with this speed, or with none if it was at rest.
     """
     pointer = np.concatenate([held(0.0, 0.1), dragged(0.0, 0.03, speed=0.2), held(np.nan, 0.3)])
     off = np.flatnonzero(np.isnan(pointer[np.arange(len(pointer)) // FRAME * FRAME]))[0]

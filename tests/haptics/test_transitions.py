@@ -1,4 +1,4 @@
-"""Changes of settings: linear ramps, cross-fades, preserved state, the newest wins, no steps of the force."""
+"""Changes of settings ramp or cross-fade, keep the state, and cause no step of the force."""
 
 import math
 
@@ -122,7 +122,7 @@ def test_a_block_being_written_is_read_in_the_next_tick():
 
 @pytest.mark.parametrize("change", [("difference", "iir"), ("iir", "difference")])
 def test_a_change_of_estimator_causes_no_jump_in_the_velocity(change):
-    """At a constant speed the estimate stays constant through the change of method."""
+    """At a constant speed, the estimate stays constant when the method changes."""
     speed = 0.1
     harness = LoopHarness(CONSTANT, level(1.0), estimator=change[0])
     before = harness.run(1e-3 * speed * np.arange(200))

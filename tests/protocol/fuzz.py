@@ -2,8 +2,8 @@
 
 The firmware's parser and controller, and its verifier and machine, run under libFuzzer if clang is available,
 else under a driver with random mutations, with AddressSanitizer and UndefinedBehaviorSanitizer. The
-computer's two decoders and the firmware's decoder get the same damaged lines. Noise measures how often a
-CRC-16 is right by chance.
+computer's two decoders and the firmware's decoder get the same damaged lines. Noise shows how often a CRC-16
+is right by chance.
 """
 
 import argparse
@@ -33,7 +33,7 @@ KINDS = 5
 
 
 def build(*targets: str) -> Path:
-    """Build all or some of the PC programs, in the folder of the virtual board; return the folder."""
+    """Build all or some of the PC programs in the folder of the virtual board; return the folder."""
     folder = virtual_board.program().parent / "fuzz"
     words = ["make", "-s", "-j2", "-C", str(FOLDER), f"BUILD={folder}"]
     subprocess.run([*words, *targets], check=True, capture_output=True, text=True)
@@ -55,14 +55,14 @@ def machine(count: int, seed: int, folder: Path) -> str:
 def _run(prefix: str, count: int, seed: int, folder: Path, corpus: Path) -> str:
     fuzzer = folder / f"{prefix}fuzzer"
     if fuzzer.exists():
-        # the firmware allocates no memory; the fuzzer's own use grows on a slow machine
+        # the firmware allocates no memory, but the fuzzer itself needs more and more on a slow machine
         options = [f"-runs={count}", f"-seed={seed}", "-max_len=200", "-rss_limit_mb=8192"]
         options.append(f"-artifact_prefix={folder}/")
         words = [str(fuzzer), *options]
     else:
         words = [str(folder / f"{prefix}driver"), str(count), str(seed)]
     quick = os.environ | {"ASAN_OPTIONS": "malloc_context_size=1"}
-    with tempfile.TemporaryDirectory() as found:  # new inputs go to the first folder
+    with tempfile.TemporaryDirectory() as found:  # the fuzzer writes new inputs to the first folder
         places = [found, str(corpus)] if fuzzer.exists() else [str(corpus)]
         done = subprocess.run([*words, *places], env=quick, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -70,7 +70,7 @@ def _run(prefix: str, count: int, seed: int, folder: Path, corpus: Path) -> str:
     return Path(words[0]).name
 
 
-# --- the same damaged lines for all three decoders
+# --- all three decoders get the same damaged lines
 def _random_message(kind, rng: np.random.Generator):
     raw = bytes([kind.ID]) + rng.bytes(kind.size())
     return encode(kind.unpack(raw)) if kind in SHOWN.values() else frame(raw)
@@ -93,9 +93,9 @@ def _damaged(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def pool(seed: int, size: int = 4096) -> tuple[list[bytes], set[bytes]]:
-    """Return parts of lines and the bodies they contain.
+    """Return parts of lines and the bodies that they contain.
 
-    Part k is, by k mod 5: a good frame, a frame without message, either of these damaged, noise.
+    Part k is, by k mod 5: a good frame, a frame without message, either of these two damaged, or noise.
     """
     rng = np.random.default_rng(seed)
     found, meant = [], set()
@@ -109,7 +109,7 @@ def pool(seed: int, size: int = 4096) -> tuple[list[bytes], set[bytes]]:
 
 
 class Three:
-    """The computer's two decoders and the firmware's, fed with the same lines."""
+    """The computer's two decoders and the firmware's decoder, which get the same lines."""
 
     def __init__(self, folder: Path):
         self._parse = ctypes.CDLL(str(folder / "parser.so")).parse
@@ -126,7 +126,7 @@ class Three:
         return bodies, bad.value
 
     def check(self, line: bytes) -> list[bytes]:
-        """Compare all three on a line that ends with a delimiter; return its bodies."""
+        """Assert that all three agree on a line that ends with a delimiter; return its bodies."""
         plain = Decoder()
         bodies = plain.bodies(line)
         short = [body for body in bodies if len(body) <= 1 + LARGEST_TO_BOARD]
@@ -145,7 +145,7 @@ class Three:
 
 @dataclass
 class Lines:
-    """Numbers of frames compared, of damaged ones, and of damaged ones accepted."""
+    """The numbers of frames compared, of damaged frames, and of damaged frames accepted."""
 
     frames: int = 0
     damaged: int = 0
@@ -153,7 +153,7 @@ class Lines:
 
 
 def agreement(count: int, seed: int, folder: Path) -> Lines:
-    """Compare the decoders on ``count`` frames, whole and damaged."""
+    """Assert that the decoders agree on ``count`` frames, whole and damaged."""
     three, (pieces, meant) = Three(folder), pool(seed)
     rng, found = np.random.default_rng(seed), Lines()
     while found.frames < count:
@@ -166,16 +166,19 @@ def agreement(count: int, seed: int, folder: Path) -> Lines:
 
 
 def _damaged_again(piece: bytes, kind: int, rng: np.random.Generator) -> bytes:
-    """Return a damaged part with further damage elsewhere."""
+    """Return a damaged part that is damaged once more at another place."""
     if kind < 2:
         return piece
     at = int(rng.integers(len(piece) + 1))
     return piece[:at] + rng.bytes(1) + piece[at + 1 :]
 
 
-# --- noise on the line: how often it passes as a frame
+# --- noise on the line sometimes passes as a frame
 NOISE_LENGTH = 12
-"""Bytes of a line of noise, those of a Force. COBS always accepts them, so only the CRC rejects."""
+"""Number of bytes of a line of noise, as many as a Force has.
+
+COBS always accepts them, so only the CRC rejects.
+"""
 
 CRC_CHANCE = 2.0**-16
 DOUBT = 1e-9
@@ -183,17 +186,20 @@ DOUBT = 1e-9
 
 
 def at_most(lines: int) -> int:
-    """Return the upper limit of damaged frames that pass a CRC-16 by chance."""
+    """Return the upper limit of the number of damaged frames that pass a CRC-16 by chance."""
     return int(binom.isf(DOUBT, lines, CRC_CHANCE))
 
 
 def at_least(lines: int) -> int:
-    """Return the lower limit of noise lines with the right CRC by chance."""
+    """Return the lower limit of the number of noise lines that have the right CRC by chance."""
     return int(binom.ppf(DOUBT, lines, CRC_CHANCE))
 
 
 def noise(count: int, seed: int, folder: Path) -> int:
-    """Return the number of noise lines that the firmware's parser accepts; other decoders agree."""
+    """Return the number of noise lines that the firmware's parser accepts.
+
+    Assert that other decoders agree.
+    """
     function = ctypes.CDLL(str(folder / "parser.so")).parse_noise
     function.restype = ctypes.c_uint64
     function.argtypes = [ctypes.c_uint64, ctypes.c_size_t, ctypes.c_uint64]

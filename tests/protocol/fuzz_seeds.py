@@ -1,4 +1,4 @@
-"""Initial inputs of the fuzzers: every message to the board, as body and as line; laws and kits; code."""
+"""Initial inputs of the fuzzers: every message to the board (as body and line), laws, kits, and code."""
 
 import argparse
 import struct
@@ -29,7 +29,7 @@ SPRING = RandomCode(0, (-300.0,), 3, code("MAIN", "MULTIPLY", 2, "RETURN"))
 
 
 def inputs() -> dict[str, bytes]:
-    """Return file names and contents; see the head of target.cpp for the form."""
+    """Return file names and contents; the head of target.cpp describes their form."""
     rng, found = np.random.default_rng(5), {}
     stream_on = b"\x03\x05\x01\x00"
     for kind in (m for m in MESSAGES if not m.from_board()):
@@ -43,7 +43,7 @@ def inputs() -> dict[str, bytes]:
     for kit in profiles.KITS:
         found[f"kit-{kit.key}"] = bytes([FRAMED]) + stream_on + _bodies(kit.board, Force(1, 0, -9.0), Save())
     for kind in Estimator:
-        kit = profiles.named("hapkit-encoder").board  # its sensor accepts every reading
+        kit = profiles.named("hapkit-encoder").board  # the sensor of this kit accepts every reading
         loop = _messages(SPRING, kind, 0.35, 120.0)
         found[f"estimator-{kind.name.lower()}"] = bytes([FRAMED]) + stream_on + _bodies(kit, *loop)
     tune = Tune(1, 2, 1, (2, 0, 0, 0, 0, 0), (-500.0, 0.0, 0.0, 0.0, 0.0, 0.0))
@@ -52,7 +52,7 @@ def inputs() -> dict[str, bytes]:
 
 
 def machine_inputs() -> dict[str, bytes]:
-    """Return code, mostly valid; see the head of machine_target.cpp for the form."""
+    """Return code, most of which is valid; the head of machine_target.cpp describes its form."""
     rng, found = np.random.default_rng(6), {}
     for k in range(800):
         law = random_code(rng, wild=0.2)

@@ -1,4 +1,4 @@
-"""Messages, bodies and damage for property tests."""
+"""Strategies of messages, bodies and damage for property tests."""
 
 from hypothesis import strategies as st
 

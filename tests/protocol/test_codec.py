@@ -1,4 +1,4 @@
-"""The compiled codec compared with the plain one: frames, noise, losses, telemetry, laws in pieces."""
+"""The compiled codec agrees with the plain one: frames, noise, losses, telemetry, and laws in pieces."""
 
 import os
 import subprocess
@@ -33,7 +33,7 @@ from tests.protocol.strategies import any_message, bodies, messages_of, samples
 
 
 class Reader:
-    """The compiled reader with its arrays."""
+    """The compiled reader with the arrays that it writes."""
 
     def __init__(self):
         self.state, self.buffer = codec.new_reader()
@@ -44,7 +44,8 @@ class Reader:
 
     def _rows(self, chunk):
         out = np.full((codec.rows_for(len(chunk)), codec.SAMPLE_WIDTH), np.nan)
-        data = np.frombuffer(chunk + b"\x55" * 5, np.uint8).copy()  # n is the chunk's length
+        # the reader must ignore the bytes after n, the chunk's length
+        data = np.frombuffer(chunk + b"\x55" * 5, np.uint8).copy()
         return out[: codec.feed(self.state, self.buffer, data, len(chunk), out)]
 
 
@@ -148,7 +149,8 @@ def test_time_is_unwrapped():
 
 def test_rows_beyond_the_output_are_skipped_and_counted():
     state, buffer = codec.new_reader()
-    data = np.frombuffer(stream(*(sample(k) for k in range(5))), np.uint8).copy()  # as in the loop
+    # the copy is writable, like the loop's array
+    data = np.frombuffer(stream(*(sample(k) for k in range(5))), np.uint8).copy()
     out = np.full((2, codec.SAMPLE_WIDTH), np.nan)
     assert codec.feed(state, buffer, data, len(data), out) == 2
     assert state[codec.SKIPPED] == 3

@@ -1,4 +1,4 @@
-"""Plain frames: the COBS authors' examples, the CRC's catalogue value, round trips of every message."""
+"""Plain frames: the COBS authors' examples, the CRC's catalogue value, and round trips of every message."""
 
 import pytest
 from hypothesis import given, settings
@@ -26,7 +26,7 @@ def test_the_crc_of_the_check_string():
     ],
 )
 def test_the_cobs_examples_of_its_authors(raw, coded):
-    """Cheshire & Baker, Consistent Overhead Byte Stuffing, 1999."""
+    """The examples are from Cheshire & Baker, Consistent Overhead Byte Stuffing, 1999."""
     assert cobs_encode(raw) == coded
     assert cobs_decode(coded) == raw
 
@@ -85,7 +85,7 @@ def test_the_decoder_resynchronises_at_the_next_frame():
 
 
 def test_the_largest_sample_and_command_fit_their_periods():
-    """At 1 Mbaud a byte takes 10 us; both directions must take much less than 1 ms."""
+    """At 1 Mbaud a byte takes 10 µs; both directions must take much less than 1 ms."""
     sample = Sample(0xFFFF, 0xFFFFFFFF, -1, *3 * (0xFFFF,), 255, -1, 255, 255, 255, 0xFFFF, 255)
     assert len(encode(sample)) <= 32
     assert len(encode(Force(0xFFFF, 255, 1.1))) <= 12

@@ -1,4 +1,4 @@
-"""A small, fixed part of `make fuzz`: no crash, decoders agree, the CRC's error rate is as expected."""
+"""A small, fixed part of `make fuzz`: nothing crashes, decoders agree, the CRC errs as often as expected."""
 
 import shutil
 
@@ -47,5 +47,5 @@ def test_decoders_agree_on_hypothesis_inputs(folder, parts):
 
 @pytest.mark.slow
 def test_noise_passes_at_the_crcs_rate(folder):
-    """2^-16 of the frames: not more, and not less, as otherwise the noise would not be random."""
+    """The rate is 2^-16 of the frames; a much lower rate would mean that the noise is not random."""
     assert fuzz.at_least(NOISE) <= fuzz.noise(NOISE, 1, folder) <= fuzz.at_most(NOISE)

@@ -1,4 +1,4 @@
-"""The firmware's header matches the declarations, and a C++ compiler uses the same offsets."""
+"""The firmware's header agrees with the declarations, and a C++ compiler uses the same offsets."""
 
 import shutil
 import subprocess
