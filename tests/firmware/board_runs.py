@@ -1,4 +1,4 @@
-"""Runs of laws in the virtual board in lockstep: code in, telemetry out, occasional messages."""
+"""Runs of laws in the virtual board in lockstep: code goes in, telemetry comes out."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -18,18 +18,18 @@ from tests.firmware.vb import heard, opened
 
 FREQUENCY = 16e6
 SETTLE = 0.05
-"""s before processor load and skipped ticks are counted: the force has faded in."""
+"""s after which processor load and skipped ticks are counted, because the force has faded in by then."""
 Filter = tuple[Estimator, float, float]
-"""The board's velocity estimator, with both coefficients of Law."""
+"""The board's velocity estimator, with the two coefficients of a Law message."""
 
 
 class Refused(Exception):
-    """The board rejects a law."""
+    """The exception of a law that the board rejects."""
 
 
 @dataclass
 class Rendering:
-    """Result of a run: telemetry, truth log, processor load 0..1, skipped ticks, final counters."""
+    """The result of a run: telemetry, truth log, processor load 0..1, skipped ticks, final counters."""
 
     telemetry: list[Telemetry]
     truth: np.recarray
@@ -49,7 +49,7 @@ def program(environment: Environment, values: Mapping[str, float], rate: int, ro
 
 
 def announced(law: Program, rate: int, filter: Filter, generation: int) -> Law:
-    """Return the message that starts sending a law."""
+    """Return the message that announces a law, before its pieces are sent."""
     shape = (law.states, len(law.given), law.slots, len(law.code))
     return Law(generation, round(2e6 / rate), *filter, *shape, crc16(law.data))
 
@@ -72,7 +72,10 @@ def send(
     filter: Filter | None = None,
     stream: Iterator[Message] | None = None,
 ) -> Telemetry:
-    """Send a law, one piece per sample, until the board renders it; return its first frame, raise Refused."""
+    """Send a law, one piece per sample, until the board renders it.
+
+    Return its first frame, or raise Refused.
+    """
     os.write(board.fileno(), encode(announced(law, rate, filter or usual(rate), 1)))
     for message in stream or frames(board):
         word = encode(Alive())
@@ -88,7 +91,7 @@ def send(
 
 
 def listen(board: VirtualBoard, seconds: float, stream: Iterator[Message]) -> list[Telemetry]:
-    """Answer telemetry like the studio; return the frames of ``seconds`` of board time."""
+    """Answer telemetry as the studio does; return the frames of ``seconds`` of board time."""
     seen, told = [], -1
     for message in stream:
         if not isinstance(message, Telemetry):
@@ -116,7 +119,7 @@ def render(
     options=(),
     firmware=None,
 ) -> Rendering:
-    """Render one law from the start of a run, with the usual or another firmware; raise Refused."""
+    """Render one law from the start of a run, with the usual or another firmware; may raise Refused."""
     log, commands = folder / "truth.f64", folder / "script.txt"
     commands.write_text("\n".join(script))
     with opened(log=log, script=commands, options=(*WAITING, *options), firmware=firmware) as board:

@@ -1,4 +1,4 @@
-"""Boot loaders for the virtual board, intact and broken, and a board that starts with one."""
+"""Boot loaders for the virtual board, both intact and broken, and a board that starts with one."""
 
 import shutil
 import subprocess
@@ -12,7 +12,7 @@ from tests.firmware.vb import chip
 
 BOOT_LOADERS = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")
 OLD = BOOT_LOADERS / "atmega" / "ATmegaBOOT_168_atmega328.hex"
-"""The boot loader of boards from before 2010: 57,600 baud, 2 KB."""
+"""The boot loader of boards from before 2010, with 57,600 baud and 2 KB."""
 START = 0x7E00
 
 needs_avrdude = pytest.mark.skipif(
@@ -21,7 +21,7 @@ needs_avrdude = pytest.mark.skipif(
 )
 
 _NO_SPM = (0x95E8, 0x0000)
-_OTHER_SIGNATURE = (0xE985, 0xE984)  # ldi r24, 0x95 becomes ldi r24, 0x94
+_OTHER_SIGNATURE = (0xE985, 0xE984)  # the instruction ldi r24, 0x95 becomes ldi r24, 0x94
 
 
 def optiboot(folder: Path, baud: int = 115200) -> Path:
@@ -60,7 +60,7 @@ def _changed(image: Path, old: int, new: int) -> Path:
 
 
 def small_image(folder: Path, name: str = "chatter") -> Path:
-    """Return one of the small programs as .hex."""
+    """Return one of the small programs as a .hex file."""
     image = folder / f"{name}.hex"
     subprocess.run(["avr-objcopy", "-O", "ihex", chip(name, folder), image], check=True)
     assert flash.read_image(image)
@@ -68,7 +68,10 @@ def small_image(folder: Path, name: str = "chatter") -> Path:
 
 
 class Board:
-    """A virtual board with a boot loader on a real cable: one path, reset on opening."""
+    """A virtual board with a boot loader on a real cable.
+
+    It keeps its path, and opening it resets the board.
+    """
 
     def __init__(self, folder: Path, boot_loader: Path, firmware: Path | None = None):
         self.port = str(folder / "port")

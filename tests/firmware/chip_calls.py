@@ -1,4 +1,4 @@
-"""The machine's program in simavr: calls of single functions, with cycle counts."""
+"""The machine's program runs in simavr, which calls single functions and counts their cycles."""
 
 import shutil
 import struct
@@ -24,7 +24,7 @@ def build(folder: Path) -> None:
 
 
 class Chip:
-    """A program for the chip whose functions are called; the context manager ends simavr."""
+    """A program for the chip whose functions can be called; the context manager ends simavr."""
 
     def __init__(self, folder: Path, program: str = "machine.elf"):
         elf = folder / program
@@ -50,13 +50,14 @@ class Chip:
         return self._symbols[symbol] & 0xFFFF
 
     def call(self, symbol: str, first, second=None) -> tuple[np.ndarray, np.ndarray]:
-        """Call a function of one or two words (n,) of 4 bytes: results (n,), cycles (n,)."""
+        """Call a function of one or two 4-byte words, n times; return results (n,) and cycles (n,)."""
         first = np.atleast_1d(first)
         second = np.zeros_like(first) if second is None else np.broadcast_to(second, first.shape)
         given = np.empty((len(first), 2), np.uint32)
         given[:, 0], given[:, 1] = np.ascontiguousarray(second).view(np.uint32), first.view(np.uint32)
         found = []
-        for part in np.array_split(given, -(-len(given) // 4096)):  # limited by the pipes' buffers
+        # the pipes' buffers limit the size of a part
+        for part in np.array_split(given, -(-len(given) // 4096)):
             self._say(struct.pack("<cHI", b"C", self.place(symbol), len(part)) + part.tobytes())
             found.append(self._hear(8 * len(part)))
         out = np.frombuffer(b"".join(found), np.uint32).reshape(-1, 2)
@@ -88,16 +89,16 @@ class ChipMachine:
     RUN = "machine::run(float, float)"
     RUN_PLAINLY = "machine::run_plainly(float, float)"
     SHAPE, CYCLES = 0x700, 0x708
-    """Addresses free of variables and, at the required depth, of stack."""
+    """Addresses that neither variables nor, at the required depth, the stack use."""
 
     def __init__(self, chip: Chip):
         self._chip = chip
         self._states = self._slots = 0
         self.cycles = np.zeros(0, int)
-        """Cycles of each row of the last run, from run()'s first instruction to its return."""
+        """Number of cycles of each row of the last run, from run()'s first instruction to its return."""
 
     def load(self, states: int, numbers, slots: int, code: bytes) -> Loaded:
-        """Load and verify a law: numbers are the states' initial values, then the constants."""
+        """Load and verify a law; ``numbers`` are the states' initial values, then the constants."""
         given = np.asarray(numbers, np.float32)
         self._states, self._slots = states, slots
         self._chip.write(self._arena, bytes(4 * slots))
@@ -113,9 +114,9 @@ class ChipMachine:
         self._chip.write(self._arena + 4 * slot, np.float32(value).tobytes())
 
     def run(self, rows, plainly: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Call the law with rows (n, 2) of position and velocity: force (n,), state after it (n, states).
+        """Call the law with rows (n, 2) of position and velocity; return forces (n,) and states (n, states).
 
-        plainly: run the C++ code, as on computers.
+        ``plainly`` runs the C++ code, as on computers.
         """
         rows = np.asarray(rows, np.float32).reshape(-1, 2)
         which = self.RUN_PLAINLY if plainly else self.RUN
@@ -132,7 +133,7 @@ class ChipMachine:
         return np.array(forces), np.array(states)
 
     def slots(self) -> np.ndarray:
-        """Return the content of all slots."""
+        """Return the contents of all slots."""
         return np.frombuffer(self._chip.read(self._arena, 4 * self._slots), np.float32)
 
     @property

@@ -1,4 +1,4 @@
-"""The faults: action on the virtual board, time, required result; and how to run a case.
+"""The faults, each with its action on the virtual board, its time and the required result.
 
 Times are board times in s. A medium hand moves the handle in a spring to and fro. The studio's compiled loop
 runs on the virtual board and reconnects like the window.
@@ -32,7 +32,7 @@ from tests.firmware.vb import QUANTUM
 from tests.haptics.support import LoopHarness
 
 START, END = 0.5, 0.8
-"""Start and end of a fault."""
+"""Start and end of a fault in s."""
 STALL = END - START
 SECONDS = 1.2
 
@@ -42,9 +42,9 @@ HAND = (
     "0.85 hand 0.008 400 8 0.1 0.2",
 )
 JUMP = (arrays.NO_FAULT, arrays.OVER_SPEED)
-"""A sensor that recovers at another position appears to move too fast."""
+"""Faults that a sensor may cause by recovering at another position, which looks like over-speed."""
 LITTLE = (HAND[0], "0.6 hand 0.004 400 8 0.1 0.1", HAND[2])
-"""Less than half a turn of the motor between START and END, so that turns can be counted."""
+"""A motion of less than half a turn of the motor between START and END, so that turns can be counted."""
 STIFFNESS = 120.0
 
 WATCHDOG, STALE, RECOVER, FADE, HOLD = 0.025, 0.020, 0.100, 0.030, 0.5
@@ -59,10 +59,13 @@ def no_spam(time: float) -> bytes:
 class Case:
     """One fault and its bounds.
 
-    off: the motor is off at most this many s after START, and stays off until END. back: full force at most
-    this many s after END. latched: faults that the loop may latch. wrong: the sensor itself is wrong between
-    START and END, so the recording has no error. lossy: frames are lost. extra: forces sent by another
-    program. board: the board renders.
+    - ``off``: the motor is off at most this many s after START, and stays off until END.
+    - ``back``: the force is back in full at most this many s after END.
+    - ``latched``: the faults that the loop may latch.
+    - ``wrong``: the sensor itself is wrong between START and END, so the recording has no error.
+    - ``lossy``: frames are lost.
+    - ``extra``: another program sends forces.
+    - ``board``: the board renders.
     """
 
     name: str
@@ -83,7 +86,7 @@ class Case:
 
 
 def during(what: str, on: str, off: str = "0") -> tuple[str, str]:
-    """Return the script lines that switch a fault on and off."""
+    """Return the script lines that switch a fault on at START and off at END."""
     return f"{START} {what} {on}", f"{END} {what} {off}"
 
 
@@ -105,7 +108,7 @@ def _forces(time: float) -> bytes:
 BACK = RECOVER + FADE + 5 * PERIOD
 AGAIN = HOLD + FADE + 0.025
 GIVEN_UP = GONE_AFTER + 2.0 * STALE
-"""s until a loop gives up: it checks every STALE."""
+"""s until a loop gives up a silent board; it checks every STALE."""
 
 DAMAGE = [
     Case(f"{words} {way} the board", during(f"{direction} {kind}", rate), lossy=True)
@@ -174,7 +177,7 @@ FLOOD = [
 ]
 
 HANDOVER = 0.1
-"""s: fade-out, settings, loop and scene in several frames, fade-in."""
+"""s for a handover: fade-out, settings, loop and scene in several frames, fade-in."""
 
 COMPUTER = [Case("none"), *DAMAGE, *LATENCY, *STALLS, *ENDS, *SENSOR, *FLOOD]
 BOARD_RENDERS = ", board renders"
@@ -193,10 +196,10 @@ TESTED = [
     *(case for case in COMPUTER if case not in LATENCY[1:3]),
     *(case for case in BOARD if case.off is not None or case.spam is not no_spam),
 ]
-"""Cases of every test run; the others are in the table only."""
+"""These cases are in every test run; the others are in the table only."""
 
 
-# --- running one
+# --- run one case
 ROWS = 1 << 12
 SPRING = environments.named("spring")
 VALUES = {"stiffness": STIFFNESS}
@@ -204,11 +207,11 @@ VALUES = {"stiffness": STIFFNESS}
 
 @dataclass
 class Run:
-    """Result of a run: the truth, the ring's rows, the forces sent with their times, the counters."""
+    """The result of a run: the truth, the ring's rows, the forces sent with their times, and the counters."""
 
     case: Case
     truth: np.ndarray
-    rows: list[np.ndarray] = field(default_factory=list)  # one array per connection
+    rows: list[np.ndarray] = field(default_factory=list)  # the list has one array per connection
     forces: list[tuple[float, float]] = field(default_factory=list)
     counters: dict[str, int] = field(default_factory=dict)
     summary: dict = field(default_factory=dict)
@@ -226,7 +229,7 @@ class Session:
         turns.quit = lambda: store_release(self.harness.r.control.quit, 0, 1)
 
     def offer(self, conn: link.Link) -> None:
-        """Query what the board can render and request it, like the engine."""
+        """Ask the planner what the board can render, and request it, as the engine does."""
         settings = self.turns.ask(SettingsRequest(), Settings)
         offer = BoardPlanner(self.turns.ask(HelloRequest(), Hello).arena, settings)
         way = offer.plan(PlanRequest(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
@@ -234,7 +237,7 @@ class Session:
         self.harness.set(SPRING, VALUES, board=way)
 
     def connect(self, hold: float) -> np.ndarray:
-        """Render until the connection or the time ends; return the rows."""
+        """Render until the connection or the board's time ends; return the rows."""
         r, conn = self.harness.r, link.new_link(QUANTUM)
         self.turns.say(encode(Stream(0, 0)) + encode(Release()))
         if self.board:
@@ -248,10 +251,10 @@ class Session:
 
 
 def _render(run: Run, session: Session) -> None:
-    """Connect, and again after the cable is plugged in."""
+    """Connect, and connect again after the cable is plugged in."""
     turns, case = session.turns, run.case
     turns.until, turns.killed, turns.spam = case.seconds, case.killed, case.spam
-    # the loop gives up a silent board without a command
+    # the loop gives up a silent board without sending a command
     reset = any("reset" in words for words in case.script)
     hold = 0.0
     while True:

@@ -1,6 +1,6 @@
 """Measure every fault and print the table: `python -m tests.firmware.faults_table > assets/docs/faults.md`.
 
-Results come from the board's truth log and the studio's rows.
+The figures come from the board's truth log and the studio's rows.
 """
 
 import argparse
@@ -21,38 +21,38 @@ DUTY = 255
 NOT_RENDERED = rows.STALE | rows.STOPPED | rows.FAULT | rows.FADING
 MARKED = rows.STALE | rows.STOPPED | rows.FAULT
 COUNTS = 1.1
-"""Counts of difference between recording and truth that are allowed: a sensor step, and the log's 0.1 ms."""
+"""Permitted difference in counts between recording and truth: a sensor step, and the log's 0.1 ms."""
 STEP = 0.05
 """N: two steps of the duty at 1 N."""
 LATELY = 20
-"""Log rows during which a position may have been sampled, sent, answered."""
+"""Number of log rows in which a position may have been sampled, sent and answered."""
 BRIDGED = 0.01
 LONGEST_WAY = 0.40
-"""s, longest delay of a command: the longest stall and the queue behind it."""
+"""s: longest delay of a command, by the longest stall and the queue behind it."""
 
 
 @dataclass
 class Measured:
-    """Figures of one run; NaN if not applicable."""
+    """The figures of one run, which are NaN if they do not apply."""
 
     name: str
-    peak: float  # N at the pins
+    peak: float  # N: largest force at the motor's pins
     off: float  # s after START until the motor was off
-    on_while_off: float  # s for which it was on again before END, although it must be off
+    on_while_off: float  # s before END in which the motor was on again, although it must be off
     back: float  # s after END until the full force was back
     rows: int
-    wrong_rows: int  # wrong positions in rows without a mark
+    wrong_rows: int  # number of rows with a wrong position that are not marked as gaps
     unmarked_gaps: int
-    foreign: int  # log rows with a force that was never sent: false accepts
+    foreign: int  # number of log rows with a force that was never sent (falsely accepted)
     lost: int
     bad: int
-    told: int  # damage that the board counted and reported, modulo 256
+    told: int  # number of damaged messages that the board counted and reported, modulo 256
     stale: int
     fault: int
-    overruns: int  # bytes that the chip's port lost
-    late_ticks: int  # samples that the board did not take at its period
+    overruns: int  # number of bytes that the chip's port lost
+    late_ticks: int  # number of samples that the board did not take at its period
     silent_offs: int
-    hurt_to: int  # bytes damaged on purpose, to the board and from it
+    hurt_to: int  # number of bytes damaged on purpose, to the board and from it
     hurt_from: int
 
     @property
@@ -85,7 +85,7 @@ def measure(case: Case) -> Measured:
 
 
 def time_off(run: Run) -> float:
-    """Return the time from START until the motor was off, if the case requires it."""
+    """Return the time from START until the motor was off, or NaN if the case does not require it."""
     if run.case.off is None:
         return np.nan
     after = run.truth[run.truth.time >= START]
@@ -101,7 +101,7 @@ def on_again(run: Run, off: float) -> float:
 
 
 def time_back(run: Run) -> float:
-    """Return the time from END until the full force was back, if the case requires it."""
+    """Return the time from END until the full force was back, or NaN if the case does not require it."""
     if run.case.back is None:
         return np.nan
     found = run.rows[-1]
@@ -112,7 +112,7 @@ def time_back(run: Run) -> float:
 
 
 def errors(run: Run, found: np.ndarray, start: float) -> np.ndarray:
-    """Return the difference (n,) in counts between rows and truth; start: of the board's clock."""
+    """Return the difference (n,) in counts between rows and truth; ``start`` is that of the board's clock."""
     time = found[:, rows.BOARD_TIME] + start
     error = found[:, rows.POSITION] - np.interp(time, run.truth.time, run.truth.position)
     first = np.argmin(found[:, rows.FLAGS].astype(int) & MARKED)
@@ -120,7 +120,7 @@ def errors(run: Run, found: np.ndarray, start: float) -> np.ndarray:
 
 
 def start_of_clock(run: Run) -> float:
-    """Return the start of the board's clock in s, to 25 us, by the best fit of rows before START."""
+    """Return the start of the board's clock in s, to 25 µs, by the best fit of rows before START."""
     found = run.rows[0]
     found = found[found[:, rows.BOARD_TIME] < START]
     tried = np.arange(0.0, 1e-3, 25e-6)
@@ -129,13 +129,13 @@ def start_of_clock(run: Run) -> float:
 
 
 def start_of_connection(run: Run, number: int) -> float:
-    """Return the start of the board's clock for a connection: at the program's start, or at its reset."""
+    """Return the start of the board's clock for a connection: the program's start, or the reset."""
     reset = number == 1 and any("reset" in words for words in run.case.script)
     return start_of_clock(run) + (START if reset else 0.0)
 
 
 def wrong_rows(run: Run, number: int) -> int:
-    """Count the rows of a connection with a wrong position and without a mark."""
+    """Return the number of a connection's rows whose position is wrong and that are not marked as gaps."""
     found = run.rows[number]
     if not len(found):
         return 0
@@ -143,29 +143,30 @@ def wrong_rows(run: Run, number: int) -> int:
     time, error = found[:, rows.BOARD_TIME] + start, errors(run, found, start)
     marked = (found[:, rows.FLAGS].astype(int) & MARKED) != 0
     if run.case.wrong:
-        marked |= (found[:, rows.FLAGS].astype(int) & rows.GAP) != 0  # bridged by the board, and marked
+        # the board bridges wrong readings, and marks these rows as gaps
+        marked |= (found[:, rows.FLAGS].astype(int) & rows.GAP) != 0
         marked |= (time >= START) & (time <= END + 1e-3)
     return int(np.count_nonzero((np.abs(error) > COUNTS) & ~marked))
 
 
 def unmarked_gaps(found: np.ndarray) -> int:
-    """Count jumps of the board's time by more than a period in rows without a mark."""
+    """Return the number of jumps of the board's time by more than a period in rows without a gap mark."""
     steps = np.diff(found[:, rows.BOARD_TIME])
     gap = (found[1:, rows.FLAGS].astype(int) & rows.GAP) != 0
     return int(np.count_nonzero((np.abs(steps - 1e-3) > 0.5e-3) & ~gap))
 
 
 def late_ticks(found: np.ndarray) -> int:
-    """Count samples off the board's period by at least a quarter of a millisecond."""
+    """Return the number of samples that miss the board's period by at least a quarter of a millisecond."""
     steps = np.diff(found[:, rows.BOARD_TIME]) / 0.25e-3
     return int(np.count_nonzero(np.abs(steps - np.round(steps)) > 0.05))
 
 
 def foreign_to_the_law(run: Run) -> int:
-    """Count log rows whose force is not between zero and the spring's at recent positions.
+    """Return the number of log rows whose force is not between zero and the spring's at recent positions.
 
-    Forces sent by the computer before the takeover are those of the same spring. Every connection has its own
-    zero, and the sensor may be wrong during a fault.
+    Forces that the computer sent before the takeover are those of the same spring. Every connection has its
+    own zero, and the sensor may be wrong during a fault.
     """
     truth, case = run.truth, run.case
     held = np.isnan(truth.time)
@@ -189,15 +190,15 @@ def zeros(run: Run) -> list[float]:
 
 
 def _lately(values: np.ndarray, what) -> np.ndarray:
-    """Return the largest or smallest value of the last LATELY rows at each row."""
+    """Return the largest or smallest of the last LATELY values at each row."""
     padded = np.concatenate((np.full(LATELY, values[0]), values))
     return what(np.lib.stride_tricks.sliding_window_view(padded, LATELY + 1), axis=1)
 
 
 def foreign_to_the_loop(run: Run) -> int:
-    """Count log rows whose duty matches no recent force, within a step.
+    """Return the number of log rows whose duty differs by more than a step from every recent force.
 
-    A log row may fall between the writes of duty and direction, 1 µs apart: the next one decides.
+    A log row may fall between the writes of duty and direction, 1 µs apart: then the next row decides.
     """
     times = np.array([t for t, _ in run.forces])
     sent = duty_of(np.array([f for _, f in run.forces]))
@@ -213,11 +214,11 @@ def foreign_to_the_loop(run: Run) -> int:
 
 
 def duty_of(force: np.ndarray) -> np.ndarray:
-    """Return the signed duty of a force in N: force = full force * duty^2."""
+    """Return the signed duty of a force in N; the force is full force * duty^2."""
     return np.sign(force) * DUTY * np.sqrt(np.minimum(np.abs(force) / FULL_FORCE, 1.0))
 
 
-# --- the table
+# --- print the table
 HEAD = """\
 # What faults do
 

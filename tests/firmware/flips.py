@@ -1,4 +1,4 @@
-"""Flip trackers on sensor readings: the firmware's own, compiled here, and the class template's."""
+"""Two flip trackers on sensor readings: the firmware's, compiled here, and the class template's."""
 
 import ctypes
 import functools
@@ -11,16 +11,16 @@ import numpy as np
 
 SKETCH = Path(__file__).resolve().parents[2] / "firmware" / "hapkit"
 COUNTS = 921
-"""Sensor counts per half turn of the motor."""
+"""Number of sensor counts per half turn of the motor."""
 LOWEST = 51
 QUANTUM = math.pi * 0.090 * 0.005 / (COUNTS * 0.074)
-"""m of handle travel per count."""
+"""m of handle travel per sensor count."""
 THRESHOLD = 700
-"""Counts that the class template counts as a flip."""
+"""A jump of this many counts is a flip for the class template."""
 LIMIT = COUNTS / 2
-"""Counts per sample up to which a one-sample difference identifies a flip."""
+"""Speed in counts per sample up to which a difference over one sample identifies a flip."""
 TEMPLATE_LIMIT = (COUNTS - THRESHOLD) / 2
-"""The same for the template, which uses a difference over two samples."""
+"""The same speed for the template, which uses a difference over two samples."""
 
 _SOURCE = """
 #include "flip.h"
@@ -44,12 +44,12 @@ def _library() -> ctypes.CDLL:
 
 
 def readings(counts: np.ndarray) -> np.ndarray:
-    """Return the readings at a handle position (n,) in counts: a saw tooth of whole counts."""
+    """Return the readings at handle positions (n,) in counts, which are a saw tooth of whole counts."""
     return (LOWEST + np.floor(np.mod(counts, COUNTS))).astype(np.uint16)
 
 
 def ours(raw: np.ndarray, counts: int = COUNTS) -> np.ndarray:
-    """Return the positions (n,) in counts that the firmware's tracker finds."""
+    """Return the positions (n,) in counts that the firmware's tracker computes from the readings."""
     raw = np.ascontiguousarray(raw, np.uint16)
     out = np.empty(raw.size, np.int32)
     pointers = (raw.ctypes.data_as(ctypes.c_void_p), raw.size, counts, out.ctypes.data_as(ctypes.c_void_p))
@@ -58,7 +58,7 @@ def ours(raw: np.ndarray, counts: int = COUNTS) -> np.ndarray:
 
 
 def template(raw: np.ndarray) -> np.ndarray:
-    """Return the positions (n,) in counts found by the class template of 2013 to 2024.
+    """Return the positions (n,) in counts that the class template of 2013 to 2024 computes from the readings.
 
     A flip is a jump over two samples; its size is measured each time and multiplied by the number of all
     flips so far.
@@ -79,7 +79,10 @@ def template(raw: np.ndarray) -> np.ndarray:
 
 
 def sine(rate: float, magnet: float = 0.0, seconds: float = 2.0) -> np.ndarray:
-    """Return a handle position (n,) in counts at a rate in Hz: 40 mm, 2 Hz; magnet: counts at the middle."""
+    """Return handle positions (n,) in counts of a sine of 40 mm and 2 Hz, at a rate in Hz.
+
+    ``magnet`` is the sensor's reading at the middle, in counts.
+    """
     time = np.arange(round(seconds * rate)) / rate
     return 0.040 / QUANTUM * np.sin(4.0 * math.pi * time) + magnet
 
@@ -91,7 +94,7 @@ def worst_error(tracker, counts: np.ndarray) -> float:
 
 
 def throw(speed: float) -> np.ndarray:
-    """Return a position (n,) in counts: slow acceleration to a speed in counts per sample, then slow.
+    """Return positions (n,) in counts that accelerate slowly to a speed in counts per sample, then slow down.
 
     The slow end passes two more flips, so that the template measures their size again.
     """
@@ -100,7 +103,7 @@ def throw(speed: float) -> np.ndarray:
 
 
 def loses_flips(tracker, speed: float) -> bool:
-    """Return True if a tracker is off by a flip after a throw with a speed in counts per sample."""
+    """Return True if a tracker is wrong by a flip after a throw with a speed in counts per sample."""
     counts = throw(speed)
     found = tracker(readings(counts))
     return abs((found[-1] - found[0]) - (counts[-1] - counts[0])) > COUNTS / 2

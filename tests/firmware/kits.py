@@ -1,4 +1,4 @@
-"""Kits for tests of the firmware: settings, EEPROM contents, motions of the handle."""
+"""Kits for tests of the firmware: settings, contents of the EEPROM, motions of the handle."""
 
 import math
 import struct
@@ -18,7 +18,7 @@ NAMES = {Sensor.MAGNETORESISTIVE: "mr", Sensor.AS5048A: "as5048a", Sensor.QUADRA
 
 
 def board(**changes) -> Board:
-    """Return the usual kit with changes; counts and quantum follow the sensor."""
+    """Return the usual kit with changes; counts and quantum are those of its sensor."""
     made = replace(profiles.default().board, **{"label": "Test", **changes})
     if "counts_per_flip" not in changes:
         made = replace(made, counts_per_flip=COUNTS[Sensor(made.sensor)])
@@ -26,7 +26,7 @@ def board(**changes) -> Board:
 
 
 def crc(data: bytes) -> int:
-    """Return the CRC-16/CCITT-FALSE, bit by bit from its definition."""
+    """Return the CRC-16/CCITT-FALSE, computed bit by bit from its definition."""
     value = 0xFFFF
     for bit in np.unpackbits(np.frombuffer(data, np.uint8)):
         value = (value << 1 ^ 0x1021 * ((value >> 15) ^ int(bit))) & 0xFFFF
@@ -34,20 +34,20 @@ def crc(data: bytes) -> int:
 
 
 def block(kit: Board, sequence: int = 1) -> bytes:
-    """Return the content of one EEPROM slot: mark, number of the save, settings, CRC."""
+    """Return the contents of one EEPROM slot: mark, number of the save, settings, CRC."""
     body = struct.pack("BB", MARK, sequence) + kit.pack()[1:]
     return body + struct.pack(">H", crc(body))
 
 
 def eeprom(kit: Board, place: int = 0) -> bytes:
-    """Return a whole EEPROM with a kit."""
+    """Return the contents of a whole EEPROM that has a kit in one slot."""
     memory = bytearray(b"\xff" * SIZE)
     memory[PLACES[place] : PLACES[place] + len(block(kit))] = block(kit)
     return bytes(memory)
 
 
 def options(kit: Board, memory, **more) -> tuple[str, ...]:
-    """Return the options of a virtual board with this kit and its EEPROM in a file."""
+    """Return the options of a virtual board with this kit, whose EEPROM is a file."""
     words = {
         "eeprom": memory, "sensor": NAMES[Sensor(kit.sensor)], "counts": kit.counts_per_flip,
         "pins": 3 if kit.pins else 5, "direction": kit.direction, "sensor-sign": kit.sense,
@@ -57,7 +57,7 @@ def options(kit: Board, memory, **more) -> tuple[str, ...]:
 
 
 def motion(start: float, pieces: Iterable[tuple[float, float, float]], step: float = 2e-3) -> list[str]:
-    """Return a script that moves the handle by consecutive sines (amplitude m, frequency Hz, seconds)."""
+    """Return a script of consecutive sines of the handle (amplitude in m, frequency in Hz, seconds)."""
     lines, now = [], start
     for amplitude, frequency, seconds in pieces:
         for k in range(1, round(seconds / step) + 1):

@@ -1,4 +1,4 @@
-"""Laws in the simulated chip at the rates that are offered: processor, skipped ticks, velocity."""
+"""Laws in the simulated chip at the rates offered: processor load, skipped ticks, and velocity."""
 
 import numpy as np
 import pytest
@@ -18,13 +18,13 @@ pytestmark = needs_board
 SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.25 hand -0.03 300 4 0.05 0.1", "0.36 hand 0.03 300 4 0.05 0.05")
 MOST = 0.80
 FASTEST = ("free", "spring", "wall", "damping")
-# the cat is the most expensive; cheaper integrators of the puck would be felt
+# the cat is the most expensive; for the puck, cheaper integrators would be perceptible
 SLOWEST = ("cat", "puck")
-"""Rendered at 4 kHz with their default choices; the cat at 500 Hz or more, all others at 2 kHz or more."""
+"""With default choices, FASTEST are rendered at 4 kHz, the cat at 500 Hz or more, others at 2 kHz or more."""
 
 
 def choices(key):
-    """Return the default choices, then each other option alone."""
+    """Return the default choices, then choices that differ from them in one option."""
     found = [{}]
     for parameter in environments()[key].parameters:
         if isinstance(parameter, Choice):

@@ -1,4 +1,4 @@
-"""Settings in the firmware's EEPROM: persistence, damage, power cuts during saving."""
+"""Settings in the firmware's EEPROM survive restarts, damage, and power cuts during saving."""
 
 import os
 import select
@@ -26,7 +26,7 @@ def memory(tmp_path):
 
 
 def settings_after(memory, **options):
-    """Switch a board on with an EEPROM, read its settings, switch it off."""
+    """Return the settings of a board that is switched on with an EEPROM, then off."""
     words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
     with opened("fast", options=("--eeprom", str(memory), *words)) as board:
         return board.settings()
@@ -39,7 +39,7 @@ def test_a_new_board_has_the_default_kit_and_writes_nothing(memory):
 
 
 def test_saved_settings_survive_a_kill_in_the_layout_of_this_test(memory):
-    # numbers that are exact in single precision
+    # these numbers are exact in single precision
     kit = kits.board(
         pins=Pins.D3_D12, zero=-321, sense=-1, max_force=1.5, motor_constant=0.03125, dead_band=7
     )
@@ -69,12 +69,12 @@ def test_a_block_written_by_this_test_is_read(memory):
 def test_the_enables_of_both_boards_are_held_low(memory, tmp_path, pins):
     memory.write_bytes(kits.eeprom(kits.board(pins=pins)))
     ports = run(firmware(), tmp_path, "--seconds", "0.01", "--eeprom", str(memory)).summary["ports"]
-    # D3, D5, D6, D11 are the enables of both boards: low; the motor's own is an output in both cases
+    # D3, D5, D6 and D11 enable the motors of both boards; with either board's pins they are outputs and low
     assert ports["ddrd"] & 0x68 == 0x68
     assert ports["ddrb"] & 0x08
     assert not ports["portd"] & 0x68
     assert not ports["portb"] & 0x08
-    assert bool(ports["ddrb"] & 0x10) == (pins == Pins.D3_D12)  # D12 is an output only there
+    assert bool(ports["ddrb"] & 0x10) == (pins == Pins.D3_D12)  # D12 is an output for this motor shield only
 
 
 def test_damage_is_reported_and_defaults_are_used(memory):
@@ -87,7 +87,7 @@ def test_damage_is_reported_and_defaults_are_used(memory):
     assert settings.max_force == 3.0
 
 
-# --- power cuts
+# --- the power fails
 def pass_time(board, message):
     """Send a message; return after the board has handled it and 20 ms of board time have passed."""
     before = board.status()["time"]
@@ -96,7 +96,7 @@ def pass_time(board, message):
 
 
 def read(board):
-    """Return received bytes; board time does not advance."""
+    """Return received bytes without advancing board time."""
     data = b""
     while select.select([board.fileno()], [], [], 0.0)[0]:
         data += os.read(board.fileno(), 4096)
@@ -105,7 +105,7 @@ def read(board):
 
 def ask(board):
     """Return the settings in force, skipping replies to earlier messages."""
-    pass_time(board, Alive())  # after a reset it does not receive for a moment
+    pass_time(board, Alive())  # after a reset, the board does not receive for a moment
     read(board)
     pass_time(board, SettingsRequest())
     (found,) = Decoder().feed(read(board))
@@ -113,7 +113,7 @@ def ask(board):
 
 
 def test_a_reset_while_saving_leaves_the_old_or_the_new_settings(memory):
-    # saving 73 bytes takes 3.4 ms each, 0.25 s; in lockstep board time stands still between messages
+    # saving 73 bytes at 3.4 ms each takes 0.25 s; in lockstep, board time stands still between messages
     seen = []
     with opened(options=("--eeprom", str(memory))) as board:
         old = ask(board)
@@ -128,6 +128,6 @@ def test_a_reset_while_saving_leaves_the_old_or_the_new_settings(memory):
             assert found.pack() in (old.pack(), new.pack()), cut
             seen.append(found.pack() == new.pack())
             old = found
-    assert np.array_equal(seen, np.sort(seen))  # early cuts keep the old settings, late ones the new
+    assert np.array_equal(seen, np.sort(seen))  # early cuts keep the old settings, late cuts the new ones
     assert not seen[0]
     assert seen[-1]

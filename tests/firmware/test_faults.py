@@ -1,4 +1,4 @@
-"""Every fault within its bounds: force, time until off and until back, no wrong records."""
+"""Every fault stays within its bounds: force, time until off, time until back, and no wrong records."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from tests.wide import wide
 pytestmark = needs_board
 
 LIMIT = 3.0 * (1.0 + 1.0 / 255.0)
-"""N: the board's limit and half a duty step, at most full duty."""
+"""N: the board's limit, and half a duty step at full duty."""
 STALES = {
     "none": 0,
     "to the board nothing for 300 ms": 1,
@@ -36,12 +36,12 @@ QUICK = (
     f"board reset in mid-motion{BOARD_RENDERS}",
     f"line full of valid commands{BOARD_RENDERS}",
 )
-"""One case per kind of fault; `make test-all` runs all."""
+"""One case per kind of fault; `make test-all` runs all cases."""
 
 
 @pytest.fixture(scope="module")
 def measured():
-    """Return a function that measures a case by name in its own process, with the board's clock."""
+    """Return a function that measures a case by name, in a separate process with the board's clock."""
     words = [sys.executable, "-m", "tests.firmware.faults_table", "--serve"]
     program = subprocess.Popen(
         words, cwd=Path(__file__).parents[2], env=os.environ, stdin=-1, stdout=-1, text=True
@@ -75,7 +75,7 @@ def test_faults_stay_within_their_bounds(case, measured):
     least = 0.4 if case.killed < case.seconds else 0.6
     assert found.rows > least * 1000 * (case.seconds - 0.3 * (case.off is not None))
     assert found.wrong_rows == found.unmarked_gaps == 0
-    assert found.foreign == 0  # every applied force had been sent
+    assert found.foreign == 0  # every force that the motor had was sent before
     assert found.late_ticks == found.overruns == 0
     assert found.fault in case.latched
     if found.hurt_to:
@@ -91,5 +91,5 @@ def test_faults_stay_within_their_bounds(case, measured):
     assert found.stale == STALES.get(case.name, found.stale)
     if case.name == "none":
         assert found.lost == found.bad == found.told == found.fault == found.silent_offs == 0
-    if case.name == "to the board nothing for 300 ms":  # the board has switched its motor off meanwhile
+    if case.name == "to the board nothing for 300 ms":  # meanwhile the board has switched its motor off
         assert found.back >= RECOVER

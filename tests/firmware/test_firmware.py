@@ -1,4 +1,4 @@
-"""The firmware builds, fits the chip, and its hardware-independent parts pass their own tests."""
+"""The firmware builds and fits the chip, and its hardware-independent parts pass their own tests."""
 
 import hashlib
 import re
@@ -15,7 +15,7 @@ from tests.firmware.vb import opened
 FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
 SKETCH = FIRMWARE / "hapkit"
 FREE = 250
-"""Bytes of RAM that stay free at the deepest stack."""
+"""Number of bytes of RAM that stay free at the deepest stack."""
 
 needs_avr = pytest.mark.skipif(shutil.which("avr-g++") is None, reason="no avr-gcc")
 needs_gcc = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
@@ -31,7 +31,7 @@ BUILD = FIRMWARE / "build"
 
 @pytest.fixture(scope="module")
 def said():
-    """Build the firmware; return the printed sizes."""
+    """Build the firmware; return the sizes that the build prints."""
     done = make()
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -43,7 +43,7 @@ def stack_counted():
 
 
 def image(path):
-    """Return the flash contents of an Intel hex file."""
+    """Return the contents of the flash in an Intel hex file."""
     records = [bytes.fromhex(line[1:]) for line in path.read_text().split()]
     assert all(sum(r) % 256 == 0 for r in records)
     return b"".join(r[4 : 4 + r[0]] for r in records if r[3] == 0)

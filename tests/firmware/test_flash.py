@@ -1,4 +1,4 @@
-"""Flashing with the real avrdude and boot loaders in the virtual board, and failing boards."""
+"""Flashing uses the real avrdude and boot loaders in the virtual board, including boards that fail."""
 
 from contextlib import ExitStack
 

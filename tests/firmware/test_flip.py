@@ -1,4 +1,4 @@
-"""The flip tracker's error and speed limit, compared with theory and the class template."""
+"""The error and the speed limit of the flip tracker agree with theory, and beat the class template."""
 
 import shutil
 
@@ -17,7 +17,7 @@ def test_the_error_is_within_a_count_at_any_position_of_the_magnet(rate):
 
 @pytest.mark.parametrize(("rate", "millimetres"), [(1000.0, 0.8), (500.0, 1.6), (230.0, 3.3)])
 def test_the_templates_error_grows_with_the_speed(rate, millimetres):
-    # simulated from the class template's description, to 0.1 mm
+    # the template's description gives the expected error, to 0.1 mm
     errors = [flips.worst_error(flips.template, flips.sine(rate, m)) for m in range(0, flips.COUNTS, 37)]
     assert 1e3 * flips.QUANTUM * np.median(errors) == pytest.approx(millimetres, abs=0.15)
 

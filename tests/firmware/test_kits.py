@@ -1,4 +1,4 @@
-"""Every kit with the real firmware: pins, direction, commanded force, sensor counts."""
+"""Every kit works with the real firmware: pins, direction, commanded force, and sensor counts."""
 
 import os
 
@@ -15,21 +15,21 @@ from tests.firmware.vb import LONGEST_INTERRUPT, exchange, needs_board, opened, 
 pytestmark = needs_board
 
 AMPLITUDE = 2.8
-"""N, slightly below the usual kit's limit."""
+"""N: amplitude of the commands, slightly below the usual kit's limit."""
 POWER = {MotorMap.SQUARE: 2.0, MotorMap.LINEAR: 1.0, MotorMap.TABLE: 1.5}
-"""Exponents of torque over duty for the test's motors."""
+"""Exponents of torque over duty of the motors in these tests."""
 TABLE = tuple(round(255 * (k / 8) ** 1.5) for k in range(1, 9))
 HALF = 0.53
-"""Half a duty step, plus the firmware's rounding."""
+"""Permitted error in duty steps: half a step, plus the firmware's rounding."""
 START = 0.1
 LATENCY = 5e-6
-"""m that a handle at 1 m/s moves during the encoder's interrupt latency."""
+"""m: distance that a handle at 1 m/s moves during the latency of the encoder's interrupt."""
 SHAKE = ((0.040, 2.0, 0.5), (0.030, 5.0, 0.2), (0.010, 12.0, 0.25))
-"""40 mm at 2 Hz, then 0.94 m/s, then 57 m/s^2."""
+"""Sines of 40 mm at 2 Hz, then with a peak of 0.94 m/s, then of 57 m/s²."""
 
 
 def wave(sample):
-    """Command forces of both signs and all sizes."""
+    """Return the force that answers a sample; over time it has both signs and all sizes."""
     return AMPLITUDE * np.sin(0.09 * sample.seq)
 
 
@@ -43,7 +43,7 @@ def play(folder, kit, seconds, law, script, **more):
     return samples, log, summary
 
 
-# --- motors
+# --- the motors
 def drive(folder, kit, **more):
     """Command the wave; return the commanded forces (n,) and the resulting rows of the truth log."""
     samples, log, _ = play(folder, kit, 0.16, wave, ("0 position 0",), **more)
@@ -64,7 +64,7 @@ def force_at(kit, steps):
 
 
 def assert_nearest_step(kit, asked, rows):
-    """The duty is the nearest step: half a step less gives too little force, half a step more too much."""
+    """Assert that the duty is the nearest step: half a step less is too little force, half more too much."""
     duty = np.abs(rows.duty)
     steps = np.where(duty > 0, duty - kit.dead_band, 0)
     wanted = np.minimum(np.abs(asked), min(kit.max_force, profiles.full_force(kit)))
@@ -100,7 +100,7 @@ def test_every_motor_gives_the_commanded_force(tmp_path, motor_map, dead_band):
     kit = kits.board(motor_map=motor_map, dead_band=dead_band, table=TABLE, motor_constant=0.0217)
     asked, rows = drive(tmp_path, kit, **{"motor-power": POWER[motor_map]})
     assert_nearest_step(kit, asked, rows)
-    # the chords of the table differ from this motor's torque by less than 2 % of the largest
+    # the chords of the table differ from this motor's torque by less than 2 % of the largest torque
     bend = 0.02 * profiles.full_force(kit) if motor_map == MotorMap.TABLE else 0.0
     steps = np.abs(rows.duty) - dead_band
     step = force_at(kit, steps + 1.0) - force_at(kit, steps)
@@ -140,7 +140,7 @@ def test_new_settings_switch_the_motor_off_and_apply_at_once_and_invalid_ones_ar
         assert push()["duty"] == 0
 
 
-# --- sensors
+# --- the sensors
 def follow(folder, kit, pieces=SHAKE, seconds=1.1, **more):
     """Move the handle; return samples, their rows of the truth log, and the counters."""
     samples, log, summary = play(folder, kit, seconds, lambda s: 0.0, kits.motion(START, pieces), **more)
@@ -148,7 +148,7 @@ def follow(folder, kit, pieces=SHAKE, seconds=1.1, **more):
 
 
 def error(kit, samples, rows):
-    """Return the counts (n,) minus those that the handle has moved since the first sample."""
+    """Return the counts (n,) minus those by which the handle has moved since the first sample."""
     counts = np.array([s.count for s in samples])
     return np.abs(counts - counts[0] - (rows.position - rows.position[0]) / kit.quantum)
 
@@ -182,7 +182,7 @@ def test_bit_errors_on_the_bus_never_reach_the_position(tmp_path):
     assert summary["spi_turned"] > 20
     step = np.abs(np.diff(rows.position)).max() / kit.quantum
     worst = error(kit, samples, rows)
-    assert worst.max() <= 3.0 * step  # an error bit costs up to two further readings
+    assert worst.max() <= 3.0 * step  # a bit error may also spoil the next two readings
     flagged = np.array([bool(s.flags & BoardFlag.SENSOR) for s in samples])
     assert np.all(worst[~flagged] <= 1.0 + 1e-6)
     assert 0.01 < flagged.mean() < 0.15

@@ -1,7 +1,7 @@
-"""The firmware renders laws on an imposed motion, bit by bit like the machine on this computer.
+"""The firmware renders laws on an imposed motion with the same bits as the machine on this computer.
 
-At 1 kHz or less every tick is reported: position and velocity used by the board, the force, a state value.
-The machine on this computer and the law in double precision get the same rows from the first on.
+At 1 kHz or less, every tick is reported with the position and velocity that the board used, the force, and a
+state value. The machine on this computer and the law in double precision get the same rows from the first on.
 """
 
 import math
@@ -26,9 +26,9 @@ from tests.wide import wide
 ENVIRONMENTS = built_in()
 pytestmark = [needs_board, needs_compiler]
 
-BOUND = 2e-3  # N
+BOUND = 2e-3  # N: largest difference from the Python law
 ARENA = machine.ARENA
-# first at rest, then into and out of objects, on both sides
+# the handle first rests, then moves into and out of objects on both sides
 MOTION = ("0 position 0", "0.15 position 0.013 0.06", "0.22 position -0.02 0.1", "0.33 position 0.011 0.08")
 SECONDS = 0.4
 CASES = [
@@ -56,7 +56,7 @@ SAMPLE = (2002, 2005, 2007, 2017)
 
 @dataclass
 class Run:
-    """A board's reports on one law: rows (n, 2), forces (n,), (index, value) of the state in each frame."""
+    """A board's reports on one law: rows (n, 2), forces (n,), and one state (index, value) per frame."""
 
     rows: np.ndarray
     forces: np.ndarray
@@ -65,7 +65,7 @@ class Run:
 
 
 def rate_of(program: Program) -> int | None:
-    """Return the rate at which every tick is reported and the law fits its period, None without one."""
+    """Return a rate at which every tick is reported and the law fits its period, or None without one."""
     for rate in (1000, 500):
         if program.most + machine.REST_AT_MOST + machine.FRAME < 16_000_000 // rate:
             return rate
@@ -95,10 +95,10 @@ def twin():
 
 
 def hold(twin: Machine, program: Program, found: Run) -> Run:
-    """Fail if any bit differs from the machine on this computer; return the run from the first tick on.
+    """Assert that every bit equals that of the machine on this computer; return the run from its first tick.
 
-    A NaN force is the last one. The first tick's frame may be missing on a busy line: the handle was at rest
-    then, as in the next.
+    The last force may be NaN. On a busy line, the first tick's frame may be missing; the handle was at rest
+    then, as in the next tick.
     """
     for missing in (0, 1):
         rows = np.concatenate([found.rows[:1]] * missing + [found.rows])
@@ -121,7 +121,7 @@ def hold(twin: Machine, program: Program, found: Run) -> Run:
 
 
 def apart(law: Law, values, program: Program, rate: int, found: Run) -> float:
-    """Return the largest excess of a force over its error bound in N, while the bound is useful."""
+    """Return the largest excess of a force over its error bound in N, as far as the bound is useful."""
     exact, analysis = Plain(law, values, 1.0 / rate), Analysis(program)
     worst = 0.0
     for (x, v), asked in zip(found.rows.astype(float).tolist(), found.forces, strict=True):
@@ -138,7 +138,7 @@ def apart(law: Law, values, program: Program, rate: int, found: Run) -> float:
 
 
 def hold_to_python(environment, values, twin: Machine, folder) -> np.ndarray:
-    """Fail if the board's forces differ from those of the Python law; return them."""
+    """Assert that the board's forces agree with those of the Python law; return them."""
     rate = rate_of(board_runs.program(environment, values, 1000, ARENA))
     assert rate
     program = board_runs.program(environment, values, rate, ARENA)

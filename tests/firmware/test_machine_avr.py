@@ -1,4 +1,4 @@
-"""Assembler on the chip, call by call: every operation of the machine, products, filters, frames."""
+"""The chip's assembler, called function by function: every operation, products, filters, frames."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from tests.laws.random_code import BY_NAME, code, random_code
 pytestmark = needs_compiler
 
 ENTRY = 52
-"""Cycles of run() besides its operations: slots 0 and 1, finding MAIN, saving registers."""
+"""Number of cycles of run() besides its operations: it fills slots 0 and 1, finds MAIN, saves registers."""
 SLOTS = 6
 EDGES = np.array(
     [0.0, -0.0, 1e-40, -1e-40, 1.1754944e-38, -1.1754944e-38, 1.0, -1.0, 0.99999994, 1.0000001, 0.5,
@@ -45,7 +45,7 @@ def computer():
 
 
 def law_of(operation) -> bytes:
-    """Return a law that applies one operation to x, and v if it is binary."""
+    """Return a law that applies one operation to x, or to x and v if it is binary."""
     if operation.operands == "":
         return code("MAIN", operation.name, "RETURN")
     if operation.operands == "ssn":
@@ -60,7 +60,7 @@ MEASURED = [*CALCULATING, *(BY_NAME[name] for name in ("LOAD_AT", "STORE_AT", "C
 
 
 def operands(rng, count: int) -> np.ndarray:
-    """Return pairs (n, 2): random bits, typical sizes, nearly equal ones, few bits, edges."""
+    """Return pairs (n, 2): random bits, typical sizes, nearly equal numbers, few bits, and edge cases."""
     part = count // 4
     bits = rng.integers(0, 2**32, (part, 2), dtype=np.uint32)
     usual = np.float32(rng.normal(size=(part, 2)) * 10.0 ** rng.uniform(-4, 3, (part, 2)))
@@ -76,7 +76,7 @@ def operands(rng, count: int) -> np.ndarray:
 
 
 def assert_same(found, wanted, rows):
-    """Compare bit by bit; all NaN are equal."""
+    """Assert that results are equal bit by bit; all NaN count as equal."""
     same = (found.view(np.uint32) == wanted.view(np.uint32)) | (np.isnan(found) & np.isnan(wanted))
     assert same.all(), (rows[~same][:3], found[~same][:3], wanted[~same][:3])
 
@@ -114,7 +114,7 @@ def test_random_code_gives_the_same_bits_in_assembler_in_cpp_and_here(chip, comp
 
 
 def changed(rng, rows: np.ndarray, count: int) -> np.ndarray:
-    """Return rows with some bits changed."""
+    """Return rows with some of their bits changed."""
     bits = rows[rng.integers(len(rows), size=count)].view(np.uint32).copy()
     flips = np.uint32(1) << rng.integers(0, 32, bits.shape).astype(np.uint32)
     bits ^= np.where(rng.random(bits.shape) < 0.5, flips, 0).astype(np.uint32)
@@ -156,7 +156,7 @@ def test_operations_with_constant_time_take_exactly_the_tables_cycles(chip, law)
 
 
 def exactly(operation, rows):
-    """Return the operation in double precision."""
+    """Return the result of the operation in double precision."""
     a, s = rows[:, 0].astype(float), rows[:, 1].astype(float)
     functions = {
         "ADD": a + s, "SUBTRACT": a - s, "SUBTRACT_FROM": s - a, "MULTIPLY": a * s, "DIVIDE": a / s,
@@ -178,7 +178,7 @@ CLOSE = {
     "EXP": 2e-7, "EXPM1": 2e-7, "LOG": 2e-7, "LOG1P": 3e-7, "SINH": 3e-7, "COSH": 2e-7, "TANH": 4e-7,
     "POWER": 5e-6, "HYPOT": 2e-7,
 }  # fmt: skip
-"""Largest error of a result by itself; other operations are correctly rounded."""
+"""Largest relative error of each result; other operations are correctly rounded."""
 
 
 @pytest.mark.parametrize("operation", CALCULATING, ids=lambda o: o.name)
@@ -206,7 +206,7 @@ def test_sines_of_many_turns_are_accurate(chip, rng):
     for name, function in (("SIN", np.sin), ("COS", np.cos)):
         chip.load(0, [], SLOTS, code("MAIN", name, "RETURN"))
         found = chip.run(rows)[0].astype(float)
-        # less than the rounding error of the angle itself
+        # the error is less than the rounding error of the angle itself
         assert np.all(np.abs(found - function(x.astype(float))) <= 1e-7 + ROUNDED * np.abs(x))
 
 
@@ -241,7 +241,7 @@ def test_operations_at_the_limits_of_the_range(chip, name, a, s, wanted):
     np.testing.assert_allclose(found, [np.float32(wanted)], rtol=5e-6)
 
 
-# --- an integer times a float in one operation
+# --- one operation multiplies an integer by a float
 SMALLEST, LARGEST = np.finfo(np.float32).tiny, np.finfo(np.float32).max
 WHOLE = 2**24
 """Floats represent every integer up to here; larger ones are truncated."""
@@ -253,7 +253,7 @@ FACTORS = np.float32([1.0, 0.5, 1 / 3, 1.9999999, 1.0000001, 20.7e-6, 1e-7, 2e-3
 
 
 def products(calls, value, factor):
-    """Return the chip's products, and their error in units of the last bit (n,)."""
+    """Return the chip's products, and their errors in units of the last bit (n,)."""
     found = calls.call("times", value.view(np.float32), factor)[0]
     exact = value.astype(float) * factor.astype(float)
     off = np.abs(found.astype(float) - exact) / np.spacing(np.abs(exact).astype(np.float32)).astype(float)
@@ -265,7 +265,8 @@ def test_an_integer_times_a_float_has_an_error_of_at_most_a_last_bit(calls, rng)
     _, off = products(calls, value, np.float32(10.0 ** rng.uniform(-25, 25, 700)))
     assert off.max() <= 1.0
     assert np.mean(off <= 0.5001) > 0.97
-    large = rng.integers(-(2**31), 2**31, 400).astype(np.int32)  # most exceed a float's precision
+    # most of these integers exceed a float's precision
+    large = rng.integers(-(2**31), 2**31, 400).astype(np.int32)
     assert products(calls, large, np.float32(10.0 ** rng.uniform(-25, 25, 400)))[1].max() <= 2.5
     whole = rng.integers(-WHOLE, WHOLE + 1, 200).astype(np.int32)
     np.testing.assert_array_equal(products(calls, whole, np.ones(200, np.float32))[0], whole)
@@ -295,14 +296,14 @@ def test_products_from_the_smallest_float_to_beyond_the_largest(calls):
     assert 1 <= np.sum(~fits) < value.size
 
 
-# --- a filter's multiplication, and the bytes of a frame, compared with C++
+# --- a filter's multiplication and the bytes of a frame agree with C++
 WRITER, BODY, CODED = 0x700, 0x710, 0x780
 """Unused addresses in the chip's memory."""
 LONGEST_BODY = 72
 
 
 def share(value, half):
-    """Return the result of estimator::share in C++ (n,) for (n,) uint32."""
+    """Return the results of estimator::share in C++ (n,) for uint32 values (n,)."""
     value, half = value.astype(np.uint64), half.astype(np.uint64)
     high, low, large, small = value >> 16, value & 0xFFFF, half >> 16, half & 0xFFFF
     total = high * large + (low * large >> 16) + (high * small >> 16)
@@ -328,7 +329,7 @@ def test_a_filters_multiplication_agrees_to_the_last_bit(calls, rng):
 
 
 def written(calls, body: bytes, *parts: int) -> bytes:
-    """Return the chip's frame of a body written in parts of these sizes."""
+    """Return the chip's frame of a body that is written in parts of these sizes."""
     start = b"\xff\xff" + CODED.to_bytes(2, "little") + (CODED + 1).to_bytes(2, "little")
     calls.write(WRITER, start)
     at = 0

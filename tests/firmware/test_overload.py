@@ -1,4 +1,4 @@
-"""The firmware at its limits in board time: stack, full line, longest law, hang."""
+"""The firmware at its limits, in board time: a deep stack, a full line, the longest law, and hangs."""
 
 import itertools
 import math
@@ -49,14 +49,14 @@ pytestmark = needs_board
 
 
 class Talk:
-    """A computer that communicates with a board; ``heard``: the board's messages."""
+    """A computer that communicates with a board; ``heard`` has the board's messages."""
 
     def __init__(self, turns: Turns):
         self.turns, self.decoder = turns, Decoder()
         self.heard: list = []
 
     def turn(self) -> list:
-        """Advance the board; return its messages."""
+        """Advance the board by one turn; return its messages."""
         self.turns.turn()
         new = self.decoder.feed(self.turns.take(4096))
         self.heard += new
@@ -69,7 +69,7 @@ class Talk:
         return [m for m in self.heard if isinstance(m, kind)]
 
     def load(self, law: Program, rate: int, generation: int) -> None:
-        """Send a law, one piece per sample, with requests in between; repeat lost pieces."""
+        """Send a law, one piece per sample, with requests in between; send lost pieces again."""
         head = announced(law, rate, usual(rate), generation)
         for turn in range(2000):
             known = False
@@ -85,7 +85,7 @@ class Talk:
         raise AssertionError("the law never began")
 
     def run(self, law: Program, generation: int, seconds: float) -> None:
-        """Let a law render with ramping constants, and occasional stops and releases."""
+        """Let a law render with ramping constants, and with occasional stops and releases."""
         moves = range(2 + law.states, 2 + len(law.given))[:TUNED]
         values = law.given[law.states : law.states + len(moves)]
         until, change = self.turns.time + seconds, 0
@@ -102,7 +102,7 @@ class Talk:
 # --- the stack
 TOP = 0x8FF
 """Start address of the stack."""
-# including laws with the deepest functions, with subroutines and with a long verification
+# among them are laws with the deepest functions, with subroutines, and with a long verification
 DEEP = (
     ("texture", {"kind": "grating"}, 4000),
     ("detents", {}, 4000),
@@ -110,7 +110,7 @@ DEEP = (
     ("puck", {}, 1000),
     ("cat", {}, 500),
 )
-# too fast at first and occasionally, otherwise a motion to and fro
+# the motion is too fast at first and occasionally, otherwise to and fro
 TO_AND_FRO = [
     f"{0.02 * k:.2f} position {0.04 * (-1) ** k} {0.018 if k % 20 else 0.005}" for k in range(1, 150)
 ]
@@ -137,13 +137,13 @@ def test_stack_use_is_within_the_builds_assumption(tmp_path, sensor):
     assert 200 < stack <= stack_counted()
 
 
-# --- a law whose verification exceeds the hardware watchdog's time
+# --- a law takes longer to verify than the hardware watchdog permits
 OPCODES = {operation.name: operation.code for operation in machine.OPERATIONS}
 RESET_AFTER = 0.016
 
 
 def long_law():
-    """Return a law that fills the arena, with as many pending jumps from start to end as possible."""
+    """Return a law that fills the arena, with as many pending jumps from its start to its end as possible."""
     size = ARENA - 4 * 3 - RAMPS * RAMP
     code = bytearray([OPCODES["MAIN"]])
     jumps = []
@@ -170,14 +170,14 @@ def test_a_law_with_a_long_verification_starts(tmp_path):
     assert np.diff(times).max() > RESET_AFTER
 
 
-# --- a computer that sends continuously while the board renders
+# --- a computer sends continuously while the board renders
 SECONDS = 2.0
 BYTES = 100_000
-"""Bytes per second of the line."""
+"""Number of bytes per second on the line."""
 AHEAD = 2500
-"""Bytes sent in advance: enough for the longest turn of 20 ms, and a reserve."""
+"""Number of bytes sent in advance: enough for the longest turn of 20 ms, and a reserve."""
 KITS = 8
-"""Turns with a different kit, half of which arrive; then it is saved, which takes 0.25 s."""
+"""Number of turns with a different kit, half of which arrive; then the kit is saved, which takes 0.25 s."""
 LAWS = ("wall", "texture", "friction", "cat", "button", "spring")
 RATES = (4000, 3400, 2000, 1600, 1000, 900, 500)
 COEFFICIENTS = ((0.0, 0.0), (0.2, 0.0), (0.35, 120.0))
@@ -185,7 +185,7 @@ MOTION = [(0.02, 4.0, 0.5), (0.01, 11.0, 0.7)]
 
 
 def words_of(turn: int, room: int) -> tuple[bytes, bytes]:
-    """Return the bytes that send a complete law, and those that change one of its constants."""
+    """Return the bytes that send a complete law, and the bytes that change one of its constants."""
     key, rate, kind = LAWS[turn // 3 % len(LAWS)], RATES[turn % len(RATES)], turn % len(Estimator)
     environment = environments.named(key)
     law = program(environment, environment.values(), rate, room)
@@ -214,12 +214,12 @@ def talk(room: int, kit) -> Iterator[bytes]:
 
 
 def share(time: float) -> float:
-    """Return the load of the line: alternately more than the board can read, and exactly as much."""
+    """Return the load of the line, which is alternately more than the board can read, and exactly as much."""
     return 1.0 if time % 0.1 < 0.03 else 0.2
 
 
 def flood(turns: Turns, kit) -> Talk:
-    """Keep the line to a board full; return the board's messages."""
+    """Keep the line to a board full; return the computer's side with the board's messages."""
     words = talk(turns.ask(HelloRequest(), Hello).arena, kit)
     line, now, owed = Talk(turns), turns.time, AHEAD
     line.say(Stream(1, 0))
@@ -244,11 +244,11 @@ def test_a_full_line_does_not_block_interrupts(tmp_path, sensor):
     line = flood(turns, kit)
     summary = turns.end()
     assert 0 < summary["interrupts_off_cycles"] <= LONGEST_INTERRUPT
-    assert summary["overruns"] == summary["overwritten"] == 0  # bytes, in the chip's port
+    assert summary["overruns"] == summary["overwritten"] == 0  # the chip's port lost no bytes
     assert summary["received"] > 0.95 * 0.44 * BYTES * SECONDS
     duty = truth(turns.log).duty
     assert FULL_FORCE * (np.abs(duty).max() - 1.0) ** 2 / 255.0**2 <= kit.max_force
-    # complete frames, no restart, laws with force, a reply to every request
+    # frames are complete, the board did not restart, laws give forces, and every request has a reply
     shown = line.of(Telemetry)
     assert line.decoder.bad_frames == 0
     assert np.all(np.diff([frame.time_us for frame in shown]) > 0)
@@ -260,7 +260,7 @@ def test_a_full_line_does_not_block_interrupts(tmp_path, sensor):
     assert {Origin.UNSAVED, Origin.STORED} <= {frame.origin for frame in line.of(Settings)}
 
 
-# --- firmware that hangs in its tick or main program is reset by the hardware watchdog
+# --- the hardware watchdog resets firmware that hangs in its tick or main program
 HANGS_AT = 0.3
 WATCHDOG = 0.025
 

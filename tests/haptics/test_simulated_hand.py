@@ -23,7 +23,7 @@ FRAME = 16  # ms between updates of the pointer in a window
 
 @njit
 def play(r, body, out, pointers, releases):
-    """Render a sample per pointer (n,) in m, NaN without a hand, like the live loop but without waiting."""
+    """Render a sample per pointer position (n,) in m (NaN: no hand), like a live loop without waits."""
     for k in range(len(pointers)):
         r.settings.hand_on = 0 if math.isnan(pointers[k]) else 1
         r.settings.hand_target = pointers[k]

@@ -1,4 +1,4 @@
-// Sends as fast as the port permits.
+// This program sends bytes as fast as the port permits.
 #include "chip.h"
 
 int main(void) {

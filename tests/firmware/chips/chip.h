@@ -1,4 +1,4 @@
-// Shared by the small test programs: port at 1 Mbaud, PWM as on the Hapkit.
+// The small test programs share this file: the port runs at 1 Mbaud, the PWM as on the Hapkit.
 #pragma once
 
 #include <avr/interrupt.h>

@@ -1,5 +1,5 @@
-// Sends R when ready, does not read received bytes for 3 ms, then returns the remaining ones and whether any
-// was lost.
+// This program sends R when it is ready, then does not read received bytes for 3 ms. After that it returns
+// the remaining bytes, and whether any byte was lost.
 #include "chip.h"
 #include <util/delay.h>
 

@@ -1,4 +1,5 @@
-// Enables the motor's output in the mode of timer TIMER, 0 or 2, given by CONTROL_A and CONTROL_B.
+// This program enables the motor's output in the mode of timer TIMER (0 or 2) given by CONTROL_A and
+// CONTROL_B.
 #include "chip.h"
 
 int main(void) {

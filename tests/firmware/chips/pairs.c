@@ -1,6 +1,7 @@
-// Sends two bytes back to back, with LOOK=1 only when the port reports free space. Then sends the status
-// after their transmission, the number of transmit-complete interrupts once enabled, the status inside and
-// after the interrupt, and the status after two more bytes whose flag was cleared by writing.
+// This program sends two bytes back to back; with LOOK=1 it waits until the port reports free space. Then it
+// sends the status after their transmission, the number of transmit-complete interrupts once they are
+// enabled, the status inside and after the interrupt, and the status after two more bytes whose flag was
+// cleared by writing.
 #include <util/delay.h>
 
 #include "chip.h"

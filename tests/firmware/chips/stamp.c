@@ -1,4 +1,5 @@
-// Sends R when ready, receives 32 bytes and returns the clock at which each arrived, low byte first.
+// This program sends R when it is ready, receives 32 bytes, and returns the clock at which each arrived, low
+// byte first.
 #include "chip.h"
 
 int main(void) {

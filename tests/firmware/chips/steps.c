@@ -1,4 +1,5 @@
-// Drives the motor with a sequence of duties, 2 ms each: right, left, then with the pin directly.
+// This program drives the motor with a sequence of duties for 2 ms each: right, left, then with the pin
+// directly.
 #include "chip.h"
 #include <util/delay.h>
 
@@ -12,7 +13,7 @@ int main(void) {
       _delay_ms(2);
     }
   }
-  TCCR0A = _BV(WGM00);  // output disconnected from the timer: the pin's own level applies
+  TCCR0A = _BV(WGM00);  // the output is disconnected from the timer, so the pin's own level applies
   _delay_ms(2);
   PORTD = _BV(PD5);
   _delay_ms(2);

@@ -1,4 +1,4 @@
-// Sends a frame of eleven bytes every millisecond.
+// This program sends a frame of eleven bytes every millisecond.
 #include "chip.h"
 #include <util/delay.h>
 
