@@ -48,7 +48,7 @@ class Alternative:
         program = self.plan.program
         return (
             f"{self.choice.word(self.option)} takes {program.size:,} bytes, {program.usual:,.0f} cycles, and "
-            f"feels the same: {self.apart:.2f} N apart at most, of {self.force:.1f} N."
+            f"feels the same: the forces differ by at most {self.apart:.2f} N of {self.force:.1f} N."
         )
 
 

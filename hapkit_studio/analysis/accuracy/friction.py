@@ -93,11 +93,11 @@ def runs(scene: plan.Scene) -> list[plan.Run]:
 
 
 RESTING = "A drift of less than one count of the Hapkit's sensor, 20.7 µm, in two seconds counts as rest"
-_LEVELS, _DRAWN = ("Friction", "1 N, then 0.5 N"), ("Mass", "0.05 kg, drawn by 300 N/m at 2 cm/s")
+_LEVELS, _DRAWN = ("Friction", "1 N, then 0.5 N"), ("Mass", "0.05 kg, pulled by 300 N/m at 2 cm/s")
 PLAN = plan.Plan(
     "friction",
     "Friction",
-    "Which friction model slips in time and holds at rest, and at what cost?",
+    "Which friction model slips at the right time and holds at rest, and at what cost?",
     LABELS,
     (
         plan.Scene(
@@ -106,7 +106,7 @@ PLAN = plan.Plan(
             (_DRAWN, _LEVELS, ("Reference", "exact formula")),
         ),
         plan.Scene(
-            "handle", "A handle that should hold", "drift of what should hold", 1e-5, RESTING, "m/s",
+            "handle", "A handle held by friction", "drift of the handle at rest", 1e-5, RESTING, "m/s",
             (
                 ("Handle", "0.044 kg, 0.5 N·s/m"), ("Sensor", "20.7 µm"),
                 ("Pull", "0.3 N ± 0.15 N at 20 Hz"), _LEVELS, ("Reference", "no drift"),

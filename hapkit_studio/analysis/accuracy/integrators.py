@@ -86,7 +86,7 @@ _SWINGING = (
     ("Exact", "state matrix precomputed"), ("Reference", "exact formula, 1 s"),
 )  # fmt: skip
 _STICKING = (
-    ("Mass", "0.05 kg"), ("Spring", "300 N/m, drawn at 2 cm/s"), ("Friction", "1 N, then 0.5 N"),
+    ("Mass", "0.05 kg"), ("Spring", "300 N/m, pulled at 2 cm/s"), ("Friction", "1 N, then 0.5 N"),
     ("Reference", "exact formula, 3 s"),
 )  # fmt: skip
 _DAMPER = ("Damping", f"{DAMPED.damping:g} N·s/m")

@@ -4,7 +4,7 @@ from hapkit_studio.columns import Column
 from hapkit_studio.formatting import hertz
 from hapkit_studio.parameters import Parameter
 
-AMPLITUDE = Parameter("amplitude", "Amplitude", "m", 1e-3, 20e-6, 0.01, "The handle moves so far at most")
+AMPLITUDE = Parameter("amplitude", "Amplitude", "m", 1e-3, 20e-6, 0.01, "Largest motion of the handle")
 LINEAR = 0.9  # coherence below which a point is unreliable
 COMPARED = 0.4  # fraction of Nyquist up to which measurement and theory are compared
 

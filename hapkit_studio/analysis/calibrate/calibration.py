@@ -104,7 +104,7 @@ class Calibration:
         """Push both ways; if the motor is reversed, correct its sign and push again; raise DeviceError."""
         found, wrong = self._keep_direction(lambda: motor.push_both_ways(self.runner))
         if wrong and found.agrees:
-            return passed("The motor pushed the wrong way. It is reversed now; force and position agree now.")
+            return passed("The motor pushed the wrong way. It is reversed now, so force and position agree.")
         return found.result
 
     def find_dead_band(self) -> CheckResult:
@@ -201,7 +201,7 @@ class Calibration:
     def use_reading(self, reading: float) -> Strength:
         """Apply the motor constant from a scale's reading in kg; raise ParameterError."""
         if self.pushed is None:
-            raise ParameterError("Push on the scale first, and read it meanwhile.")
+            raise ParameterError("Push on the scale first, and read it during the push.")
         pushed = self.pushed
         return self._apply_strength(lambda board: motor.strength_from_scale(reading, pushed, board))
 

@@ -29,8 +29,8 @@ _MASS_TOLERANCE = 0.3
 _MUCH_FRICTION = 0.25
 _HOLDING_FRICTION = 0.2
 """N; this dry friction may hold a handle against the strongest pulse."""
-_FRICTION_REMEDY = "Look for a cable that is too tight, a dry bearing, a sector that rubs."
-_SWEEP_REMEDY = "Level the kit, let the handle go in the middle, test again."
+_FRICTION_REMEDY = "Look for a cable that is too tight, a dry bearing, or a sector that rubs."
+_SWEEP_REMEDY = "Level the kit, release the handle in the middle, and test again."
 _COARSE_QUANTUM = 0.2e-3
 """m per count; with a coarser sensor, such as an encoder, a sweep determines neither mass nor friction."""
 _TRIES = 3
@@ -62,13 +62,13 @@ def settings(runner: BoardRunner) -> CheckResult:
     if abs(ratio - 1.0) > 0.1:
         return warn(
             "scale",
-            f"Scale and radii differ: {ratio:.2f} × the travel per count that the radii make.",
+            f"Scale and radii disagree: the travel per count is {ratio:.2f} × that of the radii.",
             "Run Set up my Hapkit, step Zero and scale.",
         )
     if now.origin != Origin.STORED:
-        words = "Nothing is stored on the board: it uses the numbers of the usual kit."
+        words = "Nothing is stored on the board, so it uses the values of the usual kit."
         return warn("not stored", words, "Run Set up my Hapkit.")
-    return passed(f"“{now.label}”, {kit.title if kit else 'a kit of its own'}, stored on the board.")
+    return passed(f"“{now.label}”, {kit.title if kit else 'another kit'}, stored on the board.")
 
 
 def sensor(runner: BoardRunner) -> CheckResult:
@@ -79,10 +79,10 @@ def sensor(runner: BoardRunner) -> CheckResult:
     if noise > NOISY:
         return too_noisy(noise)
     if np.ptp(track.position) > 0.5e-3:
-        words = f"The handle moved {1e3 * np.ptp(track.position):.1f} mm while it should rest."
-        return warn("moving", words, "Take the hands off, level the kit, test again.")
+        words = f"The handle moved {1e3 * np.ptp(track.position):.1f} mm although it should rest."
+        return warn("moving", words, "Take your hands off, level the kit, and test again.")
     if np.any(track.flags & int(BoardFlag.SENSOR)):
-        return warn("sensor", "Readings came that cannot be right.", "Check the sensor's plug and magnet.")
+        return warn("sensor", "Some readings are impossible.", "Check the sensor's plug and magnet.")
     return passed(f"Reads {int(np.median(track.raw))}, steady; {100.0 * lost:.1f} % of the samples arrived.")
 
 
@@ -91,9 +91,9 @@ def stopping(runner: BoardRunner) -> CheckResult:
     stop_flags, stop_pwm = _flags_after(runner, silent=False)
     silence_flags, silence_pwm = _flags_after(runner, silent=True)
     if stop_pwm or not stop_flags & BoardFlag.STOPPED:
-        words, key = "The motor did not go off at the E-stop.", "stop"
+        words, key = "The E-stop did not switch the motor off.", "stop"
     elif silence_pwm or not silence_flags & BoardFlag.WATCHDOG:
-        words, key = "The motor did not go off when the computer fell silent.", "watchdog"
+        words, key = "The motor did not go off when the computer stopped sending.", "watchdog"
     else:
         return passed(_STOPPING)
     remedy = "Pull the motor's supply. Flash the firmware again, then test again."
@@ -145,9 +145,10 @@ def direction(runner: BoardRunner) -> CheckResult:
         return CheckResult(FAIL, words, remedy, "opposite")
     if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
         words = (
-            f"{found.result.words} Dry friction of {runner.settings.coulomb:.2f} N is stored: it may hold it."
+            f"{found.result.words} Dry friction of {runner.settings.coulomb:.2f} N is stored, which may "
+            "hold it."
         )
-        return warn("no motion", words, f"{_FRICTION_REMEDY} Else: {found.result.remedy}")
+        return warn("no motion", words, f"{_FRICTION_REMEDY} Otherwise: {found.result.remedy}")
     return found.result
 
 
@@ -157,7 +158,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
     now, part = runner.settings, swept.part
     if not part.estimates and now.quantum > _COARSE_QUANTUM:
         count = f"One count is {1e3 * now.quantum:.1f} mm"
-        return passed(f"Swept. {count}: too coarse to tell mass and friction.")
+        return passed(f"Swept. {count}, which is too coarse to measure mass and friction.")
     if not part.estimates:
         return warn("sweep", part.advice, _SWEEP_REMEDY)
     mass, dry = part["mass"], part["coulomb"]
@@ -166,17 +167,17 @@ def paddle(runner: BoardRunner) -> CheckResult:
     damping = part["viscous"].value
     words = f"Mass {1e3 * mass.value:.0f} g, damping {damping:.2f} N·s/m, friction {dry.value:.2f} N"
     if swept.board.dead_band != now.dead_band:
-        remedy = "Run Set up my Hapkit, step Friction: small forces are too small."
+        remedy = "Run Set up my Hapkit, step Friction, because small forces are now too weak."
         return warn("dead band", f"The motor begins to turn at duty {swept.board.dead_band} of 255.", remedy)
     if dry.low > max(2.0 * now.coulomb, _MUCH_FRICTION):
-        return warn("friction", f"{words}; stored is {now.coulomb:.2f} N.", _FRICTION_REMEDY)
+        return warn("friction", f"{words}; stored: {now.coulomb:.2f} N.", _FRICTION_REMEDY)
     if max(mass.value / now.mass, now.mass / mass.value) - 1.0 > _MASS_TOLERANCE + mass.half / now.mass:
-        stored = f"{words}; stored is {1e3 * now.mass:.0f} g."
+        stored = f"{words}; stored: {1e3 * now.mass:.0f} g."
         return warn(
             "mass", stored, "The motor's strength or the handle has changed: run Strength and Friction."
         )
     stored = f"{1e3 * now.mass:.0f} g, {now.viscous:.2f} N·s/m, {now.coulomb:.2f} N"
-    return passed(f"{words}; stored is {stored}.")
+    return passed(f"{words}; stored: {stored}.")
 
 
 def spring(runner: BoardRunner) -> CheckResult:
@@ -186,16 +187,18 @@ def spring(runner: BoardRunner) -> CheckResult:
     size = float(np.ptp(late))
     if size > 1e-3:
         words = f"A spring of {SPRING:.0f} N/m still moves by {1e3 * size:.1f} mm after a second."
-        return warn("spring", words, "Lower the delay (low-latency mode, frame padding), tighten the cable.")
+        return warn(
+            "spring", words, "Lower the delay (low-latency mode, frame padding), and tighten the cable."
+        )
     return passed(f"A spring of {SPRING:.0f} N/m comes to rest.")
 
 
-_STOPPING = "Motor off at E-stop, and when the computer falls silent."
+_STOPPING = "The motor goes off at an E-stop and if the computer stops sending."
 CHECKS = (
-    Check("settings", "Settings", "What the board has stored, and whether it fits together.", settings),
-    Check("sensor", "Sensor", "Steady at rest; no sample lost.", sensor),
+    Check("settings", "Settings", "The settings stored on the board, and whether they agree.", settings),
+    Check("sensor", "Sensor", "The reading is steady at rest, and no sample is lost.", sensor),
     Check("stopping", "Stopping", _STOPPING, stopping),
-    Check("direction", "Direction", "Pulses of 0.3 N at most, both ways.", direction),
+    Check("direction", "Direction", "Pulses of at most 0.3 N in both directions.", direction),
     Check("paddle", "Mass and friction", "A gentle sweep, within ± 25 mm.", paddle),
     Check("spring", "Spring", "A spring of 100 N/m comes to rest.", spring),
 )
@@ -229,7 +232,7 @@ class Report:
         if self.good:
             return "Your Hapkit works as it should."
         left_out = self._titles(SKIP)
-        rest = f" Not tested until then: {left_out}." if left_out else ""
+        rest = f" Not tested yet: {left_out}." if left_out else ""
         if self.dangerous:
             return f"Do not use this Hapkit yet. Repair first: {self._titles(FAIL)}.{rest}"
         rest = rest or (" Everything else is fine." if self._titles(PASS) else "")
@@ -270,7 +273,7 @@ def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
         except (StoppedError, CancelledError):
             raise
         except AbortedError as error:
-            remedy = "Level the kit, hands off, handle in the middle. Then test again."
+            remedy = "Level the kit, release the handle in the middle, and test again."
             return warn("aborted", str(error), remedy)
-    words = f"This computer was late, {_TRIES} times: the board switched its motor off, as it must."
-    return warn("late", words, "No fault of the kit. Close other programs, then test again.")
+    words = f"This computer was late {_TRIES} times, so the board switched its motor off, as it must."
+    return warn("late", words, "The kit is not the cause. Close other programs, then test again.")

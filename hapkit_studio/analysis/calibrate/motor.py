@@ -84,20 +84,20 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
         words = f"Pulses up to {pushed:.1f} N did not move the handle."
         remedy = (
             "Is the motor's supply on (12 V plug, not only USB)? Is the cable on the pulley, and not jammed? "
-            "Is the handle free? If all that is so, look for a dead band."
+            "Is the handle free? If all this is right, look for a dead band."
         )
         return Direction(None, warn("no motion", words, remedy))
     signs = {np.sign(force * moved_by) for force, moved_by in moved}
     if len(signs) > 1 or not rights or not lefts:
-        words = "The handle did not follow the pulses both ways."
-        remedy = "Level the kit, let the handle go in the middle, keep the hands off. Then push again."
+        words = "The handle did not follow the pulses in both directions."
+        remedy = "Level the kit, release the handle in the middle, and keep your hands off. Then push again."
         return Direction(None, warn("one way", words, remedy))
     farthest = 1e3 * max(abs(moved_by) for _, moved_by in moved)
     if signs == {-1.0}:
         words = f"A push to the right moved the handle to the left, {farthest:.1f} mm."
-        remedy = "Nothing to do: the motor's direction is reversed now, and pushed again."
+        remedy = "You need not do anything: the motor is reversed now, and the test is repeated."
         return Direction(False, warn("opposite", words, remedy))
-    return Direction(True, passed(f"Force and position agree: {farthest:.1f} mm both ways."))
+    return Direction(True, passed(f"Force and position agree: {farthest:.1f} mm in both directions."))
 
 
 def push_both_ways(runner: BoardRunner) -> Direction:
@@ -134,7 +134,8 @@ def breakaway(runner: BoardRunner) -> Breakaway:
         if abs(displacement(track)) < MOVED / 2.0:
             raise AbortedError(
                 f"Not even {motions.RAISE_LIMITS.force:g} N moved the handle. Force is zero. Switch the "
-                "motor's supply on (12 V), look for a cable that is jammed or has slipped, then try again."
+                "motor's supply on (12 V), and look for a cable that is jammed or has slipped. Then try "
+                "again."
             )
         duties.append(int(np.abs(track.pwm).max()))
         shifts.append(displacement(track))
@@ -156,7 +157,7 @@ class Strength:
     def words(self) -> str:
         share = f"{100.0 * self.ratio:.0f} ± {100.0 * self.half:.0f} %"
         constant = f"motor constant {1e3 * self.motor_constant:.2f} mN·m"
-        return f"The motor pushes {share} of what the settings said: {constant}."
+        return f"The motor gives {share} of the force that was set: {constant}."
 
 
 def carrying_force(track: Track, board: Board) -> tuple[float, float]:
@@ -194,7 +195,7 @@ def strength_from_weights(carried: list[tuple[float, Track]], board: Board) -> S
     found = [carrying_force(track, board) for _, track in carried]
     force, half = np.array([f for f, _ in found]), np.array([h for _, h in found])
     if not carried or masses.max() <= 0.0:
-        raise ParameterError("One mass above 0 g is needed. Hang one on, then measure.")
+        raise ParameterError("A mass above 0 g is needed. Hang one on the handle, then measure.")
     weights = GRAVITY * masses
     if len(set(masses)) > 1:
         slope, error = _slope(weights, force, half)
@@ -210,7 +211,7 @@ def _slope(known: np.ndarray, found: np.ndarray, half: np.ndarray) -> tuple[floa
     return float(around @ found) / size, float(np.sqrt((around**2) @ (half**2))) / size
 
 
-HOOKED = "between the handle, in the middle, and a post at its left: never slack, touching nothing"
+HOOKED = "between the handle in the middle and a post on its left, never slack and touching nothing else"
 """Text for instructions: where the spring is hooked."""
 
 
@@ -222,7 +223,7 @@ def check_springs(springs: Iterable[float]) -> None:
     if len(found) < 2 or found[-1] < SPRINGS_DIFFER * found[0]:
         raise ParameterError(
             f"Two springs are needed, one at least {SPRINGS_DIFFER:g} × as stiff as the other: "
-            "what else acts like a spring is told from them by that."
+            "their difference removes all other springs, such as the cable."
         )
 
 
@@ -236,7 +237,9 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
     usual = places.mean(axis=0)
     low, way = float(usual.min()), float(np.ptp(usual))
     if way < _FEWEST_COUNTS * board.quantum:
-        raise ParameterError(f"The spring gave way by only {compact(1e3 * way, 2)} mm. Use softer springs.")
+        raise ParameterError(
+            f"The spring was stretched by only {compact(1e3 * way, 2)} mm. Use softer springs."
+        )
     slides = (np.abs(usual - low - 0.5 * way) < (0.5 - _EXCLUDED_ENDS) * way).all(axis=0)
     bent = np.inf
     if slides.mean() > _SLIDING:

@@ -42,7 +42,7 @@ def mark_from(track: Track, place: float) -> Mark:
     spread = float(np.ptp(track.position))
     if spread > STILL:
         moved = f"The handle moved {1e3 * spread:.1f} mm (limit {1e3 * STILL:.1f} mm)."
-        raise ParameterError(f"{moved} Hold it still, take it again.")
+        raise ParameterError(f"{moved} Hold it still, and take the mark again.")
     return Mark(place, float(count.mean()))
 
 
@@ -69,7 +69,7 @@ def fit(marks: list[Mark], board: Board, inverted: bool | None = None) -> Scale:
     places, counts = np.array([m.place for m in marks]), np.array([m.count for m in marks])
     if len(marks) < 2 or np.ptp(places) < APART:
         raise ParameterError(
-            f"Two marks at least, {1e3 * APART:.0f} mm apart; there are {len(marks)}. Take another."
+            f"At least two marks, {1e3 * APART:.0f} mm apart, are needed, not {len(marks)}. Take another."
         )
     middle = places.mean()
     around = places - middle
@@ -101,14 +101,15 @@ def _judge(found: Scale, board: Board, apart: float, inverted: bool | None) -> C
     if found.closure > SLIPPED:
         return failed(
             "slipped",
-            f"The same mark, taken again, is {1e3 * found.closure:.1f} mm off "
+            f"A mark that was taken twice differs by {1e3 * found.closure:.1f} mm "
             f"(limit {1e3 * SLIPPED:.1f} mm).",
-            "The cable slipped, or the handle was not at the mark. Tighten it, then take all marks again.",
+            "The cable slipped, or the handle was not at the mark. Tighten the cable, then take all marks "
+            "again.",
         )
     if apart > 3.0 * SLIPPED:
         return failed(
             "uneven",
-            f"A mark lies {1e3 * apart:.1f} mm off the line of the others.",
+            f"A mark is {1e3 * apart:.1f} mm away from the line through the others.",
             "The handle was not at that mark, or the cable slipped. Take all marks again.",
         )
     if inverted is False and found.sense != board.sense:
@@ -125,23 +126,23 @@ def _judge_ratio(found: Scale, board: Board) -> CheckResult:
     if abs(off) <= max(NEAR, 2.0 * found.quantum_half / found.quantum):
         return passed(
             f"{1e6 * found.quantum:.2f} ± {1e6 * found.quantum_half:.2f} µm per count; "
-            f"the radii make {1e6 * found.quantum / found.ratio:.2f}."
+            f"the radii give {1e6 * found.quantum / found.ratio:.2f}."
         )
     pulley, handle = 1e3 * board.pulley_radius, 1e3 * board.handle_radius
-    words = f"The handle moves {found.ratio:.2f} × as far per count as the radii make."
+    words = f"The handle moves {found.ratio:.2f} × as far per count as the radii say."
     for factor, said in ((0.5, "the pulley's diameter"), (2.0, "half the pulley's radius")):
         no_handle = not _HANDLES[0] <= board.handle_radius * found.ratio <= _HANDLES[1]
         if abs(found.ratio / factor - 1.0) <= _FACTOR or (no_handle and off * (factor - 1.0) > 0.0):
             return warn(
                 "diameter",
                 f"{words} {pulley:.1f} mm looks like {said}, not its radius.",
-                f"Type {pulley * factor:.1f} mm for the pulley, press Use these radii. "
-                "Or check how far apart the marks are.",
+                f"Enter {pulley * factor:.1f} mm for the pulley and press Use these radii, "
+                "or check the distances between the marks.",
             )
     return warn(
         "radius",
         f"{words} The handle may be {handle * found.ratio:.0f} mm from the axis, not {handle:.0f} mm.",
-        f"Measure rh, rp and rs. Or press Use this scale: rh counts as {handle * found.ratio:.1f} mm then.",
+        f"Measure rh, rp and rs, or press Use this scale, which sets rh to {handle * found.ratio:.1f} mm.",
     )
 
 
@@ -163,8 +164,8 @@ def in_force(found: Scale, before: Board) -> CheckResult:
     radius = _wrong_radius(found)
     old, name = 1e3 * getattr(before, radius), _NAMES[radius]
     return passed(
-        f"{1e6 * found.quantum:.2f} ± {1e6 * found.quantum_half:.2f} µm per count, as the marks say. "
-        f"{name} counts as {old * found.ratio:.2f}\N{NO-BREAK SPACE}mm now, not {old:.2f} mm."
+        f"{1e6 * found.quantum:.2f} ± {1e6 * found.quantum_half:.2f} µm per count, from the marks. "
+        f"{name} is now {old * found.ratio:.2f}\N{NO-BREAK SPACE}mm instead of {old:.2f} mm."
     )
 
 

@@ -55,7 +55,7 @@ def too_noisy(noise: float) -> CheckResult:
     return warn(
         "noisy",
         f"The sensor's reading jumps by {noise:.0f} counts (limit {NOISY:.0f}).",
-        "Bring the magnet nearer to the chip, not touching. Keep the motor's wires away from it.",
+        "Move the magnet closer to the chip without touching it. Keep the motor's wires away from it.",
     )
 
 
@@ -106,8 +106,8 @@ def _judge(found: SensorResult, track: Track, board: Board) -> CheckResult:
     if span <= _STUCK and np.ptp(track.count) <= _STUCK:
         return warn(
             "stuck",
-            f"The sensor stays at {found.low}: it does not see the handle move.",
-            "Is the right kit chosen? Is the magnet on the motor's shaft, the plug in? Then move again.",
+            f"The sensor stays at {found.low} although the handle should move.",
+            "Check the chosen kit, the magnet on the motor's shaft, and the plug. Then move again.",
         )
     if found.noise > NOISY:
         return too_noisy(found.noise)
@@ -127,10 +127,13 @@ def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult
             "range",
             f"The sensor repeats every {found.period:.0f} counts; this kit's repeats every "
             f"{board.counts_per_flip}.",
-            "Check that the right kit is chosen, and that the magnet sits straight.",
+            "Check that the right kit is chosen, and that the magnet is straight.",
         )
     if np.mean(track.count[:50]) > 0.5 * (track.count.min() + track.count.max()):
-        words = "The sensor works. Counts grow to the left, if you began there: the next step reverses them."
+        words = (
+            "The sensor works. If you began at the left, counts grow to the left, and the next step "
+            "reverses them."
+        )
         return CheckResult(PASS, words, key="inverted")
     repeats = f", {found.repeats} repeats" if found.repeats else ""
     low, high = number(found.low, 0), number(found.high, 0)

@@ -3,10 +3,10 @@
 from hapkit_studio.parameters import Parameter
 
 DAMPING = Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 1000.0, "Virtual damping of the walls")
-SPEED = Parameter("speed", "Speed", "m/s", 0.1, 0.001, 3.0, "At which the handle hits the wall")
+SPEED = Parameter("speed", "Speed", "m/s", 0.1, 0.001, 3.0, "Speed at which the handle hits the wall")
 PUSH = Parameter("push", "Push", "N", 1.0, 0.01, 20.0, "Constant force into the wall")
-MAX_FORCE = Parameter("max_force", "Force limit", "N", 3.0, 0.01, 100.0, "What the motor can do at most")
-DEVICE_FORCE = Parameter("max_force", "Force limit", "N", 2.0, 0.1, 3.0, "No trial asks more of the motor")
+MAX_FORCE = Parameter("max_force", "Force limit", "N", 3.0, 0.01, 100.0, "Largest force of the motor")
+DEVICE_FORCE = Parameter("max_force", "Force limit", "N", 2.0, 0.1, 3.0, "Largest force in a trial")
 
 # the search ended without a failed wall
 HIGHEST = "highest"

@@ -105,10 +105,10 @@ def test_two_springs_attached_by_a_person_measure_the_motor_constant(capsys, mon
     assert cli.main(words) == 0
     said = capsys.readouterr()
     assert said.err.index("100 N/m between the handle") < said.err.index("300 N/m between the handle")
-    assert said.out.startswith("The motor pushes 90 ± 2 % of what the settings said")
+    assert said.out.startswith("The motor gives 90 ± 2 % of the force that was set")
     assert kit.stored.motor_constant == pytest.approx(0.9 * 0.0183, rel=0.01)
     (file,) = (tmp_path / calibration_file.FOLDER).glob("*.toml")
-    assert "# Strength: The motor pushes 90 ± 2 %" in file.read_text(encoding="utf-8")
+    assert "# Strength: The motor gives 90 ± 2 %" in file.read_text(encoding="utf-8")
     monkeypatch.setattr(sys, "stdin", Person(kit, ()))
     assert cli.main(words) == 2
     assert "at a terminal" in capsys.readouterr().err
@@ -131,4 +131,4 @@ def test_check_prints_a_result_for_each(monkeypatch):
     assert result.as_json["checks"]["direction"]["key"] == "opposite"
     assert "Direction          FAIL" in result.text
     assert "Do not use this Hapkit yet. Repair first: direction. " in result.text
-    assert "Not tested until then: mass and friction, spring." in result.text
+    assert "Not tested yet: mass and friction, spring." in result.text

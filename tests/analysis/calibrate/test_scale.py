@@ -57,7 +57,7 @@ def test_marks_that_contradict_each_other_or_the_sensor_check_are_a_fault():
 
 
 def test_marks_that_are_too_few_or_too_close_are_refused():
-    with pytest.raises(ParameterError, match="Two marks"):
+    with pytest.raises(ParameterError, match="At least two marks"):
         scale.fit(marks_of((0.0,)), BOARD)
     apart = scale.APART
     with pytest.raises(ParameterError, match="20 mm apart"):
@@ -86,7 +86,7 @@ def test_wrong_radii_are_named_and_corrected_by_the_marks(changed, key):
         assert getattr(made, name) == pytest.approx(right)
         said = scale.in_force(found, board)
         assert said.good
-        assert f"{1e3 * right:.2f}\N{NO-BREAK SPACE}mm now, not {1e3 * changed[name]:.2f} mm" in said.words
+        assert f"{1e3 * right:.2f}\N{NO-BREAK SPACE}mm instead of {1e3 * changed[name]:.2f} mm" in said.words
         halved = 0.5 * changed[name] if name == "pulley_radius" and changed[name] > 0.008 else right
         assert f"{1e3 * halved:.1f} mm" in found.result.remedy
 

@@ -82,7 +82,9 @@ def test_a_law_too_large_for_the_board_states_the_excess_and_an_alternative(boar
     assert not switch.switch.button(1).isEnabled()
     assert re.match(r"Mass–spring–damper needs [\d,]+ bytes, the board has 760\.", switch.note.text())
     qtbot.waitUntil(switch.instead.isVisible, timeout=PATIENCE_MS)
-    found = re.search(r"feels the same: (0\.\d\d) N apart at most, of (\d\.\d) N\.", switch.note.text())
+    found = re.search(
+        r"feels the same: the forces differ by at most (0\.\d\d) N of (\d\.\d) N\.", switch.note.text()
+    )
     assert 0.0 <= float(found[1]) <= board_alternative.FELT * float(found[2])
     switch.instead.click()
     assert INTEGRATORS[int(studio.values["integrator"])] in ("semi_implicit", "verlet")

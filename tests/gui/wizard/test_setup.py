@@ -170,11 +170,11 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     use_pulley(0.010)
     taken(play)
     assert "10.0 mm looks like the pulley's diameter" in step.box.words.text()
-    assert "Type 5.0 mm for the pulley" in step.box.remedy.text()
+    assert "Enter 5.0 mm for the pulley" in step.box.remedy.text()
     assert play.dialog.focusWidget() not in (step.take, step.apply)
     use_pulley(0.005)
     assert len(play.dialog.board.subject.marks) == len(PLACES)
-    assert "the radii make 20.74" in step.box.words.text()
+    assert "the radii give 20.74" in step.box.words.text()
     assert play.dialog.focusWidget() is step.apply
     play.press(step.apply)
     assert step.result.good
@@ -184,7 +184,7 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     assert step.result is None
     play.press(step.apply)
     assert play.kit.settings_now.pulley_radius == pytest.approx(0.005, rel=0.01)
-    assert "The pulley's radius rp counts as 5.0" in step.box.words.text()
+    assert "The pulley's radius rp is now 5.0" in step.box.words.text()
     assert "now, not 10.00 mm" in step.box.words.text()
     assert step.result.good
     assert "assumed" not in step.hint.text()
@@ -318,7 +318,7 @@ def test_springs_are_measured_one_after_the_other(played):
         assert next_step in step.box.remedy.text()
     play.press(step.use_pulled)
     assert play.kit.settings_now.motor_constant == pytest.approx(0.9 * 0.0183, rel=0.01)
-    assert "The motor pushes 90 ± 4 %" in step.box.words.text()
+    assert "The motor gives 90 ± 4 %" in step.box.words.text()
 
 
 @pytest.mark.parametrize(
