@@ -45,7 +45,7 @@ def test_the_chosen_amplitude_is_used(page, qtbot, monkeypatch):
     monkeypatch.setattr(
         simulation, "measure", lambda *given, **more: asked.append(given) or real(*given, **more)
     )
-    page.amplitude._take(page.amplitude.quantity.factor * 2e-4)
+    page.amplitude._enter(page.amplitude.quantity.factor * 2e-4)
     with qtbot.waitSignal(page.job.finished, timeout=20_000):
         page.bar.run.click()
     assert asked[0][3] == pytest.approx(2e-4)

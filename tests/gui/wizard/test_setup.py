@@ -185,7 +185,7 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     play.press(step.apply)
     assert play.kit.settings_now.pulley_radius == pytest.approx(0.005, rel=0.01)
     assert "The pulley's radius rp is now 5.0" in step.box.words.text()
-    assert "now, not 10.00 mm" in step.box.words.text()
+    assert "instead of 10.00 mm" in step.box.words.text()
     assert step.result.good
     assert "assumed" not in step.hint.text()
 
