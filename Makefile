@@ -102,10 +102,11 @@ $(BUNDLE_PYTHON):
 	@.ci/system-packages.sh venv $(PYTHON)
 	$(PYTHON) -m venv build/bundle-venv
 
+# pipx brings its own pip up to date from the same folder
 wheelhouse:
 	@mkdir -p build/wheelhouse
 	@rm -f build/wheelhouse/hapkit_studio-*
-	@$(PYTHON) -m pip wheel --quiet --disable-pip-version-check --prefer-binary --wheel-dir build/wheelhouse .
+	@$(PYTHON) -m pip wheel --quiet --disable-pip-version-check --prefer-binary --wheel-dir build/wheelhouse . pip
 	@echo "build/wheelhouse: $$(du -sm build/wheelhouse | cut -f1) MB. Install on a computer without a network by"
 	@echo "    pipx install --pip-args='--no-index --find-links build/wheelhouse' hapkit-studio"
 
