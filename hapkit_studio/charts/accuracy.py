@@ -311,7 +311,7 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
     beyond = {"facecolor": "none", "edgecolor": c.line, "hatch": "///", "linewidth": 0.0, "zorder": 0.5}
     axes.axvspan(has, high, **beyond)
     style_axes(axes, c, "million cycles a second; hatched: beyond the board's 16", "method's own error, JND")
-    axes.yaxis.set_major_formatter(lambda error, _place: f"{'≤ ' * (error <= _LEAST_OWN)}{compact(error)}")
+    axes.yaxis.set_major_formatter(lambda error, _: f"{'≤ ' if error <= _LEAST_OWN else ''}{compact(error)}")
 
 
 def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> float:
@@ -392,7 +392,7 @@ def draw_needs(figure: Any, c: Colors, results: "Sequence[Needs]") -> None:
     axes.set_axis_off()
     texts, grounds = [], []
     for result in results:
-        cells = [(felt_words(e.felt) + " †" * e.differs, e) for e in result.effects]
+        cells = [(felt_words(e.felt) + (" †" if e.differs else ""), e) for e in result.effects]
         more = [", ".join(w for w in (e.since_words, e.gain_words) if w != "–") for _, e in cells]
         texts.append([
             word if word in ("0", "–") else f"{word}\n{e.sense}, {e.hand}\n{last}".strip()

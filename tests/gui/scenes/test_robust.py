@@ -36,16 +36,24 @@ def broken_rows(key):
 
 
 def paint_bounded(view, inputs):
-    """Paint all inputs (values, row) and assert that none takes much longer than the others."""
-    took = []
-    for values, row in inputs:
+    """Paint all inputs (values, row) and assert that none takes much longer than the others.
+
+    An input that took long is painted again: the garbage collector may have run during the first time.
+    """
+
+    def seconds(values, row):
         start = time.thread_time()
         if values is not None:
             view.set_values(values)
         paint(view, *row)
-        took.append(time.thread_time() - start)
+        return time.thread_time() - start
+
+    inputs, took = list(inputs), []
+    for values, row in inputs:
+        took.append(seconds(values, row))
         assert view.text_boxes(), (values, row)
-    assert max(took) < 200.0 * sorted(took)[len(took) // 2]
+    longest = 200.0 * sorted(took)[len(took) // 2]
+    assert all(seconds(*inputs[i]) < longest for i, spent in enumerate(took) if spent >= longest)
 
 
 @EVERY
