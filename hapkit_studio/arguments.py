@@ -25,21 +25,21 @@ def window_parser() -> LineParser:
     Independent of Qt, so that invalid options are reported even without a display.
     """
     parser = LineParser(prog="hapkit-studio", description="The studio's window.")
-    parser.add_argument("--environment", help="environment to begin with; without it all is as it was left")
-    parser.add_argument("--device", default="simulated", help="device to begin with")
+    parser.add_argument("--environment", help="environment at the start; by default the last one")
+    parser.add_argument("--device", default="simulated", help="device at the start")
     parser.add_argument(
         "--demo",
         nargs="?",
         const="",
         metavar="NAME",
-        help="play a demo, or the one in a file; alone, the first",
+        help="play a demo or the demo in a file; without a name, the first",
     )
-    parser.add_argument("--replay", type=Path, metavar="FILE", help="recorded session to begin with")
+    parser.add_argument("--replay", type=Path, metavar="FILE", help="recorded session at the start")
     parser.add_argument("--lessons", type=Path, metavar="FOLDER", help="folder with your own lessons")
     parser.add_argument("--theme", choices=("system", "light", "dark", "contrast"), help="light or dark")
     parser.add_argument("--size", type=size, metavar="WxH", help="window size in pixels, e.g. 1280x720")
-    parser.add_argument("--screenshot", metavar="PATH", help="save a picture of the window, then leave")
-    parser.add_argument("--seconds", type=float, default=5.0, help="how long it runs before the picture")
+    parser.add_argument("--screenshot", metavar="PATH", help="save a picture of the window, then exit")
+    parser.add_argument("--seconds", type=float, default=5.0, help="time before the picture")
     parser.add_argument("--push", type=float, metavar="mm", help="for the picture: push the handle to MM")
     return parser
 
@@ -47,5 +47,5 @@ def window_parser() -> LineParser:
 def size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     if not (width.isdecimal() and height.isdecimal()):
-        raise argparse.ArgumentTypeError(f"a size is written 1280x720, not {text!r}")
+        raise argparse.ArgumentTypeError(f"a size has the form 1280x720, not {text!r}")
     return int(width), int(height)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 FAILED = 2
 SESSION_SUFFIX = ".hapkit"  # of sessions.file, which is slow to import
-_TEXTS_HELP = "every text of the window, one a line with its place, to proofread them"
+_TEXTS_HELP = "print every text of the window with its location, for proofreading"
 EXIT_SECONDS = 1.0
 
 
@@ -198,7 +198,7 @@ def _demo() -> int:
 
     from hapkit_studio.commands.run import demo
 
-    print("No display here, so the window cannot open. Running the demo headless instead.")
+    print("There is no display, so the window cannot open. Running the demo headless instead.")
     with interrupts.raised():
         folder = "" if os.access(".", os.W_OK) else tempfile.mkdtemp(prefix="hapkit-studio-")
         print(demo(os.path.join(folder, "hapkit-studio-demo.png")).text, flush=True)

@@ -47,5 +47,5 @@ def _loaded(point: EntryPoint) -> object:
 def named(library: Mapping[str, T], key: object, what: str) -> T:
     """Return the entry of a key; raise ParameterError with ``what`` it is and the known keys."""
     if not isinstance(key, str) or key not in library:
-        raise ParameterError(f"There is no {what} {key!r}; there are: {', '.join(library)}.")
+        raise ParameterError(f"There is no {what} {key!r}; available: {', '.join(library)}.")
     return library[key]

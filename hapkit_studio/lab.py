@@ -62,7 +62,7 @@ def read(file: Path) -> LabSettings:
     readers = {"force_limit": _force, "devices": _patterns, "lessons": _folder, "locked": _locked}
     for key in table:
         if key not in readers:
-            raise FileError(f"{FILE}: there is no setting {quoted(key)}; there are: {', '.join(readers)}.")
+            raise FileError(f"{FILE}: there is no setting {quoted(key)}; available: {', '.join(readers)}.")
     found: Mapping[str, Any] = {key: readers[key](table[key], f"{FILE}: {key}") for key in table}
     return LabSettings(**found)
 

@@ -185,7 +185,7 @@ def read(path: str | Path) -> Table:
     names = _names(cells[:start], comments, delimiter, width)
     if not width <= len(names) <= len(_split(lines[first], delimiter)):
         shape = f"rows of {width} numbers for {len(names)} names"
-        raise FileError(f"{file} has {shape}: it is no recording.")
+        raise FileError(f"{file} has {shape}: it is not a recording.")
     return Table(file, names, comments, delimiter, _decimal(file, cells[start:]), first + 1, lines[first:])
 
 

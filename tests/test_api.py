@@ -149,7 +149,7 @@ def test_a_plotted_run_is_a_picture(tmp_path, ending):
 # --- errors: one line with the value and the permitted range
 
 REFUSED = [
-    (("wal",), {}, "There is no environment 'wal'; there are: free, spring, wall"),
+    (("wal",), {}, "There is no environment 'wal'; available: free, spring, wall"),
     ((None,), {}, "There is no environment None"),
     (("wall", {"stifness": 1.0}), {}, "Wall has no parameter 'stifness'; it has: stiffness, damping"),
     (("wall", {"stiffness": 5000.1}), {}, "Stiffness goes from 0 to 5,000 N/m, not 5,000.1."),
@@ -158,8 +158,8 @@ REFUSED = [
     (("wall",), {"hand": "shove"}, "The hand is one of press, tap, stroke"),
     (("wall",), {"hand": math.sin}, "hand takes a script's name, a Hand"),
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: math.inf if t > 0.0105 else 0.0)}, "at 0.011 s it is not."),
-    (("wall",), {"hand": Hand(0, 0, 9, lambda t: "far")}, "one number of m at every time"),
-    (("wall",), {"hand": Hand(0, 0, 9, lambda t: (t, t))}, "one number of m at every time"),
+    (("wall",), {"hand": Hand(0, 0, 9, lambda t: "far")}, "one number in m at every time"),
+    (("wall",), {"hand": Hand(0, 0, 9, lambda t: (t, t))}, "one number in m at every time"),
     (("wall",), {"hand": Prescribed("left")}, "a function of time in s, not 'left'"),
     (("wall",), {"device": "simulated"}, "device takes a SimulatedHapkit or None, not 'simulated'"),
     (("wall",), {"rate": 0.0}, "The rate goes from 0.001 to 10⁹ Hz, not 0."),

@@ -194,24 +194,24 @@ def test_loop_test_reports_that_no_delay_was_measured(capsys, monkeypatch):
 
 WRONG = [
     ("--bogus", "unrecognized arguments: --bogus"),
-    ("--size 10", "a size is written 1280x720, not '10'"),
-    ("run wal", "There is no environment 'wal'; there are: free, spring, wall"),
+    ("--size 10", "a size has the form 1280x720, not '10'"),
+    ("run wal", "There is no environment 'wal'; available: free, spring, wall"),
     ("run", "environment"),
     ("run wall -p stiffness=6000", "Stiffness goes from 0 to 5,000 N/m, not 6,000."),
     ("run wall -p stiffness=1e999", "not inf."),
     ("run wall -p side=7", "Side is one of right, left, not 7.0."),
-    ("run wall -p stiffness", "A parameter is given as KEY=VALUE, e.g. stiffness=400, not 'stiffness'."),
+    ("run wall -p stiffness", "A parameter has the form KEY=VALUE, e.g. stiffness=400, not 'stiffness'."),
     ("run wall -p stiffness=", "KEY=VALUE"),
     ("run wall --rate fast", "invalid float value: 'fast'"),
     ("run wall --delay -1", "The delay goes from 0 to 10 s, not −1."),
     ("run wall --seconds 86400 --rate 1e6", "A run has 1 to 10,000,000 samples"),
     ("run wall --estimator iir:cutoff=low", "The estimator's cutoff takes a number, not 'low'."),
-    ("run wall --estimator iir:", "An option is given as KEY=VALUE, e.g. cutoff=20, not ''."),
+    ("run wall --estimator iir:", "An option has the form KEY=VALUE, e.g. cutoff=20, not ''."),
     ("run wall --estimator difference:cutoff=5", "has no parameter 'cutoff'"),
     ("run wall --csv /no-such-folder/run.csv", "--csv: there is no folder /no-such-folder."),
     ("run wall --csv .", "--csv takes the path of a file, not '.'"),
     ("run wall --plot run.xyz", "A picture is one of"),
-    ("loop-test unplugged", "There is no device 'unplugged'; there are: simulated"),
+    ("loop-test unplugged", "There is no device 'unplugged'; available: simulated"),
     ("loop-test --rate 20", "Servo rate goes from 100 to 10,000 Hz, not 20."),
     ("loop-test --seconds 0", "Seconds goes from 0.1 to 86,400 s, not 0."),
     ("dance", "invalid choice: 'dance'"),
@@ -223,8 +223,8 @@ WRONG = [
     ("loop-test --render board", "has no board"),
     ("run wall --device nothing", "There is no device"),
     ("flash simulated", "needs no flashing. Name a port"),
-    ("check /dev/ttyNONE7", "ttyNONE7 is not there. Plug the board in"),
-    ("export wall --port /dev/ttyNONE7", "ttyNONE7 is not there. Plug the board in"),
+    ("check /dev/ttyNONE7", "ttyNONE7 does not exist. Plug the board in"),
+    ("export wall --port /dev/ttyNONE7", "ttyNONE7 does not exist. Plug the board in"),
     # reported before the run
     ("run wall --device simulated --csv /no-such-folder/x.csv", "there is no folder"),
     ("run wall --device simulated --csv .", "the path of a file"),
@@ -239,7 +239,7 @@ WRONG = [
     # sketches
     ("export wall -p stiffness=-1", "N/m"),
     ("export wal", "wal"),
-    ("export wall --kit hapkit9", "There is no kit 'hapkit9'; there are: hapkit3"),
+    ("export wall --kit hapkit9", "There is no kit 'hapkit9'; available: hapkit3"),
     ("export wall --rate 3000", "not at 3,000 Hz"),
     ("export wall --estimator butterworth", "not by butterworth"),
     ("run sketch.ino", "sketch.ino is an Arduino sketch: upload it with the Arduino IDE."),
@@ -252,7 +252,7 @@ WRONG = [
 @pytest.mark.parametrize(("words", "says"), WRONG, ids=[words for words, _ in WRONG])
 def test_invalid_input_gives_a_one_line_error(capsys, tmp_path, monkeypatch, words, says):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(live_run, "play", lambda *_: pytest.fail("it began"))
+    monkeypatch.setattr(live_run, "play", lambda *_: pytest.fail("its start"))
     if "--csv" in words or "--plot" in words:
         monkeypatch.setattr(Engine, "start", lambda engine: pytest.fail("the device was opened"))
     code, out, err = run(capsys, *shlex.split(words))
@@ -334,12 +334,12 @@ def test_link_problems_are_in_the_result(capsys, monkeypatch):
     table[:250, rows.FLAGS], table[250:300, rows.FLAGS] = rows.STALE, rows.FAULT
     found = live_run._figures(engine, table)
     slower, stiff, jumps, without = remarks = live_run._remarks(engine, found, 4000.0)
-    assert slower == "The board renders at 2,000 Hz, not at 4,000 Hz: this law has time for no more."
+    assert slower == "The board renders at 2,000 Hz, not at 4,000 Hz: this law takes too long for more."
     assert stiff.endswith(TOO_STIFF)
     assert jumps == "The board's clock went back or jumped 9 times: time was corrected."
     assert without == (
-        "No force for 0.30 s. The line brought no sample for 20 ms: 5 times. This computer was busy "
-        "elsewhere for 20 ms: 6 times. The law held the loop up for 20 ms: 7 times. The board switched its "
+        "No force for 0.30 s. No sample arrived over USB for 20 ms: 5 times. This computer was busy "
+        "elsewhere for 20 ms: 6 times. The law blocked the loop for 20 ms: 7 times. The board switched its "
         "motor off, as forces came too late or not at all: 8 times."
     )
     engine.fault = Fault(arrays.SLOW_LINK, "Slow.")  # the fault has its own text
@@ -393,7 +393,7 @@ def test_an_interrupted_flash_states_the_remedy(capsys, monkeypatch):
     monkeypatch.setattr(flash, "flash", ended)
     code, _, err = run(capsys, "flash", "/dev/ttyUSB7")
     assert code == 130
-    assert "ttyUSB7: ended in the middle. Half of a firmware may be on the board: flash it again" in err
+    assert "ttyUSB7: interrupted. The firmware on the board may be incomplete: flash it again" in err
 
 
 def test_a_silent_board_is_reported_with_the_next_step(capsys, monkeypatch, fake_board):
@@ -401,7 +401,7 @@ def test_a_silent_board_is_reported_with_the_next_step(capsys, monkeypatch, fake
     words = ("--device", fake_board(FakeKit()).path, "--seconds", "1")
     code, out, err = run(capsys, "run", "wall", *words)
     assert (code, out) == (2, "")
-    assert "says hello, but no sample came for 0.2 s. Press the board's reset button" in err
+    assert "identified itself, but sent no sample for 0.2 s. Press the board's reset button" in err
 
 
 def test_old_firmware_names_the_command_that_updates_it(capsys, fake_board):
@@ -471,7 +471,7 @@ def program(tmp_path, *words, **changes):
 def test_without_a_display_runs_the_demo_and_writes_a_picture(tmp_path):
     done = program(tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.startswith("No display here")
+    assert done.stdout.startswith("There is no display")
     assert "wall: 3,000 samples" in done.stdout
     assert "wrote hapkit-studio-demo.png" in done.stdout
     assert [path.name for path in tmp_path.iterdir()] == ["hapkit-studio-demo.png"]

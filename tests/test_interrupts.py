@@ -159,7 +159,7 @@ def test_a_full_output_is_reported_in_a_line(monkeypatch, capsys):
 
 
 def test_a_closed_output_is_reported_in_a_line_before_any_work(monkeypatch, capsys):
-    monkeypatch.setattr(base, "check_outputs", lambda _: pytest.fail("it began"))
+    monkeypatch.setattr(base, "check_outputs", lambda _: pytest.fail("its start"))
     monkeypatch.setattr(sys, "stdout", None)
     assert main(["environments"]) == 2
     assert capsys.readouterr().err == "hapkit-studio: the output is closed.\n"

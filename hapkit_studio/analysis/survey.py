@@ -200,10 +200,10 @@ def _opened(path: Path, axes: Axes | None = None) -> Iterator[sqlite3.Connection
                 _begin(database, axes)
             mark = database.execute("PRAGMA application_id").fetchone()
             if mark != (_MARK,) or dict(database.execute("SELECT name, sql FROM sqlite_master")) != _TABLES:
-                raise SurveyError(f"{path.name} is no survey.")
+                raise SurveyError(f"{path.name} is not a survey.")
             there = _axes(database, path.name)
             if axes not in (None, there):
-                raise SurveyError(f"{path.name} holds {there.words}: take these, or another file.")
+                raise SurveyError(f"{path.name} holds {there.words}: use these, or choose another file.")
             yield database
     except sqlite3.Error as error:
         raise SurveyError(f"{path.name} cannot be used: {error}.") from None

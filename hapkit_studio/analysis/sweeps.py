@@ -39,7 +39,7 @@ class LostWorkers(StudioError):
     """An executor gave up a part of the work."""
 
     def __init__(self) -> None:
-        super().__init__("A part of the work was given up: a worker was killed, or its executor shut down.")
+        super().__init__("A part of the work was lost: a worker was killed, or its executor was shut down.")
 
 
 def no_progress(done: int, of: int) -> None:

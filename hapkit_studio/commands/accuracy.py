@@ -23,15 +23,17 @@ from hapkit_studio.lessons.experiments import own_threshold
 
 CHARTS = "integrators, contact, velocity, servo, friction"
 OPTIONS = (
-    option("environment", nargs="*", metavar="ENV", help="scenes: keys or files; none: all"),
-    option("--methods", nargs="*", metavar="CHART", help=f"charts of methods instead: {CHARTS}; none: all"),
-    option("--needs", action="store_true", help="what the scenes need of the device instead"),
+    option("environment", nargs="*", metavar="ENV", help="scenes: keys or files; default: all"),
+    option(
+        "--methods", nargs="*", metavar="CHART", help=f"charts of methods instead: {CHARTS}; default: all"
+    ),
+    option("--needs", action="store_true", help="show which device terms the scenes need instead"),
     option(
         "--thresholds",
         metavar="SESSION",
-        help="of --needs: your own threshold of force, from its comparisons",
+        help="for --needs: your own force threshold, from your comparisons",
     ),
-    option("--board", action="store_true", help="draw methods over the board's cycles"),
+    option("--board", action="store_true", help="plot methods over the board's cycles"),
     base.PARAMETER,
     base.TRUST,
     base.PLOT,
@@ -41,7 +43,7 @@ OPTIONS = (
 def run(options: argparse.Namespace) -> Result:
     """Measure methods, scenes or needs; draw the results if requested."""
     if options.parameter and (len(options.environment) != 1 or options.needs):
-        raise ParameterError("Parameters are of one environment: name it.")
+        raise ParameterError("Parameters belong to one environment: name it.")
     if options.thresholds and not options.needs:
         raise ParameterError("--thresholds belongs to --needs: a scene is judged by the literature's.")
     scenes = [base.environment_named(wanted, options.trust) for wanted in options.environment]

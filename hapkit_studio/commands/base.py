@@ -35,7 +35,7 @@ def option(*names: str, **how: Any) -> Option:
 
 
 ENVIRONMENT = option("environment", help="an environment's key, or a Python file: my_env.py")
-TRUST = option("--trust", action="store_true", help="execute a file that you have read")
+TRUST = option("--trust", action="store_true", help="allow a file that you have read to be executed")
 PARAMETER = option("-p", "--parameter", action="append", default=[], metavar="KEY=VALUE")
 PLOT = option("--plot", metavar="PATH", help="write a picture")
 
@@ -109,7 +109,7 @@ def key_values(
     for pair in pairs:
         key, equals, value = pair.partition("=")
         if not equals or not key or not value:
-            raise ParameterError(f"{what} is given as KEY=VALUE, e.g. {like}, not {pair!r}.")
+            raise ParameterError(f"{what} has the form KEY=VALUE, e.g. {like}, not {pair!r}.")
         try:
             found[key] = float(value)
         except ValueError:
@@ -188,7 +188,7 @@ def check_outputs(options: argparse.Namespace) -> None:
         if not given or path.is_dir():
             raise ParameterError(f"--{name} takes the path of a file, not {given!r}.")
         if not path.parent.is_dir():
-            raise ParameterError(f"--{name}: there is no folder {path.parent}. Make it, or name another.")
+            raise ParameterError(f"--{name}: there is no folder {path.parent}. Create it, or choose another.")
         if not os.access(path if path.exists() else path.parent, os.W_OK):
             raise ParameterError(f"--{name}: you may not write {path}. Name another file.")
         if name == "plot":
@@ -236,9 +236,9 @@ def _consent(source: Source, trusting: bool) -> None:
         return
     if not trusting:
         if not (sys.stdin and sys.stdin.isatty() and sys.stderr.isatty()):
-            raise LawError("not executed, as nobody agreed to it yet: read it, then pass --trust")
+            raise LawError("not executed without your consent: read it, then pass --trust")
         print(printable(source.text), file=sys.stderr)
-        question = f"Execute {source.path.name} as it stands above? [y/N] "
+        question = f"Execute {source.path.name} as shown above? [y/N] "
         print(question, end="", file=sys.stderr, flush=True)
         if sys.stdin.readline().strip().lower() not in YES:
             raise LawError("not executed")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.bode.result import Bode, Curve
 
 NO_HAND = (
-    "{title} has no hand that could drive its handle: leave --device away, and give its loop with --rate, "
+    "{title} has no hand that could drive its handle: omit --device, and describe its loop with --rate, "
     "--delay, --mass and --viscous."
 )
 _HANDLE = "mass", "viscous", "coulomb", "quantum"  # options of the handle, which a board sets itself
@@ -39,10 +39,10 @@ OPTIONS = (
     base.TRUST,
     base.PARAMETER,
     base.option("--device", metavar="DEVICE", help="virtual-board; without: simulation"),
-    base.option("--rate", metavar="Hz,Hz,…", help="of the loop, one or several; 1000"),
-    base.option("--board-rate", type=float, metavar="Hz", help="of the board, by default the law's fastest"),
+    base.option("--rate", metavar="Hz,Hz,…", help="of the loop, one or more; 1000"),
+    base.option("--board-rate", type=float, metavar="Hz", help="of the board, by default the law's highest"),
     base.option("--amplitude", type=float, metavar="m", help=f"of the motion; {AMPLITUDE.default:g} or less"),
-    base.option("--at", type=float, metavar="m", help="the place that it goes about; where the scene is"),
+    base.option("--at", type=float, metavar="m", help="centre of the motion; by default at the scene"),
     *(given for given in base.SETTING_OPTIONS if given[0][0] not in _OTHERWISE),
     base.PLOT,
 )
@@ -121,4 +121,4 @@ def _error_text(curve: "Curve") -> str:
     return f", within {compact(100.0 * share, 2)} % and {compact(angle, 2)}° of theory up to {highest}"
 
 
-COMMAND = base.Command("bode", "draw what the loop makes of a scene over frequency", run, OPTIONS, 65)
+COMMAND = base.Command("bode", "draw the rendered impedance of a scene over frequency", run, OPTIONS, 65)

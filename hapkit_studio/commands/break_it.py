@@ -18,9 +18,14 @@ _WIDTH = 100
 OPTIONS = (
     option("failure", nargs="?", metavar="KEY", help="one of the failures; none: a table of all"),
     option(
-        "-p", dest="given", action="append", default=[], metavar="KEY=VALUE", help="an option of the failure"
+        "-p",
+        dest="given",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="a condition of the failure",
     ),
-    option("--at", type=float, metavar="VALUE", help="try the knob at this value as well, SI"),
+    option("--at", type=float, metavar="VALUE", help="also try the knob at this value, SI"),
     option("--plot", metavar="PATH", help="draw it; without KEY one picture for each"),
     option("--plane", action="store_true", help="draw the failure's plane of dimensionless numbers instead"),
 )

@@ -23,8 +23,8 @@ _NAMES = {"pins": Pins, "sensor": Sensor, "motor_map": MotorMap}
 _KEYS = ", ".join(kit.key for kit in profiles.KITS)
 OPTIONS = (
     option("device", help="a device's key or a port"),
-    option("--kit", metavar="KEY", help=f"put a kit's usual numbers on the board: {_KEYS}"),
-    option("--from", dest="file", metavar="TOML", help="put a calibration file on the board"),
+    option("--kit", metavar="KEY", help=f"write a kit's default settings to the board: {_KEYS}"),
+    option("--from", dest="file", metavar="TOML", help="write a calibration file to the board"),
     option("--label", metavar="NAME", help="the kit's name, 12 letters at most"),
     option(
         "--springs", nargs=2, type=float, metavar="N/m",
@@ -32,9 +32,9 @@ OPTIONS = (
     ),
     option(
         "--springs-known", type=float, default=3.0, metavar="%",
-        help="how far each spring's stiffness may be off; 3",
+        help="tolerance of each spring's stiffness; 3",
     ),
-    option("--write", action="store_true", help="write the calibration to a file, too"),
+    option("--write", action="store_true", help="write the calibration also to a file"),
 )  # fmt: skip
 
 
@@ -88,10 +88,10 @@ def _strength(board: Any, springs: list[float], known: float) -> "Strength":
     work = Calibration(runner)
     for stiffness in sorted(springs):
         if not board.simulated_hand:  # the program itself attaches the springs of a simulated board
-            hook = f"Hook the spring of {stiffness:g} N/m {HOOKED}."
+            hook = f"Attach the spring of {stiffness:g} N/m {HOOKED}."
             print(f"{hook} Hands off, then press Enter.", end=" ", file=sys.stderr, flush=True)
             if sys.stdin is None or not sys.stdin.readline():
-                raise ParameterError("Somebody has to hook the springs on: run this at a terminal.")
+                raise ParameterError("A person must attach the springs: run this in a terminal.")
         if sys.stderr.isatty():
             print(f"Pulling at {stiffness:g} N/m …", file=sys.stderr)
         work.pull(stiffness)

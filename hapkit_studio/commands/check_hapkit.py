@@ -22,7 +22,7 @@ def board_named(key: str) -> Any:
     """Return the board with a key or on a port; raise ParameterError for other devices."""
     device = device_list.named(key)
     if not device.calibration:
-        raise ParameterError(f"{key!r} has no board. Name a port; `hapkit-studio devices` lists them.")
+        raise ParameterError(f"{key!r} has no board. Choose a port; `hapkit-studio devices` lists them.")
     return device
 
 
@@ -48,4 +48,4 @@ def run(options: argparse.Namespace) -> Result:
     return Result("\n".join([*lines, report.words]), found, DANGER if report.dangerous else 0)
 
 
-COMMAND = Command("check", "test a connected Hapkit in half a minute, change nothing", run, OPTIONS, 95)
+COMMAND = Command("check", "test a connected Hapkit in half a minute without changing it", run, OPTIONS, 95)

@@ -6,7 +6,11 @@ from hapkit_studio import devices as device_list
 from hapkit_studio.commands.base import Command, Result, option, progress_line
 
 OPTIONS = (
-    option("--probe", action="store_true", help="open each, which restarts a board, and say who answers"),
+    option(
+        "--probe",
+        action="store_true",
+        help="open each device, which restarts a board, and show which one answers",
+    ),
 )
 
 
@@ -26,4 +30,4 @@ def devices(options: argparse.Namespace) -> Result:
     return Result("\n".join(lines), {"devices": found})
 
 
-COMMAND = Command("devices", "list the devices that can be chosen now", devices, OPTIONS, 30)
+COMMAND = Command("devices", "list the available devices", devices, OPTIONS, 30)

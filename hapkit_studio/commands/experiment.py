@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> Result:
 
 def _pointing(options: argparse.Namespace, found: experiments.Experiments, written: list[str]) -> Result:
     if not found.trials:
-        raise ParameterError(f"{options.session} holds no pointing trials.")
+        raise ParameterError(f"{options.session} has no pointing trials.")
     results = found.lines
     lines = [*text_lines(pointing_columns(), results), *found.remarks]
     if options.virtual:
@@ -65,7 +65,7 @@ def _numbers(line: pointing.Line) -> dict[str, Any]:
 def _threshold(options: argparse.Namespace, found: experiments.Experiments, written: list[str]) -> Result:
     results = found.thresholds
     if not results:
-        raise ParameterError(f"{options.session} holds no comparisons.")
+        raise ParameterError(f"{options.session} has no comparisons.")
     lines = [threshold_words(one) for one in results]
     if options.virtual:
         lines.append(f"True Weber fraction: {number(100.0 * Observer().threshold, 1)} %.")

@@ -17,13 +17,13 @@ _WORDS = {
     _STARTING: "Starting the firmware",
 }
 _BAR = 40
-_HALF = "Half of a firmware may be on the board: flash it again before you use it."
+_HALF = "The firmware on the board may be incomplete: flash it again before you use it."
 
 
 OPTIONS = (
-    option("port", nargs="?", help="e.g. /dev/ttyUSB0 or COM3; the only one there is by default"),
-    option("--hex", metavar="PATH", help="another firmware than the one that ships"),
-    option("--avrdude", metavar="PATH", help="where avrdude is, if it is not found by itself"),
+    option("port", nargs="?", help="e.g. /dev/ttyUSB0 or COM3; by default the only port"),
+    option("--hex", metavar="PATH", help="another firmware than the included one"),
+    option("--avrdude", metavar="PATH", help="path of avrdude, if it is not found automatically"),
 )
 
 
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> Result:
         show(_STARTING, 0.0)
         hello = flash.read_hello(port)
     except KeyboardInterrupt:
-        raise FlashInterruptedError(f"{name}: ended in the middle. {_HALF}") from None
+        raise FlashInterruptedError(f"{name}: interrupted. {_HALF}") from None
     finally:
         if sys.stderr.isatty():
             print(f"\r{'':<72}\r", end="", file=sys.stderr, flush=True)
@@ -65,7 +65,7 @@ def _only_port() -> str:
     kits = [port for port in ports if port.role is serial_ports.Role.KIT] or ports
     if len(kits) != 1:
         there = ", ".join(port.path for port in ports) or "none"
-        raise DeviceError(f"Say on which port the board is: hapkit-studio flash PORT. Ports here: {there}.")
+        raise DeviceError(f"Name the board's port: hapkit-studio flash PORT. Available ports: {there}.")
     return kits[0].path
 
 

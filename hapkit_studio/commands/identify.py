@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Identified, Recording
 
 _COLUMN = "of a foreign table: its {} as NAME:UNIT, in {}"
-_HELP = "what was rendered, and what the handle is, from a recording, with 95 % intervals"
+_HELP = "identify the rendered law and the handle from a recording, with 95 % intervals"
 
 
 OPTIONS = (
     option(
         "recording", metavar="FILE", help="a session, a CSV of the studio's, or a table of another program"
     ),
-    option("--from", dest="begin", type=float, metavar="s", help="where the piece begins"),
-    option("--to", dest="end", type=float, metavar="s", help="where the piece ends"),
+    option("--from", dest="begin", type=float, metavar="s", help="start of the piece"),
+    option("--to", dest="end", type=float, metavar="s", help="end of the piece"),
     option(
         "--terms", metavar="LIST", help="of the rendered force: stiffness,damping,friction; none: the scene's"
     ),
@@ -58,7 +58,7 @@ def _text(found: "Identified", recording: "Recording") -> str:
     if recording.later:
         changes = f"The settings changed at {recording.change_times} s; a piece has no change in it."
         lines.insert(0, changes)
-    handle = "What the handle is"
+    handle = "Properties of the handle"
     if found.handle.estimates:
         handle += ", let go" if found.handle.released else ", the hand's mass with it"
     for title, part in (("What was rendered", found.rendered), (handle, found.handle)):

@@ -169,7 +169,7 @@ def _ask(question: str, paths: Sequence[Path], agreed: bool) -> None:
         return
     print(f"{question}?", *(f"  {path}" for path in paths), sep="\n", file=sys.stderr)
     if not (sys.stdin and sys.stdin.isatty()):
-        raise ParameterError("Nothing was changed, as nobody can answer here: pass --yes.")
+        raise ParameterError("Nothing was changed, because there is no terminal to confirm it: pass --yes.")
     print("[y/N] ", end="", file=sys.stderr, flush=True)
     if sys.stdin.readline().strip().lower() not in YES:
         raise ParameterError("Nothing was changed.")

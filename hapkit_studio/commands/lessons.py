@@ -102,7 +102,7 @@ def _review(options: argparse.Namespace) -> Result:
     if options.hide_names or lesson.hide_names:
         found = review.hidden_names(found)
     lines = [line for one in found.found.values() for line in review.lines(one)]
-    text = "\n".join([*(lines or ["No review beside this file."]), *found.errors])
+    text = "\n".join([*(lines or ["There is no review next to this file."]), *found.errors])
     return Result(text, {"reviews": plain(list(found.found.values())), "errors": list(found.errors)})
 
 
@@ -194,20 +194,22 @@ COMMAND = Command(
             help="a lesson's name or file; for report and review a session; for grade a folder of them",
         ),
         option(
-            "--output", metavar="PATH", help="of play a new session, of report a page, of grade both tables"
+            "--output",
+            metavar="PATH",
+            help="for play a new session, for report a page, for grade both tables",
         ),
-        option("--student", default="Scripted student", metavar="NAME", help="of play with --output"),
+        option("--student", default="Scripted student", metavar="NAME", help="for play with --output"),
         option("--folder", metavar="PATH", help="a folder with lessons of your own"),
-        option("--reviewer", metavar="NAME", help="of review: write a review of your own, with --points"),
-        option("--points", metavar="3,4,-", help="of review: the points of each row, - for none"),
+        option("--reviewer", metavar="NAME", help="for review: write your own review, with --points"),
+        option("--points", metavar="3,4,-", help="for review: the points of each row, - for no points"),
         option(
             "--comment",
             action="append",
             default=[],
             metavar="TEXT",
-            help="of review or reply; about a time as '12.5 s: …', about a step as 'step 2: …'",
+            help="for review or reply; about a time as '12.5 s: …', about a step as 'step 2: …'",
         ),
-        option("--hide-names", action="store_true", help="of report and review: without names"),
+        option("--hide-names", action="store_true", help="for report and review: without names"),
     ),
     60,
 )

@@ -39,8 +39,8 @@ _FEWEST_DELAYS = 100
 
 
 OPTIONS = (
-    option("--render", choices=RENDERERS, default=COMPUTER, help="who computes the force"),
-    option("--board-rate", type=float, metavar="Hz", help="of the board, by default the law's fastest"),
+    option("--render", choices=RENDERERS, default=COMPUTER, help="renderer of the force"),
+    option("--board-rate", type=float, metavar="Hz", help="of the board, by default the law's highest"),
 )
 
 
@@ -123,9 +123,11 @@ def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = Non
     while not so():
         health, fault = engine.health(), engine.fault
         if not health.running or (fault is not None and fault.code != SLOW_LINK):
-            raise DeviceError(fault_words(fault) if fault else f"{engine.device.title} is gone. {_AGAIN}")
+            raise DeviceError(
+                fault_words(fault) if fault else f"{engine.device.title} is disconnected. {_AGAIN}"
+            )
         if time.monotonic() > limit:
-            words = f"{engine.device.title} did not begin to render within {_PATIENCE:g} s. {_AGAIN}"
+            words = f"{engine.device.title} did not start to render within {_PATIENCE:g} s. {_AGAIN}"
             raise late or DeviceError(words)
         time.sleep(0.01)
 
@@ -200,7 +202,7 @@ def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[
     rate = found[BOARD]["rate_Hz"]
     if wish is not None and rate is not None and rate < wish:
         said.append(
-            f"The board renders at {rate:,.0f} Hz, not at {wish:,.0f} Hz: this law has time for no more."
+            f"The board renders at {rate:,.0f} Hz, not at {wish:,.0f} Hz: this law takes too long for more."
         )
     doubt = "" if _is_final(engine.fault) else on_board.link_warning(engine)
     said += [doubt] if doubt else []
@@ -210,10 +212,10 @@ def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[
         said.append(f"The board's clock went back or jumped {counted.clock_jumps} times: time was corrected.")
     if without >= _REMARK_SECONDS:
         causes = {
-            "The line brought no sample for 20 ms": counted.no_sample,
-            "This computer was busy elsewhere for 20 ms": counted.away,
-            "The law held the loop up for 20 ms": counted.held_up,
-            "The board switched its motor off, as forces came too late or not at all": counted.cut,
+            "No sample arrived over USB for 20 ms": counted.no_sample,
+            "This computer was busy with other programs for 20 ms": counted.away,
+            "The law blocked the loop for 20 ms": counted.held_up,
+            "The board switched its motor off, because forces came too late or not at all": counted.cut,
         }
         why = [f"{cause}: {n} times." if n > 1 else f"{cause}." for cause, n in causes.items() if n]
         said.append(" ".join([f"No force for {without:.2f} s.", *why]))

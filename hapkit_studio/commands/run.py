@@ -35,9 +35,7 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
     device = device_list.named(options.device)
     hand = hand_named(options.hand) if options.hand else None
     if hand is not None and not device.simulated_hand:
-        raise ParameterError(
-            f"{options.device} has no simulated hand: leave --hand away and move the handle."
-        )
+        raise ParameterError(f"{options.device} has no simulated hand: omit --hand and move the handle.")
     seconds = SECONDS.check(options.seconds)
     engine = Engine(device, chosen)
     engine.set_environment(chosen, base.key_values(options.parameter))
@@ -55,7 +53,7 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
         remarks += map(str, chosen.force.remarks)
     skipped = played.found[live_run.COMPUTER]["missed"]
     if device.model is not None and skipped > _REMARK_SKIPPED * len(played.table):
-        remarks.append(f"{skipped:,} samples were skipped, as the loop was late.")
+        remarks.append(f"{skipped:,} samples were skipped, because the loop was late.")
     if got < _COVERED * took and not live_run.is_gone(fault):
         remarks.append(f"Only {got:.2f} s of samples came in {took:g} s.")
     found = {**played.found, "interrupted": took < seconds and fault is None}
@@ -93,13 +91,13 @@ OPTIONS = (
     base.ENVIRONMENT,
     base.TRUST,
     base.PARAMETER,
-    base.option("--hand", metavar="SCRIPT", help="press, tap, stroke, …; without it the handle is free"),
+    base.option("--hand", metavar="SCRIPT", help="press, tap, stroke, …; by default the handle is free"),
     base.option("--seconds", type=float, default=2.0, metavar="s"),
     base.option("--rate", type=float, default=1000.0, metavar="Hz"),
     base.option("--delay", type=float, default=0.0, metavar="s"),
     base.option("--estimator", default="difference", metavar="NAME", help=base.ESTIMATOR_HELP),
     base.option("--seed", type=int, default=0),
-    base.option("--device", metavar="KEY", help="render live on a device, by its key or its port"),
+    base.option("--device", metavar="KEY", help="render on a device, given by its key or port"),
     *live_run.OPTIONS,
     base.option("--csv", metavar="PATH", help="write every sample"),
     base.option("--record", metavar="PATH", help=f"write a session: NAME{SUFFIX}"),
@@ -110,7 +108,7 @@ OPTIONS = (
 def run(options: argparse.Namespace) -> base.Result:
     """Render an environment given by key or Python file; write CSV, figure and session if requested."""
     if options.record and Path(options.record).suffix != SUFFIX:
-        raise ParameterError(f"A session's name ends in {SUFFIX}, unlike {options.record}.")
+        raise ParameterError(f"A session's name ends in {SUFFIX}, not {options.record}.")
     chosen = base.environment_named(options.environment, options.trust)
     done, found = live(options, chosen) if options.device is not None else (headless(options, chosen), {})
     if options.csv:

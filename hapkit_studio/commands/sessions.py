@@ -66,7 +66,7 @@ def _export(options: argparse.Namespace) -> Result:
     run = api.open_session(path, options.start, options.stop)
     output = options.output or str(path.with_suffix(".csv"))
     if Path(output).exists():
-        raise ParameterError(f"{output} exists already: name another file with --output.")
+        raise ParameterError(f"{output} exists already: choose another file with --output.")
     run.save(output, options.decimal)
     lines = [f"{len(run.time):,} samples", *run.warnings]
     return with_files("\n".join(lines), {"samples": len(run.time), "warnings": list(run.warnings)}, [output])
@@ -167,9 +167,9 @@ OPTIONS = (
         type=float,
         default=0.0,
         metavar="s",
-        help="export from here on, since the session began",
+        help="start of the export, from the session's start",
     ),
-    option("--to", dest="stop", type=float, default=math.inf, metavar="s", help="export up to here"),
+    option("--to", dest="stop", type=float, default=math.inf, metavar="s", help="end of the export"),
     option("--decimal", choices=DECIMALS, default=".", help="the decimal mark in a CSV"),
 )
 COMMAND = Command(

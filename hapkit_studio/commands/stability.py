@@ -30,8 +30,8 @@ OPTIONS = (
     base.option("-B", "--damping", type=float, default=0.0, metavar="N·s/m", help="what is rendered"),
     base.option("--to", type=float, metavar="N·s/m", help="the largest damping shown"),
     base.option("--hands", action="store_true", help="the worst hand of a box around people's"),
-    base.option("--measure", action="store_true", help="find the boundary by rendering, too"),
-    base.option("--map", action="store_true", help=f"judge {SIDE} × {SIDE} cells of the plane"),
+    base.option("--measure", action="store_true", help="also find the boundary by rendering"),
+    base.option("--map", action="store_true", help=f"evaluate {SIDE} × {SIDE} cells of the plane"),
     base.option("--real", action="store_true", help="measure with friction and sensor steps"),
     base.option("--scheduler", metavar="ADDRESS", help="measure on a cluster: tcp://…"),
     base.PLOT,
@@ -163,5 +163,5 @@ def _newtons(value: float) -> str:
 
 
 COMMAND = base.Command(
-    "stability", "how stiff a loop may be: exact, passive, by rule and measured", run, OPTIONS, 50
+    "stability", "compute how stiff a loop may be: exact, passive, by rule and measured", run, OPTIONS, 50
 )

@@ -19,13 +19,15 @@ from hapkit_studio.formatting import compact, plain
 DRAW_SECONDS = 10.0
 
 OPTIONS = (
-    base.option("file", type=Path, help="of the survey: made, or gone on with"),
-    base.option("--rates", type=int, default=25, metavar="N", help="so many from 250 Hz to 10 kHz; 25"),
-    base.option("--delays", type=int, default=20, metavar="N", help="so many up to 5 ms; 20"),
-    base.option("--read", action="store_true", help="compute nothing, show what is there"),
-    base.option("--workers", type=int, metavar="N", help="programs at once; one a core"),
+    base.option("file", type=Path, help="of the survey: created or continued"),
+    base.option(
+        "--rates", type=int, default=25, metavar="N", help="number of rates from 250 Hz to 10 kHz; 25"
+    ),
+    base.option("--delays", type=int, default=20, metavar="N", help="number of delays up to 5 ms; 20"),
+    base.option("--read", action="store_true", help="compute nothing, show the stored results"),
+    base.option("--workers", type=int, metavar="N", help="number of processes; one per core"),
     base.option("--scheduler", metavar="ADDRESS", help="compute on a cluster: tcp://…"),
-    base.option("--plot", metavar="PATH", help="write a picture, anew while it is computed"),
+    base.option("--plot", metavar="PATH", help="write a picture, updated during the computation"),
 )
 
 

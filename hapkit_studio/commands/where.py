@@ -61,4 +61,4 @@ def run(_options: argparse.Namespace) -> Result:
     return Result("\n".join(lines), {"places": as_json})
 
 
-COMMAND = Command("where", "list what is stored for you, and remains after uninstalling", run, order=97)
+COMMAND = Command("where", "list your files, which remain after uninstalling", run, order=97)

@@ -41,7 +41,7 @@ OPTIONS = (
         "--max-force",
         type=float,
         metavar="N",
-        help=f"the motor's limit; none, on a device {DEVICE_FORCE.default:g}",
+        help=f"the motor's limit; by default none, on a device {DEVICE_FORCE.default:g}",
     ),
     *base.SETTING_OPTIONS,
     base.PLOT,

@@ -55,4 +55,4 @@ def named(key: str) -> Device:
         device = kind.unlisted(key)
         if device is not None:
             return device
-    raise ParameterError(f"There is no device {key!r}; there are: {', '.join(entries)}.")
+    raise ParameterError(f"There is no device {key!r}; available: {', '.join(entries)}.")

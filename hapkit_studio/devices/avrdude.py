@@ -62,7 +62,7 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
     if given is not None:
         found = shutil.which(os.path.expanduser(given))
         if found is None:
-            raise AvrdudeMissingError(f"{given} is no program. Give the path of avrdude itself.")
+            raise AvrdudeMissingError(f"{given} is not a program. Enter the path of avrdude itself.")
         return _avrdude(Path(found))
     folders: list[str | None] = [None]  # None means the PATH
     for pattern in _FOLDERS.get(system, ()):
@@ -77,7 +77,7 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
             return _avrdude(Path(found))
     remedy = _REMEDY.get(system, "Install avrdude")
     raise AvrdudeMissingError(
-        f"avrdude, which writes to the board, was not found. {remedy}; or say where it is with --avrdude."
+        f"avrdude, which writes to the board, was not found. {remedy}; or give its path with --avrdude."
     )
 
 
@@ -106,7 +106,9 @@ _ANY_ERROR = re.compile(
 
 def not_there(port: str) -> PortGoneError:
     """Return the error for a port that does not exist."""
-    return PortGoneError(f"{port_errors.port_name(port)} is not there. Plug the board in, then flash again.")
+    return PortGoneError(
+        f"{port_errors.port_name(port)} does not exist. Plug the board in, then flash again."
+    )
 
 
 _PORT = (
@@ -163,12 +165,12 @@ class Output:
             if found := _WHERE.search(self.text):
                 device, wanted, address, only = found.groups()
                 where = f" from {only} on" if only else f": {device} instead of {wanted} at {address}"
-            return FlashError(f"What was written reads back differently{where}. {_AGAIN}")
+            return FlashError(f"The verification of the written firmware failed{where}. {_AGAIN}")
         if _OTHER_CHIP.search(self.text):
             found = _SIGNATURE.search(self.text)
             seen = f" (signature {found[2].strip()})" if found else ""
             return FlashError(
-                f"The board on {name} has another chip{seen}; the firmware is for the ATmega328P (1e950f). "
+                f"The board on {name} has a different chip{seen}; the firmware needs an ATmega328P (1e950f). "
                 "Choose the Hapkit's port."
             )
         if self.stage == CONNECTING:
@@ -178,7 +180,7 @@ class Output:
         said = [
             words.strip().rstrip(".") for pair in _ANY_ERROR.findall(self.text) for words in pair if words
         ]
-        return FlashError(f"avrdude gave up on {': '.join([name, *said[-1:]])}. {_AGAIN}")
+        return FlashError(f"avrdude failed on {': '.join([name, *said[-1:]])}. {_AGAIN}")
 
 
 def no_boot_loader(port: str, speeds: tuple[int, ...]) -> FlashError:

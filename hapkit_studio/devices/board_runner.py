@@ -47,7 +47,7 @@ class LateError(AbortedError):
 
     def __init__(self) -> None:
         super().__init__(
-            "This computer was late, so the board switched its motor off for a moment. That is no fault of "
+            "This computer was late, so the board switched its motor off briefly. This is not a fault of "
             "the kit. Close other programs, then try again."
         )
 
@@ -282,7 +282,7 @@ class BoardRunner:
                     if handle.t >= seconds or until():
                         break
                     if time.monotonic() > deadline:
-                        raise AbortedError("The board answers too slowly. Force is zero. Connect it again.")
+                        raise AbortedError("The board replies too slowly. Force is zero. Connect it again.")
         finally:
             self.progress = 0.0, 0.0
         return track_of(kept, of_settings(self.settings))
@@ -298,7 +298,7 @@ class BoardRunner:
             force = motion(handle.t, handle.x - handle.start, handle.v)
             handle.driven = force != 0.0
             if not math.isfinite(force):
-                raise AbortedError("The force is no number. Force is zero.")
+                raise AbortedError("The force is not a number. Force is zero.")
         elif self._cancel.is_set():
             raise CancelledError
         self.board.send_messages(Force(sample.seq, 0, min(max(force, -limits.force), limits.force)))
@@ -311,9 +311,7 @@ def _check(sample: Sample, handle: _Handle, limits: Limits) -> None:
     distance = abs(handle.x - handle.start)
     if distance > limits.travel:
         limit = f"(limit {1e3 * limits.travel:.0f} mm)"
-        raise AbortedError(
-            f"The handle is {1e3 * distance:.0f} mm from where it began {limit}. Force is zero."
-        )
+        raise AbortedError(f"The handle is {1e3 * distance:.0f} mm from its start {limit}. Force is zero.")
     if abs(handle.v) > limits.speed:
         raise AbortedError(
             f"The handle moves at {abs(handle.v):.2f} m/s (limit {limits.speed:.2f} m/s). Force is zero."

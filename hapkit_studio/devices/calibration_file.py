@@ -69,9 +69,9 @@ MEASURED = (
 """Settings that a calibration may change, in the order of its steps."""
 SHOWN = ("label", "profile", "pins", "sensor", "motor_map", *MEASURED, "table")
 ORIGINS = {
-    Origin.DEFAULT: "the usual kit's: nothing is stored",
+    Origin.DEFAULT: "default: nothing is stored",
     Origin.STORED: "stored on the board",
-    Origin.DAMAGED: "the usual kit's: what is stored is damaged",
+    Origin.DAMAGED: "default: the stored settings are damaged",
     Origin.UNSAVED: "changed, not stored yet",
 }
 """Descriptions of the origin of the settings in force."""
@@ -140,7 +140,7 @@ def _checked(table: dict[str, Any], wire: Wire, place: str) -> Any:
 
 
 def _text(board: Board, notes: dict[str, str], written: str) -> str:
-    lines = ["# A calibrated Hapkit. Put it on a board again with: hapkit-studio calibrate PORT --from FILE"]
+    lines = ["# A calibrated Hapkit. Write it to a board with: hapkit-studio calibrate PORT --from FILE"]
     lines.append(f"# Written on {written}")
     lines += [f"# {step}: {words}" for step, words in notes.items()]
     lines += ["", "[board]"]
@@ -176,5 +176,5 @@ def setting_text(board: Board, name: str) -> str:
         return f"{number(factor * value, decimals)} {unit}".strip()
     if name == "profile":
         kit = numbered(value)
-        return kit.title if kit else "a kit of its own"
+        return kit.title if kit else "a custom kit"
     return str(value) if name == "label" else ", ".join(str(int(part)) for part in value)

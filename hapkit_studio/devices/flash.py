@@ -46,14 +46,14 @@ def read_image(path: Path) -> bytes:
             base = int.from_bytes(data, "big") << (4 if kind == _SEGMENT else 16)
         elif kind not in (_END, *_HARMLESS):
             raise ParameterError(
-                f"{path.name}, line {number}: a record of kind {kind} has no place in a .hex."
+                f"{path.name}, line {number}: a record of kind {kind} is not allowed in a .hex file."
             )
         ended = kind == _END
     if not memory or not ended:
-        raise ParameterError(f"{path.name} is no whole .hex file. Export it again.")
+        raise ParameterError(f"{path.name} is an incomplete .hex file. Export it again.")
     size = max(memory) + 1
     if size > FLASH_BYTES:
-        raise ParameterError(f"{path.name} takes {size:,} bytes; the chip has room for {FLASH_BYTES:,}.")
+        raise ParameterError(f"{path.name} has {size:,} bytes; the chip has room for {FLASH_BYTES:,}.")
     return bytes(memory.get(at, 0xFF) for at in range(size))
 
 
@@ -64,7 +64,7 @@ def _record(path: Path, number: int, line: str) -> tuple[int, int, bytes]:
     except ValueError:
         record = b""
     if not line.startswith(":") or len(record) < 5 or len(record) != record[0] + 5:
-        raise ParameterError(f"{path.name}, line {number}: this is no line of a .hex file.")
+        raise ParameterError(f"{path.name}, line {number}: this is not a line of a .hex file.")
     if sum(record) % 256:
         raise ParameterError(f"{path.name}, line {number}: the check sum is wrong. Export it again.")
     return int.from_bytes(record[1:3], "big"), record[3], record[4:-1]
@@ -177,7 +177,7 @@ def _run(words: list[str], port: str, said: Output) -> int:
             words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )
     except OSError as error:
-        raise FlashError(f"avrdude does not start: {error.strerror}.") from error
+        raise FlashError(f"avrdude cannot be started: {error.strerror}.") from error
     try:
         for text in _output(child, port):
             said.feed(text)
@@ -211,10 +211,10 @@ def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
             chunk = chunks.get(timeout=_LOOK)
         except queue.Empty:
             if os.name == "posix" and not os.path.exists(port):
-                words = f"{port_errors.port_name(port)} went away before the firmware was whole."
+                words = f"{port_errors.port_name(port)} was disconnected before the firmware was complete."
                 raise FlashError(f"{words} Plug it in, then flash again.") from None
             if time.monotonic() - heard > SILENCE:
-                raise FlashError(f"avrdude has said nothing for {SILENCE:g} s. Flash again.") from None
+                raise FlashError(f"avrdude has printed nothing for {SILENCE:g} s. Flash again.") from None
             yield ""
             continue
         if not chunk:

@@ -144,7 +144,7 @@ class HapkitBoard(Device):
     def probe(self) -> dict[str, Any]:
         port = serial_ports.at(self.port)
         if port is not None and port.role is Role.OTHER:
-            return {"ok": False, "text": "Not asked: not a Hapkit."}
+            return {"ok": False, "text": "Not probed: not a Hapkit."}
         try:
             self.open()
             return _answers(self)
@@ -299,8 +299,8 @@ class HapkitBoard(Device):
         answer = self.request(of_settings(board), Settings)
         if answer.refused:
             raise ParameterError(
-                f"The Hapkit on {port_name(self.port)} refused these settings: a number in them is one that "
-                "no kit has. Nothing was changed. Check geometry, motor constant and force limit."
+                f"The Hapkit on {port_name(self.port)} refused these settings, because one of their "
+                "numbers is impossible. Nothing was changed. Check geometry, motor constant and force limit."
             )
         self._hello = self.request(HelloRequest(), Hello)
         return self._store_paddle(answer)
@@ -355,7 +355,7 @@ def _checked(body: bytes, port: str) -> Hello:
     """Return the Hello in a body of this version and size with plausible numbers; raise DeviceError."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
-        words = f"Firmware speaks version {version}; this studio needs {PROTOCOL_VERSION}."
+        words = f"The firmware has protocol version {version}; this studio needs {PROTOCOL_VERSION}."
         if version < PROTOCOL_VERSION:
             raise WrongProtocolError(f"{words} Update firmware.", step="update")
         raise WrongProtocolError(f"{words} Update the studio.")

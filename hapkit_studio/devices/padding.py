@@ -76,7 +76,7 @@ def _read(board: HapkitBoard) -> bytes:
     try:
         return board.read(0.05)
     except OSError as error:
-        raise DeviceError(f"{board.title} is gone.") from error
+        raise DeviceError(f"{board.title} is disconnected.") from error
 
 
 def effective_delay(samples: Iterable[Sample], period: float) -> float | None:

@@ -25,7 +25,7 @@ RULES = "/etc/udev/rules.d/60-hapkit.rules"
 def permission_remedy(path: str, port: Port | None) -> tuple[str, str]:
     """Return the remedy as text, and a shell command for this port and user; the command may be ""."""
     if sys.platform != "linux":
-        return "Ask for the right to use it.", ""
+        return "Get permission to use it.", ""
     group = _group(path)
     if not group:
         # the udev rule gives access to the user at the computer
@@ -35,7 +35,7 @@ def permission_remedy(path: str, port: Port | None) -> tuple[str, str]:
         then = "sudo udevadm control --reload && sudo udevadm trigger"
         return "Then plug the board in again.", f"echo '{rule}' | sudo tee {RULES} && {then}"
     if _needs_new_login(group):
-        return f"You are in the group {group} since you logged in: log out and in again.", ""
+        return f"You were added to the group {group} after your login: log out and in again.", ""
     return "Then log out and in again.", f"sudo usermod -a -G {group} $USER"
 
 
@@ -73,7 +73,7 @@ _BANNER = 120
 
 def gone(port: str) -> PortGoneError:
     """Return the error for a port that disappeared."""
-    title = f"Hapkit on {port_name(port)} is gone. Force is zero."
+    title = f"Hapkit on {port_name(port)} is disconnected. Force is zero."
     return PortGoneError(
         f"{title} Plug it in, then try again.",
         # the window, not this function, tries to reconnect
@@ -84,7 +84,7 @@ def gone(port: str) -> PortGoneError:
 def not_there(port: str) -> PortGoneError:
     """Return the error for a port that does not exist when it is opened."""
     return PortGoneError(
-        f"{port_name(port)} is not there. Plug the board in, or see `hapkit-studio devices`.",
+        f"{port_name(port)} does not exist. Plug the board in, or see `hapkit-studio devices`.",
         brief=gone(port).brief,
     )
 
@@ -98,11 +98,11 @@ def busy(port: str, by: str = "") -> PortBusyError:
 def forbidden(port: str) -> PortPermissionError:
     """Return the error for a port without permission, with the command that grants permission."""
     words, command = permission_remedy(port, serial_ports.at(port))
-    title = f"You may not open {port_name(port)}."
+    title = f"You have no permission to open {port_name(port)}."
     if not command:
         return PortPermissionError(f"{title} {words}")
     full = f"{title} Run `{command}`. {words}"
-    brief = full if len(full) < _BANNER else f"{title} Copy the line, run it in a terminal. {words}"
+    brief = full if len(full) < _BANNER else f"{title} Copy the command, run it in a terminal. {words}"
     return PortPermissionError(full, brief=brief, command=command)
 
 
@@ -110,10 +110,10 @@ def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
     """Return the error for a port without a Hapkit, based on the received bytes, if any."""
     name, known = port_name(port), serial_ports.at(port)
     if known is not None and known.role is Role.OTHER:
-        return NotAHapkitError(f"{name} is a port of another kind: {known.words}. Choose another port.")
+        return NotAHapkitError(f"{name} is a different kind of port: {known.words}. Choose another port.")
     if by := holder(port):  # with two readers, each receives only some of the bytes
         return busy(port, by)
-    what = f"{name} answers, but not as a Hapkit." if heard else f"{name} does not answer."
+    what = f"{name} answers, but is not a Hapkit." if heard else f"{name} does not answer."
     if known is None or known.role is not Role.KIT:
         return NotAHapkitError(f"{what} Flash the firmware, or choose another port.", step=FLASH)
     if sum(byte in b"\r\n\t" or 32 <= byte < 127 for byte in heard) >= _TEXT_SHARE * max(len(heard), 1):
@@ -133,7 +133,7 @@ def no_answer(port: str, question: str, seconds: float) -> NoDataError:
 def no_data(port: str, seconds: float) -> NoDataError:
     """Return the error for a board that sent Hello but no samples."""
     return NoDataError(
-        f"The Hapkit on {port_name(port)} says hello, but no sample came for {seconds:g} s. "
+        f"The Hapkit on {port_name(port)} identified itself, but sent no sample for {seconds:g} s. "
         "Press the board's reset button, then try again."
     )
 

@@ -68,19 +68,19 @@ KITS = (
     Kit(
         "hapkit3-maxon",
         "Hapkit 3.0, stronger motor",
-        "As above, with the motor whose class template says 0.03 for full duty.",
+        "As above, with the motor that has 0.03 in the class template.",
         _board(2, motor_constant=0.03, label="Hapkit maxon"),
     ),
     Kit(
         "hapkit3-short",
         "Hapkit 3.0, short handle",
-        "As the first, with the handle 70 mm from the axis.",
+        "Like the first, with the handle 70 mm from the axis.",
         _board(3, handle_radius=0.070, label="Hapkit short"),
     ),
     Kit(
         "hapkit2013",
         "Hapkit 2013, board 1.0",
-        "Friction drive, handle 65.7 mm from the axis. The board says 2013; motor on D3 and D12.",
+        "Friction drive, handle 65.7 mm from the axis. Marked 2013 on the board; motor on D3 and D12.",
         _board(
             4, pins=Pins.D3_D12, motor_constant=0.03, handle_radius=0.0657, pulley_radius=0.00419,
             sector_radius=0.0732, label="Hapkit 2013",
@@ -120,7 +120,7 @@ def named(key: str) -> Kit:
     """Return a kit by its key; raise ParameterError."""
     found = {kit.key: kit for kit in KITS}
     if key not in found:
-        raise ParameterError(f"There is no kit {key!r}; there are: {', '.join(found)}.")
+        raise ParameterError(f"There is no kit {key!r}; available: {', '.join(found)}.")
     return found[key]
 
 

@@ -44,7 +44,7 @@ class BoardProgram:
                 )
         except OSError as error:
             self._errors.close()
-            raise DeviceError(f"The virtual board does not start: {error.strerror}.") from error
+            raise DeviceError(f"The virtual board cannot be started: {error.strerror}.") from error
         self._in, self._out = (pipe.fileno() for pipe in (self._child.stdin, self._child.stdout) if pipe)
         os.set_blocking(self._in, False)
 

@@ -291,7 +291,7 @@ def estimate_velocity(
     try:
         samples = np.ascontiguousarray(position, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ParameterError("The positions must be numbers of m; they are not.") from None
+        raise ParameterError("The positions must be numbers in m.") from None
     if samples.ndim != 1:
         raise ParameterError(f"The positions must be one row of numbers, not of shape {samples.shape}.")
     code, coefs = design(estimator, rate, quantum)

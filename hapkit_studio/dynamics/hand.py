@@ -30,7 +30,7 @@ class Hand:
         for name, unit in (("mass", "kg"), ("damping", "N·s/m"), ("stiffness", "N/m")):
             check_number(getattr(self, name), f"hand's {name}", unit)
         if not (isinstance(self.release, int | float | np.number) and self.release >= 0.0):
-            raise ParameterError(f"The hand lets go at 0 s or later, not {self.release!r} s.")
+            raise ParameterError(f"The hand releases the handle at 0 s or later, not {self.release!r} s.")
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def gripping(
 
 
 SCRIPTS: dict[str, Hand] = {
-    "press": gripping(lambda t: 0.020 * _ramp(t, 0.1, 0.9), "Pushes slowly to 20 mm on the right and holds"),
+    "press": gripping(lambda t: 0.020 * _ramp(t, 0.1, 0.9), "Pushes slowly to 20 mm on the right and stays"),
     "tap": gripping(_tap, "Taps 15 mm to the right and off again at 0.1 m/s, every 0.8 s"),
     "stroke": gripping(lambda t: _there_and_back(t, 0.030, 0.05), "Strokes 30 mm to both sides at 5 cm/s"),
     "sweep": gripping(_sweep, "Goes to the left end, then across at 7 cm/s"),
@@ -126,7 +126,9 @@ SCRIPTS: dict[str, Hand] = {
     ),
     "push": gripping(lambda t: 0.030 * _ramp(t, 0.1, 0.9), "Pushes hard to 30 mm on the right", "firm"),
     "pluck": gripping(
-        lambda t: 0.020 * _ramp(t, 0.1, 0.6), "Pulls to 20 mm on the right and lets go after 1 s", release=1.0
+        lambda t: 0.020 * _ramp(t, 0.1, 0.6),
+        "Pulls to 20 mm on the right and releases after 1 s",
+        release=1.0,
     ),
     "shake": gripping(_shake, "Shakes by 12 mm, from 0.5 Hz up to 6 Hz", "firm"),
     "pet": gripping(lambda t: _fur(t, 0.05), "Pets 60 mm there and back at 5 cm/s"),

@@ -245,7 +245,7 @@ def instants(seconds: float, dt: float) -> np.ndarray:
     """Return the times (n,) in s of a motion, with both ends; raise ParameterError if there are too many."""
     count = round(seconds / dt) + 1
     if count > _MOST_STEPS:
-        raise ParameterError(f"A motion has up to {_MOST_STEPS:g} steps, not {seconds:g} s by {dt:g} s.")
+        raise ParameterError(f"A motion has at most {_MOST_STEPS:g} steps, not {seconds:g} s by {dt:g} s.")
     return dt * np.arange(count)
 
 

@@ -158,9 +158,9 @@ def slide(
     try:
         forces = np.ascontiguousarray(applied, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ParameterError("The applied forces must be numbers of N; they are not.") from None
+        raise ParameterError("The applied forces must be numbers in N.") from None
     if forces.ndim != 1 or not np.isfinite(forces).all():
-        raise ParameterError("The applied forces must be one row of finite numbers of N.")
+        raise ParameterError("The applied forces must be one row of finite numbers in N.")
     x, v = np.full(forces.size, number["x0"]), np.full(forces.size, number["v0"])
     if forces.size:
         run(code, 1, forces, *(number[key] for key in levels), chosen, number["dt"], np.zeros(MEMORY), x, v)

@@ -234,7 +234,7 @@ class Engine:
         """Limit the force to a value in N below the highest limit; raise ParameterError, DeviceError."""
         most = self._highest_limit()
         if not 0.0 < newtons <= most:
-            raise ParameterError(f"The force limit goes from 0 to {most:g} N, not {newtons:g} N.")
+            raise ParameterError(f"The force limit is 0 to {most:g} N, not {newtons:g} N.")
         self._change_loop(max_force=newtons)
 
     def _highest_limit(self) -> float:
@@ -249,7 +249,7 @@ class Engine:
     def move_hand(self, target: float | None) -> None:
         """Move the hand's target to a position in m; None releases the handle. Raise ParameterError."""
         if target is not None and not math.isfinite(target):
-            raise ParameterError(f"The hand's target must be a finite number of m, not {target:g}.")
+            raise ParameterError(f"The hand's target must be a finite number in m, not {target:g}.")
         self._change(target=target)
         self._tell_hand()
 

@@ -220,9 +220,7 @@ def _sampled(motion, times: np.ndarray, vectorised: bool = False) -> np.ndarray:
     try:
         values = np.array(values, dtype=float).reshape(times.shape)
     except (TypeError, ValueError):
-        raise ParameterError(
-            "The hand's position must be one number of m at every time; it is not."
-        ) from None
+        raise ParameterError("The hand's position must be one number in m at every time.") from None
     if not np.isfinite(values).all():
         when = times[np.flatnonzero(~np.isfinite(values))[0]]
         raise ParameterError(

@@ -166,7 +166,7 @@ def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | No
     stale, remedy = _STALE[int(value) if code == arrays.STALE_SENSOR else arrays.NO_SAMPLE]
     # the board cannot measure longer delays
     trip = f"more than {_ms(LONGEST_DELAY)} ms" if value >= LONGEST_DELAY else f"{_ms(value)} ms"
-    gone = silent("The board", value) if value > 0.0 else "The device is gone."
+    gone = silent("The board", value) if value > 0.0 else "The device is disconnected."
     found = {
         arrays.NOT_A_NUMBER: (f"the law returned {name} at {place}{at}.", ""),
         arrays.LAW_INDEX: (f"line {line} of the law uses an index beyond its state or table.", ""),
@@ -198,7 +198,7 @@ def _ms(seconds: float) -> str:
 
 def silent(name: str, seconds: float) -> str:
     """Return the message that a board has sent nothing for some seconds, with likely causes."""
-    return f"{name} has sent nothing for {seconds:.0f} s: it restarted or hangs."
+    return f"{name} has sent nothing for {seconds:.0f} s: it restarted or froze."
 
 
 def _beyond(value: float, limit: float) -> str:

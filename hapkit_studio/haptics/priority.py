@@ -109,7 +109,7 @@ SYSTEMS = {
         macos_obtain,
         macos_release,
         macos_demote,
-        "macOS refused the time-constraint policy; close what else uses it and start again.",
+        "macOS refused the time-constraint policy; close other programs that use it and start again.",
     ),
     "win32": System(
         windows_obtain,
@@ -171,7 +171,7 @@ def probe() -> Priority:
 def report() -> str:
     """Return a description of the priority of this user's loop, and how to get a higher one."""
     now = probe()
-    lines = [f"The loop of this user obtains: {now.text}."]
+    lines = [f"This user's loop gets: {now.text}."]
     if now.how:
         lines.append(now.how)
     if sys.platform == "linux" and now.how:

@@ -89,7 +89,7 @@ def forget_overrun(thread: int) -> None:
 FIFO_LEVEL = 80
 HOW_TO_GET_MORE = (
     f"Add the line '{os.environ.get('USER', 'your-user')} - rtprio {FIFO_LEVEL}' to "
-    "/etc/security/limits.conf and log in again, or install the package rtkit; 'make realtime' says more."
+    "/etc/security/limits.conf and log in again, or install the package rtkit; see 'make realtime'."
 )
 _NICE = -11
 _PR_SET_TIMERSLACK = 29

@@ -685,7 +685,7 @@ class _Encoder:
                     number = operand
                     if number > 0xFFFF:
                         raise LawError(
-                            "A loop of this law turns more than 65,535 times: too often for the board."
+                            "A loop of this law runs more than 65,535 times: too many for the board."
                         )
                 case _:
                     number = self.slot(section, operand)

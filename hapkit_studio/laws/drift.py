@@ -376,13 +376,13 @@ _COUNT = (
     + "count calls, `s.{0} += 1`, and multiply by `dt` last, as in `(s.{0} - s.start) * dt`"
     + _HOW_FAR
 )
-_PERIOD = _DRIFTS + "let a period be a whole number of calls, `s.{0} = (s.{0} + 1) % calls`" + _HOW_FAR
+_PERIOD = _DRIFTS + "use a period of a whole number of calls, `s.{0} = (s.{0} + 1) % calls`" + _HOW_FAR
 _KEPT = (
-    "`s.{0}` is a time that gets coarse on the board and in a sketch: keep the count, `s.{0} = s.{1}`, and "
-    "multiply by `dt` last, as in `(s.{1} - s.{0}) * dt`"
+    "`s.{0}` is a time that becomes coarse on the board and in a sketch: store the count, `s.{0} = s.{1}`, "
+    "and multiply by `dt` last, as in `(s.{1} - s.{0}) * dt`"
 )
 _ANGLE = (
-    "this angle grows with `s.{0}` and gets coarse on the board and in a sketch: start again after a whole "
+    "this angle grows with `s.{0}` and becomes coarse on the board and in a sketch: restart it after a whole "
     "number of calls, `s.{0} = (s.{0} + 1) % calls`"
 )
 

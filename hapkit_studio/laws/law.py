@@ -42,7 +42,7 @@ class Law:
         self.companion: Law | None = None
         self._compiled: CompiledLaw | None = None
         if len(self.state_names) > MAX_STATE:
-            raise LawError(f"A law has up to {MAX_STATE} state values, not {len(self.state_names)}.")
+            raise LawError(f"A law has at most {MAX_STATE} state values, not {len(self.state_names)}.")
 
     def bind(self, parameters: Sequence[AnyParameter]) -> None:
         """Set the parameters, once; raise LawError if the function is outside the law language.
@@ -50,7 +50,7 @@ class Law:
         The studio's laws are translated on first use instead, because tests check them.
         """
         if len(parameters) > MAX_PARAMETERS:
-            raise LawError(f"A law has up to {MAX_PARAMETERS} parameters, not {len(parameters)}.")
+            raise LawError(f"A law has at most {MAX_PARAMETERS} parameters, not {len(parameters)}.")
         if self._source and self.parameters == tuple(parameters):
             return
         self.parameters = tuple(parameters)
@@ -163,7 +163,7 @@ def _start(key: str, value: object) -> StateValue:
     except (TypeError, ValueError):
         many = ()
     if not many or not all(map(math.isfinite, many)):
-        raise LawError(f"State {key!r} starts at a number or at several, not at {value!r}.")
+        raise LawError(f"State {key!r} starts with one number or several numbers, not with {value!r}.")
     return many if several else many[0]
 
 

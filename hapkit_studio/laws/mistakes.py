@@ -42,7 +42,7 @@ MISTAKES = (
     Mistake("a = bool(x)", "`{}` is not in the law language: write `a != 0.0`", ("bool",)),
     Mistake(
         "print(x)",
-        "a law cannot print: keep the value in the state, `s.seen = a`, which is plotted and recorded",
+        "a law cannot print: store the value in the state, `s.seen = a`, which is plotted and recorded",
         ("print",),
     ),
     Mistake("a = sum(x, v)", "`{}` is not in the law language: write `a + b`, or a loop", ("sum",)),
@@ -64,7 +64,7 @@ MISTAKES = (
     ),
     Mistake(
         "a = np.sin(x)",
-        "`{}` is not in the law language: write `math.sin(a)`; numbers stand in a table above the law",
+        "`{}` is not in the law language: write `math.sin(a)`; write numbers in a table above the law",
         ("np", "numpy"),
     ),
     Mistake(
@@ -111,7 +111,7 @@ MISTAKES = (
     Mistake("// the wall", "`//` is a comment in C: write `#`", pattern=r"^\s*//|;\s*//"),
     Mistake("a = x ^ 2", "`^` is not a power in Python: write `**`, as in `x ** 2`"),
     # the law language itself
-    Mistake("if x = 0.0:", "`=` sets a name: compare by `==`", pattern=r"^\s*(el)?if\b.*[^=!<>]=[^=]"),
+    Mistake("if x = 0.0:", "`=` assigns a value: compare with `==`", pattern=r"^\s*(el)?if\b.*[^=!<>]=[^=]"),
     Mistake(
         "if x > 0.0",
         "a colon is missing at the end of this line",
@@ -123,9 +123,12 @@ MISTAKES = (
     ),
     Mistake(
         "a = half(p)",
-        "a helper is given numbers: give it what it needs of `p`, as in `half(p.stiffness)`",
+        "a helper has numbers as arguments: pass the values it needs from `p`, as in `half(p.stiffness)`",
     ),
-    Mistake("a = half(s)", "a helper is given numbers: give it what it needs of `s`, as in `half(s.last)`"),
+    Mistake(
+        "a = half(s)",
+        "a helper has numbers as arguments: pass the values it needs from `s`, as in `half(s.last)`",
+    ),
     Mistake("while x > 0.0: a = 1.0", "`while` is not allowed in a law: use `for i in range(10)`"),
     Mistake(
         "a = [0.0, 1.0]",
@@ -137,7 +140,7 @@ MISTAKES = (
     ),
     Mistake(
         "FORCES[0] = x",
-        "`FORCES` is a table and stays as it is: keep what changes in the state `s`",
+        "`FORCES` is a table and cannot change: store changing values in the state `s`",
     ),
     Mistake("a = FORCES", "`FORCES` is a table: use one of its numbers, `FORCES[i]`"),
     Mistake(

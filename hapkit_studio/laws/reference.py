@@ -15,7 +15,7 @@ from hapkit_studio.laws.translate import FUEL
 PAGE = Path(__file__).resolve().parents[2] / "assets" / "docs" / "law-language.md"
 
 FILE = '''\
-"""A wall that clicks: what stands here is for readers."""
+"""A wall that clicks: this text is for readers."""
 
 import math
 
@@ -76,9 +76,9 @@ STATEMENTS = (
     ("compare in a row", "inside = 0.0 < x < 0.005"),
     ("loop over a constant range", "for k in range(TURNS): push += 0.1"),
     ("leave a loop", "for k in range(len(FORCES) - 1): break"),
-    ("go on with its next turn", "for k in range(3): continue"),
+    ("continue with the next iteration", "for k in range(3): continue"),
     ("call a helper of the same file", "push = half(x)"),
-    ("take its results apart", "push, rate = both(x)"),
+    ("unpack its results", "push, rate = both(x)"),
     ("do nothing", "pass"),
     ("end the law with its force in N", "return -p.stiffness * x"),
 )
@@ -265,14 +265,14 @@ def _limits() -> list[tuple[str, str]]:
         ("parameters", f"{MAX_PARAMETERS}"),
         ("values of state", f"{MAX_STATE}"),
         ("numbers in a table", f"{subset.MOST_IN_TABLE}, each up to {subset.LARGEST_IN_TABLE:g}"),
-        ("turns of all loops and calls of helpers, per call of the law", f"{FUEL:,}"),
+        ("iterations of all loops and calls of helpers, per call of the law", f"{FUEL:,}"),
         ("`min` and `max`", f"{subset.BUILTINS['min'].most} numbers"),
         ("on the board: values, tables and code", f"{machine.ARENA} bytes"),
-        ("on the board: turns of one loop", f"{0xFFFF:,}"),
+        ("on the board: iterations of one loop", f"{0xFFFF:,}"),
         ("on the board: loops inside one another", f"{machine.MOST_COUNTERS}"),
         (
             "on the board: cycles of one call, at 4,000 and at 1,000 Hz",
-            f"{_cycles(4000):,} and {_cycles(1000):,}; {machine.ESTIMATE} fewer where it reads `v`",
+            f"{_cycles(4000):,} and {_cycles(1000):,}; {machine.ESTIMATE} fewer if it reads `v`",
         ),
     ]
 

@@ -83,15 +83,15 @@ COMPARISONS: Mapping[type[ast.cmpop], str] = {
 _INSTEAD: dict[Any, str] = {
     ast.While: "`while` is not allowed in a law: use `for i in range(10)`",
     ast.Try: "`try` is not allowed in a law: nothing in it can raise an error",
-    (ast.Import, ast.ImportFrom): "`import` stands at the top of the file, not in a law",
+    (ast.Import, ast.ImportFrom): "write `import` at the top of the file, not in a law",
     ast.Lambda: ("`lambda` is not allowed in a law: write a function above it, `def f(a):` and `return …`"),
-    ast.FunctionDef: "a function inside a law is not allowed: write it beside the law",
+    ast.FunctionDef: "a function inside a law is not allowed: write it outside the law",
     (ast.List, ast.ListComp): (
         "a list is not allowed in a law: write a table above it, `TABLE = (0.0, 1.0)`, or use the state `s`"
     ),
     (ast.Dict, ast.DictComp): "a dictionary is not allowed in a law: use numbers and the state `s`",
     (ast.Set, ast.SetComp): "a set is not allowed in a law: use numbers and the state `s`",
-    ast.Tuple: "several values at once stand only in `a, b = ...` and in a helper's `return a, b`",
+    ast.Tuple: "several values at once are allowed only in `a, b = ...` and in a helper's `return a, b`",
     (ast.Global, ast.Nonlocal): "`{}` is not allowed in a law: keep memory in the state `s`",
     ast.JoinedStr: "text is not allowed in a law",
     ast.Delete: "`del` is not allowed in a law",

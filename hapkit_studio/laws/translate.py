@@ -131,13 +131,13 @@ class Names:
         for i, number in enumerate(found):
             usable = isinstance(number, int | float) and abs(number) <= subset.LARGEST_IN_TABLE
             if not usable:  # a NaN is also not usable
-                wanted = f"a table holds numbers up to {subset.LARGEST_IN_TABLE:g}"
+                wanted = f"a table has numbers up to {subset.LARGEST_IN_TABLE:g}"
                 raise fail(node, f"`{node.id}[{i}]` is {number!r:.40}: {wanted}")
         return tuple(map(float, found))
 
     def parameter(self, node: ast.Attribute) -> int:
         if node.attr not in self.parameters:
-            raise fail(node, f"'p.{node.attr}' is not a parameter; there is: {', '.join(self.parameters)}")
+            raise fail(node, f"'p.{node.attr}' is not a parameter; available: {', '.join(self.parameters)}")
         return self.parameters[node.attr][0]
 
     def choice(self, node: ast.expr) -> Choice | None:
@@ -150,7 +150,7 @@ class Names:
     def state(self, node: ast.Attribute) -> tuple[int, int]:
         if node.attr not in self.places:
             known = ", ".join(self.places) or "none"
-            words = f"'s.{node.attr}' is not a state of this law; there is: {known}"
+            words = f"'s.{node.attr}' is not a state of this law; available: {known}"
             raise fail(node, f'{words}. Add it above the law: `@law(state={{"{node.attr}": 0.0}})`')
         return self.places[node.attr]
 
@@ -208,11 +208,11 @@ class Rewriter(ast.NodeTransformer):
             return ast.Pass()
         if isinstance(node.value, ast.Call):
             self.visit(node.value)  # report a mistake in the call itself first
-        raise fail(node, "this line computes nothing: assign it to a name or return it")
+        raise fail(node, "this line has no effect: assign its value to a name or return it")
 
     def visit_Assign(self, node: ast.Assign) -> ast.stmt:
         if len(node.targets) != 1:
-            raise fail(node, "one name at a time: write one line for each")
+            raise fail(node, "assign one name at a time: write one line for each")
         target = node.targets[0]
         if isinstance(target, ast.Tuple):
             return self._assign_several(node, target)
@@ -317,7 +317,7 @@ class Rewriter(ast.NodeTransformer):
             return ast.Name(node.id, ast.Store())
         if isinstance(node, ast.Subscript) and self._is_table(node.value):
             name = node.value.id  # type: ignore[attr-defined]
-            raise fail(node, f"`{name}` is a table and stays as it is: keep what changes in the state `s`")
+            raise fail(node, f"`{name}` is a table and cannot change: store changing values in the state `s`")
         place = self._state(node)
         if place is None:
             raise fail(node, "only names and the state `s` can be assigned")
@@ -440,7 +440,7 @@ class Rewriter(ast.NodeTransformer):
         match what:
             case ast.Attribute(value=ast.Name("s")) if self.is_law and self.names.state(what)[1]:
                 return self.names.state(what)[1]
-        raise fail(node, "`len` is asked of a table, or of a state of several values")
+        raise fail(node, "`len` takes a table, or a state of several values")
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         owner = node.value.id if isinstance(node.value, ast.Name) else ""
@@ -476,7 +476,7 @@ class Rewriter(ast.NodeTransformer):
             owner = node.value.id
             if owner in ("p", "s") and owner not in self.local:
                 one = f"{owner}.{node.attr}"
-                return f"`{owner}` is known in the law only: give the helper `{one}` as an argument"
+                return f"`{owner}` is known only in the law: pass the helper `{one}` as an argument"
             if said := instead_of(f"math.{node.attr}" if owner == "math" else owner):
                 return said
         match node:
@@ -557,7 +557,7 @@ class Rewriter(ast.NodeTransformer):
         if given != size:
             values = f"{given} value{'s' * (given != 1)}"
             names = ", ".join("abcdefghijklmnop"[:given])
-            raise fail(node, f"`{name}` returns {values}, taken apart with `{names} = {name}(…)`")
+            raise fail(node, f"`{name}` returns {values}; unpack them with `{names} = {name}(…)`")
         if node.keywords:
             raise fail(node, "arguments are given in order in a law, without names")
         most, defaults = found.__code__.co_argcount, found.__defaults__ or ()
@@ -580,10 +580,10 @@ class Rewriter(ast.NodeTransformer):
             return
         if self.is_law and node.id in ("p", "s"):
             one = next(iter(self.names.parameters if node.id == "p" else self.names.places), "name")
-            words = f"give it what it needs of `{node.id}`, as in `{name}({node.id}.{one})`"
-            raise fail(node, f"a helper is given numbers: {words}")
+            words = f"pass the values it needs from `{node.id}`, as in `{name}({node.id}.{one})`"
+            raise fail(node, f"a helper has numbers as arguments: {words}")
         if self._is_table(node):
-            raise fail(node, f"a helper is given numbers: use `{node.id}[i]` in it, by that name")
+            raise fail(node, f"a helper has numbers as arguments: use `{node.id}[i]` in it, by that name")
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
         raise subset.refuse(node)
@@ -653,7 +653,7 @@ def rewritten(
     compiling = (jit.compiled, jit.internal, jit.inlined)  # these decorators affect only the compilation
     for one in [] if is_law else tree.decorator_list:
         if not (isinstance(one, ast.Name) and names.globals.get(one.id) in compiling):
-            raise fail(tree, f"`{tree.name}` is called by a law: it may not have a decorator")
+            raise fail(tree, f"`{tree.name}` is called by a law: it cannot have a decorator")
     body = Rewriter(names, tree, function, helpers, is_law)
     body.size = 1 if is_law else values_returned(tree)
     statements = ([] if is_law else body.burn(tree)) + body.block(tree.body)
@@ -694,7 +694,10 @@ def checked(
         """Add functions in topological order, callees first."""
         for one in wanted:
             if one in callers:
-                raise fail(function_tree(one), f"`{one.__name__}` calls itself; a law's functions may not")
+                raise fail(
+                    function_tree(one),
+                    f"`{one.__name__}` calls itself; this is not allowed in a law's functions",
+                )
             if helpers[one] not in trees:
                 made, inner = rewritten(one, Names((), {}, one.__globals__), helpers, False)
                 add(inner, (*callers, one))

@@ -87,7 +87,7 @@ def evaluate(check: Check, samples: Samples) -> Result:
 def evaluate_interval(check: Check, part: Samples) -> Result:
     """Evaluate a check on one interval, such as the one stored with an answer."""
     if not len(part):
-        return Result(WAITING, "The interval holds no samples.")
+        return Result(WAITING, "The interval has no samples.")
     if wrong := _wrong_setting(check, part):
         return Result(WAITING, wrong)
     try:
@@ -256,8 +256,8 @@ def _nothing(check: Check, entry: Measurement) -> str:
     """Return the advice for a recording without any suitable interval."""
     if entry.intervals == PASS and check.between is not None:
         low, high = (on_screen(end, "m", 3) for end in check.between)
-        return f"You did not move through from {low} to {high}; cross it once."
+        return f"You did not cross the range from {low} to {high}; cross it once."
     if entry.intervals in (PRESS, TOUCH):
         deep = on_screen(check.needs.get("depth", 1e-3), "m", 3)
-        return f"You have not touched the surface; press at least {deep}."
+        return f"You did not touch the surface; press at least {deep}."
     return "Nothing is recorded yet. Move the handle."

@@ -72,7 +72,7 @@ def own_threshold(path: str | Path) -> Threshold:
     """Return the threshold in a session with the smallest Weber fraction; raise SessionError without one."""
     found = read(path).thresholds
     if not found:
-        raise SessionError(f"{Path(path).name} holds no comparisons, so no threshold.")
+        raise SessionError(f"{Path(path).name} holds no comparisons, so it has no threshold.")
     return min(found, key=lambda one: one.weber.value)
 
 

@@ -70,7 +70,7 @@ def grade_file(path: Path, lessons: Mapping[str, Lesson]) -> list[Row]:
     for number, _, task in lesson.tasks():
         value, state, reason = graded(task, handed)
         if handed.stamp != lesson.stamp and state not in (CORRECT, "review"):
-            reason += " The lesson was changed after it was handed in."
+            reason += " The lesson was changed after the hand-in."
         title = task.title if isinstance(task, Check) else task.text
         found.append(Row(*head, str(number), f"{task.key} {title}", value, state, reason))
     return found
@@ -100,7 +100,7 @@ def check_again(check: Check, answer: Answer, again: Result, stamp: str) -> tupl
     entry, said = MEASUREMENTS[check.measure], answer.result
     value = entry.words(again.value) if math.isfinite(again.value) else ""
     if stamp != said.stamp and said.state in (CORRECT, WRONG):
-        reason = "The samples or settings of this interval are not those that were answered."
+        reason = "The samples or settings of this interval are not those of the answer."
         return value, EDITED, f"{reason} They give: {again.text}"
     if said.state != again.state or not _alike(said.value, again.value):
         told = entry.words(said.value) if math.isfinite(said.value) else "no value"

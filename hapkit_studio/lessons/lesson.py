@@ -118,7 +118,7 @@ class Question:
         if not given:
             return "waiting", "Not answered yet."
         if self.kind == "text":
-            return "review", "Answered; a reviewer reads it."
+            return "review", "Answered; a reviewer will read it."
         if self.kind == "choice":
             right = given == self.answer
             return ("correct", "Correct.") if right else ("wrong", self.wrong or "Read the step again.")

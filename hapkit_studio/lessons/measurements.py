@@ -105,7 +105,8 @@ def _identified(name: str) -> Callable[[Samples, Region], Measured]:
         found = next((e for e in part.estimates if e.key in names and math.isfinite(e.half)), None)
         if found is None or not found.told:
             raise NotMeasured(
-                (found.advice if found else part.advice) or "Cannot tell. Move farther, both ways."
+                (found.advice if found else part.advice)
+                or "The value is uncertain. Move farther in both directions."
             )
         return Measured(found.value, found.half)
 
@@ -129,7 +130,7 @@ def _slope(samples: Samples, region: Region) -> Measured:
     kept &= np.abs(samples.applied_force) > 0.0
     found = statistics.line(samples.position, -samples.applied_force, kept) if kept.sum() > 32 else None
     if found is None:
-        raise NotMeasured("The force stays the same: press, and change how far.")
+        raise NotMeasured("The force is constant: press, and change the depth.")
     return Measured(found.slope, found.half)
 
 
@@ -161,7 +162,7 @@ def _restitution(samples: Samples, region: Region) -> Measured:
     before = _speed(samples.cut(slice(max(inside.start - count, 0), inside.start)))
     after = _speed(samples.cut(slice(inside.stop, inside.stop + count)))
     if abs(before.value) < 5.0 * before.half:
-        raise NotMeasured("You came too slowly: hit the surface at 50 mm/s or faster.")
+        raise NotMeasured("You were too slow: hit the surface at 50 mm/s or faster.")
     ratio = abs(after.value / before.value)
     return Measured(
         ratio, ratio * math.hypot(before.half / before.value, after.half / max(abs(after.value), 1e-6))
@@ -194,16 +195,16 @@ def _transient(index: int) -> Callable[[Samples, Region], Measured]:
         inside = _inside(samples)
         part = samples.cut(inside)
         if samples.scene is None or part.depth is None:
-            raise NotMeasured("The ringing is measured on a hard surface: choose it.")
+            raise NotMeasured("Ringing is measured on a hard surface: choose this scene.")
         values = samples.scene[1]
         if "frequency" not in values:
-            raise NotMeasured("The ringing is measured on a hard surface: choose it.")
+            raise NotMeasured("Ringing is measured on a hard surface: choose this scene.")
         since = part.time - part.time[0]
         rest = -part.force - values["stiffness"] * part.depth
         rest -= values["damping"] * np.maximum(part.velocity, 0.0)
         kept = (since < 0.2) & (np.abs(rest) < 0.98 * values["limit"])
         if kept.sum() < 20 or np.abs(rest[kept]).max() < 0.05:
-            raise NotMeasured("There is no ringing: tap on the surface at 0.1 m/s.")
+            raise NotMeasured("There is no ringing: tap the surface at 0.1 m/s.")
         time, force = since[kept], rest[kept]
         start = _strongest(time, force)
 
@@ -243,7 +244,7 @@ def _strongest(time: np.ndarray, values: np.ndarray) -> float:
 def _oscillation(samples: Samples) -> oscillation.Oscillation:
     found = oscillation.sustained(samples.time, samples.position)
     if found is None:
-        raise NotMeasured("The handle does not oscillate all the time. Wait until it goes on by itself.")
+        raise NotMeasured("The handle does not oscillate all the time. Wait until it oscillates by itself.")
     return found
 
 
@@ -268,7 +269,7 @@ def _largest_push(samples: Samples, region: Region) -> Measured:
     last = samples.between(float(samples.time[-1]) - _REST_SECONDS, float(samples.time[-1]))
     if np.ptp(last.position) > _TREMBLE * samples.quantum:
         moved = on_screen(float(np.ptp(last.position)), "m", 2)
-        raise NotMeasured(f"The handle still moves by {moved}. Let it go and wait until it rests.")
+        raise NotMeasured(f"The handle still moves by {moved}. Release it and wait until it rests.")
     return Measured(float(np.abs(samples.position - last.position.mean()).max()), samples.quantum)
 
 
@@ -295,7 +296,7 @@ def _vibration(samples: Samples, region: Region) -> Measured:
     """Return the dominant frequency of the applied force."""
     found = statistics.dominant(samples.time, samples.applied_force)
     if not math.isfinite(found):
-        raise NotMeasured("The force has no clear frequency. Move on at a constant speed.")
+        raise NotMeasured("The force has no clear frequency. Move at a constant speed.")
     return Measured(found, 0.5 / float(np.ptp(samples.time)))
 
 
@@ -303,7 +304,7 @@ def _spatial_period(samples: Samples, region: Region) -> Measured:
     """Return the distance in m between ridges of the force."""
     reach = float(np.ptp(samples.position))
     if reach < 50.0 * samples.quantum:
-        raise NotMeasured("The handle hardly moves: go across the ridges.")
+        raise NotMeasured("The handle hardly moves: stroke across the ridges.")
     order = np.argsort(samples.position, kind="stable")
     place, force = samples.position[order], samples.applied_force[order]
     even = np.linspace(place[0], place[-1], 2048)
@@ -361,7 +362,7 @@ def _mean(values: np.ndarray) -> Measured:
 def _clicks(samples: Samples, region: Region) -> Measured:
     """Return the number of clicks."""
     if samples.scene is None or not samples.scene[0].counts:
-        raise NotMeasured("Nothing clicks here: choose the button.")
+        raise NotMeasured("This scene has no click: choose the button.")
     counted = samples.count(samples.scene[0].counts[0])
     assert counted is not None  # environments with ``counts`` have the counts in their state
     return Measured(float(np.sum(np.diff(counted) > 0.0)))
@@ -382,7 +383,7 @@ def _free_swing(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
     longest = max(free, key=lambda part: part.stop - part.start, default=slice(0, 0))
     place, time = place[longest], samples.time[longest]
     if not len(place) or np.ptp(place) < 20e-6:
-        raise NotMeasured("The object does not swing freely. Push it, take the handle away and wait.")
+        raise NotMeasured("The object does not swing freely. Push it, move the handle away and wait.")
     away = place - 0.5 * (place.max() + place.min())
     least = 0.05 * float(np.ptp(away))
     found = np.sort(np.concatenate([find_peaks(s * away, prominence=least)[0] for s in (1.0, -1.0)]))
@@ -416,7 +417,7 @@ def _object_restitution(samples: Samples, region: Region) -> Measured:
     flights = [float(np.median(speed[part])) for part in runs(moving) if part.stop - part.start > 20]
     pairs = [(a, b) for a, b in pairwise(flights) if a * b < 0.0]
     if not pairs:
-        raise NotMeasured("The object did not bounce. Push it towards a wall and take the handle away.")
+        raise NotMeasured("The object did not bounce. Push it towards a wall and move the handle away.")
     ratios = np.array([abs(b / a) for a, b in pairs])
     return Measured(float(ratios.mean()), _mean(ratios).half if len(ratios) > 1 else 0.0)
 
@@ -481,14 +482,12 @@ MEASUREMENTS = _table(
         Measurement("stiffness", "Stiffness", "N/m", _identified("stiffness"), PRESS),
         Measurement("damping", "Damping", "N·s/m", _identified("damping"), PRESS),
         Measurement("friction", "Friction", "N", _identified("friction")),
-        Measurement(
-            "friction_ratio", "Slow over fast friction", "", _friction_ratio, seconds=5.0, decimals=2
-        ),
+        Measurement("friction_ratio", "Slow / fast friction", "", _friction_ratio, seconds=5.0, decimals=2),
         Measurement("slope", "Slope", "N/m", _slope, PRESS),
         Measurement("peak_force", "Peak force", "N", _peak_force, PRESS),
         Measurement("work", "Work", "J", _work, PASS, needs_region=True),
         Measurement("energy_per_bounce", "Energy per bounce", "J", _energy_per_bounce, TOUCH),
-        Measurement("restitution", "Speed out over speed in", "", _restitution, TOUCH, decimals=2),
+        Measurement("restitution", "Speed out / speed in", "", _restitution, TOUCH, decimals=2),
         Measurement("transient_frequency", "Ringing", "Hz", _transient(1), TOUCH),
         Measurement("transient_decay", "Decay of the ringing", "1/s", _transient(2), TOUCH),
         Measurement("oscillation_frequency", "Oscillation", "Hz", _oscillation_frequency, seconds=1.0),
@@ -505,7 +504,7 @@ MEASUREMENTS = _table(
         Measurement("object_frequency", "Swing", "Hz", _object_frequency, seconds=6.0),
         Measurement(
             "object_restitution",
-            "Speed after over before a bounce",
+            "Speed after / before a bounce",
             "",
             _object_restitution,
             seconds=6.0,
@@ -549,6 +548,8 @@ NEEDS = {
     "force": Need(
         lambda s: float(np.abs(s.applied_force).max()), "N", "The force reached {}; press with at least {}."
     ),
-    "seconds": Need(lambda s: float(s.time[-1] - s.time[0]), "s", "That lasted {}; go on for at least {}."),
+    "seconds": Need(
+        lambda s: float(s.time[-1] - s.time[0]), "s", "That lasted {}; continue for at least {}."
+    ),
 }
 """Requirements of a check on the movement, by name."""

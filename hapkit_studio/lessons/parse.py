@@ -115,7 +115,7 @@ class _Reader:
         body = "\n" * (end + 1) + "\n".join(self.lines[end + 1 :])
         intro, steps = self._steps(markdown().parse(body), self._first_scene(keys[0], lock, found["hide"]))
         if not steps:
-            raise self._error(end + 1, 'a lesson has at least one step, begun by a heading as "## Press"')
+            raise self._error(end + 1, 'a lesson has at least one step, with a heading such as "## Press"')
         return Lesson(
             key=self.path.stem,
             path=self.path,
@@ -134,7 +134,7 @@ class _Reader:
         for at, line in enumerate(self.lines[1:], 1):
             if line.strip() == _FENCE:
                 return at
-        raise self._error(1, f"the header has no end; write a line {_FENCE} below it")
+        raise self._error(1, f"the header does not end; write a line {_FENCE} below it")
 
     def _lockable(self, keys: Iterable[str]) -> tuple[str, ...]:
         names = (p.key for key in keys for p in self.known[key].parameters)
@@ -204,7 +204,9 @@ class _Reader:
                 else:
                     step = len(steps)
                     if step == 0:
-                        raise self._error(line, "a block stands in a step: write its ## heading above it")
+                        raise self._error(
+                            line, "a block belongs to a step: write the step's ## heading above it"
+                        )
                     blocks.append(self._block(word, token.content, line, last, scene, step))
             else:
                 text.append(token)
@@ -293,10 +295,12 @@ class _Reader:
             for name, low in (("tolerance", 0.0), ("percent", 0.0), ("at_least", -1e9), ("at_most", -1e9))
         )
         if expect is None and least is None and most is None:
-            raise table.wrong("measure", "a check has expect with tolerance or percent, at_least or at_most")
+            raise table.wrong(
+                "measure", "a check needs expect with tolerance or percent, or at_least or at_most"
+            )
         if (expect is None) != (tolerance is None and percent is None):
             raise table.wrong(
-                "expect", "expect goes with tolerance or percent, and with neither of the limits"
+                "expect", "expect needs tolerance or percent, and excludes at_least and at_most"
             )
         between = table.get("between")
         if between is not None:
@@ -390,7 +394,7 @@ class _Reader:
             )
             times = [when for when, _ in path]
             if not path or times[0] < 0.0 or sorted(set(times)) != times:
-                raise table.wrong("hand", "the times of the hand's path go up from 0 s or later")
+                raise table.wrong("hand", "the times of the hand's path must increase, from 0 s or later")
         else:
             path = table.choice("hand", SCRIPTS, "released") or "released"
         play = Play(
@@ -491,7 +495,7 @@ class _Table:
             raise self.wrong(key, f"{key} is a list of names, not {quoted(value)}")
         for one in value:
             if not isinstance(one, str) or one not in names:
-                raise self.wrong(key, f"{key} holds some of {', '.join(names)}, not {quoted(one)}")
+                raise self.wrong(key, f"{key} has some of {', '.join(names)}, not {quoted(one)}")
         return tuple(dict.fromkeys(value))
 
     def table(self, key: str) -> dict[str, Any]:
@@ -503,7 +507,7 @@ class _Table:
         found, names = {}, tuple(known)
         for name, value in self.table(key).items():
             if name not in names:
-                raise self.wrong(key, f"{key} holds some of {', '.join(names)}, not {quoted(name)}")
+                raise self.wrong(key, f"{key} has some of {', '.join(names)}, not {quoted(name)}")
             found[name] = self.attempt(key, checked_number, value, name, 0.0, 1e9)
         return found
 

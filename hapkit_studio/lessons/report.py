@@ -56,10 +56,10 @@ def report(handed: HandedIn, lesson: Lesson, reviews: Reviews = _NO_REVIEWS, hid
         body += _reviews(hidden_names(reviews) if hidden else reviews, lesson)
     elif lesson.rubric:
         cells = "".join(f"<tr><td>{_text(c.text)}</td><td>{c.points}</td></tr>" for c in lesson.rubric)
-        heads = "<thead><tr><th>A reviewer looks for</th><th>Points</th></tr></thead>"
+        heads = "<thead><tr><th>Criterion</th><th>Points</th></tr></thead>"
         body.append(f"<h2>Rubric</h2><table>{heads}<tbody>{cells}</tbody></table>")
     forces = (
-        "Every force is the one that was commanded; nothing measures the force at the handle. The checks "
+        "Forces are commanded; the force at the handle is not measured. The checks "
         "were evaluated again from the samples in the file when this page was written."
     )
     body.append(f'<p class="soft">{forces}</p>')
@@ -106,7 +106,7 @@ def _reviews(reviews: Reviews, lesson: Lesson) -> Iterator[str]:
     if found:
         criteria = list(dict.fromkeys((row.criterion, row.most) for one in found for row in one.rows))
         heads = "".join(f"<th>{_text(one.reviewer)}</th>" for one in found)
-        yield f'<div class="wide"><table><thead><tr><th>A reviewer looks for</th>{heads}</tr></thead><tbody>'
+        yield f'<div class="wide"><table><thead><tr><th>Criterion</th>{heads}</tr></thead><tbody>'
         for text, most in criteria:
             cells = "".join(f"<td>{_given(one, text, most)}</td>" for one in found)
             yield f"<tr><td>{_text(text)} ({most})</td>{cells}</tr>"

@@ -244,7 +244,7 @@ def reviews_of(handed: HandedIn) -> Reviews:
         if one.answers == answers:
             found[path] = one
         elif one.session == handed.path.name:
-            errors.append(f"{path.name} was written about other answers than those in {one.session}.")
+            errors.append(f"{path.name} refers to other answers than those in {one.session}.")
         if len(found) >= MOST_REVIEWS:
             break
     return Reviews(found, tuple(errors))

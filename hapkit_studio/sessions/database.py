@@ -74,7 +74,9 @@ class Database:
         self.complete = header[18] != _WITH_LOG
         log, index = (_size(path.with_name(path.name + ending)) for ending in (LOG, _INDEX))
         if _has_journal(path):
-            raise SessionError(f"{name} was being changed by another program: {name}{_JOURNAL} is beside it.")
+            raise SessionError(
+                f"{name} was being changed by another program: {name}{_JOURNAL} is next to it."
+            )
         self.log_lost = not self.complete and not log
         self.version = _version(header)
         self._copy: tempfile.TemporaryDirectory | None = None
@@ -115,8 +117,8 @@ class Database:
         size = _size(path) + _size(log)
         if size > _MOST_COPIED:
             name = one_line(path.name)
-            step = f"copy it, with {name}{LOG}, into a folder that you may write"
-            raise SessionError(f"{name} cannot be read where it is: {step}.")
+            step = f"copy it, with {name}{LOG}, into a folder with write permission"
+            raise SessionError(f"{name} cannot be read in its folder: {step}.")
         self._copy = tempfile.TemporaryDirectory(prefix="hapkit-session-")
         copy = Path(self._copy.name) / path.name
         shutil.copyfile(path, copy)
@@ -154,7 +156,7 @@ def _version(header: bytes) -> int:
 
 
 def _foreign(path: Path) -> SessionError:
-    return SessionError(f"{one_line(path.name)} is no session of the studio.")
+    return SessionError(f"{one_line(path.name)} is not a session of the studio.")
 
 
 def _size(path: Path) -> int:
@@ -164,7 +166,7 @@ def _size(path: Path) -> int:
     except OSError:
         return 0
     if not stat.S_ISREG(found.st_mode):
-        raise SessionError(f"{one_line(path.name)} is not a regular file: nothing beside it is read.")
+        raise SessionError(f"{one_line(path.name)} is not a regular file, so it is not read.")
     return found.st_size
 
 

@@ -34,7 +34,7 @@ def write(path: str | Path, columns: Columns, log: Log, decimal: str = ".") -> N
     """
     ending = Path(path).suffix.lower() or ("" if not is_special(path) else ".csv")
     if ending not in WRITERS:
-        raise ParameterError(f"A table ends in {', '.join(WRITERS)}, not {ending or 'nothing'!r}.")
+        raise ParameterError(f"A table's name ends in {', '.join(WRITERS)}, not {ending or 'nothing'!r}.")
     if decimal not in DECIMALS:
         raise ParameterError(f"The decimal mark is a point or a comma, not {decimal!r}.")
     with replacing(path) as part:

@@ -151,9 +151,9 @@ class SessionWriter:
         if not self._in_place:
             return ""
         if not log.exists():
-            return f"What came before is in {name}."
+            return f"The earlier samples are in {name}."
         one = "Save a copy (sessions repair) makes one complete file of them."
-        return f"What came before is in {name} and {log.name}: keep both. {one}"
+        return f"The earlier samples are in {name} and {log.name}: keep both. {one}"
 
     @property
     def _log(self) -> Path:

@@ -49,7 +49,7 @@ def choose_folder(path: Path) -> None:
         checked_text(str(chosen), "The folder", _LONGEST_PATH)
         chosen.mkdir(parents=True, exist_ok=True)
         if not os.access(chosen, os.W_OK | os.X_OK):
-            raise SessionError(f"You may not write into {chosen}: choose another folder.")
+            raise SessionError(f"You have no permission to write into {chosen}: choose another folder.")
         stored = choice_file()
         if chosen == usual_folder():
             stored.unlink(missing_ok=True)
@@ -85,7 +85,7 @@ def new_path(environment: str) -> Path:
     try:
         place.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise SessionError(f"{place} cannot be made: {error.strerror}.") from None
+        raise SessionError(f"{place} cannot be created: {error.strerror}.") from None
     stem = name = f"{plain_name(environment)} {datetime.now():%Y-%m-%d %H.%M.%S}"
     number = 2
     while (path := place / f"{name}{SUFFIX}").exists():
@@ -101,7 +101,7 @@ def rename(path: Path, name: str) -> Path:
     new = path.with_name(f"{_checked_name(name)}{SUFFIX}")
     if path.with_name(f"{path.name}{LOG}").exists():
         raise SessionError(
-            f"{path.name} was not ended, and {path.name}{LOG} belongs to it: save a copy instead."
+            f"{path.name} is incomplete, and {path.name}{LOG} belongs to it: save a copy instead."
         )
     if new == path:
         return path
@@ -125,7 +125,7 @@ def _checked_name(name: str) -> str:
     stem = name.strip().removesuffix(SUFFIX).strip()
     if not stem or stem[0] == "." or stem[-1] == "." or not stem.isprintable() or _FORBIDDEN.search(stem):
         raise SessionError(
-            f'A name holds none of <>:"/\\|?* and has no point at its ends; it is not {stem!r}.'
+            f'A name has none of <>:"/\\|?* and no period at its start or end; it is not {stem!r}.'
         )
     if len(os.fsencode(stem)) > _LONGEST_NAME:
         raise SessionError(f"A name has at most {_LONGEST_NAME} bytes, not {len(os.fsencode(stem))}.")

@@ -136,7 +136,7 @@ class Recorder:
         while self._thread.is_alive() and not done.done():
             wait([done], _POLL_SECONDS)
         if not done.done():  # a defect has ended the thread, so do not wait for it
-            raise SessionError("The recorder has failed: nothing more is recorded.")
+            raise SessionError("The recorder has failed: recording has ended.")
         return done.result()
 
     # --- in the recorder's thread
@@ -171,7 +171,7 @@ class Recorder:
     def _save(self, path: str | Path) -> int:
         self._flush()
         if not self._chunks:
-            raise SessionError("There is nothing to save: not one sample came.")
+            raise SessionError("There is nothing to save: no sample arrived.")
         with SessionWriter.whole(path) as writer:
             for event in (*self._base.values(), *self._events):
                 writer.note(event)

@@ -74,7 +74,7 @@ class Session:
         if not index:
             self.close()
             reason = next(iter(self._damaged.values()), "")
-            raise SessionError(f"{self.name} holds no samples that can be read. {reason}".rstrip())
+            raise SessionError(f"{self.name} has no readable samples. {reason}".rstrip())
         self._ids = tuple(row for row, _, _ in index)
         chunks = [chunk for _, chunk, _ in index]
         self.blocks = np.concatenate([blocks for _, _, blocks in index], axis=2)
@@ -117,9 +117,9 @@ class Session:
         if self.complete:
             return ""
         if self._file.log_lost:
-            return f"Not ended, and the newest samples are lost with {name}{LOG}."
+            return f"Incomplete: the newest samples are lost with {name}{LOG}."
         one = "Save a copy (sessions repair) makes one complete file."
-        return f"Not ended: the newest samples are in {name}{LOG}. {one}"
+        return f"Incomplete: the newest samples are in {name}{LOG}. {one}"
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -175,7 +175,7 @@ class Session:
                     writer.add(chunk)
                     added += 1
             if not added:
-                raise SessionError(f"{' '.join(self.damage)} Nothing is left to write.")
+                raise SessionError(f"{' '.join(self.damage)} No samples remain to be written.")
         return self.damage
 
     def read(
@@ -223,7 +223,7 @@ class Session:
             query = f"SELECT {', '.join(columns)}, crc FROM chunk WHERE id = ?"
             found = self._database.execute(query, (row,)).fetchone()
             if found is None:
-                raise DamagedError("it is not there any more.")
+                raise DamagedError("it no longer exists.")
             *values, crc = found
             _check_types(values, columns, f"chunk {row}", self.layout.optional)
             if crc != checksum(values):
@@ -247,7 +247,7 @@ class Session:
                 count, size = count + 1, size + len(text)
                 if count > _MOST_EVENTS or size > _MOST_TEXT:
                     limits = f"{_MOST_EVENTS:,} events and {_MOST_TEXT:,} characters are read"
-                    self._left_out("event", row, f"{place} and what follows: at most {limits}.")
+                    self._left_out("event", row, f"{place} and later rows: at most {limits}.")
                     return
                 if crc != checksum(values):
                     raise DamagedError("its checksum is wrong.")
@@ -276,7 +276,7 @@ class Session:
                 samples += chunk.count
                 if samples > _MOST_IN_ALL:
                     limit = f"at most {_MOST_IN_ALL:,} samples are read"
-                    self._left_out("chunk", row, f"{place} and what follows: {limit}.")
+                    self._left_out("chunk", row, f"{place} and later rows: {limit}.")
                     break
                 head = Chunk(chunk.count, chunk.start, chunk.stop, chunk.states, b"", {}, self.layout)
                 found.append((row, head, blocks))
@@ -302,7 +302,7 @@ class Session:
             try:
                 for found in self._database.execute(query, (row,)):
                     if found[0] <= row:  # corrupt pages may refer to each other in a circle
-                        self._left_out(table, row + 1, f"{table} {row + 1} and what follows: no order.")
+                        self._left_out(table, row + 1, f"{table} {row + 1} and later rows: no order.")
                         return
                     row, leap = found[0], 1
                     yield found
@@ -326,9 +326,9 @@ def add_events(path: Path, make: Callable[[Session], Iterable[Event]]) -> None:
     """
     with closing(Session(path)) as session:
         if not session.complete:
-            raise SessionError(f"{session.unfinished} Nothing was noted.")
+            raise SessionError(f"{session.unfinished} No note was saved.")
         if damage := session.check():
-            raise SessionError(f"{' '.join(damage)} Nothing was noted.")
+            raise SessionError(f"{' '.join(damage)} No note was saved.")
         events = list(make(session))
     date = path.stat()
     try:

@@ -106,7 +106,7 @@ class Functions:
                 self._process.wait()  # type: ignore[union-attr]
                 self.off = (
                     f"`{name}` of {self._source.path.name} took more than {CALL_SECONDS:g} s or too much "
-                    "memory: the functions beside its law are switched off."
+                    "memory: its functions besides the law are switched off."
                 )
                 return None
 

@@ -28,7 +28,7 @@ _OTHER = (
     (r"cannot import name ('\w+') from '([\w.]+)'.*", r"there is no \1 in \2"),
     (_MADE + r"missing \d+ required positional arguments?: (.+)", r"\1 also needs \2"),
     (_MADE + r"got an unexpected keyword argument (.+)", r"\1 has nothing named \2"),
-    (_MADE + r"takes .* but \d+ were given", r"\1 is given more values than it takes"),
+    (_MADE + r"takes .* but \d+ were given", r"\1 has too many arguments"),
     (
         r"object of type '(?:Parameter|Choice)' has no len\(\)",
         "`parameters` is a list in brackets; a single one ends with a comma: (Parameter(…),)",
@@ -62,17 +62,17 @@ def _words_for(error: BaseException, inside: bool) -> str:
         case AttributeError(name="state_names"):
             return "the force is not a law: write `@law` above its `def`"
         case AttributeError(name="key"):
-            return "`parameters` holds Parameter(…) and Choice(…) only"
+            return "`parameters` contains Parameter(…) and Choice(…) only"
         case KeyError(args=[key, *_]):
             return f"there is no {key!r}"
         case ModuleNotFoundError(name=name):
             return f"there is no module '{name}'"
         case RecursionError():
-            return "a function calls itself without end" if inside else "a line of the law is nested too deep"
+            return "a function calls itself endlessly" if inside else "a line of the law is nested too deep"
         case MemoryError():
-            return "this takes more memory than there is"
+            return "this needs too much memory"
         case SystemExit() | EOFError() | KeyboardInterrupt():
-            return "a file may not end the program or ask for input"
+            return "a file must not end the program or ask for input"
         case ZeroDivisionError():
             return "a division by zero"
     message = str(error).strip()
@@ -105,7 +105,7 @@ def checked_environment(module: ModuleType, tree: ast.Module, lines: int) -> Env
     """Return a module's checked ENVIRONMENT; raise LawError with its line in the tree, at most ``lines``."""
     made = getattr(module, NAME, None)
     if made is None and not _environment_line(tree):
-        words = f"the file does not say what it is: end it with `{NAME} = Environment(…)`"
+        words = f"the file defines no environment: end it with `{NAME} = Environment(…)`"
         raise LawError(words, max(lines, 1))
     if not isinstance(made, Environment):
         kind = "a law" if isinstance(made, Law) else f"'{type(made).__name__}'"
@@ -137,11 +137,11 @@ def _check_words(made: Environment, tree: ast.Module) -> None:
             raise LawError(f"`{name}` is text in quotation marks", _keyword_line(tree, name))
     if not made.title.strip():
         raise LawError(
-            "`title` is what the studio calls it: it may not be empty", _keyword_line(tree, "title")
+            "`title` is the environment's name: it must not be empty", _keyword_line(tree, "title")
         )
     if not all(type(p) in (Parameter, Choice) for p in made.parameters):
         raise LawError(
-            "`parameters` holds Parameter(…) and Choice(…) only", _keyword_line(tree, "parameters")
+            "`parameters` contains Parameter(…) and Choice(…) only", _keyword_line(tree, "parameters")
         )
     for name in GIVES:
         function = getattr(made, name)

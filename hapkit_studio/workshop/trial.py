@@ -67,8 +67,8 @@ def _record(source: Source) -> Path:
 
 
 TIMEOUT = 20.0
-NO_END = "does not come to an end"
-_GONE = "ended the program that tried it: remove what exits"
+NO_END = "does not end"
+_GONE = "ended the test process: remove calls that exit"
 _CRASHED = "crashed Python"
 _LAST_WORDS_SECONDS = 0.02
 _MODULE = "hapkit_studio.workshop.trial"

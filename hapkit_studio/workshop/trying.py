@@ -154,16 +154,16 @@ SLOW_NS = 5_000.0
 ALONG = np.linspace(-FAR, FAR, 25)
 _SAID = {
     arrays.LAW_INDEX: (
-        "the index lies beyond the state or table",
-        "keep it from 0 to below the number of values",
+        "the index is out of range of the state or table",
+        "limit it to 0 to below the number of values",
     ),
-    arrays.LAW_FUEL: ("this does not come to an end", "use fewer turns"),
+    arrays.LAW_FUEL: ("this does not end", "use fewer turns"),
     arrays.LAW_DIVISION: (
         "a division by zero",
-        "test the divisor first, or begin the parameter's limits above 0",
+        "test the divisor first, or set the parameter's lower limit above 0",
     ),
     arrays.NOT_A_NUMBER: (
-        "this gives no finite number",
+        "this is not a finite number",
         "test for it first, or narrow the parameter's limits",
     ),
 }
@@ -198,7 +198,7 @@ def _try_function(environment: Environment, name: str) -> None:
     """Call a function of the environment at extreme values; raise LawError for an invalid result."""
     function, (convert, _, wanted) = getattr(environment, name), functions.GIVES[name]
     if complaint := environment.check({p.key: p.default for p in environment.parameters}):
-        raise LawError(f"the defaults do not go together: {complaint}", _first_line(environment.check))
+        raise LawError(f"the defaults contradict each other: {complaint}", _first_line(environment.check))
     for values in near(environment.parameters):
         if name != "check" and environment.check(values):
             continue
@@ -209,7 +209,7 @@ def _try_function(environment: Environment, name: str) -> None:
             line = _first_line(function)
             raise LawError(f"this function returns {wanted}, not {found!r:.60}", line) from None
         if name.startswith("over_") and shape[-1:] != ALONG.shape:
-            raise LawError("a curve has one value for each place it is asked at", _first_line(function))
+            raise LawError("a curve has one value for each requested position", _first_line(function))
 
 
 def _first_line(function: Callable) -> int:
@@ -253,8 +253,8 @@ def _warnings(environment: Environment, cost: float, pushes: bool) -> Iterator[s
     if cost > SLOW_NS:
         yield f"One call of the law takes {cost / 1000:,.0f} µs: the loop may not keep 10 kHz."
     if not pushes:
-        yield "The law never pushed: its force was 0 N in every call."
+        yield "The law has no effect: its force was 0 N in every call."
     used = set(re.findall(r"\bp\[(\d+)\]", environment.force.source.partition("\ndef law(")[2]))
     for i, p in enumerate(environment.parameters):
         if str(i) not in used:
-            yield f"{p.label} changes nothing: the law does not use p.{p.key}."
+            yield f"{p.label} has no effect: the law does not use p.{p.key}."

@@ -96,7 +96,7 @@ def test_results_survive_a_killed_worker_and_a_lost_scheduler_is_reported(dask, 
             if done:
                 dask.scheduler.kill()
 
-        with pytest.raises(StudioError, match="A part of the work was given up"):
+        with pytest.raises(StudioError, match="A part of the work was lost"):
             sweep(sweep_tasks.busy_roots, CELLS, executor=executor, progress=kill_the_scheduler, chunk=50)
     assert "Traceback" not in capfd.readouterr().err
 

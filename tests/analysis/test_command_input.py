@@ -17,7 +17,7 @@ def csv(tmp_path_factory):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        ("accuracy --methods speed", "there are: integrators, contact, velocity, servo, friction"),
+        ("accuracy --methods speed", "available: integrators, contact, velocity, servo, friction"),
         ("break-it spring", "There is no failure 'spring'"),
         ("break-it course -p rate=3", "has no parameter 'rate'"),
         ("break-it course --at 5", "Step goes from 0.0001 to 0.2 s, not 5"),

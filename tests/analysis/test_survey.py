@@ -65,7 +65,7 @@ def test_an_interrupted_survey_resumes_without_recomputing(tmp_path, monkeypatch
     monkeypatch.setattr(Axes, "limits", lambda axes, row: computed.append(row) or rows(axes, row))
     with pytest.raises(
         StudioError,
-        match=r"A part of the work was given up: .* kept in limits\.survey: run the same command again\.",
+        match=r"A part of the work was lost: .* kept in limits\.survey: run the same command again\.",
     ):
         survey.compute(path, AXES, Stops(2))
     there = len(computed)

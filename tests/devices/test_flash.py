@@ -48,7 +48,7 @@ def test_a_given_program_has_priority_and_must_exist(nothing_there):
     own = program(nothing_there / "own" / "avrdude")
     program(nothing_there / "bin" / "avrdude")
     assert avrdude.find(own).program == own
-    with pytest.raises(AvrdudeMissingError, match="nowhere is no program"):
+    with pytest.raises(AvrdudeMissingError, match="nowhere is not a program"):
         avrdude.find("nowhere")
 
 
@@ -109,13 +109,13 @@ def test_an_image_has_its_bytes_at_their_addresses(tmp_path):
 @pytest.mark.parametrize(
     ("lines", "words"),
     [
-        (["hello"], "line 1: this is no line"),
-        ([":0000"], "line 1: this is no line"),
+        (["hello"], "line 1: this is not a line"),
+        ([":0000"], "line 1: this is not a line"),
         ([record(0, 0, b"abc"), record(3, 0, b"def")[:-1] + "0"], "line 2: the check sum is wrong"),
-        ([record(0, 0, b"abc")], "no whole .hex"),
-        ([END], "no whole .hex"),
+        ([record(0, 0, b"abc")], "incomplete .hex"),
+        ([END], "incomplete .hex"),
         ([record(0, 9, b"abc"), END], "kind 9"),
-        ([record(0x7DFF, 0, b"ab"), END], r"takes 32,257 bytes; the chip has room for 32,256"),
+        ([record(0x7DFF, 0, b"ab"), END], r"has 32,257 bytes; the chip has room for 32,256"),
     ],
 )
 def test_a_bad_image_is_refused_in_one_line(tmp_path, lines, words):
@@ -141,13 +141,13 @@ def test_missing_or_unreadable_images_give_a_one_line_error(tmp_path, monkeypatc
     ("text", "words"),
     [
         (WROTE + "avrdude: verification error, first mismatch at byte 0x0000\n         0x0c != 0xff\n",
-         r"reads back differently from 0x0000 on\. Flash again"),
+         r"verification of the written firmware failed from 0x0000 on\. Flash again"),
         (WROTE + "avrdude warning: verification mismatch\n  device 0x34 != input 0x35 at addr 0x0002 (error)",
-         r"differently: 0x34 instead of 0x35 at 0x0002\."),
+         r"failed: 0x34 instead of 0x35 at 0x0002\."),
         (SIGNED.replace("950f", "9406") + "avrdude: Expected signature for ATmega328P is 1E 95 0F",
-         r"ttyUSB0 has another chip \(signature 1e9406\)"),
-        (SIGNED + "avrdude: error: something new\n", "avrdude gave up on ttyUSB0"),
-        (SIGNED + "avrdude error: cannot do it\n", r"gave up on ttyUSB0: cannot do it\. Flash again"),
+         r"ttyUSB0 has a different chip \(signature 1e9406\)"),
+        (SIGNED + "avrdude: error: something new\n", "avrdude failed on ttyUSB0"),
+        (SIGNED + "avrdude error: cannot do it\n", r"failed on ttyUSB0: cannot do it\. Flash again"),
     ],
 )  # fmt: skip
 def test_each_failure_has_its_message(text, words):
@@ -254,7 +254,7 @@ def test_the_older_boot_loaders_speed_is_tried_second(talker, port, tmp_path):
 def test_a_silent_avrdude_is_killed(talker, port, tmp_path, monkeypatch):
     monkeypatch.setattr(flash, "SILENCE", 0.3)
     silent = talker('print("Writing | ###", flush=True)\ntime.sleep(60)')
-    with pytest.raises(FlashError, match=r"said nothing for 0\.3 s"):
+    with pytest.raises(FlashError, match=r"printed nothing for 0\.3 s"):
         flash.flash(port, image(tmp_path, record(0, 0, b"ab"), END), silent)
 
 
@@ -271,6 +271,6 @@ def test_a_busy_or_missing_port_is_reported_before_avrdude_runs(talker, port, tm
     finally:
         child.kill()
         child.wait()
-    with pytest.raises(PortGoneError, match=r"ttyUSB9 is not there\. Plug the board in"):
+    with pytest.raises(PortGoneError, match=r"ttyUSB9 does not exist\. Plug the board in"):
         flash.flash(str(tmp_path / "ttyUSB9"), small, tool)
     assert not (tmp_path / "log").exists()

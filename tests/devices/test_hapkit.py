@@ -122,7 +122,7 @@ def test_hello_is_repeated_during_start_despite_noise(opened):
     "noise", [None, b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x04\x00abc")]
 )
 def test_other_devices_and_silence_are_reported(lined, noise):
-    what = "answers, but not as a Hapkit" if noise else "does not answer"
+    what = "answers, but is not a Hapkit" if noise else "does not answer"
     line = lined(lambda m: noise)
     refused(errors.NotAHapkitError, f"{{}} {what}. Flash the firmware, or choose another port.")
     assert line.now <= HANDSHAKE_TIME + READ_TIME
@@ -135,7 +135,7 @@ def test_other_devices_and_silence_are_reported(lined, noise):
 def test_a_different_protocol_version_is_reported(lined, version, remedy, step, rest):
     other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
     lined(lambda m: other)
-    words = f"Firmware speaks version {version}; this studio needs 4. {remedy}"
+    words = f"The firmware has protocol version {version}; this studio needs 4. {remedy}"
     assert refused(errors.WrongProtocolError, words).step == step
 
 
@@ -145,7 +145,7 @@ def test_busy_missing_and_invalid_ports_are_reported(fake_board, tmp_path):
     refused(errors.PortBusyError, "{} is used by another program. Close it, then try again.", first.port)
     first.start_stream()  # the first one is unaffected
     first.close()
-    words = "ttyNONE7 is not there. Plug the board in, or see `hapkit-studio devices`."
+    words = "ttyNONE7 does not exist. Plug the board in, or see `hapkit-studio devices`."
     error = refused(errors.PortGoneError, words, "/dev/ttyNONE7")
     assert "Trying to reconnect every second" in error.brief  # the window reconnects, a command does not
     file = tmp_path / "notes.txt"
@@ -154,7 +154,7 @@ def test_busy_missing_and_invalid_ports_are_reported(fake_board, tmp_path):
 
 
 def test_unplugging_during_handshake_request_or_while_open(fake_board):
-    words = "Hapkit on {} is gone. Force is zero. Plug it in, then try again."
+    words = "Hapkit on {} is disconnected. Force is zero. Plug it in, then try again."
     refused(errors.PortGoneError, words, fake_board(lambda m: UNPLUG).path)
     kit = FakeKit()
     board = HapkitBoard(fake_board(lambda m: UNPLUG if isinstance(m, SettingsRequest) else kit(m)).path)
@@ -263,7 +263,7 @@ def test_samples_are_yielded_until_silence(opened):
     board, _ = opened(FakeKit(burst=20))
     board.start_stream()
     assert list(itertools.islice(board.samples(), 20)) == [sample(k, count=k) for k in range(20)]
-    with pytest.raises(errors.NoDataError, match=r"says hello, but no sample came for 0\.2 s"):
+    with pytest.raises(errors.NoDataError, match=r"identified itself, but sent no sample for 0\.2 s"):
         next(board.samples(silence=0.2))
     board.stop_stream()
     assert near(board.settings(), KIT)

@@ -99,7 +99,7 @@ def test_another_kit_on_the_same_port_is_not_used(plugged, monkeypatch):
     entry, peer = plugged(FakeKit())
     board = entry.make()
     list_ports(monkeypatch, info(PATH, FT232, "BBB"))
-    with pytest.raises(errors.PortGoneError, match="is gone"):
+    with pytest.raises(errors.PortGoneError, match="is disconnected"):
         board.open()
     assert peer.received == []
 
@@ -114,7 +114,7 @@ def test_probing_a_kit_gives_firmware_and_settings(plugged, capsys, monkeypatch)
     assert found["text"].startswith(
         "Firmware test, version 4, 760 bytes for a law. "
         "Kit 'fake kit', 20.0 µm a count, limit 2.5 N. "
-        "Settings are the usual kit's: nothing is stored. USB latency timer 16 ms"
+        "Settings are default: nothing is stored. USB latency timer 16 ms"
     )
     monkeypatch.setattr("hapkit_studio.devices.virtual_board.built", lambda: False)
     assert cli.main(["devices", "--probe", "--json"]) == 0
@@ -134,9 +134,9 @@ def test_an_uncalibrated_kit_is_listed(plugged):
 
 def test_other_devices_are_neither_probed_nor_flashed(plugged):
     entry, peer = plugged(lambda m: b"OK\r\n", MODEM)
-    assert entry.make().probe() == {"ok": False, "text": "Not asked: not a Hapkit."}
+    assert entry.make().probe() == {"ok": False, "text": "Not probed: not a Hapkit."}
     assert peer.received == []
-    with pytest.raises(errors.NotAHapkitError, match=r"of another kind: mobile modem\.") as caught:
+    with pytest.raises(errors.NotAHapkitError, match=r"different kind of port: mobile modem\.") as caught:
         HapkitBoard(PATH).open()
     assert caught.value.step == ""
 
@@ -148,7 +148,7 @@ def test_other_devices_are_neither_probed_nor_flashed(plugged):
         (b"x=1.25,F=0\r\n", "{} sends text, not frames. Another sketch is on the board: flash the firmware."),
         (
             b"\xfe\x81\x00",
-            "{} answers, but not as a Hapkit. Another sketch is on the board: flash the firmware.",
+            "{} answers, but is not a Hapkit. Another sketch is on the board: flash the firmware.",
         ),
     ],
 )
@@ -216,11 +216,14 @@ def test_a_forbidden_port_is_reported_with_the_command(monkeypatch):
     error = forbidden(monkeypatch, "dialout")
     assert isinstance(error, errors.PortPermissionError)
     assert error.command == "sudo usermod -a -G dialout $USER"
-    expected = "You may not open ttyUSB0. Run `sudo usermod -a -G dialout $USER`. Then log out and in again."
+    expected = (
+        "You have no permission to open ttyUSB0. Run `sudo usermod -a -G dialout $USER`. "
+        "Then log out and in again."
+    )
     assert str(error) == error.brief == expected
     joined = forbidden(monkeypatch, "dialout", joined=True)
     assert joined.command == ""
-    assert str(joined).endswith("You are in the group dialout since you logged in: log out and in again.")
+    assert str(joined).endswith("added to the group dialout after your login: log out and in again.")
 
 
 @linux
@@ -231,14 +234,14 @@ def test_without_a_group_a_udev_rule_is_offered(monkeypatch, tmp_path):
     assert error.command.startswith(f"echo '{rule}' | sudo tee /etc/udev/rules.d/")
     assert error.command in str(error)
     assert len(error.brief) < 130
-    assert "Copy the line" in error.brief
+    assert "Copy the command" in error.brief
     monkeypatch.undo()
     port = tmp_path / "ttyUSB0"
     port.touch()
     port.chmod(0o600)  # a group counts only with read and write permission
     assert 'KERNEL=="ttyUSB*|ttyACM*"' in port_errors.permission_remedy(str(port), None)[1]
     monkeypatch.setattr(port_errors.sys, "platform", "darwin")  # no udev: no command
-    assert port_errors.permission_remedy("/dev/cu.x", None) == ("Ask for the right to use it.", "")
+    assert port_errors.permission_remedy("/dev/cu.x", None) == ("Get permission to use it.", "")
 
 
 # --- latency timer of the USB chip

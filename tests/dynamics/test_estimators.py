@@ -120,7 +120,7 @@ NO_QUANTUM = r"quantum (must be 0 or more m|takes a number in m)"
         ({"estimator": ("foaw", {"window": 17.0})}, "Window goes from 2 to 16, not 17"),
         ({"estimator": ("kalman", {"q": 0.0})}, "0.001 to 1 m²/s³"),
         ({"position": [[1.0, 2.0], [3.0, 4.0]]}, r"one row of numbers, not of shape \(2, 2\)"),
-        ({"position": ["here"]}, "must be numbers of m"),
+        ({"position": ["here"]}, "must be numbers in m"),
         ({"rate": "fast"}, "rate takes a number in Hz, not 'fast'"),
         *(({"quantum": quantum}, NO_QUANTUM) for quantum in (-1.0, math.nan, math.inf, "fine", None)),
     ],

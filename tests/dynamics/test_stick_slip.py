@@ -228,7 +228,7 @@ def test_every_model_brakes_a_free_mass_and_never_drives_it(model):
 
 def test_invalid_forces_are_rejected():
     for applied, names in (
-        (["push"], "must be numbers of N"),
+        (["push"], "must be numbers in N"),
         ([0.0, math.nan], "one row of finite numbers"),
     ):
         with pytest.raises(ParameterError, match=names):

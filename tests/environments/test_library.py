@@ -40,7 +40,7 @@ def test_an_environment_without_a_shortcut_gets_a_free_letter():
 def test_an_unknown_environment_lists_the_known_ones():
     for wrong in ("wal", "", 5, None, ["wall"], {"wall"}):
         with pytest.raises(
-            ParameterError, match=r"There is no environment .*; there are: free, spring, wall"
+            ParameterError, match=r"There is no environment .*; available: free, spring, wall"
         ):
             environments.named(wrong)
 

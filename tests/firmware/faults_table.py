@@ -231,7 +231,7 @@ run is the same. What happened at the pins is from the board's truth log, every 
 3.00 N.
 
 * *Force*: the largest at the pins.
-* *Off after*: from the fault to the motor's being off, where it has to be off; the bound is beside it.
+* *Off after*: from the fault to the motor's being off, where it has to be off; the bound is next to it.
 * *Back after*: from the end of the fault to the full force, a fade of 30 ms included.
 * *Lost*, *damaged*: samples that the computer missed; frames that it refused. *Board refused*: what the board
   counted, frames and bytes.

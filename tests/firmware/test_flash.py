@@ -49,7 +49,7 @@ def test_after_unplugging_during_flashing_the_board_can_be_flashed_again(start, 
         if stage == WRITING and 0.3 < part < 0.6:
             board.send("unplug")
 
-    with pytest.raises(FlashError, match="went away before the firmware was whole"):
+    with pytest.raises(FlashError, match="was disconnected before the firmware was complete"):
         flash(board.port, progress=pull)
     board.plug()
     assert flash(board.port, boot.small_image(tmp_path)).speed == 115200

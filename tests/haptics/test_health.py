@@ -72,9 +72,9 @@ WORDS = [
     (arrays.SLOW_LINK, 0.0656, 0.025, 0,
      "a force came more than 66 ms after its sample; the board rejects forces older than 25 ms.", "Let the"),
     (arrays.RUNAWAY, 10_000.0, 0.0, 0, "this machine cannot keep 10,000 Hz.", "Lower the rate"),
-    (arrays.DEVICE_GONE, 0.0, 0.0, 0, "The device is gone.", "Nothing is lost."),
+    (arrays.DEVICE_GONE, 0.0, 0.0, 0, "The device is disconnected.", "Nothing is lost."),
     (arrays.DEVICE_GONE, 1.0, 0.0, 0,
-     "The board has sent nothing for 1 s: it restarted or hangs.", "Nothing is lost."),
+     "The board has sent nothing for 1 s: it restarted or froze.", "Nothing is lost."),
 ]
 # fmt: on
 

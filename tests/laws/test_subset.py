@@ -10,7 +10,7 @@ from tests.laws.law_files import HEAD, PARAMETERS, environment, law_text
 REFUSED = [
     ("while x > 0: v = 1.0", "`while` is not allowed"),
     ("try: a = 1.0\nexcept: a = 2.0", "`try` is not allowed"),
-    ("import os", "`import` stands at the top"),
+    ("import os", "write `import` at the top"),
     ("a = [1.0, 2.0]", "a list is not allowed"),
     ("a = {1.0, 2.0}", "a set is not allowed"),
     ("a = {1.0: 2.0}", "a dictionary is not allowed"),
@@ -20,16 +20,16 @@ REFUSED = [
     ("a = (1.0, 2.0)", "several values at once"),
     ("a, b = x, v, dt", "there are 2 names here, but 3 values"),
     ("a, b = x", "there are 2 names here, but one value"),
-    ("a, b = half(x)", "`half` returns 1 value, taken apart with `a = half(…)`"),
-    ("a = both(x)", "`both` returns 2 values, taken apart with `a, b = both(…)`"),
+    ("a, b = half(x)", "`half` returns 1 value; unpack them with `a = half(…)`"),
+    ("a = both(x)", "`both` returns 2 values; unpack them with `a, b = both(…)`"),
     ("a, x = v, 1.0", "`x` cannot be assigned"),
-    ("return x, v", "several values at once stand only in"),
+    ("return x, v", "several values at once are allowed only in"),
     ("a = b = 1.0", "one name at a time"),
     ("*a, b = x, v", "only names and the state"),
     ("a = max(*x)", "`*` before a name"),
-    ("a = -p.stifness * x", "'p.stifness' is not a parameter; there is: stiffness, damping, side"),
+    ("a = -p.stifness * x", "'p.stifness' is not a parameter; available: stiffness, damping, side"),
     ("a = stifness * x", "'stifness' is not defined"),
-    ("a = s.memory", "'s.memory' is not a state of this law; there is: last, ring"),
+    ("a = s.memory", "'s.memory' is not a state of this law; available: last, ring"),
     ("a = s.last[0]", "one value: use it without an index"),
     ("a = s.ring", "several values: use it with an index"),
     ("a = s.ring[0:1]", "not allowed"),
@@ -58,7 +58,7 @@ REFUSED = [
     ("a = ~x", "`~` is not allowed"),
     ("if (a := x) > 0: pass", "`:=` is not allowed"),
     ("a: float = 1.0", "a type is not allowed"),
-    ("x", "this line computes nothing"),
+    ("x", "this line has no effect"),
     ("a = open(x)", "'open' is not a function that a law can call"),
     ("a = x(1.0)", "'x' is not a function that a law can call"),
     ("min = 2.0\na = min(x, v)", "'min' is not a function that a law can call"),
@@ -83,7 +83,7 @@ REFUSED = [
     ("raise ValueError", "`raise` is not allowed"),
     ("assert x > 0", "`assert` is not allowed"),
     ("match x:\n    case 1: pass", "`match` is not allowed"),
-    ("yield x", "this line computes nothing"),
+    ("yield x", "this line has no effect"),
     ("a = yield x", "`yield` is not allowed"),
     ("return", "a law returns a force"),
 ]
@@ -140,8 +140,8 @@ def test_a_law_takes_its_five_arguments(tmp_path, signature, words):
         ("def help(a):\n    return help(a)", "`help` calls itself"),
         ("def other(a):\n    return help(a)\n\ndef help(a):\n    return other(a)", "calls itself"),
         ("def help(a):\n    a = 1.0", "`help` must return a number on every path"),
-        ("def help(a):\n    return p.stiffness", "`p` is known in the law only"),
-        ("def keep(f):\n    return f\n\n@keep\ndef help(a):\n    return a", "may not have a decorator"),
+        ("def help(a):\n    return p.stiffness", "`p` is known only in the law"),
+        ("def keep(f):\n    return f\n\n@keep\ndef help(a):\n    return a", "cannot have a decorator"),
         (
             "def help(a):\n    if a > 0:\n        return a, a\n    return a",
             "returns 2 values before and 1 here",
@@ -189,12 +189,12 @@ def test_only_functions_of_a_file_are_accepted(what):
 
 @pytest.mark.parametrize("start", ["soft", None, float("nan"), (), (1.0, "a"), ((1.0,),), {"a": 1}])
 def test_state_starts_at_numbers(start):
-    with pytest.raises(LawError, match="State 'last' starts at"):
+    with pytest.raises(LawError, match="State 'last' starts with"):
         law(state={"last": start})(lambda p, s, x, v, dt: 0.0)
 
 
 def test_large_state_and_many_parameters():
-    with pytest.raises(LawError, match="up to 16 state values, not 17"):
+    with pytest.raises(LawError, match="at most 16 state values, not 17"):
         law(state={"ring": (0.0,) * 17})(lambda p, s, x, v, dt: 0.0)
-    with pytest.raises(LawError, match="up to 32 parameters, not 33"):
+    with pytest.raises(LawError, match="at most 32 parameters, not 33"):
         Law(lambda p, s, x, v, dt: 0.0).bind(PARAMETERS * 11)

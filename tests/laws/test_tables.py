@@ -151,10 +151,10 @@ def test_an_index_outside_is_a_fault_everywhere(outside, machine, n, tmp_path, m
 REFUSED = [
     ("TABLE = ()", "TABLE[0]", "has 0 numbers: a table has 1 to 256"),
     ("TABLE = (0.0,) * 257", "TABLE[0]", "has 257 numbers: a table has 1 to 256"),
-    ("TABLE = (0.0, 'soft')", "TABLE[0]", "`TABLE[1]` is 'soft': a table holds numbers up to 3e+38"),
-    ("TABLE = (0.0, (1.0, 2.0))", "TABLE[0]", "`TABLE[1]` is (1.0, 2.0): a table holds numbers"),
-    ("TABLE = (0.0, math.nan)", "TABLE[0]", "`TABLE[1]` is nan: a table holds numbers"),
-    ("TABLE = (0.0, 1e39)", "TABLE[0]", "`TABLE[1]` is 1e+39: a table holds numbers"),
+    ("TABLE = (0.0, 'soft')", "TABLE[0]", "`TABLE[1]` is 'soft': a table has numbers up to 3e+38"),
+    ("TABLE = (0.0, (1.0, 2.0))", "TABLE[0]", "`TABLE[1]` is (1.0, 2.0): a table has numbers"),
+    ("TABLE = (0.0, math.nan)", "TABLE[0]", "`TABLE[1]` is nan: a table has numbers"),
+    ("TABLE = (0.0, 1e39)", "TABLE[0]", "`TABLE[1]` is 1e+39: a table has numbers"),
     (TABLE, "TABLE[3]", "`TABLE` has 3 numbers: its index goes from 0 to 2"),
     (TABLE, "TABLE[-len(TABLE)]", "its index goes from 0 to 2"),
     (TABLE, "TABLE[0:2]", "is not allowed"),
@@ -170,7 +170,7 @@ REFUSED = [
     ("TABLE = 'soft'", "TABLE", "`TABLE` is a `str`: a table is a tuple of numbers"),
     ("TABLE = 2.0", "TABLE[0]", "`TABLE` is a `float`: a table is a tuple of numbers"),
     ("", "TABLE[0]", "'TABLE' is not defined"),
-    (TABLE, "len(x)", "`len` is asked of a table, or of a state of several values"),
+    (TABLE, "len(x)", "`len` takes a table, or a state of several values"),
     (TABLE, "len(TABLE, TABLE)", "`len` takes 1 argument, not 2"),
     (TABLE + "def half(a):\n    return a\n", "half(TABLE)", "use `TABLE[i]` in it, by that name"),
 ]

@@ -158,7 +158,7 @@ def test_a_session_without_a_readable_chunk_is_refused_with_the_reason(path, cap
     for row in range(1, CHUNKS + 1):
         set_value(path, "chunk", row, name, value)
     lines = listed(path.parent, capsys)
-    assert f"bad.hapkit holds no samples that can be read. chunk 1: {name} is " in lines["bad.hapkit"]
+    assert f"bad.hapkit has no readable samples. chunk 1: {name} is " in lines["bad.hapkit"]
     for action in ("show", "export", "check", "repair"):
         assert main(["sessions", action, str(path)]) == 2
         assert capsys.readouterr().err.count("\n") == 1
@@ -288,7 +288,7 @@ def test_a_small_file_cannot_claim_more_samples_than_the_limit(tmp_path, monkeyp
     with closing(Session(tmp_path / "a.hapkit")) as found:
         assert found.counts.sum() == 20 * MOST_SAMPLES
         assert found.damage == (
-            "a.hapkit is damaged. Left out: chunk 21 and what follows: at most 1,310,720 samples are read.",
+            "a.hapkit is damaged. Left out: chunk 21 and later rows: at most 1,310,720 samples are read.",
         )
         monkeypatch.setattr(found, "chunk", lambda _number: pytest.fail("read"))
         for names, size in ((("time", "position"), 0.021), (("state",), 0.168)):  # 8 bytes each
@@ -341,11 +341,11 @@ def test_events_beyond_the_limit_are_skipped(path, monkeypatch):
     monkeypatch.setattr(session, "_MOST_EVENTS", 5)
     with closing(Session(path)) as found:
         assert len(found.events) == 5
-        assert "Left out: event 6 and what follows: at most 5 events" in found.damage[0]
+        assert "Left out: event 6 and later rows: at most 5 events" in found.damage[0]
     monkeypatch.setattr(session, "_MOST_EVENTS", 100)
     monkeypatch.setattr(session, "_MOST_TEXT", 100)
     with closing(Session(path)) as found:
-        assert "Left out: event 2 and what follows" in found.damage[0]
+        assert "Left out: event 2 and later rows" in found.damage[0]
     monkeypatch.undo()
     monkeypatch.setattr(session, "MOST_MARKERS", 1)
     with SessionWriter.whole(path.with_name("marked.hapkit")) as writer:
@@ -391,7 +391,7 @@ def test_pages_that_refer_back_to_earlier_rows_end_the_reading(tmp_path):
     path.write_bytes(circular(tmp_path / "b.hapkit"))
     with closing(Session(path)) as found:
         assert 10 < len(found.events) < 500
-        assert "and what follows: no order." in found.damage[0]
+        assert "and later rows: no order." in found.damage[0]
 
 
 def test_a_schema_that_takes_too_long_to_read_is_refused(path, monkeypatch):
@@ -404,7 +404,7 @@ def test_a_schema_that_takes_too_long_to_read_is_refused(path, monkeypatch):
     with pytest.raises(SessionError, match=r"bad\.hapkit cannot be read: interrupted\."):
         Session(path)
     monkeypatch.undo()
-    with pytest.raises(SessionError, match=r"bad\.hapkit is no session of the studio\."):
+    with pytest.raises(SessionError, match=r"bad\.hapkit is not a session of the studio\."):
         Session(path)
 
 
@@ -416,14 +416,14 @@ def test_files_that_would_block_or_are_not_regular_are_refused(path, capsys):
     lines = listed(path.parent, capsys)
     assert lines["fifo.hapkit"].endswith("fifo.hapkit: it is not a regular file.")
     assert "Cannot read" in lines["folder.hapkit"]
-    assert lines["bad.hapkit"].endswith("bad.hapkit-wal is not a regular file: nothing beside it is read.")
+    assert lines["bad.hapkit"].endswith("bad.hapkit-wal is not a regular file, so it is not read.")
     assert "neighbour.hapkit" in lines
 
 
 def test_a_rollback_journal_is_never_applied(path):
     """It may name any file, which SQLite would then delete."""
     path.with_name(f"{path.name}-journal").write_bytes(b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7" + bytes(1000))
-    with pytest.raises(SessionError, match=r"bad\.hapkit-journal is beside it\.$"):
+    with pytest.raises(SessionError, match=r"bad\.hapkit-journal is next to it\.$"):
         Session(path)
 
 
@@ -465,7 +465,7 @@ def test_sessions_with_one_changed_value_are_read_or_refused_and_others_are_list
     assert re.fullmatch(
         r"Puck +Simulated Hapkit +in the lab, here +[-\d]+ [:\d]+ +0:00 +\d+ kB", lines["neighbour.hapkit"]
     )
-    bad = "damaged", "cannot be read", "can be read", "no session", "newer studio"
+    bad = "damaged", "cannot be read", "can be read", "not a session", "newer studio"
     assert sum(any(word in line for word in bad) for line in lines.values()) > 50
     assert all(file.read_bytes() == data for file, data in files.items())
     assert len(list(path.parent.iterdir())) == len(files) + 2

@@ -66,23 +66,23 @@ def test_a_missing_or_write_protected_folder_is_one_line(tmp_path):
 def test_a_foreign_file_is_one_line(tmp_path, content):
     path = tmp_path / "a.hapkit"
     path.write_bytes(content)
-    with pytest.raises(SessionError, match="is no session"):
+    with pytest.raises(SessionError, match="is not a session"):
         Session(path)
 
 
 @pytest.mark.parametrize(
     ("statement", "said"),
     [
-        ("CREATE TRIGGER t AFTER INSERT ON event BEGIN DELETE FROM chunk; END", "is no session"),
-        ("CREATE VIEW v AS SELECT 1", "is no session"),
-        ("DROP TABLE event", "is no session"),
-        ("ALTER TABLE chunk ADD COLUMN more", "is no session"),
-        ("DROP TABLE signal", "is no session"),
+        ("CREATE TRIGGER t AFTER INSERT ON event BEGIN DELETE FROM chunk; END", "is not a session"),
+        ("CREATE VIEW v AS SELECT 1", "is not a session"),
+        ("DROP TABLE event", "is not a session"),
+        ("ALTER TABLE chunk ADD COLUMN more", "is not a session"),
+        ("DROP TABLE signal", "is not a session"),
         (
             "UPDATE signal SET delta_to = 'energy' WHERE name = 'velocity'",
             "the checksum of its layout is wrong",
         ),
-        ("DELETE FROM signal WHERE name = 'velocity'", "is no session"),
+        ("DELETE FROM signal WHERE name = 'velocity'", "is not a session"),
         ("DELETE FROM signal WHERE name = 'time'", "its layout has no time"),
         ("PRAGMA user_version=3", "version 3, this one reads 2"),
     ],
@@ -173,10 +173,10 @@ def test_a_full_disk_ends_in_one_line_and_keeps_the_data_written(tmp_path):
     with closing(Session(tmp_path / "a.hapkit")) as session:
         assert session.counts[0] == 300
     assert writer.remains.startswith(
-        "What came before is in a.hapkit and a.hapkit-wal: keep both. Save a copy "
+        "The earlier samples are in a.hapkit and a.hapkit-wal: keep both. Save a copy "
     )
     writer.close()
-    assert writer.remains == "What came before is in a.hapkit."
+    assert writer.remains == "The earlier samples are in a.hapkit."
 
 
 @pytest.fixture
@@ -274,7 +274,7 @@ def test_a_killed_recording_opens_from_a_read_only_folder(killed, read_only, tmp
         assert np.array_equal(session.read(("tick",))["tick"], made[:, rows.TICK])
         assert session.check() == ()
         one = "Save a copy (sessions repair) makes one complete file."
-        assert session.unfinished == f"Not ended: the newest samples are in a.hapkit-wal. {one}"
+        assert session.unfinished == f"Incomplete: the newest samples are in a.hapkit-wal. {one}"
         session.repair(tmp_path / "whole.hapkit")
     assert contents(place) == contents(folder)
     assert list((tmp_path / "temporary").iterdir()) == []
@@ -318,7 +318,7 @@ def test_a_copy_that_would_be_too_large_gives_advice(killed, monkeypatch):
     (folder / "a.hapkit-shm").unlink()
     monkeypatch.setattr(database, "_MOST_COPIED", 1000)
     with pytest.raises(
-        SessionError, match=r"copy it, with a\.hapkit-wal, into a folder that you may write\.$"
+        SessionError, match=r"copy it, with a\.hapkit-wal, into a folder with write permission\.$"
     ):
         Session(folder / "a.hapkit")
 
@@ -339,7 +339,7 @@ def test_a_recording_without_its_log_reports_the_loss(tmp_path, moved):
     if moved:
         with closing(Session(path)) as session:
             assert session.counts.sum() == 900
-            assert session.unfinished == "Not ended, and the newest samples are lost with a.hapkit-wal."
+            assert session.unfinished == "Incomplete: the newest samples are lost with a.hapkit-wal."
     else:
         with pytest.raises(
             SessionError, match=r"^a\.hapkit has lost its samples: they were in a\.hapkit-wal\.$"
@@ -391,7 +391,7 @@ def test_a_repair_without_intact_data_leaves_no_file(tmp_path):
         damaged.execute("UPDATE chunk SET crc = crc + 1")
     with (
         closing(Session(tmp_path / "a.hapkit")) as session,
-        pytest.raises(SessionError, match=r"its checksum is wrong\. Nothing is left to write\.$"),
+        pytest.raises(SessionError, match=r"its checksum is wrong\. No samples remain to be written\.$"),
     ):
         session.repair(tmp_path / "b.hapkit")
     assert not (tmp_path / "b.hapkit").exists()
@@ -452,7 +452,7 @@ def test_no_note_is_added_to_a_damaged_or_unfinished_session(tmp_path, state):
     change = "UPDATE chunk SET velocity = x'00'" if state == "damaged" else "PRAGMA journal_mode=WAL"
     database.execute(change)
     before = path.read_bytes()
-    with pytest.raises(SessionError, match=r"othing was noted\.$"):
+    with pytest.raises(SessionError, match=r"o note was saved\.$"):
         add_note(path, "a word")
     assert path.read_bytes() == before
     database.close()

@@ -126,7 +126,7 @@ def test_a_recording_that_cannot_continue_ends_with_the_reason_and_is_readable(e
     recorder.record(tmp_path / "a.hapkit")
     recorder._writer._database.execute("PRAGMA max_page_count=8")
     wait_until(lambda: recorder.progress.error)
-    assert recorder.progress.error == "The disk is full. What came before is in a.hapkit."
+    assert recorder.progress.error == "The disk is full. The earlier samples are in a.hapkit."
     samples = recorder.progress.samples
     assert Session(tmp_path / "a.hapkit").counts.sum() == samples > 0
     assert recorder.stop() is None

@@ -34,7 +34,8 @@ GIVEN = {
 """
 VALUES = {"stiffness": 5.0, "mass": 1.0, "side": 0.0}
 OFF = (
-    "`check` of mine.py took more than 1 s or too much memory: the functions beside its law are switched off."
+    "`check` of mine.py took more than 1 s or too much memory: "
+    "its functions besides the law are switched off."
 )
 
 
@@ -118,8 +119,8 @@ def test_the_process_ends_with_its_parent(tmp_path, stiffness):
 @pytest.mark.parametrize(
     ("statement", "said"),
     [
-        ("while True: pass", "`check` does not come to an end"),
-        ("os._exit(0)", "`check` ended the program that tried it: remove what exits"),
+        ("while True: pass", "`check` does not end"),
+        ("os._exit(0)", "`check` ended the test process: remove calls that exit"),
         ("os.abort()", "`check` crashed Python"),
     ],
 )

@@ -43,7 +43,7 @@ def test_an_endless_file_is_killed_with_its_children(tmp_path):
     wait_until(lambda: child.exists() or process.poll() is not None)
     assert process.poll() is None
     verdict = trial.result(process, timeout=0.2)
-    assert verdict.problems == (Problem(0, "the file does not come to an end"),)
+    assert verdict.problems == (Problem(0, "the file does not end"),)
     assert process.poll() is not None
     wait_until(lambda: not alive(int(child.read_text(encoding="ascii"))))
 
@@ -72,11 +72,11 @@ def test_an_abandoned_trial_ends_by_itself():
 
 
 ENDS = [
-    ("import os\nos._exit(0)\n", "the file ended the program that tried it"),
+    ("import os\nos._exit(0)\n", "the file ended the test process"),
     ("import os\nos.abort()\n", "the file crashed Python"),
-    ("import os\nos.closerange(0, 100)\n", "the file ended the program that tried it"),
-    ("raise KeyboardInterrupt\n", "the file ended the program that tried it"),
-    ("input('name? ')\n", "a file may not end the program or ask for input"),
+    ("import os\nos.closerange(0, 100)\n", "the file ended the test process"),
+    ("raise KeyboardInterrupt\n", "the file ended the test process"),
+    ("input('name? ')\n", "a file must not end the program or ask for input"),
 ]  # fmt: skip
 
 
@@ -90,7 +90,7 @@ def test_a_file_that_ends_the_program_gets_a_verdict(tmp_path, beside, said):
 def test_a_file_that_takes_all_memory_gets_a_verdict(tmp_path):
     whole = text(beside="A = bytes(4 * 10**9)\n")
     (problem,) = trial.check(saved(tmp_path, whole)).problems
-    assert problem == Problem(line_of(whole, "A = bytes"), "this takes more memory than there is")
+    assert problem == Problem(line_of(whole, "A = bytes"), "this needs too much memory")
 
 
 @pytest.mark.slow

@@ -20,11 +20,11 @@ FAULTS = [
     ("a = 1.0\nreturn a / (x - 0.06)", "", "return a", "at x = 60 mm"),
     ("a = 1.0\nreturn a / (v + 3.0)", "", "return a", "v = −3 m/s"),
     ("return math.sqrt(x)", "", "math.sqrt", "finite number at x = −"),
-    ("return math.exp(1e6 * abs(x))", "", "math.exp", "this gives no finite number at x = "),
-    (GROW, RING, "s.ring[s.n", "the index lies beyond the state or table at x ="),
-    ("return s.ring[p.stiffness]", RING, "return s", "the index lies beyond the state"),
+    ("return math.exp(1e6 * abs(x))", "", "math.exp", "this is not a finite number at x = "),
+    (GROW, RING, "s.ring[s.n", "the index is out of range of the state or table at x ="),
+    ("return s.ring[p.stiffness]", RING, "return s", "the index is out of range of the state"),
     (LATE, RING, "return 1.0", "a division by zero at x ="),
-    ("for i in range(2000000000):\n    a = i\nreturn x", "", "for i", "does not come to an end at x ="),
+    ("for i in range(2000000000):\n    a = i\nreturn x", "", "for i", "does not end at x ="),
     ("for i in range(15000):\n    for j in range(3):\n        a = i\nreturn x", "", "for ", "use fewer"),
 ]  # fmt: skip
 
@@ -54,9 +54,9 @@ FUNCTIONS = [
     ("impedance=lambda p: (p['stifness'], 0.0),", "there is no 'stifness'"),
     ("impedance=lambda p: None,", "returns (stiffness, damping), not None"),
     ("impedance=lambda p: (1.0, math.nan),", "returns (stiffness, damping), not (1.0, nan)"),
-    ("check=lambda p: 'too soft',", "the defaults do not go together: too soft"),
+    ("check=lambda p: 'too soft',", "the defaults contradict each other: too soft"),
     ("warnings=lambda p, c: [1 / 0],", "a division by zero"),
-    ("over_position=lambda p, x: x[:2],", "one value for each place"),
+    ("over_position=lambda p, x: x[:2],", "one value for each requested"),
     ("over_velocity=lambda p, v: 'fast',", "returns numbers, not 'fast'"),
 ]
 

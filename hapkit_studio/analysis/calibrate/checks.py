@@ -56,8 +56,8 @@ def settings(runner: BoardRunner) -> CheckResult:
     if now.origin == Origin.DAMAGED:
         return warn(
             "damaged",
-            "The board's stored settings are damaged; it uses the usual kit's.",
-            "Run Set up my Hapkit, or put a calibration file on the board again.",
+            "The board's stored settings are damaged; it uses the default settings.",
+            "Run Set up my Hapkit, or write a calibration file to the board.",
         )
     if abs(ratio - 1.0) > 0.1:
         return warn(
@@ -230,7 +230,7 @@ class Report:
     def words(self) -> str:
         """Return a one-line summary."""
         if self.good:
-            return "Your Hapkit works as it should."
+            return "Your Hapkit works correctly."
         left_out = self._titles(SKIP)
         rest = f" Not tested yet: {left_out}." if left_out else ""
         if self.dangerous:
@@ -258,7 +258,7 @@ def run_all(
         if all(results[key].good for key in _NEEDED if key in results):
             results[check.key] = _run_check(check, runner)
         else:
-            results[check.key] = CheckResult(SKIP, "Left out until the checks above pass.")
+            results[check.key] = CheckResult(SKIP, "Not tested until the checks above pass.")
         report(check, results[check.key])
     return Report(results)
 

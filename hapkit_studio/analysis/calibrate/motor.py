@@ -167,7 +167,7 @@ def carrying_force(track: Track, board: Board) -> tuple[float, float]:
     """
     periods = int((track.time[-1] - SETTLE_SECONDS) / CARRY_PERIOD + 1e-3)
     if periods < 2:
-        raise ParameterError("The weight was not carried long enough. Measure it again.")
+        raise ParameterError("The motor did not carry the weight long enough. Measure again.")
     end = SETTLE_SECONDS + periods * CARRY_PERIOD
     force = motor_force(board, track.pwm)
     means = [

@@ -81,7 +81,7 @@ def fit(marks: list[Mark], board: Board, inverted: bool | None = None) -> Scale:
             "marks again."
         )
     if abs(slope) < 1.0:
-        raise ParameterError("The counts do not change from mark to mark. Go back and look at the sensor.")
+        raise ParameterError("The counts do not change from mark to mark. Go back to the step Sensor.")
     residuals = (counts - zero - slope * places) / slope
     freedom = len(marks) - 2 + _KNOWN
     sigma = np.sqrt((float(residuals @ residuals) + _KNOWN * READING**2) / freedom)

@@ -249,7 +249,7 @@ def _check_times(table: tables.Table, time: np.ndarray, columns: Sequence[np.nda
     finite = np.isfinite(columns).all(axis=0)
     if not finite.all():
         line = table.line_of(int(np.argmin(finite)))
-        raise FileError(f"{table.file} has values that are no numbers, first in line {line}.")
+        raise FileError(f"{table.file} has values that are not numbers, first in line {line}.")
     back = np.diff(time) <= 0.0
     if back.any():
         row = int(np.argmax(back)) + 1

@@ -163,7 +163,7 @@ class GuardedDevice:
                     self._samples += sum(map(len, found)) - 1
                     return np.concatenate(found)
             elif time.monotonic() - heard > _SILENCE_SECONDS:
-                raise Interrupted(f"{self.engine.device.title} sends nothing. The measurement ended.")
+                raise Interrupted(f"{self.engine.device.title} sends no data. The measurement ended.")
             time.sleep(min(_LOOK_SECONDS, 0.05 * seconds))
 
     def _check(self) -> None:

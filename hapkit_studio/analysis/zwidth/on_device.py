@@ -177,7 +177,7 @@ class Person:
                 self._guarded.say(words)
             said = words
             if time.monotonic() > end:
-                raise Interrupted(f"Nobody pressed for {_PATIENCE_SECONDS:.0f} s. The measurement ended.")
+                raise Interrupted(f"No press for {_PATIENCE_SECONDS:.0f} s. The measurement ended.")
         self._guarded.say("Hold")
 
     def press(self, stiffness: float) -> None:
@@ -267,7 +267,7 @@ def _window(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: flo
             return found
         hand.begin()
         hand.press(stiffness)
-    raise Interrupted(f"The wall was let go {_MOST_REPEATS} times. The measurement ended.")
+    raise Interrupted(f"The wall was released {_MOST_REPEATS} times. The measurement ended.")
 
 
 def ripple(position: np.ndarray, rate: float) -> float:

@@ -145,4 +145,4 @@ def test_json_and_pictures_of_methods_and_of_a_scene(capsys, tmp_path):
 
 def test_parameters_require_a_single_scene(capsys):
     assert main(["accuracy", "spring", "wall", "-p", "stiffness=3"]) != 0
-    assert "Parameters are of one environment" in capsys.readouterr().err
+    assert "Parameters belong to one environment" in capsys.readouterr().err

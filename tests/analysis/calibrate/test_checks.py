@@ -36,7 +36,7 @@ def check(monkeypatch):
 def test_a_good_kit_passes_every_check_in_half_a_minute(check):
     report, kit = check()
     assert report.good, report.words
-    assert report.words == "Your Hapkit works as it should."
+    assert report.words == "Your Hapkit works correctly."
     assert list(report.results) == [check.key for check in CHECKS]
     assert kit.time < 30.0
     assert report.as_json()["pass"] is True
@@ -66,13 +66,13 @@ def test_each_fault_is_found_by_its_own_check(check, kit, key, found):
 
 def test_an_undetermined_mass_does_not_pass(check, monkeypatch):
     found = (
-        Estimate("mass", 0.05, 0.09, told=False, advice="Cannot tell."),
+        Estimate("mass", 0.05, 0.09, told=False, advice="The value is uncertain."),
         *map(_known, ("viscous", "coulomb")),
     )
     swept = SweepResult(default().board, Part("handle", found), None)
     monkeypatch.setattr(checks, "sweep", lambda *_: swept)
     result = check("paddle")[0].results["paddle"]
-    assert (result.key, result.words) == ("sweep", "Mass: Cannot tell.")
+    assert (result.key, result.words) == ("sweep", "Mass: The value is uncertain.")
     told = replace(swept.part, estimates=(_known("mass"), *found[1:]))
     monkeypatch.setattr(checks, "sweep", lambda *_: replace(swept, part=told))
     assert check("paddle")[0].good
@@ -88,7 +88,7 @@ def test_a_stored_friction_that_stops_the_handle_is_reported_before_the_supply(c
     result = check("direction", board=stored, coulomb=0.3)[0].results["direction"]
     assert result.key == "no motion"
     assert "Dry friction of 0.30 N is stored" in result.words
-    assert result.remedy.index("cable that is too tight") < result.remedy.index("supply")
+    assert result.remedy.index("tight cable") < result.remedy.index("supply")
 
 
 def test_an_encoder_too_coarse_for_mass_and_friction_is_not_a_fault(check):

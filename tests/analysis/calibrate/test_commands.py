@@ -111,7 +111,7 @@ def test_two_springs_attached_by_a_person_measure_the_motor_constant(capsys, mon
     assert "# Strength: The motor gives 90 ± 2 %" in file.read_text(encoding="utf-8")
     monkeypatch.setattr(sys, "stdin", Person(kit, ()))
     assert cli.main(words) == 2
-    assert "at a terminal" in capsys.readouterr().err
+    assert "in a terminal" in capsys.readouterr().err
 
 
 def test_a_simulated_device_has_no_board(capsys):

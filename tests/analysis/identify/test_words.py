@@ -97,7 +97,7 @@ def test_the_command_prints_the_rendered_values(csv, capsys):
     assert main(["identify", csv]) == 0
     text = capsys.readouterr().out
     assert "Stiffness: you set 300 N/m, you rendered 299." in text or "you rendered 300." in text
-    assert "What the handle is, the hand's mass with it" in text
+    assert "Properties of the handle, the hand's mass with it" in text
     assert "not in contact" in text
     assert text.rstrip().endswith(
         "The force is not measured, but commanded: the simulated motor gives exactly this force."

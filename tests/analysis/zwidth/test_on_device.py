@@ -250,7 +250,7 @@ def test_a_person_gets_instructions_and_is_monitored(running, briefly):
 def test_a_person_who_does_not_press_ends_the_measurement(running, monkeypatch):
     monkeypatch.setattr(on_device, "_PATIENCE_SECONDS", 0.0)
     engine = running()
-    with pytest.raises(Interrupted, match="Nobody pressed"):
+    with pytest.raises(Interrupted, match="No press"):
         on_device.measure(engine, (0.0,), ONE_TRIAL, person=True)
     assert_as_before(engine)
 

@@ -129,7 +129,7 @@ def test_a_session_with_an_absurd_end_is_refused_with_a_reason(kept_idle_window,
     replay = opened(kept_idle_window, qtbot, path)
     assert replay.history is None
     text = kept_idle_window.banners.get("replay").text
-    assert text.startswith("a.hapkit holds no samples that can be read. chunk 1: stop is ")
+    assert text.startswith("a.hapkit has no readable samples. chunk 1: stop is ")
     kept_idle_window.banners.set("replay", None)
 
 
@@ -295,7 +295,7 @@ def test_an_invalid_file_gives_a_reason_and_changes_nothing(kept_idle_window, qt
     (home / "c.hapkit").write_text("a letter")
     opened(window, qtbot, home / "c.hapkit")
     assert window.replay.history is None
-    assert window.banners.get("replay").text == "c.hapkit is no session of the studio."
+    assert window.banners.get("replay").text == "c.hapkit is not a session of the studio."
 
 
 @pytest.mark.skipif(not built(), reason="the virtual board is not built")

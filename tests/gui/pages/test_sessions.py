@@ -38,7 +38,7 @@ def page(shared_window, qtbot, home):
     write(folder() / "friction in the lab.hapkit", motion(2.0))
     write(folder() / "Wall to its limit.hapkit", motion(1.0))
     (folder() / "broken.hapkit").write_text("a letter")
-    (folder() / "notes.txt").write_text("no session")
+    (folder() / "notes.txt").write_text("not a session")
     shown = shared_window.views.page("sessions")
     shown.search.clear()
     shown._others.clear()
@@ -64,7 +64,7 @@ def choose(page, name):
 def test_the_folder_is_listed_and_unreadable_files_say_why(page):
     assert listed(page) == {"friction in the lab", "Wall to its limit", "broken"}
     choose(page, "broken")
-    assert page.side.words.text() == "broken.hapkit is no session of the studio."
+    assert page.side.words.text() == "broken.hapkit is not a session of the studio."
     assert not page.export.isEnabled()
     assert page.chart.isHidden()
     choose(page, "friction in the lab")
@@ -224,7 +224,7 @@ def finished(page, qtbot):
 
 def test_a_session_is_renamed_with_f2_and_stays_chosen(page, shared_window, qtbot):
     choose(page, "friction in the lab")
-    for name, said in (("Wall to its limit", "exists already"), ("a/b", "A name holds none of")):
+    for name, said in (("Wall to its limit", "exists already"), ("a/b", "A name has none of")):
         shared_window.activateWindow()
         assert QTest.qWaitForWindowActive(shared_window, PATIENCE_MS)
         QTest.keyClick(page.table, Qt.Key.Key_F2)

@@ -20,12 +20,16 @@ from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 
 GONE = "Hapkit on ttyUSB0 is disconnected. The force is zero. Trying to reconnect every second."
 COMMAND = "sudo usermod -a -G dialout $USER"
-NO_RIGHT = f"You may not open ttyUSB0. Run `{COMMAND}`. Then log out and in again."
+NO_RIGHT = f"You have no permission to open ttyUSB0. Run `{COMMAND}`. Then log out and in again."
 FAILURES = [
     (ZeroDivisionError("division by zero"), "The device failed:", []),
     (errors.PortBusyError("ttyUSB0 is used by minicom (process 41). Close it."), "ttyUSB0 is used by", []),
     (errors.NoFirmwareError("ttyUSB0 does not answer.", step="flash"), "ttyUSB0 does", ["Flash firmware"]),
-    (errors.WrongProtocolError("Firmware speaks version 1.", step="update"), "Firm", ["Update firmware"]),
+    (
+        errors.WrongProtocolError("The firmware has protocol version 1.", step="update"),
+        "Firm",
+        ["Update firmware"],
+    ),
     (errors.PortPermissionError(NO_RIGHT, command=COMMAND), NO_RIGHT, ["Copy command"]),
 ]
 
@@ -133,7 +137,7 @@ def test_a_missing_port_or_one_without_permission_is_retried(idle_window, qtbot,
     assert link.link.state == "failed"
     (banner,) = idle_window.banners.banners
     assert "Trying to reconnect" in banner.text.text()
-    device.error = errors.PortPermissionError("You may not open ttyUSB0. Run it.", command="x")
+    device.error = errors.PortPermissionError("You have no permission to open ttyUSB0. Run it.", command="x")
     qtbot.waitUntil(lambda: link.link.command == "x")
     assert link._refusals >= device_link.TRIES
     device.error = errors.PortGoneError(GONE)

@@ -171,7 +171,7 @@ def test_the_motor_is_off_while_unplugged_and_a_restarted_board_is_found(running
     until_link(window, qtbot, "gone")
     assert kit.program.status()["duty"] == 0
     notice, name = window.banners.get("device"), kit.program.port.removeprefix("/dev/")
-    assert notice.title == f"Hapkit on {name} has sent nothing for 1 s: it restarted or hangs."
+    assert notice.title == f"Hapkit on {name} has sent nothing for 1 s: it restarted or froze."
     assert notice.text == "The force is zero. Trying to reconnect every second."
     assert window.banners.get("fault") is None
     until_link(window, qtbot, "running")

@@ -174,7 +174,7 @@ def test_a_read_only_folder_gives_a_one_line_message_and_nothing_else_stops(wind
     qtbot.waitUntil(lambda: window.banners.get("recording") is not None)
     notice = window.banners.get("recording")
     assert notice.title == "Recording failed."
-    assert notice.text == f"{folder()} cannot be made: File exists."
+    assert notice.text == f"{folder()} cannot be created: File exists."
     qtbot.waitUntil(lambda: len(ticks.read()) > 0)
     assert window.studio.fault is None
     notice.buttons[0][1]()

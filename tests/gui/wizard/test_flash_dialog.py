@@ -121,7 +121,7 @@ def test_a_failed_flash_shows_the_reason_and_can_be_repeated(window, qtbot, tmp_
     sheet.write.click()
     assert window.studio.link.state == "running"  # the device in use is another one and continues
     qtbot.waitUntil(lambda: not sheet.job.running)
-    assert "another chip (signature 1e940f)" in sheet.verdict.words.text()
+    assert "a different chip (signature 1e940f)" in sheet.verdict.words.text()
     assert sheet.write.text() == "Flash again"
     assert sheet.write.isEnabled()
     board.end()
