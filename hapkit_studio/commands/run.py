@@ -45,7 +45,7 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
     played = live_run.run(engine, options, hand, seconds, options.record)
     fault, took = played.fault, played.seconds
     if not len(played.table):
-        raise ParameterError(f"Not one sample came in {compact(took, 3)} s.")
+        raise ParameterError(f"No sample arrived in {compact(took, 3)} s.")
     run = _as_run(played.table, engine, options, played.found)
     got = float(run.time[-1])
     remarks = [*played.remarks, *switched_off(chosen)]

@@ -224,6 +224,6 @@ def _sampled(motion, times: np.ndarray, vectorised: bool = False) -> np.ndarray:
     if not np.isfinite(values).all():
         when = times[np.flatnonzero(~np.isfinite(values))[0]]
         raise ParameterError(
-            f"The hand's position must be a finite number of m; at {compact(when, 4)} s it is not."
+            f"The hand's position must be a finite number in m; at {compact(when, 4)} s it is not."
         )
     return values

@@ -31,10 +31,7 @@ BY_ZERO = ("1.0 / (x - x)", "0.0 / (x - x)", "x // 0.0", "x % 0.0", "math.fmod(x
 BEYOND = "line {} of the law uses an index beyond its state"
 # a body, and the message; {} is the line with the following words
 CASES = [
-    *[
-        (USES[0].format(i), "line {} of the law uses an index beyond its state", "s.ring")
-        for i in WRONG_INDEX
-    ],
+    *[(USES[0].format(i), BEYOND, "s.ring") for i in WRONG_INDEX],
     *[(use.format("int(-math.log(0.0))"), BEYOND, "s.ring") for use in USES[1:]],
     *[(f"{loop}\nreturn 5.0", "of the law does not end", "") for loop in NEVER_ENDS],
     *[(f"return {value}", "the law returned NaN at x = 10.00 mm", "") for value in NAN],

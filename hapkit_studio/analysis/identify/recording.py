@@ -256,7 +256,7 @@ def _check_times(table: tables.Table, time: np.ndarray, columns: Sequence[np.nda
         times = (
             f"{compact(time[row], 6)} s follows {compact(time[row - 1], 6)} s in line {table.line_of(row)}"
         )
-        raise FileError(f"{table.file} has times that go back or stand: {times}.")
+        raise FileError(f"{table.file} has times that decrease or repeat: {times}.")
 
 
 def _smallest_step(position: np.ndarray) -> float:

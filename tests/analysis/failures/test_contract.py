@@ -21,7 +21,7 @@ def test_the_library_is_discovered_in_order():
     assert [f.order for f in failures().values()] == sorted(f.order for f in failures().values())
     blurred = {key: f.margin for key, f in failures().items() if f.margin != 0.01}
     assert blurred == {"chatter": 0.4, "bounce": 0.2}  # these two limits are blurred; all others are sharp
-    with pytest.raises(ParameterError, match="There is no failure 'spring'; there are: sampled_spring"):
+    with pytest.raises(ParameterError, match="There is no failure 'spring'; available: sampled_spring"):
         named("spring")
 
 

@@ -97,7 +97,7 @@ def test_a_table_with_the_studio_column_names_is_held_without_asking(window, qtb
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("time_s,position_m,force_applied_N\n0,0,0\n0,1,2\n", "bad.csv has times that go back or stand"),
+        ("time_s,position_m,force_applied_N\n0,0,0\n0,1,2\n", "bad.csv has times that decrease or repeat"),
         ("nothing", "bad.csv has 0 rows of numbers"),
     ],
 )
