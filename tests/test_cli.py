@@ -339,8 +339,8 @@ def test_link_problems_are_in_the_result(capsys, monkeypatch):
     assert jumps == "The board's clock went back or jumped 9 times: time was corrected."
     assert without == (
         "No force for 0.30 s. No sample arrived over USB for 20 ms: 5 times. This computer was busy "
-        "elsewhere for 20 ms: 6 times. The law blocked the loop for 20 ms: 7 times. The board switched its "
-        "motor off, as forces came too late or not at all: 8 times."
+        "with other programs for 20 ms: 6 times. The law blocked the loop for 20 ms: 7 times. The board "
+        "switched its motor off, because forces came too late or not at all: 8 times."
     )
     engine.fault = Fault(arrays.SLOW_LINK, "Slow.")  # the fault has its own text
     assert live_run._remarks(engine, found, 2000.0) == [jumps, without]

@@ -100,7 +100,7 @@ def first_as(words):
         ),
         (
             lambda header, names, rows: [*header, names, *rows[:20], first_as("nan")(rows[20]), *rows[21:]],
-            "values that are no numbers, first in line 41",
+            "values that are not numbers, first in line 41",
         ),
         (
             lambda header, names, rows: [*header, names, *rows, "9" * 70_000],
