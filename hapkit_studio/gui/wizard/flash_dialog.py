@@ -85,7 +85,7 @@ class FlashDialog(FormDialog):
         try:
             found = str(avrdude.find(self._program).program)
         except AvrdudeMissingError as error:
-            words = str(error).replace("say where it is with --avrdude", "choose it here")
+            words = str(error).replace("give its path with --avrdude", "choose it here")
             self.verdict.say(words, "triangle", "warn")
             found = ""
         able, there = bool(found), self.ports.count() > 0

@@ -88,7 +88,7 @@ def test_a_stored_friction_that_stops_the_handle_is_reported_before_the_supply(c
     result = check("direction", board=stored, coulomb=0.3)[0].results["direction"]
     assert result.key == "no motion"
     assert "Dry friction of 0.30 N is stored" in result.words
-    assert result.remedy.index("tight cable") < result.remedy.index("supply")
+    assert result.remedy.index("cable that is too tight") < result.remedy.index("supply")
 
 
 def test_an_encoder_too_coarse_for_mass_and_friction_is_not_a_fault(check):

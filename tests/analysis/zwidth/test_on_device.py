@@ -138,7 +138,7 @@ def quit_loop(engine):
         (Engine.stop, Interrupted, "Force is zero", "spring"),
         (fail, Interrupted, "over-speed", "spring"),
         (lambda engine: engine.set_environment("friction"), Interrupted, "settings were changed", "friction"),
-        (quit_loop, Interrupted, "sends nothing", None),
+        (quit_loop, Interrupted, "sends no data", None),
     ],
 )
 def test_interruptions_restore_settings_and_remove_the_wall(
