@@ -1,4 +1,4 @@
-"""Scripted boards for tests."""
+"""Fixtures of scripted boards."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from tests.devices.fake_board import FakeLine
 
 @pytest.fixture
 def lined(monkeypatch):
-    """Return a factory of fake serial lines; boards are opened on the newest."""
+    """Return a factory of fake serial lines; boards are opened on the newest line."""
 
     def make(answer):
         line = FakeLine(answer)
@@ -23,7 +23,7 @@ def lined(monkeypatch):
 
 @pytest.fixture
 def opened(lined):
-    """Return a function that opens a board on a fake line and returns both."""
+    """Return a function that opens a board on a fake line, and returns both."""
     boards = []
 
     def make(answer):

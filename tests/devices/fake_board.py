@@ -32,7 +32,7 @@ UNPLUG = b"unplug"
 
 
 class FakeBoard:
-    """Call ``answer(message)`` for every message received, and send its result.
+    """A board that calls ``answer(message)`` for every message received, and sends its result.
 
     The answer UNPLUG hangs up, like an unplugged cable.
     """
@@ -51,17 +51,17 @@ class FakeBoard:
         self._thread.start()
 
     def say(self, data):
-        """Send unsolicited bytes."""
+        """Send bytes that the computer has not requested."""
         os.write(self._master, data)
 
     def wait_for(self, count):
-        """Return the messages received when there are ``count`` of them."""
+        """Return the received messages as soon as there are ``count`` of them."""
         with self._arrived:
             assert self._arrived.wait_for(lambda: len(self.received) >= count, PATIENCE), self.received
             return list(self.received)
 
     def unplug(self):
-        """Hang up; may be called twice."""
+        """Hang up; this may be called twice."""
         if self._thread.is_alive():
             os.write(self._stop_write, b"x")
             self._thread.join()
@@ -93,7 +93,7 @@ class FakeBoard:
 
 
 class FakeLine:
-    """Replaces serial.Serial and the time module within this process.
+    """A replacement of serial.Serial and of the time module within this process.
 
     The board replies at once; only a read without data advances the time.
     """
@@ -140,7 +140,7 @@ MOST_FORCE = 20.0
 
 
 def sample(seq, count=0, **fields):
-    """Return the sample of tick ``seq`` of a board started at time 0 with 1 kHz."""
+    """Return the sample of tick ``seq`` of a board that was started at time 0 with 1 kHz."""
     values = dict.fromkeys([w.name for w in Sample.layout()[3:]], 0) | fields
     return Sample(seq=seq & 0xFFFF, time_us=(1000 * seq) & 0xFFFFFFFF, count=count, **values)
 
@@ -148,8 +148,8 @@ def sample(seq, count=0, **fields):
 class FakeKit:
     """The firmware's replies, for ``FakeBoard(FakeKit())``.
 
-    burst: samples after Stream(1). settings: in force; stored: in the EEPROM; deaf: number of messages to
-    ignore, by type.
+    ``burst`` is the number of samples after Stream(1), ``settings`` are those in force, ``stored`` those in
+    the EEPROM, and ``deaf`` is the number of messages to ignore, by type.
     """
 
     def __init__(self, settings=KIT, arena=ARENA, burst=0, deaf=None):

@@ -1,4 +1,4 @@
-"""Fake lists of serial ports."""
+"""Fake lists of the system's serial ports."""
 
 from types import SimpleNamespace
 
@@ -10,7 +10,7 @@ CH340 = (0x1A86, 0x7523)
 
 
 def info(device, numbers=(None, None), serial=None, place=None, product=None, description="n/a"):
-    """Return one port's entry; without numbers it is not on USB."""
+    """Return one port's entry; without ``numbers`` the port is not on USB."""
     vendor, number = numbers
     hwid = f"USB VID:PID={vendor:04X}:{number:04X}" if vendor else "PNP0501"
     return SimpleNamespace(
@@ -20,5 +20,5 @@ def info(device, numbers=(None, None), serial=None, place=None, product=None, de
 
 
 def list_ports(monkeypatch, *known):
-    """Replace the system's ports by these."""
+    """Replace the system's ports by these ports."""
     monkeypatch.setattr(serial_ports.list_ports, "comports", lambda: list(known))

@@ -1,19 +1,20 @@
-"""A fake kit behind an FTDI chip in simulated board time, independent of real time."""
+"""A fake kit behind an FTDI chip, in simulated board time that is independent of real time."""
 
 from hapkit_studio.protocol.framing import encode
 from tests.devices.fake_board import FakeKit, sample
 
 BYTE = 10e-6
-"""s: ten bits at 1 Mbaud."""
+"""s per byte: ten bits at 1 Mbaud."""
 PACKET = 62
 PERIOD = 1e-3
 
 
 class FtdiKit(FakeKit):
-    """latency: the chip's timer in s. turnaround: s from a packet until its force is in the PWM register.
+    """A kit whose FTDI chip sends a packet after 62 bytes, or when its timer ends (AN232B-04).
 
-    The chip sends a packet after 62 bytes or when its timer ends, restarted by each packet (AN232B-04).
-    ``ages``: mean age of the force in effect per period, integrated exactly.
+    Each packet restarts the timer. ``latency`` is the timer's time in s; ``turnaround`` is the time in s from
+    a packet until its force is in the PWM register. ``ages`` is the mean age of the force in effect in each
+    period, integrated exactly.
     """
 
     def __init__(self, latency=0.016, turnaround=0.4e-3, **options):
@@ -24,8 +25,9 @@ class FtdiKit(FakeKit):
 
     def _restart(self, padded):
         self.padded, self.tick, self.sent_at, self.packet_at = padded, 0, 0.0, 0.0
-        self.line, self.whole, self.ages = [], -1, []  # bytes on the wire with their times and frames
-        self.now, self.applied = 0.0, []  # (time, sample answered)
+        # ``line`` has the bytes on the wire with their times and frames
+        self.line, self.whole, self.ages = [], -1, []
+        self.now, self.applied = 0.0, []  # ``applied`` has the forces as (time, sample answered)
 
     def _stream(self, message):
         self._restart(message.padded)
@@ -57,7 +59,7 @@ class FtdiKit(FakeKit):
         return max(self.tick * PERIOD, self.sent_at)
 
     def _sample(self):
-        """Sample at the next tick, with the replies received so far, and send the frame."""
+        """Take a sample at the next tick, with the replies received so far, and send its frame."""
         k, time = self.tick, self.tick * PERIOD
         there = [(at, seq) for at, seq in self.applied if at <= time]
         at, seq = there[-1] if there else (0.0, 0)
@@ -75,7 +77,7 @@ class FtdiKit(FakeKit):
         self.tick += 1
 
     def _integrate(self, start, stop):
-        """Store the mean age of the force over a period: time since the sample that it answered."""
+        """Store the force's mean age over a period; its age is the time since the sample that it answers."""
         before = [f for f in self.applied if f[0] <= start]
         if not before:
             return

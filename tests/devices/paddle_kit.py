@@ -1,4 +1,4 @@
-"""A simulated kit in this process: board, motor, sensor, paddle, and a hand moved by the test."""
+"""A simulated kit in this process: board, motor, sensor, paddle, and a hand that the test moves."""
 
 import math
 import time
@@ -18,16 +18,22 @@ HANDLE, STOP = 0.090, 0.055
 """m: the handle's radius, and the position of its end stops."""
 EVERY = 20
 ANSWER = 0.4e-3
-"""s from a sample until its force takes effect: serial line and board."""
+"""s from a sample until its force takes effect, by the serial line and the board."""
 
 
 class PaddleKit(Device):
-    """True properties by keyword; ``settings`` are those stored on its board. Same interface as HapkitBoard.
+    """A kit with the interface of HapkitBoard, whose true properties are keywords.
 
-    mass, viscous, coulomb: the paddle. sense: -1 for a reversed magnet. direction: -1 for swapped motor
-    wires. supply: 0 for none. dead: duty below which the motor gives no torque. noise: standard deviation in
-    counts. weight: N of pull. spring: N/m between handle and middle. pace: real s per period. student(kit):
-    called every period, may set ``hand`` to a position in m, or None.
+    ``settings`` are those stored on its board. The other keywords are:
+
+    - ``mass``, ``viscous``, ``coulomb``: properties of the paddle;
+    - ``sense``, ``direction``: -1 for a reversed magnet, and for swapped motor wires;
+    - ``supply``: 0 if there is no supply;
+    - ``dead``: the duty below which the motor gives no torque;
+    - ``noise``: the sensor's standard deviation in counts;
+    - ``weight``, ``spring``: a pull in N, and a spring in N/m between handle and middle;
+    - ``pace``: real s per period;
+    - ``student``: student(kit) is called every period, and may set ``hand`` to a position in m or None.
     """
 
     title = "Hapkit on test"
@@ -107,7 +113,7 @@ class PaddleKit(Device):
         if self.hello is None:
             raise DeviceError("Not open.")
 
-    # --- board
+    # --- the board
     def _sample(self):
         raw = self._raw()
         board = self.settings_now
@@ -143,7 +149,7 @@ class PaddleKit(Device):
         self.answered, self.delay, self.silent = message.seq, round(1e6 * ANSWER), False
         self.forces.append(force)
 
-    # --- physics
+    # --- the physics
     def motor_force(self, pwm):
         """Return the motor's true force in N."""
         live = max(abs(pwm) - self.dead, 0) / (255 - self.dead)
@@ -175,14 +181,14 @@ class PaddleKit(Device):
         if abs(self.x) > STOP:
             self.x, self.v = math.copysign(STOP, self.x), 0.0
 
-    # --- for tests
+    # --- functions for tests
     @property
     def position(self):
         """Return the position in m according to the board's settings."""
         return self._sample().count * self.settings_now.quantum
 
     def restart(self):
-        """Power-cycle: unsaved settings are lost, the zero is found again."""
+        """Switch the board off and on: unsaved settings are lost, and the zero is found again."""
         self.last = None
         if self.stored is not None:
             self.settings_now = self.stored

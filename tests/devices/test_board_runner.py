@@ -1,4 +1,4 @@
-"""The runner: bounded forces, zero force after any fault and at the end, E-stop from another thread."""
+"""The runner bounds forces, sends zero after any fault and at the end, and any thread can stop it."""
 
 import math
 import threading

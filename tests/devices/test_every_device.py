@@ -1,4 +1,4 @@
-"""Every device with a simulated handle: listed, headless, in the loop, recorded, judged, by command."""
+"""Every device with a simulated handle works in the list, headless, in the loop, and in commands."""
 
 import json
 import math
@@ -46,7 +46,7 @@ def test_a_model_agrees_with_the_devices_properties(entry):
 
 @every_device
 def test_headless_a_hand_needs_the_force_of_mass_damping_and_friction(entry):
-    """Newton's law for a prescribed sine, with the force in N from the derivatives of the sine."""
+    """The force in N follows from Newton's law for a prescribed sine and its derivatives."""
     device, size, turn = entry.make(), 0.01, 2.0 * math.pi * 5.0
     run = api.simulate(
         "free", device=device, hand=Prescribed(lambda t: size * math.sin(turn * t)), seconds=0.5

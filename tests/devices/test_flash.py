@@ -1,4 +1,4 @@
-"""Finding avrdude, checking an image, parsing avrdude's output, retrying: without a chip."""
+"""Without a chip: avrdude is found, an image is checked, avrdude's output is parsed, and it is retried."""
 
 import os
 import stat
@@ -35,14 +35,14 @@ def program(path, text="#!/bin/sh\n"):
 
 @pytest.fixture
 def nothing_there(tmp_path, monkeypatch):
-    """Set an empty path and an empty home."""
+    """Set an empty path and an empty home folder."""
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setattr(avrdude, "_FOLDERS", {"linux": avrdude._FOLDERS["linux"][:2]})
     return tmp_path
 
 
-# --- finding
+# --- find avrdude
 @posix
 def test_a_given_program_has_priority_and_must_exist(nothing_there):
     own = program(nothing_there / "own" / "avrdude")
@@ -56,12 +56,13 @@ def test_a_given_program_has_priority_and_must_exist(nothing_there):
 def test_the_path_comes_before_the_arduino_ide(nothing_there):
     tools = nothing_there / "home/.arduino15/packages/arduino/tools/avrdude"
     old, new = (program(tools / version / "bin" / "avrdude") for version in ("6.3.0-arduino9", "6.10.0"))
-    assert avrdude.find(system="linux").program == new  # 10 is more than 3
+    assert avrdude.find(system="linux").program == new  # version 6.10 is newer than 6.3
     new.unlink()
     assert avrdude.find(system="linux") == avrdude.Avrdude(old)
     on_path = program(nothing_there / "bin" / "avrdude")
     assert avrdude.find(system="linux").words == [str(on_path)]
-    chips = nothing_there / "etc" / "avrdude.conf"  # a program built for another folder
+    # the program was built for another folder, so it is told where its configuration is
+    chips = nothing_there / "etc" / "avrdude.conf"
     chips.parent.mkdir()
     chips.touch()
     assert avrdude.find(system="linux").words == [str(on_path), f"-C{chips}"]
@@ -77,7 +78,7 @@ def test_installation_advice_is_one_line_per_system(nothing_there, system, remed
     assert "\n" not in str(error.value)
 
 
-# --- the image
+# --- check the image
 def image(folder, *lines):
     path = folder / "some.hex"
     path.write_text("\n".join(lines))
@@ -102,7 +103,7 @@ def test_an_image_has_its_bytes_at_their_addresses(tmp_path):
     )
     data = flash.read_image(image(tmp_path, *lines))
     assert data == b"\xff\xff\xff\xffabcd" + b"\xff" * 248 + b"xy"
-    # exactly full
+    # the image fills the flash exactly
     assert len(flash.read_image(image(tmp_path, record(0x7DFE, 0, b"ab"), END))) == flash.FLASH_BYTES
 
 
@@ -136,7 +137,7 @@ def test_missing_or_unreadable_images_give_a_one_line_error(tmp_path, monkeypatc
         flash.image_of()
 
 
-# --- avrdude's output
+# --- parse avrdude's output
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -192,7 +193,7 @@ def test_progress_grows_with_every_mark_and_completes():
     assert seen[-2:] == [(WRITING, 1.0), (VERIFYING, 1.0)]
 
 
-# --- running it
+# --- run avrdude
 TALKER = f"""#!{sys.executable}
 import sys, time
 with open({{log!r}}, "a") as log:
@@ -211,7 +212,7 @@ OLD_ONLY = (
 
 @pytest.fixture
 def talker(tmp_path):
-    """Return a function that makes a fake avrdude; its log contains the speeds of the calls."""
+    """Return a function that makes a fake avrdude, which logs the speed of each call."""
 
     def make(body):
         text = TALKER.format(log=str(tmp_path / "log"), body=body)
@@ -244,7 +245,8 @@ def test_the_older_boot_loaders_speed_is_tried_second(talker, port, tmp_path):
     ):
         flash.flash(port, small, talker(DEAF))
     assert calls(tmp_path)[2:] == [115200, 57600] * flash.ROUNDS
-    large = image(tmp_path, record(flash.OLD_FLASH_BYTES, 0, b"a"), END)  # overlaps the old boot loader
+    # the image overlaps the old boot loader
+    large = image(tmp_path, record(flash.OLD_FLASH_BYTES, 0, b"a"), END)
     with pytest.raises(FlashError, match="does not answer at 115,200 baud"):
         flash.flash(port, large, talker(OLD_ONLY))
     assert calls(tmp_path)[2 + 2 * flash.ROUNDS :] == [115200] * flash.ROUNDS
@@ -264,7 +266,7 @@ def test_a_busy_or_missing_port_is_reported_before_avrdude_runs(talker, port, tm
     with serial.Serial(port, exclusive=True), pytest.raises(PortBusyError):
         flash.flash(port, small, tool)
     with open(port, "rb", buffering=0) as reader:
-        child = subprocess.Popen(["sleep", "60"], stdin=reader)  # reads without a lock
+        child = subprocess.Popen(["sleep", "60"], stdin=reader)  # this process reads the port without a lock
     try:
         with pytest.raises(PortBusyError, match=rf"is used by sleep \(process {child.pid}\)"):
             flash.flash(port, small, tool)

@@ -35,7 +35,7 @@ def says_hello(message, hello=HELLO):
 
 
 def near(got, want):
-    """Compare field by field, floats in single precision."""
+    """Compare field by field, with floats in single precision."""
     for f in Board.layout():
         a, b = getattr(got, f.name), getattr(want, f.name)
         assert a == (pytest.approx(b, rel=1e-6) if f.code == "f" else b), f.name
@@ -143,11 +143,11 @@ def test_busy_missing_and_invalid_ports_are_reported(fake_board, tmp_path):
     first = HapkitBoard(fake_board(says_hello).path)
     first.open()
     refused(errors.PortBusyError, "{} is used by another program. Close it, then try again.", first.port)
-    first.start_stream()  # the first one is unaffected
+    first.start_stream()  # the first board is unaffected
     first.close()
     words = "ttyNONE7 does not exist. Plug the board in, or see `hapkit-studio devices`."
     error = refused(errors.PortGoneError, words, "/dev/ttyNONE7")
-    assert "Trying to reconnect every second" in error.brief  # the window reconnects, a command does not
+    assert "Trying to reconnect every second" in error.brief  # the window reconnects, but a command does not
     file = tmp_path / "notes.txt"
     file.touch()
     refused(errors.NotAHapkitError, "{} is not a serial port. Choose another port.", file)
@@ -174,7 +174,7 @@ def test_unplugging_during_handshake_request_or_while_open(fake_board):
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux tells who may open a port")
 def test_an_open_port_is_exclusive(fake_board):
     def claimed():
-        answer = fcntl.ioctl(line, 0x80045440, struct.pack("i", 0))  # TIOCGEXCL
+        answer = fcntl.ioctl(line, 0x80045440, struct.pack("i", 0))  # the request is TIOCGEXCL
         return struct.unpack("i", answer)[0] != 0
 
     peer = fake_board(says_hello)
@@ -194,7 +194,7 @@ def test_configure_applies_at_once_without_saving(opened):
     board, peer = opened(kit)
     assert (board.mass, board.viscous, board.coulomb_force) == (0.044, 0.5, 0.10)
     assert near(board.settings(), KIT)
-    assert near(board.configure(board.settings()), KIT)  # the settings can be sent back
+    assert near(board.configure(board.settings()), KIT)  # the settings that a board returns can be sent back
     wanted = replace(KIT, quantum=1.5e-5, max_force=1.25, mass=0.031, viscous=0.25, label="mine")
     settings = board.configure(wanted)
     assert near(settings, wanted)
@@ -222,7 +222,7 @@ def test_a_lost_request_is_repeated_and_a_late_reply_discarded(opened):
     def slow(message):
         if isinstance(message, SettingsRequest):
             asked.append(message)
-            # the first reply arrives with the second
+            # the first reply arrives together with the second
             return kit(message) * 2 if len(asked) == 2 else None
         return kit(message)
 

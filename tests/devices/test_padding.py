@@ -1,4 +1,4 @@
-"""The delay caused by a USB chip, measured and compared with the true one, plain and padded."""
+"""The delay that a USB chip causes, plain and padded; the measured delay equals the true one."""
 
 from dataclasses import replace
 from functools import cache
@@ -35,7 +35,7 @@ def test_delay_of_a_loop_that_answers_every_sample(delay):
 
 @pytest.mark.parametrize("every", [2, 5, 16])
 def test_a_force_in_effect_for_longer_counts_with_its_age(every):
-    """In effect for n periods instead of one, its mean age is (n - 1)/2 periods higher."""
+    """A force in effect for n periods instead of one has a mean age that is (n - 1)/2 periods higher."""
     samples = loop_with(0.4, every)[2 * every : 2 * every + 10 * every + 1]
     assert effective_delay(samples, PERIOD) == pytest.approx((0.4 + (every - 1) / 2) * PERIOD, abs=1e-6)
 
@@ -79,11 +79,11 @@ def test_padded_frames_reach_the_packets_minimum_delay(opened, latency):
 
     board, peer = opened(Kit(latency))
     found = measure_padding(board, 0.4)
-    board.settings()  # everything before has been read by then
+    board.settings()  # when the board answers this request, it has read everything before it
     plain, padded = [t for t in truths if t is not None]
     assert found.plain == pytest.approx(plain, rel=0.03)
     assert found.padded == pytest.approx(padded, rel=0.03)
-    # a padded frame is sent with its last byte: 0.62 ms on the wire, then the turnaround
+    # a padded frame is sent with its last byte: after 0.62 ms on the wire, and then the turnaround
     assert found.padded == pytest.approx(62 * 10e-6 + 0.4e-3, rel=0.03)
     assert found.padded < found.plain
     assert found.better == PACKET
@@ -111,8 +111,7 @@ def test_padding_must_be_worth_its_bytes():
 BYTE = 10e-6
 FILLING = BYTE / 10 + 6 / 16e6
 """s per padding byte besides its own bits: two bit times of silence after every second byte, and 6 cycles of
-the board's main program to queue it.
-"""
+the board's main program to queue it."""
 BUSY = 0.2e-3
 """s that the board's main program needs to build and pad its next frame before it reads a reply."""
 FRAME = len(encode(sample(1)))
@@ -129,10 +128,10 @@ def test_padding_saves_the_latency_timers_delay():
     direct = measured(0.0)
     rest = direct.plain - FRAME * BYTE  # everything except the frame's time on the wire
     behind = measured(0.016)
-    # a padded frame completes its packet
+    # the padding of a frame completes its packet
     filling = (PACKET - FRAME) * FILLING
     arrival = PACKET * BYTE + filling + rest
-    # until the board builds its next frame
+    # the reply arrives before the board builds its next frame
     assert PERIOD < arrival < PERIOD + BUSY
     assert 0.98 * arrival < behind.padded < arrival + BUSY
     # A plain packet usually ends inside a frame, so the newest complete frame is a period older, and replies

@@ -1,4 +1,4 @@
-"""Serial ports: list, users, probing, error messages, latency timer."""
+"""Serial ports: the list, other users, probing, error messages, and the latency timer."""
 
 import errno
 import json
@@ -27,7 +27,7 @@ PATH = "/dev/ttyTEST"
 
 @pytest.fixture
 def plugged(monkeypatch, lined):
-    """Return a function that plugs a board in and returns its port's entry and its line."""
+    """Return a function that plugs a board in, and returns its port's entry and its line."""
 
     def plug(answer, numbers=FT232):
         list_ports(monkeypatch, info(PATH, numbers, "AAA"))
@@ -37,7 +37,7 @@ def plugged(monkeypatch, lined):
     return plug
 
 
-# --- list
+# --- the list of ports
 def test_kits_are_first_and_other_devices_last(monkeypatch):
     nothing = info("/dev/ttyS4")
     nothing.hwid = "n/a"
@@ -50,8 +50,8 @@ def test_kits_are_first_and_other_devices_last(monkeypatch):
         info("/dev/ttyACM0", UNO),
         info("/dev/ttyUSB0", FT232, "AB0LB3DQ", "1-2", "FT232R USB UART"),
         info("/dev/ttyACM2", (0x1234, 0x5678), product="Strange device"),
-        info("/dev/ttyACM3", (0x2341, 0x0042)),  # a different product of the vendor
-        info("/dev/cu.debug-console"),  # macOS
+        info("/dev/ttyACM3", (0x2341, 0x0042)),  # this is a different product of the same vendor
+        info("/dev/cu.debug-console"),  # this port is one of macOS
         nothing,
     )
     assert [(entry.key, entry.title) for entry in hapkit.entries()] == [
@@ -80,8 +80,8 @@ BARE = Identity(*CH340, "", "1-1")
     ("wanted", "there", "path"),
     [
         (A, {"u1": B, "u2": A}, "u2"),
-        (A, {"u1": A._replace(place="3-4")}, "u1"),  # the same board at another socket
-        (A, {"u0": B}, None),  # a different kit must not replace it
+        (A, {"u1": A._replace(place="3-4")}, "u1"),  # the same board is plugged into another socket
+        (A, {"u0": B}, None),  # a different kit must not replace the chosen one
         (A, {}, None),
         (BARE, {"u0": BARE._replace(place="1-9"), "u1": BARE}, "u1"),
         (BARE, {"u3": BARE._replace(place="1-9")}, "u3"),
@@ -160,7 +160,7 @@ def test_a_kit_without_firmware_is_offered_to_be_flashed(plugged, heard, text):
     assert caught.value.step == "flash"
 
 
-# --- users of a port
+# --- other users of a port
 @pytest.mark.slow
 @linux
 def test_a_ports_user_is_named_with_or_without_lock(fake_board):
@@ -176,7 +176,7 @@ def test_a_ports_user_is_named_with_or_without_lock(fake_board):
         name = f"{os.path.basename(sys.executable)} (process {child.pid})"
         assert serial_ports.holder(peer.path) == name
         with pytest.raises(errors.PortBusyError) as caught:
-            HapkitBoard(peer.path).open()  # the other program reads bytes sent to us
+            HapkitBoard(peer.path).open()  # the other program reads bytes that the board sends to the studio
         assert str(caught.value) == f"{port_name(peer.path)} is used by {name}. Close it, then try again."
         refused = unopened(peer.path, serial.SerialException(errno.EBUSY, "busy"))
         assert str(refused) == str(caught.value)
@@ -240,7 +240,7 @@ def test_without_a_group_a_udev_rule_is_offered(monkeypatch, tmp_path):
     port.touch()
     port.chmod(0o600)  # a group counts only with read and write permission
     assert 'KERNEL=="ttyUSB*|ttyACM*"' in port_errors.permission_remedy(str(port), None)[1]
-    monkeypatch.setattr(port_errors.sys, "platform", "darwin")  # no udev: no command
+    monkeypatch.setattr(port_errors.sys, "platform", "darwin")  # without udev there is no command
     assert port_errors.permission_remedy("/dev/cu.x", None) == ("Get permission to use it.", "")
 
 
@@ -259,7 +259,7 @@ class Line:
 
 @pytest.fixture
 def timer(monkeypatch, tmp_path):
-    """Return a function that sets the system's latency file of ttyUSB0."""
+    """Return a function that sets the contents of the system's latency file of ttyUSB0."""
     monkeypatch.setattr(serial_ports, "TIMERS", tmp_path)
     monkeypatch.setattr(serial_ports.sys, "platform", "linux")
 

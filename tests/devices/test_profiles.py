@@ -1,4 +1,4 @@
-"""Kits: complete, distinct, as in the reference; calibration files are read as written."""
+"""Kits are complete, distinct, and as in the reference; calibration files are read as written."""
 
 import math
 import re
@@ -60,7 +60,7 @@ def test_an_unknown_kit_lists_the_known_ones():
     assert profiles.numbered(200) is None
 
 
-# --- files
+# --- calibration files
 @pytest.fixture
 def own(tmp_path, monkeypatch):
     monkeypatch.setenv(calibration_file.VARIABLE, str(tmp_path))
@@ -80,7 +80,7 @@ def test_files_are_read_as_written_and_never_overwritten(own):
     text = path.read_text(encoding="utf-8")
     assert "# Sensor: fine" in text
     assert "# Written on 2026-02-03" in text
-    assert "coulomb = 0.1 " in text  # no more digits than the board has
+    assert "coulomb = 0.1 " in text  # the file has no more digits than the board
     assert "# kg: mass of the paddle at the handle" in text
     other = calibration_file.write(replace(board, zero=2), {}, day)
     assert other.name == "a-7 2026-02-03 2.toml"

@@ -1,4 +1,4 @@
-"""The simulated Hapkit against matrix exponentials: any delay, hands, changes while running."""
+"""The simulated Hapkit agrees with matrix exponentials for any delay, with hands, and during changes."""
 
 import itertools
 import math
@@ -45,7 +45,7 @@ def run(dev, queue, law, targets):
 
 
 def applied(dev, queue, forces):
-    """Return the mean force that acted in each period on a free mass of 1 kg without damping."""
+    """Return the mean force of each period, as it acted on a free mass of 1 kg without damping."""
     mean = []
     for force in forces:
         before = dev[V]
@@ -91,7 +91,10 @@ def test_hand_force_is_spring_and_damper_to_the_moving_target():
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_end_stops_are_inelastic(side):
-    """1 kg, 2 N: 20 mm after sqrt(2 20 mm / 2 m/s²) = 0.1414 s; at rest there, and left with F t² / 2 m."""
+    """1 kg with 2 N hits the stop at 20 mm after sqrt(2 20 mm / 2 m/s²) = 0.1414 s, and rests there.
+
+    It leaves the stop with F t² / 2 m.
+    """
     dev, queue = start(1.0, 0.0, delay=0.3e-3, stops=0.02)
     found = run(dev, queue, lambda k, x: side * (2.0 if k < 300 else -2.0), np.zeros(401))
     x, v = (side * found).T

@@ -1,4 +1,4 @@
-"""Sketches and firmware, built as by the Arduino IDE: forces at the pins compared with the Python law."""
+"""Sketches and firmware, built as by the Arduino IDE, give forces at the pins like the Python law's."""
 
 import itertools
 import shutil
@@ -34,7 +34,7 @@ needs_ide = pytest.mark.skipif(
 
 _BOARD = ("=10819", "_AVR_UNO", "_ARCH_AVR")
 _CHIP = ["-mmcu=atmega328p", "-DF_CPU=16000000L", *(f"-DARDUINO{name}" for name in _BOARD)]
-# options of the core's platform.txt
+# these are the options of the core's platform.txt
 _COMMON = ["-c", "-Os", "-ffunction-sections", "-fdata-sections", "-flto", f"-I{CORE}", f"-I{VARIANT}"]
 _CXX = ["-std=gnu++11", "-fpermissive", "-fno-exceptions", "-fno-threadsafe-statics"]
 _LANGUAGES = {
@@ -44,12 +44,12 @@ _LANGUAGES = {
     ".ino": ["avr-g++", *_CXX, "-x", "c++", "-include", "Arduino.h"],
 }
 _STRICT = ["-Wall", "-Wextra", "-Werror"]
-FADE = 0.5  # s of a sketch's fade-in
+FADE = 0.5  # s: duration of a sketch's fade-in
 
 
 @pytest.fixture(scope="module")
 def archive(tmp_path_factory):
-    """Return the whole Arduino core, compiled once."""
+    """Return the Arduino core, which is compiled once."""
     folder = tmp_path_factory.mktemp("core")
     # avr-libc 2.0 hides this macro from C++ before 2011
     options = ["-w", "-DDECIMAL_DIG=9"]
@@ -81,10 +81,10 @@ def _compiled(source: Path, folder: Path, options: Sequence[str]) -> Path:
 
 
 def rendered(elf: Path, folder: Path, script: tuple[str, ...], seconds: float, *options: str) -> np.ndarray:
-    """Return the truth log of a sketch, one row per tick."""
+    """Return the truth log of a sketch, with one row per tick."""
     outcome = run(elf, folder, "--seconds", str(seconds), *options, script=script)
     assert (outcome.code, outcome.errors) == (0, "")
-    return outcome.truth[1:]  # setup() reads the sensor once
+    return outcome.truth[1:]  # the first row is dropped, because setup() also reads the sensor
 
 
 def asked(environment: Environment, values, position: np.ndarray, rate: float, spec) -> np.ndarray:
@@ -102,7 +102,7 @@ def asked(environment: Environment, values, position: np.ndarray, rate: float, s
 ARITHMETIC = 2e-3  # N: difference between single and double precision
 SWEEP = ("0.1 position 0.012 0.1", "0.25 position -0.03 0.2", "0.47 position 0.02 0.2")
 SECONDS = 0.7
-# with state, in branches, with other rates and estimators; then the most expensive ones
+# laws with state, with branches, with other rates and estimators; then the most expensive ones
 FEW = (
     ("cat", {}, ()),
     ("friction", {"model": "lugre"}, ()),
@@ -137,15 +137,17 @@ ENVIRONMENT = Environment(
 
 
 def compare(environment, values, archive, folder, rate=None, spec="kalman"):
-    """Compare the force in effect at each reading with the Python law's for the reading before."""
+    """Compare the force in effect at each reading with the Python law's force for the reading before it."""
     text = sketch.text(environment, values, None, rate, spec)
     rate = rate or sketch.usual_rate(environment, values)
     truth = rendered(build(text, archive, folder), folder, SWEEP, SECONDS)
-    assert len(truth) == pytest.approx(SECONDS * rate, abs=2)  # no tick was skipped
+    # the number of rows shows that no tick was skipped
+    assert len(truth) == pytest.approx(SECONDS * rate, abs=2)
     steps = np.diff(truth.converter)
     steps -= 921 * np.round(steps / 921)
     position = QUANTUM * np.concatenate([[0.0], np.cumsum(steps)])
-    assert np.ptp(position - truth.position) <= 1.01 * QUANTUM  # flips are counted
+    # the sketch counts flips, so its position follows the true one
+    assert np.ptp(position - truth.position) <= 1.01 * QUANTUM
     wanted = asked(environment, values, position, rate, spec)
     assert np.abs(wanted).max() > 0.2
     error = np.abs(truth.motor_force[1:] - wanted[:-1])
@@ -161,7 +163,7 @@ def test_a_sketch_renders_the_law_with_its_values_rate_and_estimator(key, given,
 
 
 def written(folder, text):
-    """Return a user's environment."""
+    """Return the environment of a file with this text in a user's folder."""
     return reading.load_source(source.typed(folder / "ramp.py", text))
 
 
@@ -181,7 +183,7 @@ LAST = 0.8
 
 
 def held(kit, archive, folder, *options, script=HOLD):
-    """Return the duty of a spring with the handle held, at the end."""
+    """Return the duty at the end of a sketch's run in which the handle is held against a spring."""
     text = sketch.text(environments.named("spring"), {"stiffness": STIFFNESS, "damping": 0.0}, kit)
     elf = build(text, archive, folder)
     return rendered(elf, folder, script, LAST, *EVERY_MS, *options)[-1].duty
@@ -252,7 +254,7 @@ def test_a_non_finite_force_and_over_speed_switch_the_motor_off(archive, tmp_pat
     assert not truth.duty[truth.time > 0.712].any()
 
 
-# --- without a board
+# --- tests that need no board
 @pytest.mark.parametrize("key", environments.discover())
 def test_a_sketch_contains_the_values_and_is_self_contained(key):
     environment = environments.named(key)
@@ -264,7 +266,7 @@ def test_a_sketch_contains_the_values_and_is_self_contained(key):
     assert text.startswith("//")
     assert "// Name:\n// Date:\n" in text
     assert "p[" not in text
-    assert "·" not in text  # so that any text editor can show it
+    assert "·" not in text  # plain ASCII, so that any text editor can show it
     assert max(map(len, text.split("\n"))) <= 110
     assert sketch.text(environment, {}) == text
 
@@ -312,7 +314,7 @@ def test_user_text_cannot_leave_its_comment(archive, tmp_path):
 
 
 def choices(environment):
-    """Return every combination of an environment's choices except that of its drawing."""
+    """Return every combination of an environment's choices, except the choice of its drawing."""
     asked = [p for p in environment.parameters if isinstance(p, Choice) and p.key != "picture"]
     return [
         {p.key: o for p, o in zip(asked, options, strict=True)}
@@ -320,7 +322,7 @@ def choices(environment):
     ]
 
 
-LINES = {"exact": 500}  # longer than other sketches, because of event location
+LINES = {"exact": 500}  # this sketch is longer than others, because it locates events
 
 
 @pytest.mark.slow
@@ -356,16 +358,16 @@ def test_an_endless_law_is_ended_by_the_watchdog(archive, tmp_path):
 # --- the studio's firmware
 FLASH, RAM = 24000, 2048
 AT_ZERO = ("--magnet", str(921 - 51))
-"""Position of the magnet for a sensor flip at the handle's zero."""
+"""Options that place the magnet so that the sensor flips at the handle's zero."""
 WALL_STIFFNESS, WALL = 400.0, 0.004
 BOTH_SIDES = [f"{k * 0.1:.1f} position {0.009 if k % 2 else -0.01} 0.08" for k in range(200)]
-"""Positions on both sides of the wall in every 0.25 s."""
+"""A script that moves the handle to both sides of the wall within every 0.25 s."""
 FADED = 0.05
 
 
 @pytest.fixture(scope="module")
 def elf(archive, tmp_path_factory):
-    """Return the studio's firmware as built by the IDE, without the Makefile."""
+    """Return the studio's firmware as the IDE builds it, without the Makefile."""
     sources = [path for path in sorted(SKETCH.iterdir()) if path.suffix in _LANGUAGES]
     return linked(sources, archive, tmp_path_factory.mktemp("ide"))
 
@@ -390,7 +392,7 @@ def test_the_firmware_sends_hello_and_every_sample(elf):
 @pytest.mark.slow
 @needs_ide
 def test_the_firmwares_wall_has_its_stiffness(elf, tmp_path):
-    """400 N/m from 4 mm on, zero before; the force in effect answers the previous reading."""
+    """The wall has 400 N/m from 4 mm on, and no force before; a force answers the previous reading."""
     values = environments.named("wall").values({"stiffness": WALL_STIFFNESS, "position": WALL})
     law = program(environments.named("wall"), values, 4000, ARENA)
     run = render(tmp_path, law, 4000, 0.45, BOTH_SIDES, options=AT_ZERO, firmware=elf)

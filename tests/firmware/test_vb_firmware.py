@@ -1,4 +1,4 @@
-"""The firmware in the virtual board: measuring, driving, messages, shutdown."""
+"""The firmware in the virtual board measures, drives the motor, exchanges messages, and shuts down."""
 
 import itertools
 import os
@@ -46,10 +46,11 @@ def test_counts_follow_the_sensors_saw_tooth(tmp_path):
     rows = rows_of(samples, log)
     counts = np.array([s.count for s in samples])
     assert np.ptp(rows.position) == pytest.approx(0.1)
-    assert np.count_nonzero(np.abs(np.diff(rows.converter)) > 460) >= 9  # the sensor flipped
+    # jumps of this size are flips of the sensor
+    assert np.count_nonzero(np.abs(np.diff(rows.converter)) > 460) >= 9
     moved = np.round(rows.position / QUANTUM - (counts - counts[0]), 6)
     assert np.ptp(moved) <= 1.0 + 1e-6
-    tooth = 51 + np.floor(np.mod(log.position / QUANTUM + 300, 921))  # initial position of the magnet: 300
+    tooth = 51 + np.floor(np.mod(log.position / QUANTUM + 300, 921))  # the magnet starts at 300 counts
     sure = np.abs(np.mod(log.position / QUANTUM, 1.0) - 0.5) < 0.499999
     np.testing.assert_array_equal(log.converter[sure], tooth[sure])
     assert 51 <= log.converter.min() < 60
@@ -99,7 +100,7 @@ def test_lockstep_runs_are_identical_bit_by_bit(tmp_path):
     assert np.ptp(np.frombuffer(logs[0])) > 0.0
 
 
-# --- messages
+# --- the messages
 @pytest.mark.parametrize("padded", [0, 62])
 def test_requests_during_streaming_are_answered_and_losses_reported(padded):
     decoder, seen = Decoder(), []
@@ -118,7 +119,7 @@ def test_requests_during_streaming_are_answered_and_losses_reported(padded):
     gaps = [(b.seq - a.seq) & 0xFFFF for a, b in itertools.pairwise(samples)]
     for gap, sample in zip(gaps, samples[1:], strict=True):
         assert gap == 1 or sample.flags & BoardFlag.OVERRUN
-        assert gap <= 4  # padded, both replies are 200 bytes: 2.2 ms on the line
+        assert gap <= 4  # both replies together are 200 padded bytes, which take 2.2 ms on the line
     assert decoder.bad_frames == 0
     assert board.summary["overwritten"] == board.summary["dropped"] == board.summary["unanswered"] == 0
 
@@ -132,4 +133,5 @@ def test_in_lockstep_a_lone_delimiter_is_an_answer_that_does_not_reach_the_chip(
             os.write(board.fileno(), DELIMITER * new)
             seen += new
     assert board.summary["unanswered"] == 0
-    assert 0 < board.summary["received"] < 300  # messages at opening and closing, sometimes repeated
+    # the board receives only messages at opening and closing, some of them repeatedly
+    assert 0 < board.summary["received"] < 300

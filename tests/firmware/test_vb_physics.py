@@ -1,4 +1,4 @@
-"""The virtual board's paddle compared with an adaptive ODE solver with events, and closed forms."""
+"""The virtual board's paddle agrees with closed forms, and with an adaptive ODE solver with events."""
 
 import math
 
@@ -19,7 +19,7 @@ def asleep(tmp_path):
 
 
 def expected(times, pieces, x=0.0, v=0.0, coulomb=COULOMB):
-    """Return (n, 2) positions and velocities; pieces: (start, force, rate, mass, damping, stiffness)."""
+    """Return positions and velocities (n, 2); a piece is (start, force, rate, mass, damping, stiffness)."""
     edges = sorted({*times, *(p[0] for p in pieces)})
     out, now = {}, 0.0
     for until in edges:
@@ -47,7 +47,7 @@ def test_friction_resists_a_smaller_force_and_stops_a_thrown_paddle_at_the_theor
     held = run(asleep, tmp_path, "--seconds", "0.1", "--log-period", "0.001", script=["0 force 0.0999"])
     assert np.all(held.truth.position == 0.0)
     outcome = run(asleep, tmp_path, "--velocity", "0.2", "--seconds", "0.3", "--log-period", "0.001")
-    # m v' = -b v - Fc: x = m v0 / b - m Fc / b^2 ln(1 + b v0 / Fc)
+    # the solution of m v' = -b v - Fc is x = m v0 / b - m Fc / b^2 ln(1 + b v0 / Fc)
     stop = MASS * 0.2 / VISCOUS - MASS * COULOMB / VISCOUS**2 * math.log(1 + VISCOUS * 0.2 / COULOMB)
     assert outcome.truth.position[-1] == pytest.approx(stop, rel=1e-12)
     assert outcome.truth.velocity[-1] == 0.0

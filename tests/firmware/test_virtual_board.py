@@ -1,4 +1,4 @@
-"""The virtual board: cable, port byte by byte, time, injected faults, exit."""
+"""The virtual board: its cable, its port byte by byte, its time, injected faults, and its exit."""
 
 import json
 import math
@@ -24,27 +24,27 @@ from tests.waiting import PATIENCE, wait_until
 pytestmark = needs_compiler
 
 BYTE_CYCLES = 160
-"""10 bits at 1 Mbaud and 16 MHz."""
+"""Cycles per byte: ten bits at 1 Mbaud and 16 MHz."""
 UNKNOWN_MODE = 3
 UDRE, TXC = 1 << 5, 1 << 6
 
 
 @pytest.fixture(scope="module")
 def images(tmp_path_factory):
-    """Return a function that compiles a small program, each once."""
+    """Return a function that compiles a small program; each program is compiled once."""
     return cache(lambda name, **defined: chip(name, tmp_path_factory.mktemp(name), **defined))
 
 
 @pytest.fixture
 def start(images, tmp_path):
-    """Return a function that starts a small program's board with a host at its port."""
+    """Return a function that starts a board with a small program, and with a host at its port."""
     with ExitStack() as running:
         yield lambda name, *options, **defined: running.enter_context(
             started(images(name, **defined), tmp_path, *options)
         )
 
 
-# --- the device in the list
+# --- the board in the list of devices
 def test_it_is_listed_only_if_it_is_built(monkeypatch, tmp_path):
     entry = next(e for e in devices.available() if e.key == "virtual-board")
     assert isinstance(entry.make(), VirtualBoard)
@@ -91,7 +91,7 @@ def test_a_hand_leads_and_releases_the_handle_and_the_log_can_be_read_while_it_g
 
 @pytest.mark.parametrize("grip", ["light", "medium", "firm"])
 def test_a_hand_that_presses_far_away_approaches_then_leads(tmp_path, grip):
-    """On the default spring, 80 N/m: it oscillates by at most the hand's speed over the frequency."""
+    """On the default spring of 80 N/m, it oscillates by at most the hand's speed over ω."""
     reach, stiffness, hand = 0.04, 80.0, GRIPS[grip]
     with opened(log=tmp_path / "truth.f64") as board:
         board.start_stream()
@@ -122,7 +122,7 @@ def test_a_host_that_hesitates_in_lockstep_is_counted():
         left, before = time.monotonic(), board.status()["time"]
         wait_until(lambda: board.status()["time"] > before + 5.5 * period)
         passed, hesitated = board.status()["time"] - before, time.monotonic() - left
-    # one sample period per time-out
+    # a sample period passes in each time-out
     assert passed <= (hesitated / patience + 2) * period
     assert passed / period - 2 <= board.summary["unanswered"] <= (time.monotonic() - begin) / patience
 
@@ -133,7 +133,7 @@ def test_bytes_arrive_at_the_rate_of_the_line_without_echo_or_translation(start)
     assert host.read(1) == b"R"
     host.write(b"\r\n\x03\x04\x11\x13\x00\xff" * 4)
     stamps = np.frombuffer(host.read(64), "<u2")
-    steps = np.diff(stamps).astype(int)  # as uint16 they wrap with the clock
+    steps = np.diff(stamps).astype(int)  # the differences are uint16, and overflow together with the clock
     assert np.abs(steps - BYTE_CYCLES).max() <= 12  # the program polls every few cycles
     assert abs(steps.sum() - 31 * BYTE_CYCLES) <= 12
     assert not select.select([host.fd], [], [], 0.0)[0]
@@ -152,9 +152,9 @@ def test_a_late_reader_gets_three_bytes_and_the_others_are_counted(start):
 
 
 def test_the_transmitter_takes_two_bytes_reports_their_end_and_loses_a_third(start):
-    """Data sheet, UCSR0A: the flag requests an interrupt while set.
+    """By the data sheet (UCSR0A), the flag requests an interrupt while it is set.
 
-    Its interrupt or writing a one clears it.
+    Its interrupt clears it, and so does writing a one.
     """
     board, host = start("pairs", "--fast", LOOK=1)
     found = host.read(9)
@@ -258,10 +258,11 @@ def test_bytes_leave_at_the_rate_of_the_line_and_are_damaged_at_the_given_probab
     assert 0.1 * 16e6 / BYTE_CYCLES - 3 <= chatter()["transmitted"] <= 0.1 * 16e6 / BYTE_CYCLES
     for kind in ("drop", "flip", "insert"):
         hurt = [chatter(f"--from-{kind}", "0.1", "--seed", seed)["hurt_from"] for seed in "112"]
-        assert abs(hurt[0] - 0.1 * SENT) < 5.0 * np.sqrt(0.09 * SENT)  # five standard deviations
+        # the tolerance is five standard deviations
+        assert abs(hurt[0] - 0.1 * SENT) < 5.0 * np.sqrt(0.09 * SENT)
         assert hurt[0] == hurt[1] != hurt[2]
     hurt = chatter("--from-burst", "0.002", "--from-length", "50")["hurt_from"]
-    # a burst that begins within another one extends it to its own length
+    # a burst that begins within another burst extends it to its own length
     assert 0.3 * SENT * 0.002 * 50 < hurt < 1.5 * SENT * 0.002 * 50
     for kind in ("lose", "garble", "add"):
         assert chatter(script=[f"0.05 from {kind} 7"])["hurt_from"] == 7
@@ -271,7 +272,7 @@ def test_bytes_leave_at_the_rate_of_the_line_and_are_damaged_at_the_given_probab
 
 @pytest.fixture
 def packets(start, tmp_path):
-    """Return a function that returns time and bytes delivered by a board with an 11-byte frame per ms."""
+    """Return a function that returns time and bytes of what a board with an 11-byte frame per ms delivers."""
 
     def handed(*options, script=""):
         commands = tmp_path / "turns.txt"
@@ -323,7 +324,7 @@ def test_the_sensor_is_stuck_noisy_and_jumps_as_requested(tmp_path):
     assert np.std(read[time > 0.05]) == pytest.approx(4.0, rel=0.15)
     assert np.mean(read[time > 0.05]) == pytest.approx(351.0, abs=1.0)
     time, read = readings("--sensor-jump", "0.3")
-    jumped = read[(read != 351) & (time > 0.05)]  # by half a turn, or into the gap
+    jumped = read[(read != 351) & (time > 0.05)]  # the sensor jumped by half a turn, or into the gap
     half = np.abs(np.abs(jumped - 351.0) - 460.0) <= 1.0
     gap = (jumped < 51) | (jumped >= 51 + 921)
     assert np.all(half | gap)
@@ -332,7 +333,7 @@ def test_the_sensor_is_stuck_noisy_and_jumps_as_requested(tmp_path):
     assert len(jumped) == pytest.approx(0.3 * 450, rel=0.25)
 
 
-# --- failing and ending
+# --- failures and the end of the program
 @pytest.mark.parametrize(
     ("timer", "a", "b"),
     [(0, 0x23, 0x01), (0, 0x21, 0x03), (0, 0x21, 0x09), (0, 0x20, 0x01), (0, 0x11, 0x01), (2, 0x23, 0x01),
@@ -345,7 +346,7 @@ def test_an_unknown_pwm_mode_ends_the_program_with_a_message(images, tmp_path, t
     assert outcome.code == UNKNOWN_MODE
     assert f"TCCR{timer}A = 0x{a:02x}, TCCR{timer}B = 0x{b:02x}" in outcome.errors
     other = run(image, tmp_path, "--seconds", "0.01", "--pins", "5" if timer else "3")
-    assert (other.code, other.errors) == (0, "")  # no effect on the other pin
+    assert (other.code, other.errors) == (0, "")  # the other pin's mode has no effect
 
 
 def test_it_ends_properly_after_a_signal_and_with_its_parent(images, tmp_path):
@@ -359,7 +360,7 @@ def test_it_ends_properly_after_a_signal_and_with_its_parent(images, tmp_path):
         assert child.stdout.readline() == f"port {os.readlink(link)}\n"
         if end == "signal":
             child.terminate()
-        rest, _ = child.communicate(timeout=PATIENCE)  # closes its input
+        rest, _ = child.communicate(timeout=PATIENCE)  # communicate() closes the program's input
         assert child.returncode == 0
         assert json.loads(rest)["seconds"] >= 0.0
         assert not os.path.lexists(link)

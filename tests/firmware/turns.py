@@ -1,4 +1,4 @@
-"""The compiled loop with the real firmware, both in board time: reproducible by script and seed.
+"""The compiled loop with the real firmware, both in board time: script and seed reproduce every run.
 
 The loop's system calls (poll, read, write, clock_gettime) are redirected to this module by their symbols
 before compilation, so it needs its own process. The board waits for its turn, so results do not depend on the
@@ -25,10 +25,12 @@ _EDGE = 1e-9
 
 
 class Turns:
-    """One board, and the operating system that the loop sees. Times in s of the board's clock.
+    """One board, and the operating system that the loop sees. Times are in s of the board's clock.
 
-    until: when ``quit`` is called. killed: when the computer dies and its port is closed. spam: called with
-    the time before each reply, returns bytes that another program writes to the same port.
+    - ``until`` is the time at which ``quit`` is called.
+    - ``killed`` is the time at which the computer dies and its port is closed.
+    - ``spam`` is called with the time before each reply, and returns bytes that another program writes to the
+    port.
     """
 
     def __init__(self, folder: Path, script, options=(), firmware=None, log_period=1e-4):
@@ -90,7 +92,7 @@ class Turns:
         return found[0]
 
     def alone(self, until: float) -> None:
-        """Run the board without a computer."""
+        """Run the board without a computer until a time."""
         while self.time < until:
             self.turn()
 
@@ -99,11 +101,11 @@ class Turns:
         return json.loads(self.board.end())
 
     def fail(self) -> None:
-        """Hang up and end the loop: exceptions in callbacks do not reach the caller."""
+        """Hang up and end the loop, because exceptions in callbacks do not reach the caller."""
         self.unplug()
         self.quit()
 
-    # --- called by the loop
+    # --- the loop calls these functions
     def poll(self, spec: int, _count: int, timeout_ms: int) -> int:
         word = ctypes.c_int64.from_address(spec)
         before = self.time

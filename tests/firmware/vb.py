@@ -1,4 +1,4 @@
-"""Shared by the tests of the virtual board: programs for its chip, boards, hosts at its port, logs."""
+"""Helpers for tests of the virtual board: programs for its chip, boards, hosts at its port, and logs."""
 
 import contextlib
 import json
@@ -23,9 +23,9 @@ CHIPS = Path(__file__).with_name("chips")
 FULL_FORCE = 0.0183 * 0.074 / (0.090 * 0.005)
 """N at full duty: torque * sector radius / (handle radius * pulley radius)."""
 QUANTUM = np.pi * 0.090 * 0.005 / (921 * 0.074)
-"""m per sensor count: half a turn of the motor in 921 counts."""
+"""m per sensor count: half a turn of the motor has 921 counts."""
 LONGEST_INTERRUPT = 250
-"""Limit in cycles of disabled interrupts: the port buffers two bytes of 160 cycles."""
+"""Cycles for which interrupts may be disabled, because the port buffers two bytes of 160 cycles."""
 
 needs_board = pytest.mark.skipif(not virtual_board.built(), reason="the virtual board is not built")
 needs_compiler = pytest.mark.skipif(
@@ -43,13 +43,13 @@ def chip(name: str, folder: Path, **defined: int) -> Path:
 
 
 def duty_step(duty: np.ndarray) -> np.ndarray:
-    """Return half a duty step in N (n,) with a rounding margin: at duty d, (2 d + 1) / 2 of 255^2."""
+    """Return half a duty step in N (n,) with a margin for rounding: (2 d + 1) / 2 of 255^2 at duty d."""
     return FULL_FORCE * (np.abs(duty) + 1.0) / 255.0**2
 
 
 @dataclass
 class Outcome:
-    """Result of a run: exit code, truth log, counters, error output."""
+    """The result of a run: exit code, truth log, counters, and error output."""
 
     code: int
     truth: np.recarray
@@ -70,7 +70,7 @@ def run(firmware: Path, folder: Path, *options: str, script: Sequence[str] = ())
 
 
 class Host:
-    """The computer's end of the cable: raw bytes, with a time-out."""
+    """The computer's end of the cable, which reads raw bytes with a time-out."""
 
     def __init__(self, port: str):
         self.fd = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
@@ -93,7 +93,7 @@ class Host:
 
 @contextlib.contextmanager
 def started(firmware: Path, folder: Path, *options: str) -> Iterator[tuple[BoardProgram, Host]]:
-    """Start a board with a firmware and a host at its port from the first cycle on; end both."""
+    """Start a board with a firmware, and a host at its port from the first cycle on; end both."""
     still = folder / "still.txt"
     if "--script" not in options:
         still.write_text("0 freeze")
@@ -110,7 +110,7 @@ def started(firmware: Path, folder: Path, *options: str) -> Iterator[tuple[Board
 
 @contextlib.contextmanager
 def opened(mode: str = "lockstep", **more) -> Iterator[VirtualBoard]:
-    """Open a virtual board and close it."""
+    """Open a virtual board, and close it at the end."""
     board = VirtualBoard(mode, **more)
     board.open()
     try:
@@ -127,7 +127,7 @@ def heard(fd: int, decoder: Decoder) -> list[Message]:
 
 
 def exchange(fd: int, seconds: float, law: Callable[[Sample], float]) -> list[Sample]:
-    """Answer samples for ``seconds`` of board time; return them all."""
+    """Answer the samples of ``seconds`` of board time; return all of them."""
     decoder, seen = Decoder(), []
     while not seen or (seen[-1].time_us - seen[0].time_us) * 1e-6 < seconds:
         new = [m for m in heard(fd, decoder) if isinstance(m, Sample)]
