@@ -1,4 +1,4 @@
-"""The board's virtual machine built for this computer, shared by the tests of a module."""
+"""The board's virtual machine, built for this computer once for the tests of a module."""
 
 import pytest
 

@@ -1,7 +1,7 @@
 """Running error analysis of the board's code: double-precision values with bounds on single-precision errors.
 
-Higham, Accuracy and Stability of Numerical Algorithms, 3.3: inputs are exact, constants have an error of half
-a unit in the last place; every operation propagates its operands' errors and adds its own rounding.
+Source: Higham, Accuracy and Stability of Numerical Algorithms, 3.3. Inputs are exact, constants have an error
+of half a unit in the last place; every operation propagates its operands' errors and adds its own rounding.
 """
 
 import math
@@ -17,23 +17,23 @@ LESS_OR_MORE = (1, 4)
 LARGE = struct.unpack("<f", struct.pack("<f", 3e38))[0]
 """A constant whose square overflows."""
 LONGEST = 2.0**24
-"""Quotients from here on have a remainder of 0."""
+"""Quotients of at least this size have a remainder of 0."""
 # bits before the binary point of the logarithm from which a power is computed
 POWER_OWN = 8
 USUAL_OWN = (8, 0.0)
-"""Own error of a function: half units, and an absolute term."""
+"""Own error of a function, as a number of half units and an absolute term."""
 REDUCED = 2e-9
 """Relative error of an angle after reduction by whole turns."""
 MOST_WAYS = 32
-"""Limit of paths followed in parallel; beyond it the row is unclear."""
+"""Limit of the number of paths followed in parallel; a row with more paths is unclear."""
 
 
 class Unclear(Exception):
-    """Rounding alone could cause a fault, another integer, or an overflow."""
+    """Exception: rounding alone could cause a fault, another integer, or an overflow."""
 
 
 class Fault(Exception):
-    """A division by zero, or an index out of range, which ends the law."""
+    """Exception: a division by zero or an index out of range ends the law."""
 
 
 def compile_unrounded(law, values, period, room=0) -> board.Program:
@@ -57,11 +57,11 @@ class Instruction:
     operands: tuple[int, ...]
     mask: int
     next: int
-    aim: int  # jump target
+    aim: int  # index of the jump's target
 
 
 def decoded(code: bytes) -> tuple[list[Instruction], int]:
-    """Return the instructions with jump targets as indices, and the index of the first one of MAIN."""
+    """Return the instructions, with indices as jump targets, and the index of MAIN's first instruction."""
     rows = list(board.instructions(code))
     place = {at: i for i, (at, _, _) in enumerate(rows)} | {len(code): len(rows)}
     found = []
@@ -84,7 +84,7 @@ def decoded(code: bytes) -> tuple[list[Instruction], int]:
 
 
 class Analysis:
-    """A law's code, executed in parallel with the machine: values and error bounds."""
+    """A law's code, executed in parallel with the machine, which computes values and error bounds."""
 
     def __init__(self, program: board.Program):
         """Store a program whose constants are not rounded."""
@@ -93,10 +93,10 @@ class Analysis:
         self.values = [0.0, 0.0, *program.given] + [0.0] * (program.slots - 2 - len(program.given))
         self.errors = [0.0 if single(v) == v else HALF_UNIT * abs(v) + LEAST for v in self.values]
         self.zero_sign = False
-        """True if the last call used the sign of zero, which algebra may change."""
+        """True if the last call used the sign of zero, which algebraic optimisation may change."""
 
     def set_state(self, values) -> None:
-        """Set the state before the next call, in single precision."""
+        """Set the state before the next call, rounded to single precision."""
         for i, value in enumerate(values):
             self.values[2 + i], self.errors[2 + i] = value, 0.0
 
@@ -136,7 +136,7 @@ class Analysis:
         return force, error
 
     def _takes(self, found: int, possible: int, mask: int) -> bool:
-        """Return True to jump on this path: as in double precision unless prescribed."""
+        """Return True if this path jumps: as in double precision, unless the path is prescribed."""
         if not possible & mask or not possible & ~mask:
             return bool(possible & mask)
         turn = len(self._turns)
@@ -198,7 +198,7 @@ class Analysis:
 
 
 def apart(value, error, other, off) -> float:
-    """Return an error bound of a value that also covers a second value."""
+    """Return the error bound of a value that also covers a second value with its error."""
     if not finite(value, other):
         if value != other and not (math.isnan(value) and math.isnan(other)):
             raise Unclear
@@ -207,7 +207,7 @@ def apart(value, error, other, off) -> float:
 
 
 def outcomes(a, e, s, se) -> tuple[int, int]:
-    """Return the comparison of A with a slot, and all possible ones in single precision, as mask bits."""
+    """Return the comparison of A with a slot, and all those possible in single precision, as mask bits."""
     if math.isnan(a) or math.isnan(s):
         return 8, 8
     found = 1 if a < s else 2 if a == s else 4
@@ -224,7 +224,7 @@ def index(i, e, size) -> int:
 
 
 def rounded(value, error, own=(1, 0.0)) -> tuple[float, float]:
-    """Return a result with its error from the operands and its own rounding."""
+    """Return a result with its error, from the operands and the operation's own rounding."""
     if not math.isfinite(value):
         if error:
             raise Unclear
@@ -258,7 +258,7 @@ def multiply(a, e, s, se):
 
 
 def zero(s, se) -> None:
-    """Raise Fault for a zero divisor, Unclear for one that may be zero."""
+    """Raise Fault if a divisor is zero, Unclear if it may be zero."""
     if s == 0.0 and se == 0.0:
         raise Fault
     if abs(s) <= se:
@@ -274,7 +274,7 @@ def divide(a, e, s, se):
 
 
 def whole_quotient(a, e, s, se, towards) -> int:
-    """Return the rounded quotient; raise Unclear if another integer is possible."""
+    """Return the rounded quotient; raise Unclear if it may round to another integer."""
     zero(s, se)
     found = {towards(top / bottom) for top in (a - e, a + e) for bottom in (s - se, s + se)}
     if len(found) > 1:
@@ -388,7 +388,7 @@ def _whole(towards):
 
 
 def _monotone(name, low=-math.inf, high=math.inf, at_low=None):
-    """Return a function for a monotonic one from low to high; NaN outside."""
+    """Return the analysis of a function that is monotonic from low to high; elsewhere it gives NaN."""
     function = getattr(math, name)
 
     def bounded(a, e):

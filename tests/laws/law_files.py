@@ -1,4 +1,4 @@
-"""Laws in files, as students write them: a law's source is read from its file."""
+"""Laws in files, as students write them, because a law's source is read from its file."""
 
 import importlib.util
 import itertools
@@ -20,7 +20,7 @@ _names = itertools.count()
 
 
 def module(folder, text):
-    """Return the module of a file with this text after HEAD."""
+    """Return the module of a file that has this text after HEAD."""
     return written(folder / f"student_{next(_names)}.py", HEAD + textwrap.dedent(text))
 
 
@@ -35,12 +35,12 @@ def written(path, text):
 
 
 def environment(folder, text, parameters=PARAMETERS):
-    """Return an environment of the law ``force`` in this text; raise LawError."""
+    """Return an environment of the law ``force`` in this text, or raise LawError."""
     return Environment("student", "Student", "", parameters, module(folder, text).force)
 
 
 def law_text(body, state="", beside=""):
-    """Return a file's text: ``beside``, then the law with this body."""
+    """Return a file's text, which has the code ``beside`` before the law with this body."""
     decorator = f"@law(state={state})" if state else "@law"
     lines = [textwrap.dedent(beside), decorator, "def force(p, s, x, v, dt):"]
     return "\n".join(lines) + "\n" + textwrap.indent(textwrap.dedent(body).strip("\n"), "    ") + "\n"

@@ -1,4 +1,4 @@
-"""Random valid code for the machine: every operation, branches, loops, calls."""
+"""Random valid code for the machine, with every operation, branches, loops and calls."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ PLAIN = [o for o in OPERATIONS if o.code >= 0x10 and o.operands in ("", "s")]
 
 
 def code(*words: str | int | bytes) -> bytes:
-    """Return code: operations by name, operands and compared masks as numbers."""
+    """Return code: operations are given by name, operands and compared masks as numbers."""
     found = b""
     for word in words:
         found += (
@@ -24,7 +24,7 @@ def code(*words: str | int | bytes) -> bytes:
 
 @dataclass(frozen=True)
 class RandomCode:
-    """A law in the machine's form."""
+    """A law in the form in which the machine loads it."""
 
     states: int
     given: tuple[float, ...]
@@ -33,14 +33,14 @@ class RandomCode:
 
 
 class _Writer:
-    """Writes sections; tracks each subroutine's length and counters."""
+    """A writer of sections, which tracks each subroutine's length and counters."""
 
     def __init__(self, rng: np.random.Generator, states: int, given: int, slots: int, wild: float):
         self.rng = rng
         self.wild = wild
         self.slots = slots
         self.writable = [*range(2, 2 + states), *range(2 + given, slots)]
-        self.subroutines: list[tuple[int, int]] = []  # offset, counters
+        self.subroutines: list[tuple[int, int]] = []  # (offset, number of counters) of each subroutine
 
     def any(self, things):
         return things[self.rng.integers(len(things))]
@@ -52,7 +52,10 @@ class _Writer:
         return code(marker) + body + code("RETURN"), counters
 
     def block(self, count: int, free: int) -> tuple[bytes, int]:
-        """Return instructions and the number of counters they use, below ``free``."""
+        """Return instructions, and the number of loop counters that they use.
+
+        Counters have numbers below ``free``.
+        """
         found, used = b"", 0
         for _ in range(count):
             more, counters = self.instruction(count // 2, free)
@@ -86,7 +89,7 @@ class _Writer:
         counter = int(self.rng.integers(free))
         body, used = self.block(inside, counter)
         tail = b""
-        if self.rng.random() < 0.5:  # an exit from the loop
+        if self.rng.random() < 0.5:  # jump out of the loop
             tail, more = self.block(inside, free)
             used = max(used, more)
             rest, more = self.block(inside // 2, counter)
@@ -122,7 +125,7 @@ class _Writer:
 def random_code(rng: np.random.Generator, wild: float = 0.0) -> RandomCode:
     """Return a law of a few dozen instructions that the verifier accepts, except perhaps for its cycles.
 
-    wild: probability of a counter in use, which the verifier rejects.
+    ``wild`` is the probability of a counter that is in use, which the verifier rejects.
     """
     states, constants, temporaries = (int(n) for n in rng.integers(0, 4, 3))
     given, slots = states + constants, 2 + states + constants + temporaries + 1

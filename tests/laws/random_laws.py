@@ -1,4 +1,4 @@
-"""Random laws of the whole law language, each determined by its seed."""
+"""Random laws of the whole law language; a seed determines each of them."""
 
 import random
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ CURVE = (0.5, -1.25, 0.0, 2.0, -0.75)
 """
 CURVE = 5  # length of the table
 TURNS = {"STEPS": 3, "len(CURVE) - 2": 3}
-# functions for any argument, and the domains of the others
+# functions of any argument, and the domains of the other functions
 ANY = ("sin", "cos", "tan", "atan", "tanh", "fabs", "floor", "ceil", "trunc", "radians", "degrees")
 KEPT_IN = {
     "log10": "(abs({}) + 0.25)", "sqrt": "abs({})",
@@ -55,7 +55,7 @@ class _Helper:
 
 
 class _Writer:
-    """Writes the functions of one law; names: definitely assigned at the current position."""
+    """A writer of the functions of one law; ``names`` are definitely assigned at the current position."""
 
     def __init__(self, seed: int):
         self.random = random.Random(seed)
@@ -65,7 +65,7 @@ class _Writer:
         self.lines: list[str] = []
         self.indent = 1
         self.loops = 0
-        self.turns = 1  # iterations of all enclosing loops
+        self.turns = 1  # number of iterations of all enclosing loops together
         self.made = 0
 
     def chance(self, share: float) -> bool:
@@ -77,7 +77,7 @@ class _Writer:
     def put(self, text: str) -> None:
         self.lines.append("    " * self.indent + text)
 
-    # --- values
+    # --- write values
     def number(self) -> str:
         rough = f"{self.random.uniform(-3.0, 3.0):.3g}"
         whole = str(self.random.randint(-4, 5))
@@ -196,7 +196,7 @@ class _Writer:
         operator = self.pick(COMPARISONS[:4] * 3 + COMPARISONS)
         return f"{self.value(1)} {operator} {self.value(0) if self.chance(0.5) else self.number()}"
 
-    # --- statements
+    # --- write statements
     def target(self) -> str:
         if self.inside_law and self.chance(0.4):
             return f"s.{self.pick(SINGLE)}" if self.chance(0.5) else self.element()
@@ -301,7 +301,7 @@ class _Writer:
         self.put(f"if {self.test(1)}:")
         self.put(f"    return {values}")
 
-    # --- functions
+    # --- write functions
     def write_helper(self, number: int) -> None:
         one = _Helper(f"helper_{number}", self.random.randint(1, 3), self.random.randint(1, 2))
         self.names = [f"q{i}" for i in range(one.arguments)]
@@ -338,7 +338,7 @@ class _Writer:
 
 
 def text(seed: int) -> str:
-    """Return the file of a random law."""
+    """Return the text of the file of a random law."""
     writer = _Writer(seed)
     for number in range(writer.random.randint(0, 3)):
         writer.write_helper(number)
@@ -347,7 +347,7 @@ def text(seed: int) -> str:
 
 
 def law(folder: Path, seed: int) -> Law:
-    """Return a random law with its file in a folder; raise LawError if it violates the language."""
+    """Return a random law with its file in a folder, or raise LawError if it violates the language."""
     made = written(folder / f"random_{seed}.py", text(seed))
     made.CURVE = _Values(made.CURVE)  # plain Python counts negative indices from the end
     made.force.bind(PARAMETERS)
@@ -367,7 +367,7 @@ def settings(seed: int) -> dict[str, float]:
 
 
 def rows(seed: int, count: int = ROWS) -> np.ndarray:
-    """Return rows of position and velocity, (n, 2): few or many digits, sometimes at rest."""
+    """Return rows (n, 2) of position and velocity, with few or many digits, sometimes at rest."""
     found = np.random.default_rng(seed)
     x = np.cumsum(found.normal(0.0, 0.3, count))
     v = found.normal(0.0, 1.0, count)

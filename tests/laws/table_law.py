@@ -1,10 +1,10 @@
-"""A law that plays back a measured object from tables, as a user writes it, and its force by numpy."""
+"""A user's law that plays back a measured object from tables, and its force by numpy."""
 
 import numpy as np
 
 FORCES = (0.0, -0.05, -0.12, -0.2, -0.42, -0.86, -1.15, -0.9, -0.4, -0.6, -1.1, -1.9, -2.5, -2.8)  # N
 STEP = 0.002  # m
-STRIPES = (0.3, -0.2, 0.1)  # N·s/m, damping of consecutive stripes
+STRIPES = (0.3, -0.2, 0.1)  # N·s/m: damping of consecutive stripes
 TEXT = f'''"""An object that was measured: forces every 2 mm, straight lines between, striped damping."""
 
 import math

@@ -1,4 +1,4 @@
-"""Every environment with every combination of its choices: the board's machine against the compiled law."""
+"""With every combination of an environment's choices, the board's machine agrees with the compiled law."""
 
 import itertools
 
@@ -19,9 +19,9 @@ ENVIRONMENTS = built_in()
 pytestmark = needs_compiler
 
 PERIOD = 1e-3
-BOUND = 2e-3  # N
+BOUND = 2e-3  # N: largest permitted difference
 SHORT, LONG = 0, 10_000
-"""Room in bytes: for the smallest code, and for inlining every function."""
+"""Room in bytes: none for inlining, or enough for inlining every function."""
 TOO_SLOW = {("mass_spring_damper", "exact"), ("puck", "exact")}
 """Environments and options whose call may exceed the board's cycle counter."""
 TOO_LARGE = {("puck", "implicit_euler"), ("puck", "trapezoid"), *TOO_SLOW}
@@ -37,14 +37,14 @@ KEYS = wide(ENVIRONMENTS, lambda key: key not in LENGTHY)
     params=[pytest.param(False, id="plain"), pytest.param(True, id="watched", marks=pytest.mark.slow)],
 )
 def machine(request):
-    """Return the board's machine on this computer; in slow tests with sanitizers and more settings."""
+    """Return the board's machine on this computer; slow tests have sanitizers and more settings."""
     with Machine(build(watched=request.param)) as made:
         made.settings = 3 if request.param else 1
         yield made
 
 
 def motion(count=200):
-    """Return rows of position and velocity, (n, 2), of a motion with pauses in the board's precision."""
+    """Return rows (n, 2) of position and velocity of a motion with pauses, in the board's precision."""
     t = np.arange(count) * PERIOD
     x = 0.03 * np.sin(2 * np.pi * 1.9 * t) + 0.008 * np.sin(2 * np.pi * 7.3 * t + 1.0)
     x[count // 2 : count // 2 + 20] = x[count // 2]
@@ -63,12 +63,12 @@ def options(environment):
 
 
 def usual(environment):
-    """Return an environment's default choices, as {key: option}."""
+    """Return the default choices of an environment, as {key: option}."""
     return {p.key: p.options[int(p.default)] for p in environment.parameters if isinstance(p, Choice)}
 
 
 def settings(environment, chosen, rng, count):
-    """Yield the default settings with these choices, then random ones within the limits."""
+    """Yield the default settings with these choices, then random settings within the limits."""
     yield environment.values(chosen)
     while count:
         numbers = {
@@ -84,7 +84,7 @@ def settings(environment, chosen, rng, count):
 
 
 def drawn(environment, chosen, rng, count):
-    """Return reproducible random settings with these choices, independent of the tests selected."""
+    """Return random settings with these choices, reproducible whichever tests are selected."""
     for other in options(environment):
         found = list(settings(environment, other, rng, count))
         if other == chosen:
@@ -125,7 +125,7 @@ def test_machine_and_compiled_law_agree(key, chosen, machine, rng):
 
 @pytest.mark.parametrize("key", ENVIRONMENTS)
 def test_errors_do_not_accumulate_over_a_whole_motion(key, machine):
-    """Without restarts, single-precision errors do not accumulate."""
+    """The law runs without restarts, and its single-precision errors do not accumulate."""
     environment, rows = ENVIRONMENTS[key], motion(1500).astype(np.float32)
     values = environment.values()
     program = board.compile(environment.force, values, PERIOD, SHORT)

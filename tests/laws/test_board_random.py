@@ -1,4 +1,4 @@
-"""Random laws of the whole language: the board's machine on this computer against double precision."""
+"""With random laws of the whole language, the board's machine agrees with double precision."""
 
 from dataclasses import dataclass, field
 
@@ -15,12 +15,12 @@ pytestmark = needs_compiler
 
 PERIOD = 1e-3
 ROOMS = (0, 10_000)
-"""Bytes: functions called, or inlined."""
+"""Room in bytes with which functions are called, and with which they are inlined."""
 
 
 @dataclass
 class Seen:
-    """Statistics of many laws: compared ones, reasons for skipping others, and rows."""
+    """Statistics of many laws: the compared ones, reasons for skipping others, and numbers of rows."""
 
     laws: int = 0
     refused: list[str] = field(default_factory=list)
@@ -41,7 +41,7 @@ def watched():
 
 
 def run(machine: Machine, folder, seeds, truth) -> Seen:
-    """Compare the laws of these seeds, each with random settings."""
+    """Compare the laws of these seeds, each with random settings; return statistics."""
     seen = Seen()
     for seed in seeds:
         law, values = random_laws.law(folder, seed), random_laws.settings(seed)
@@ -69,7 +69,7 @@ def run(machine: Machine, folder, seeds, truth) -> Seen:
 
 
 def hold(seen: Seen, count: int) -> None:
-    """Fail if too many laws were skipped, or too few cases were covered."""
+    """Assert that few laws were skipped, and that enough cases were covered."""
     assert seen.laws >= 0.85 * count, seen.refused
     assert seen.compared >= 0.75 * seen.rows
     assert 0.02 * seen.rows < seen.faults < 0.3 * seen.rows

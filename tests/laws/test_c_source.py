@@ -1,4 +1,4 @@
-"""A sketch's C compared with the law in Python, in double precision: all choices, and random laws.
+"""A sketch's C agrees with the law in Python in double precision, for all choices and random laws.
 
 Single-precision differences are measured on the chip; here any misplaced statement changes the result.
 """
@@ -59,7 +59,7 @@ extern "C" void run_{n}(int rows, const double* given, double* force) {{
 
 @dataclass(frozen=True)
 class Job:
-    """A law with its numbers, and the rows (n, 2) of position and velocity of its calls."""
+    """A law with its parameter values, and the rows (n, 2) of position and velocity of its calls."""
 
     environment: Environment
     values: dict[str, float]
@@ -67,12 +67,12 @@ class Job:
 
 
 def whole(value):
-    """Format a number with all its digits."""
+    """Return a number as text with all its digits."""
     return repr(float(value)) if math.isfinite(value) else "INFINITY" if value > 0.0 else "-INFINITY"
 
 
 def run(jobs, folder, monkeypatch):
-    """Return the force (n,) of every job by its sketch's C; NaN from the first fault on."""
+    """Return every job's force (n,) by its sketch's C, with NaN from the first fault on."""
     monkeypatch.setattr(c_source, "number", whole)
     monkeypatch.setattr(sketch, "number", whole)
     pieces = [HEAD]

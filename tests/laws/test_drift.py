@@ -26,7 +26,7 @@ def counted_down(t, dt):
         return max(0.0, t - dt)
     return 0.0
 """
-# a body, and the beginning of the reported line
+# columns: the body of a law, the beginning of the reported line
 DRIFTING = [
     ("s.t += dt", "s.t"),
     ("s.t = s.t + dt", "s.t"),
@@ -116,7 +116,7 @@ def test_a_sketch_has_the_remark_above_the_line(tmp_path):
     assert comment.endswith(f"{made.force.remarks[0].text}.")
 
 
-# --- single precision, computed by the board's machine
+# --- the board's machine computes in single precision
 RATE = 4000
 HOUR = 3600 * RATE
 
@@ -130,18 +130,18 @@ def test_a_sum_of_dt_drifts_as_far_as_the_message_says(machine, tmp_path):
     assert abs(states[-1, 0] - 10.0) == pytest.approx(3e-3, abs=1e-3)
     machine.set(2, 590.0)
     _, states = machine.run(np.zeros((10 * RATE, 2)))
-    assert abs(states[-1, 0] - 600.0) > 0.05  # an error made in the last 10 s of 10 min alone
+    assert abs(states[-1, 0] - 600.0) > 0.05  # the last 10 s of 10 min alone cause this error
 
 
 def clocked(folder):
-    """Return the reference page's law that times 100 ms after a touch at 15 mm by counting calls."""
+    """Return the reference page's law that counts calls to time 100 ms after a touch at 15 mm."""
     made = module(folder, reference.CLOCK)
     made.force.bind(PARAMETERS)
     return made.force
 
 
 def touches(start, count):
-    """Return rows (count, 2) from a call number on, half of them in contact, and the forces (count,)."""
+    """Return rows (count, 2) from a call number on, half of them in contact, and their forces (count,)."""
     call = start + 1 + np.arange(count)
     since = (call % 2000) / RATE
     inside = call % 2000 < 1000

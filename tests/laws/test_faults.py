@@ -1,4 +1,7 @@
-"""Faults inside a law: no exception, no hang; they latch with their line, and the force is zero."""
+"""Faults inside a law raise no exception and do not hang.
+
+They latch with their line, and the force is zero.
+"""
 
 import textwrap
 from functools import cache
@@ -29,24 +32,24 @@ INFINITY = (
 )
 BY_ZERO = ("1.0 / (x - x)", "0.0 / (x - x)", "x // 0.0", "x % 0.0", "math.fmod(x, 0.0)", "(x > 0) // (x < 0)")
 BEYOND = "line {} of the law uses an index beyond its state"
-# a body, and the message; {} is the line with the following words
+# columns: a body, the message (its {} is the line number), and words of the faulty line
 CASES = [
     *[(USES[0].format(i), BEYOND, "s.ring") for i in WRONG_INDEX],
     *[(use.format("int(-math.log(0.0))"), BEYOND, "s.ring") for use in USES[1:]],
     *[(f"{loop}\nreturn 5.0", "of the law does not end", "") for loop in NEVER_ENDS],
     *[(f"return {value}", "the law returned NaN at x = 10.00 mm", "") for value in NAN],
     *[(f"return {value}", "the law returned infinity at x = 10.00 mm", "") for value in INFINITY],
-    # even if later code would hide it
+    # these faults latch even if later code would hide them
     *[
         (f"b = {value}\nreturn 1.0", "line {} of the law divides by zero at x = ", "b = ")
         for value in (*BY_ZERO, "min(1.0, 1.0 / (x - x))")
     ],
     ("b = quotient(x - x)\nreturn 1.0", "line {} of the law divides by zero at x = ", "return 1.0 / a"),
-    # the line of the first non-finite value, not of the return statement
+    # the reported line has the first non-finite value, not the return statement
     ("a = 1.0\nb = math.sqrt(-a)\nreturn b + 1.0", "(line {})", "b = "),
     ("a = 1e300\nb = a * a\nreturn b", "(line {})", "return b"),
 ]
-# 4 ** 5 calls, and nested loops, each of which is below the limits
+# 4 ** 5 calls and nested loops; each of them alone is below the limits
 BESIDE = (
     "def quotient(a):\n    return 1.0 / a\n"
     "def slow(a):\n    for i in range(15000):\n        a = a + 1.0\n    return a\n"
@@ -59,7 +62,7 @@ FIRST = sorted({message: n for n, (_, message, _) in reversed(list(enumerate(CAS
 
 
 def text_of(cases):
-    """Return one law for several cases, chosen by its damping, to save compile time."""
+    """Return one law for several cases, which its damping selects, to save compile time."""
     branches = [f"if p.damping == {n}.0:\n" + textwrap.indent(CASES[n][0], "    ") for n in cases]
     return law_text(
         "\n".join(branches) + "\nreturn 1.0 / (1.0 + math.exp(1e5 * x))",

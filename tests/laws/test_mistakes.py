@@ -1,4 +1,4 @@
-"""Each frequent mistake, and variants of it, gets its message and line."""
+"""Each frequent mistake, and each variant of it, gets its message and line."""
 
 import pytest
 

@@ -15,12 +15,12 @@ from tests.laws.test_board_environments import PERIOD, TOO_SLOW, motion, options
 from tests.wide import wide
 
 ENVIRONMENTS = built_in()
-STEPS = 30  # steps of a ramp, 1 ms each
+STEPS = 30  # a ramp has 30 steps of 1 ms
 
 
 @pytest.fixture
 def outcomes(monkeypatch):
-    """Return the list of outcomes of parameter-only comparisons, in order of evaluation."""
+    """Return the list of outcomes of comparisons that use parameters only, in order of evaluation."""
     found: list[bool] = []
     asked = Specialiser.compare
 
@@ -35,7 +35,7 @@ def outcomes(monkeypatch):
 
 
 def programs(environment, chosen, rng, count, outcomes) -> list[tuple[tuple[bool, ...], Program]]:
-    """Return programs of random settings with these choices, each with its outcomes."""
+    """Return the programs of random settings with these choices, each with its outcomes."""
     made = []
     for values in settings(environment, chosen, rng, count):
         outcomes.clear()

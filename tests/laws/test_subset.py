@@ -1,4 +1,4 @@
-"""The law language: what is rejected, on which line, with which message."""
+"""The law language: a rejected construct is reported with its line and a message."""
 
 import pytest
 
@@ -6,7 +6,7 @@ from hapkit_studio.errors import LawError
 from hapkit_studio.laws import Law, law
 from tests.laws.law_files import HEAD, PARAMETERS, environment, law_text
 
-# the rejected line (the law returns 0.0 after it), and words of the message
+# columns: the rejected line, after which the law returns 0.0, and words of the message
 REFUSED = [
     ("while x > 0: v = 1.0", "`while` is not allowed"),
     ("try: a = 1.0\nexcept: a = 2.0", "`try` is not allowed"),

@@ -1,4 +1,4 @@
-"""Tables of a file, indexed in a law: same numbers, limits and faults in all three outputs."""
+"""Tables of a file, indexed in a law, have the same numbers, limits and faults in all three outputs."""
 
 import math
 import sys
@@ -24,7 +24,7 @@ OUTSIDE = ("3", "-1", "2 + 1.5", "x * 1e9", "-0.5", "math.log(0.0)", "math.sqrt(
 
 
 def own(folder, text=table_law.TEXT):
-    """Return the environment of a person's file."""
+    """Return the environment of a user's file."""
     return reading.load_source(typed(folder / "measured_object.py", text))
 
 
@@ -92,7 +92,7 @@ HELPER = f"{TABLE}\ndef helped(a, b=-TURNS):\n    return TABLE[1] * b * HALF * a
 
 @pytest.fixture(scope="module")
 def values(tmp_path_factory):
-    """Return one law for all of VALUES and LOOPS, chosen by its damping."""
+    """Return one law for all of VALUES and LOOPS, which its damping selects."""
     body = [f"if p.damping == {n}.0: return {value}" for n, (value, _) in enumerate(VALUES)]
     for n, (turns, _) in enumerate(LOOPS, len(VALUES)):
         body += [
@@ -126,7 +126,7 @@ def test_table_values_and_loop_counts_in_the_sketch(values, tmp_path, monkeypatc
 
 @pytest.fixture(scope="module")
 def outside(tmp_path_factory):
-    """Return a law that leaves its table in a way chosen by its damping."""
+    """Return a law whose index leaves the table; its damping selects how."""
     body = [f"if p.damping == {n}.0: return 5.0 + entry({index})" for n, index in enumerate(OUTSIDE)]
     beside = TABLE + "\ndef entry(i):\n    return TABLE[i]\n"
     text = law_text("\n".join([*body, "return TABLE[0]"]), beside=beside)

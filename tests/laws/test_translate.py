@@ -1,4 +1,4 @@
-"""Compiled laws: same results as the plain Python function, cached by numba."""
+"""Compiled laws give the results of the plain Python function, and numba caches them."""
 
 import gc
 import math
@@ -50,7 +50,7 @@ def option(side, a):
 
 from math import hypot
 """
-# each body uses another part of the language
+# each body uses a different part of the language
 BODIES = [
     "return -p.stiffness * x - p.damping * v",
     """
@@ -142,7 +142,7 @@ numbers = st.floats(-3.0, 3.0, allow_nan=False).filter(lambda a: a == 0.0 or abs
 
 
 def call(compiled, values, x, v, dt=1e-3):
-    """Return (force, state, fault) of one call by address in the law's initial state."""
+    """Return (force, state, fault) of one call by address, in the law's initial state."""
     p, s = np.array(values, dtype=float), compiled.initial_state.copy()
     fault = np.zeros(native.FAULT_WORDS, dtype=np.int64)
     return native.call(compiled.address, p, np.append(s, 0.0), x, v, dt, fault), fault
@@ -161,7 +161,7 @@ def laws(tmp_path_factory):
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(x=numbers, v=numbers, k=st.floats(0.0, 5e3), b=numbers, side=st.sampled_from([0.0, 1.0]))
 def test_is_the_plain_function(laws, which, x, v, k, b, side):
-    """Python's own arithmetic, to 1e-15 of the largest term, the accuracy of other libraries' sin and exp."""
+    """They differ by at most 1e-15 of the largest term, the accuracy of other libraries' sin and exp."""
     law = laws[which]
     want = law.plain({"stiffness": k, "damping": b, "side": side}, x, v)
     got, fault = call(law.compiled(), (k, b, side), x, v)
@@ -209,7 +209,7 @@ def test_an_edited_helper_or_constant_is_another_file(tmp_path):
 
 
 def test_unused_generated_files_are_removed(tmp_path, monkeypatch):
-    """Including machine code, when another law is written; recently loaded ones are kept."""
+    """Writing another law removes them with their machine code; recently loaded files are kept."""
     monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path / "cache"))
     both = [environment(tmp_path, law_text(f"return x * {n}.5")).force for n in (7, 8)]
     files = [Path(law.compiled().keepalive.__file__) for law in both]
@@ -224,9 +224,9 @@ def test_unused_generated_files_are_removed(tmp_path, monkeypatch):
 
 @pytest.mark.skipif(native.INTERPRETED, reason="Nothing is compiled.")
 def test_cached_code_must_be_complete_and_of_the_same_numba(tmp_path, monkeypatch):
-    """numba writes the index first: without its data the law would be compiled here.
+    """numba writes the index first; if its data were missing, the law would be compiled here.
 
-    Some versions of numba compare time stamps: loading must not change them.
+    Some versions of numba compare time stamps, so loading must not change them.
     """
     monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path / "kept"))
     law, twin = (environment(tmp_path, law_text("return -2.0 * x")).force for _ in range(2))

@@ -1,4 +1,4 @@
-"""Compare a law on the board's machine, built for this computer, with the law in double precision."""
+"""Comparison of a law on the board's machine, built for this computer, with the law in double precision."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -17,11 +17,11 @@ from tests.laws.machine_pc import Machine
 
 
 class NoNumber(Exception):
-    """Plain Python raised an exception where compiled code continues with inf or NaN."""
+    """Exception: plain Python raised where compiled code continues with inf or NaN."""
 
 
 class Compiled:
-    """The law as numba compiled it for the loop."""
+    """The law as numba has compiled it for the loop."""
 
     def __init__(self, law: Law, values: Mapping[str, float], period: float):
         self._law, self.period = law.compiled(), period
@@ -38,7 +38,7 @@ class Compiled:
         self._s[:-1] = values
 
     def call(self, x: float, v: float) -> float:
-        """Return the force in N, NaN if the law latches a fault."""
+        """Return the force in N, or NaN if the law latches a fault."""
         self._fault[:] = 0
         force = self._function(
             self._p.ctypes.data, self._s.ctypes.data, x, v, self.period, self._fault.ctypes.data
@@ -74,7 +74,7 @@ class Plain:
             left = left[size or 1 :]
 
     def call(self, x: float, v: float) -> float:
-        """Return the force in N, NaN if the law latches a fault; raise NoNumber."""
+        """Return the force in N, or NaN if the law latches a fault; raise NoNumber."""
         try:
             force = float(self._law.function(self._p, self._s, x, v, self.period))
         except ZeroDivisionError as error:
@@ -83,14 +83,15 @@ class Plain:
             return math.nan
         except IndexError:
             return math.nan
-        except (ValueError, OverflowError, TypeError) as error:  # sqrt(-1), exp(1000), (-1) ** 0.5 < 1
+        # examples are sqrt(-1), exp(1000) and (-1) ** 0.5 < 1
+        except (ValueError, OverflowError, TypeError) as error:
             raise NoNumber from error
         return force if math.isfinite(force) else math.nan
 
 
 @dataclass
 class Found:
-    """Result of a comparison: rows, compared rows, faults among them, largest difference in N."""
+    """The result of a comparison: rows, compared rows, faults among them, and largest difference in N."""
 
     rows: int = 0
     compared: int = 0
@@ -102,7 +103,7 @@ class Found:
 
 @dataclass
 class _Row:
-    """One call: the law's result, and the error bound of the board; clear: can be compared."""
+    """One call: the law's result and the board's error bound; if ``clear``, it can be compared."""
 
     force: float
     bound: float
@@ -112,7 +113,7 @@ class _Row:
 
 
 class Apart(AssertionError):
-    """The difference between board and law is larger than rounding errors."""
+    """Exception: board and law differ by more than rounding errors."""
 
 
 def compare(
@@ -120,7 +121,7 @@ def compare(
 ) -> Found:
     """Run the same rows of position and velocity on both; raise Apart.
 
-    program: with unrounded constants. A row is compared if no comparison in it is within its error of the
+    ``program`` has unrounded constants. A row is compared if no comparison in it is within its error of the
     threshold and the force's error bound is at most useful(force) in N. After other rows, and if errors have
     grown, both restart with the same state.
     """
@@ -157,7 +158,7 @@ def compare(
 
 
 def _until_unclear(analysis: Analysis, truth, rows, useful) -> list[_Row]:
-    """Return the rows up to the next restart."""
+    """Return the analysed rows up to the next restart."""
     found: list[_Row] = []
     for x, v in rows:
         before = truth.state
@@ -189,14 +190,14 @@ def _until_unclear(analysis: Analysis, truth, rows, useful) -> list[_Row]:
 
 
 def _same(mine: float, wanted: float, bound: float) -> bool:
-    """Return True if two numbers differ by at most double-precision rounding in a different order."""
+    """Return True if two numbers differ at most by double-precision rounding in a different order."""
     if not math.isfinite(wanted):
         return not math.isfinite(mine)
     return abs(mine - wanted) <= 1e-6 * bound + 1e-12 * abs(wanted)
 
 
 def _is_uncertain(truth, before, x, v, wanted) -> bool:
-    """Return True if changing the law's input by a few last places changes its result."""
+    """Return True if changing the law's input in its last places changes the result."""
     after, period = truth.state, truth.period
     moved = False
     for factor in (1.0 + k * 2e-16 for k in (-9, -5, -4, -2, -1, 1, 2, 4, 5, 9)):

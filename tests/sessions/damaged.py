@@ -1,4 +1,4 @@
-"""Create sessions with one value of a wrong type or size, but a correct checksum of its row."""
+"""Sessions with one value of a wrong type or size, whose row nevertheless has a correct checksum."""
 
 import json
 import math
@@ -24,7 +24,7 @@ HEAD = struct.Struct("<Bdq")
 
 
 def mutate(path: Path, chance: random.Random) -> str:
-    """Change one value of a session in place; return a description."""
+    """Change one value of a session in place; return a description of the change."""
     kinds: tuple[Callable, ...] = (_json, _json, _json, _column, _column, _blob, _blob, _schema, _bytes)
     change = chance.choice(kinds)
     if change is _bytes:
@@ -57,7 +57,7 @@ def _row(database: sqlite3.Connection, table: str, chance: random.Random) -> int
 
 
 def _json(database: sqlite3.Connection, chance: random.Random) -> str:
-    """Change one value in an event at any depth, or add one."""
+    """Change one value in an event at any depth, or add a value."""
     row = _row(database, "event", chance)
     (text,) = database.execute("SELECT what FROM event WHERE id = ?", (row,)).fetchone()
     what, new = json.loads(text), chance.choice(IN_JSON)
@@ -102,7 +102,7 @@ def _column(database: sqlite3.Connection, chance: random.Random) -> str:
 
 
 def _blob(database: sqlite3.Connection, chance: random.Random) -> str:
-    """Change the head, length or a number of a compressed column."""
+    """Change the head, the length or a number of a compressed column."""
     row = _row(database, "chunk", chance)
     name = chance.choice([name for name, kind in TABLES["chunk"].items() if kind == "BLOB"])
     (count,) = database.execute("SELECT count FROM chunk WHERE id = ?", (row,)).fetchone()

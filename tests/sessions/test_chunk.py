@@ -83,7 +83,7 @@ def test_changed_data_are_detected_within_the_memory_limit():
     for place in range(len(data)):
         damaged = bytearray(data)
         damaged[place] ^= 0x10
-        with contextlib.suppress(DamagedError):  # a padding bit carries no data
+        with contextlib.suppress(DamagedError):  # the changed bit may be a padding bit, which carries no data
             assert np.array_equal(decode(bytes(damaged), 1000), np.arange(1000.0))
     with pytest.raises(DamagedError):
         decode(data[:-4], 1000)
@@ -94,7 +94,7 @@ def test_changed_data_are_detected_within_the_memory_limit():
 
 
 def test_numbers_beyond_the_exact_range_of_steps_are_stored_as_floats():
-    """A motion that diverges, as in an unstable simulation."""
+    """The motion diverges, as in an unstable simulation."""
     values = QUANTUM * np.array([0.0, 1.0, 1e16, -1e25])
     for rounded in (True, False):
         assert np.allclose(decode(encode(values, QUANTUM, rounded), 4), values, rtol=1e-7)

@@ -1,4 +1,4 @@
-"""Hostile and damaged sessions: each is listed with the reason, next to intact ones, and none is changed."""
+"""Hostile and damaged sessions are listed with the reason, next to intact ones, and never changed."""
 
 import gc
 import json
@@ -82,7 +82,7 @@ def whole(tmp_path_factory) -> bytes:
 
 @pytest.fixture
 def path(tmp_path, whole) -> Path:
-    """Return a path for that session, next to an intact one."""
+    """Return the path of a file with that session, next to an intact session."""
     (tmp_path / "neighbour.hapkit").write_bytes(whole)
     found = tmp_path / "bad.hapkit"
     found.write_bytes(whole)
@@ -90,7 +90,7 @@ def path(tmp_path, whole) -> Path:
 
 
 def listed(folder, capsys) -> dict[str, str]:
-    """Return each file's line in the command's list; the page must list the same or less."""
+    """Return each file's line in the command's list; assert that the page lists no more than that."""
     assert main(["sessions", "list", str(folder)]) == 0
     out, err = capsys.readouterr()
     assert err == ""
@@ -210,7 +210,7 @@ def test_non_finite_values_are_exported_unchanged_and_drawn_as_a_gap(path, tmp_p
             edges = np.linspace(history.start, history.stop, 50)
             for stretch in (history.window(edges), history.drawn(0, 1e9)):
                 assert not any(np.isinf(values).any() for values in stretch.y.values())
-            history.complete = False  # draw from the extremes of blocks
+            history.complete = False  # an incomplete history is drawn from the extremes of blocks
             assert not any(np.isinf(values).any() for values in history.window(edges).y.values())
     assert found.damage == ()
 
@@ -246,7 +246,7 @@ def test_a_name_with_control_characters_is_one_line_of_the_list(path, capsys):
 
 
 def test_the_data_of_a_recording_pass_the_checks():
-    """For every environment, at its defaults and with every choice."""
+    """This holds for every environment, with its defaults and with every choice."""
     for environment in environments.discover().values():
         values = environment.values()
         for parameter in environment.parameters:
@@ -265,7 +265,7 @@ def test_names_of_a_later_version_are_kept():
         checked_event('{"a": ' * 40 + "1" + "}" * 40, "camera", "event")
 
 
-# --- claims that would take memory or time
+# --- heads that claim so many samples that they would take memory or time
 
 
 def heads(path, count, samples):
@@ -291,7 +291,8 @@ def test_a_small_file_cannot_claim_more_samples_than_the_limit(tmp_path, monkeyp
             "a.hapkit is damaged. Left out: chunk 21 and later rows: at most 1,310,720 samples are read.",
         )
         monkeypatch.setattr(found, "chunk", lambda _number: pytest.fail("read"))
-        for names, size in ((("time", "position"), 0.021), (("state",), 0.168)):  # 8 bytes each
+        # the values take 8 bytes each
+        for names, size in ((("time", "position"), 0.021), (("state",), 0.168)):
             text = f"a.hapkit: 1,310,720 samples take {size:.1f} GB; at most 0.0 GB are read at once. Take a"
             with pytest.raises(SessionError, match=text):
                 found.read(names)
@@ -366,7 +367,7 @@ def test_damaged_rows_beyond_the_limit_end_the_reading(path, monkeypatch):
 
 
 def circular(path) -> bytes:
-    """Return a session whose table of events has pages that all refer to the rows of the first one."""
+    """Return a session whose table of events has pages that all refer to the rows of the first page."""
     with SessionWriter.whole(path) as writer:
         writer._database.execute("BEGIN")
         for _ in range(500):
@@ -379,7 +380,7 @@ def circular(path) -> bytes:
     data = bytearray(path.read_bytes())
     begin = (root - 1) * size
     kind, count = data[begin], int.from_bytes(data[begin + 3 : begin + 5], "big")
-    assert (kind, count > 1) == (5, True)  # an interior page of a table, see SQLite's file format
+    assert (kind, count > 1) == (5, True)  # this is an interior page of a table, see SQLite's file format
     cells = [begin + int.from_bytes(data[begin + 12 + 2 * k :][:2], "big") for k in range(count)]
     for cell in cells[1:]:
         data[cell : cell + 4] = data[cells[0] : cells[0] + 4]
@@ -421,7 +422,7 @@ def test_files_that_would_block_or_are_not_regular_are_refused(path, capsys):
 
 
 def test_a_rollback_journal_is_never_applied(path):
-    """It may name any file, which SQLite would then delete."""
+    """A journal may name any file, which SQLite would then delete."""
     path.with_name(f"{path.name}-journal").write_bytes(b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7" + bytes(1000))
     with pytest.raises(SessionError, match=r"bad\.hapkit-journal is next to it\.$"):
         Session(path)
@@ -431,7 +432,7 @@ def test_a_rollback_journal_is_never_applied(path):
 
 
 def replayed(path) -> None:
-    """Prepare a replay; every Recorded takes 80 MB, which only garbage collection releases."""
+    """Prepare a replay; each Recorded takes 80 MB, which only garbage collection releases."""
     with closing(Session(path)) as found:
         history = Recorded(found)
         for time in (history.start, history.stop):
@@ -444,7 +445,7 @@ def replayed(path) -> None:
 
 @pytest.mark.slow
 def test_sessions_with_one_changed_value_are_read_or_refused_and_others_are_listed(path, whole, capsys):
-    """100 files, each with its own seed."""
+    """The test has 100 files, each with its own seed."""
     files = {}
     for seed in range(100):
         file = path.with_name(f"{seed}.hapkit")
@@ -474,7 +475,7 @@ def test_sessions_with_one_changed_value_are_read_or_refused_and_others_are_list
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(4))
 def test_many_sessions_with_one_changed_value_go_through_every_command(path, whole, capsys, part):
-    """400 files in all: no traceback, no hang, no control characters, and repaired files are intact."""
+    """400 files cause no traceback, no hang and no control characters, and repaired files are intact."""
     whole_file = path.with_name("repaired.hapkit")
     for seed in range(1000 + 100 * part, 1100 + 100 * part):
         path.write_bytes(whole)

@@ -1,4 +1,4 @@
-"""Exports, read without the studio: samples, times of changes, and a law's own names."""
+"""Exports are read without the studio: samples, times of changes, and a law's own names."""
 
 import csv
 import json
@@ -25,7 +25,7 @@ from hapkit_studio.sessions.export import matlab_names
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionWriter
 
 IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
-START = 500.0  # s, on the recording computer's clock
+START = 500.0  # s on the clock of the recording computer
 CHANGE = 1.0  # s after the first sample
 
 
@@ -41,7 +41,7 @@ def spring(stiffness):
 
 
 def rendered(stiffness, seconds):
-    """Return the rows of a spring that is shaken by a hand."""
+    """Return the rows of a spring that a hand shakes."""
     values = named("spring").values({"stiffness": stiffness})
     scene = headless.Scene(named("spring"), values, SimulatedHapkit(), LoopSettings())
     return headless.render(scene, hand_named("shake"), round(1000 * seconds))[0]
@@ -49,7 +49,10 @@ def rendered(stiffness, seconds):
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
-    """Return a session of 3 s: 250 N/m, from 1 s on 600 N/m; changes are recorded with the largest delay."""
+    """Return a session of 3 s with 250 N/m, and with 600 N/m from 1 s on.
+
+    The change is recorded with the largest possible delay.
+    """
     path = tmp_path_factory.mktemp("sessions") / "felt.hapkit"
     table = np.concatenate([rendered(250.0, CHANGE), rendered(600.0, 2.0)])
     table[:, rows.TICK] = np.arange(len(table))
@@ -72,7 +75,7 @@ def header_of(path):
 
 
 def columns_of(path, delimiter=","):
-    """Return a CSV's columns by name, read by Python's csv module."""
+    """Return a CSV's columns by name, as Python's csv module reads them."""
     lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
     names, *cells = csv.reader(lines, delimiter=delimiter)
     values = [[float(cell.replace(",", ".")) for cell in row] for row in cells]
@@ -139,7 +142,7 @@ def test_a_run_of_a_session_is_saved_as_a_session_with_its_changes(session, tmp_
     assert second.log[0][1]["parameters"] == first.log[0][1]["parameters"]
 
 
-# --- names of a law and of the studio
+# --- a law's names that the studio also uses
 
 LONG = "x" * 70
 STATE = {
@@ -171,7 +174,7 @@ def clash():
 
 
 def own_columns(run):
-    """Return the studio's columns with the name of a state variable."""
+    """Return the studio's columns that have the name of a state variable."""
     return {"time_s": run.time, "position_m": run.position, "energy_J": run.energy, "flags": run.flags}
 
 
@@ -249,7 +252,7 @@ def test_the_command_writes_parquet_and_mat_of_a_run(tmp_path, capsys):
 
 
 def test_a_state_is_named_by_its_own_law(tmp_path):
-    """After a change of environment, its columns are not those of the previous one."""
+    """After a change of environment, its columns are not those of the previous environment."""
     table = np.zeros((1000, rows.ROW_WIDTH))
     table[:, rows.TICK] = np.arange(1000)
     table[:, rows.HOST_TIME] = table[:, rows.BOARD_TIME] = 1.0 + 1e-3 * np.arange(1000)

@@ -1,4 +1,4 @@
-"""Sessions as files: data written are read, even after failures of program, disk and file."""
+"""Sessions as files: what was written is read, even after failures of the program, the disk or the file."""
 
 import os
 import random
@@ -109,7 +109,8 @@ def test_files_with_other_tables_or_a_newer_version_are_refused(tmp_path, statem
         ("extremes = NULL", "extremes is NULL; it must be BLOB."),
         ("crc = crc + 1", "its checksum is wrong."),
         ("tick = zeroblob(1000000)", "its checksum is wrong."),
-        ("stop = stop + 60.0", "its checksum is wrong."),  # it would then end after the next chunk starts
+        # the changed chunk would end after the next one starts
+        ("stop = stop + 60.0", "its checksum is wrong."),
     ],
 )
 def test_only_the_damaged_chunk_is_skipped(tmp_path, change, reason):
@@ -125,7 +126,7 @@ def test_only_the_damaged_chunk_is_skipped(tmp_path, change, reason):
 
 
 def test_a_randomly_damaged_file_gives_one_line_or_the_data_written(tmp_path):
-    """120 files with changed bits, truncated, or with other values in their tables."""
+    """The test has 120 files with changed bits, a truncated end, or other values in their tables."""
     made = written(tmp_path / "whole.hapkit")
     whole, chance = (tmp_path / "whole.hapkit").read_bytes(), random.Random(3)
     known = set(map(tuple, made[:, [rows.TICK, rows.POSITION]].tolist()))
@@ -147,7 +148,7 @@ def test_a_randomly_damaged_file_gives_one_line_or_the_data_written(tmp_path):
         assert got <= known
         assert got == known or session.damage, number
         readable += 1
-    assert readable > 40  # many of them return their intact parts
+    assert readable > 40  # many of the damaged files still return their intact parts
     assert all("damaged.hapkit" in line and "\n" not in line for line in lines)
 
 
@@ -181,7 +182,7 @@ def test_a_full_disk_ends_in_one_line_and_keeps_the_data_written(tmp_path):
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """Return a file system of 1 MB in memory; skip the test without permission to mount one."""
+    """Return a file system of 1 MB in memory, or skip the test if mounting one is not permitted."""
     place = tmp_path / "small disk"
     place.mkdir()
     mount = shutil.which("mount")
@@ -219,7 +220,7 @@ def test_a_disk_that_fills_up_keeps_the_data_written(small_disk, tmp_path):
         assert np.array_equal(whole.read(("tick",))["tick"], made[: 300 * len(added), rows.TICK])
 
 
-# --- a recording that was not ended
+# --- a recording was not ended
 
 
 @pytest.fixture
@@ -235,7 +236,7 @@ def killed(tmp_path):
 
 @pytest.fixture
 def read_only(tmp_path):
-    """Return a function that copies a folder to a file system on which not even root may write; or skip."""
+    """Return a function that copies a folder to a file system on which not even root may write, or skip."""
     mounted = []
 
     def make(folder):
@@ -417,7 +418,7 @@ while True:
 
 
 def lost_by_kill(path, seconds):
-    """Return the number of s before its end that a recording loses when killed after a number of s."""
+    """Return how many seconds of data a recording loses if it is killed after a number of seconds."""
     process = subprocess.Popen([sys.executable, "-c", _RECORD, str(path)], stdout=subprocess.PIPE, text=True)
     lines = [process.stdout.readline()]
     until = time.monotonic() + seconds

@@ -1,4 +1,4 @@
-"""The folder and names of sessions: chosen by the user, stored, never overwritten."""
+"""The user chooses the folder of sessions, which is stored; names are never overwritten."""
 
 import os
 from pathlib import Path

@@ -20,13 +20,13 @@ from hapkit_studio.sessions.session import Session, add_note
 from tests.sessions.test_chunk import QUANTUM, table
 
 OLD = Path(__file__).with_name("version_1.hapkit")
-"""Written by the last studio whose files had no layout: 130 samples at 1 kHz, see ``old_motion``."""
+"""A file by the last studio whose files had no layout: 130 samples at 1 kHz, see ``old_motion``."""
 WARMER = Layout((StoredSignal("temperature", "K", "", 1), *LAYOUT.signals))
 """A layout with an additional signal, whose extremes come first."""
 
 
 def write(path, made, layout=LAYOUT, more=()):
-    """Write rows as one chunk with a layout; more: values of signals unknown to the studio."""
+    """Write rows as one chunk with a layout; ``more`` has values of signals unknown to the studio."""
     chunk = pack(made, QUANTUM, 0)
     extremes = [chunk.blocks()[LAYOUT.with_extremes.index(n)] for n in layout.with_extremes if n not in more]
     for values in dict(more).values():

@@ -1,4 +1,4 @@
-"""The summary of a session, compared with synthetic samples."""
+"""The summary of a session agrees with synthetic samples."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def test_the_trace_has_the_extremes_at_their_times_and_keeps_a_gap(tmp_path, mon
     time, least, greatest = overview(tmp_path / "a.hapkit").trace
     width = time[1] - time[0]
     assert len(time) <= 1000
-    assert width <= (0.05 if few else 0.3)  # blocks are 64 ms
+    assert width <= (0.05 if few else 0.3)  # a block is 64 ms long
     assert np.nanmax(greatest) == pytest.approx(0.03, abs=QUANTUM)
     peaks = time[greatest > 0.02]
     assert [np.abs(peaks - at).min() <= width + 0.064 for at in (2.0, 12.0)] == [True, True]

@@ -1,4 +1,4 @@
-"""The recorder of a running loop: no missing samples, every change, and the samples in memory."""
+"""The recorder of a running loop misses no samples, stores every change, and keeps samples in memory."""
 
 import os
 import threading
@@ -37,7 +37,7 @@ def recorder(engine):
 
 
 def collected(reader, pieces, samples):
-    """Read rows in addition to the recorder until there are ``samples`` more."""
+    """Read rows alongside the recorder until there are ``samples`` more of them."""
     goal = sum(map(len, pieces)) + samples
 
     def enough():
@@ -92,7 +92,7 @@ def test_past_samples_can_be_saved_with_the_settings_of_their_time(engine, recor
     run = hs.open_session(tmp_path / "a.hapkit")
     assert len(run.time) == count
     kept = Session(tmp_path / "a.hapkit")
-    assert kept.stops[0] >= kept.stops[-1] - 0.5  # no chunk is older than the duration in memory
+    assert kept.stops[0] >= kept.stops[-1] - 0.5  # no chunk is older than the duration that is kept in memory
     ring = np.concatenate(pieces)
     newest = ring[ring[:, rows.HOST_TIME] >= kept.stops[-1] - 0.5, rows.TICK]
     assert len(np.setdiff1d(newest, kept.read(("tick",))["tick"])) == 0
@@ -110,7 +110,7 @@ def test_a_delayed_thread_makes_no_larger_chunks(engine, recorder, tmp_path):
     session = Session(tmp_path / "a.hapkit")
     assert session.counts.sum() > 2000
     assert (np.diff(session.read(("tick",))["tick"]) == 1.0).all()
-    assert session.counts.max() <= 1000  # although 2000 were waiting
+    assert session.counts.max() <= 1000  # chunks stay small although 2000 samples were waiting
 
 
 def test_saving_without_samples_is_refused(tmp_path):
@@ -195,7 +195,7 @@ def test_closing_the_device_loses_no_row_and_does_not_end_the_recording(
     found = Session(tmp_path / "a.hapkit").read(("tick",))["tick"]
     wanted = np.concatenate(pieces)[:, rows.TICK]
     assert len(np.setdiff1d(wanted, found)) == 0
-    recorder.follow(engine)  # closed before it was first polled
+    recorder.follow(engine)  # the recorder is closed before it is first polled
     assert recorder.stop() is None
 
 

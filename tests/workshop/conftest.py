@@ -5,13 +5,13 @@ import pytest
 
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory):
-    """Return the shared cache of compiled laws and trial outcomes: each text is compiled once."""
+    """Return the shared cache of compiled laws and trial outcomes, which holds each text once."""
     return tmp_path_factory.mktemp("cache")
 
 
 @pytest.fixture(autouse=True)
 def own_home(tmp_path, cache, monkeypatch):
-    """Isolate this test, and programs it starts, from the user's own files."""
+    """Isolate a test, and the programs it starts, from the user's own files."""
     monkeypatch.setenv("HAPKIT_STUDIO_FOLDER", str(tmp_path / "studio"))
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))

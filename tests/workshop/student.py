@@ -1,4 +1,4 @@
-"""Complete files as a student writes them, and line numbers in them."""
+"""Complete files as a student writes them, and functions that find their lines."""
 
 import textwrap
 
@@ -28,9 +28,9 @@ ENVIRONMENT = Environment(
 
 
 def text(body="return -p.stiffness * x", state="", beside="", end=END):
-    """Return a complete file: the law with this body, further code ``beside`` it, the ENVIRONMENT.
+    """Return a complete file: the law with this body, the code ``beside`` it, and the ENVIRONMENT.
 
-    Further code is below the law: a law on other lines would be compiled again.
+    The code ``beside`` is below the law, because a law on other lines would be compiled again.
     """
     decorator = f"@law(state={state})" if state else "@law"
     body = textwrap.indent(textwrap.dedent(body).strip("\n"), "    ")

@@ -1,4 +1,4 @@
-"""The folder of own environments: created on demand; files are never overwritten by accident or partially."""
+"""The folder of own environments is created on demand; files are never overwritten by accident or in part."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""A file's functions run in a separate process: they cannot block the studio."""
+"""A file's functions run in a separate process, so they cannot block the studio."""
 
 import json
 import math
@@ -40,7 +40,7 @@ OFF = (
 
 
 def made(folder, beside=GOOD):
-    """Return the environment of a file with the functions GIVEN."""
+    """Return the environment of a file that passes the functions in its dictionary ``GIVEN``."""
     return reading.load_source(saved(folder, with_functions(beside)))
 
 
@@ -49,7 +49,7 @@ def with_functions(beside):
 
 
 def with_check(statement):
-    """Return a check that runs a statement between 123 and 124 only, not at corner values."""
+    """Return a check that runs a statement only if a value is between 123 and 124, not at corner values."""
     return f"""
 import os
 
@@ -93,7 +93,7 @@ def test_excessive_functions_are_disabled_with_a_one_line_message(tmp_path, how)
     assert own.check(VALUES) == ""
     begin = time.monotonic()
     run = hs.simulate(own, {"stiffness": 123.5}, hand="press", seconds=0.3)
-    assert time.monotonic() - begin < PATIENCE  # otherwise it would take hours
+    assert time.monotonic() - begin < PATIENCE  # without a time limit it would take hours
     assert run.warnings == (OFF,)
     assert np.allclose(run.force, -123.5 * run.position)
     assert own.check({**VALUES, "stiffness": 123.5}) == ""

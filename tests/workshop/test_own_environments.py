@@ -1,4 +1,4 @@
-"""A student's file in every use: command line, notebook, installed package."""
+"""A student's file works in the command line, in a notebook, and in an installed package."""
 
 import json
 import os
@@ -59,7 +59,7 @@ def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys):
     assert err.count("\n") == 1
 
 
-# --- trust
+# --- only trusted files are executed
 
 
 def leaving_a_mark(folder):
@@ -137,11 +137,11 @@ def test_at_a_terminal_the_source_is_shown_before_consent(tmp_path, answer, code
     assert "\x1b" not in words
 
 
-# --- as a package
+# --- own environments as a package
 
 
 def install(folder, **more):
-    """Install a package as pip would, by hand."""
+    """Write the files of an installed package into a folder, as pip would."""
     for name, words in {**PACKAGE, **more}.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)

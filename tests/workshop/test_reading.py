@@ -1,4 +1,4 @@
-"""Reading a file: always its present text, as a user's own environment."""
+"""A file is always read with its present text, as a user's own environment."""
 
 import math
 import os
@@ -31,7 +31,7 @@ def test_a_file_becomes_a_users_own_environment(tmp_path):
 
 
 def test_an_edited_file_is_read_again(tmp_path):
-    """Even within one tick of the file system's clock, and with the same length."""
+    """The edit is noticed even within one tick of the file system's clock, and with the same length."""
     path = write(tmp_path, text("return -1.0 * x"))
     before = os.stat(path)
     first = reading.load(path)
@@ -101,13 +101,13 @@ LAW = "def force(p, s, x, v, dt):"
 
 
 def wrong(folder, whole):
-    """Return the error of a file's text."""
+    """Return the error that a file's text causes."""
     with pytest.raises(LawError) as caught:
         reading.load(write(folder, whole))
     return caught.value
 
 
-# (old text, new text, content of the line with the error, message)
+# columns: old text, new text, content of the line with the error, message
 MISTAKES = [
     (LAW, LAW[:-1], "def force", "a colon is missing at the end of this line"),
     ("return -p", "  return (-p", "return (-p", "'(' was never closed"),
@@ -217,7 +217,7 @@ def of_text(whole):
     [
         ("spring", LINE, "return -p.stiffness * math.sin(x)"),
         ("spring", LINE, LINE + " ** 3"),
-        ("two_walls", "max(rate, 0.0)", "rate"),  # in a helper function of the law
+        ("two_walls", "max(rate, 0.0)", "rate"),  # the change is in a helper function of the law
         ("wall", "push += p.damping * rate", "push += p.damping * rate * rate"),
         ("mass_on_a_spring", '"object": 0.0', '"object": 0.01'),
     ],

@@ -1,4 +1,4 @@
-"""Trust depends on a file's bytes, not on its name: any change needs new consent."""
+"""Trust depends on a file's bytes, not on its name, so any change needs new consent."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The trial in a separate process: every file gets a verdict, and no process remains."""
+"""The trial runs in a separate process: every file gets a verdict, and no process remains."""
 
 import os
 import subprocess
@@ -57,7 +57,7 @@ def test_the_trial_does_not_wait_for_a_child_that_holds_the_pipe(tmp_path):
         "if number == 0:\n    import time\n    time.sleep(600)\n"
         f"open({str(child)!r}, 'w').write(str(number))\n"
     )
-    assert trial.check(saved(tmp_path, text(beside=beside))).ok  # waiting to its end would fail
+    assert trial.check(saved(tmp_path, text(beside=beside))).ok  # waiting until the process ends would fail
     wait_until(lambda: not alive(int(child.read_text(encoding="ascii"))))
 
 
@@ -95,7 +95,7 @@ def test_a_file_that_takes_all_memory_gets_a_verdict(tmp_path):
 
 @pytest.mark.slow
 def test_a_trial_leaves_no_files_and_ignores_neighbouring_files(tmp_path, monkeypatch):
-    """A file next to it with the name of a Python module is not imported."""
+    """A neighbouring file with the name of a Python module is not imported."""
     folder = tmp_path / "mine"
     folder.mkdir()
     write(folder, "raise SystemExit('mistaken for the module')\n", "random.py")

@@ -1,4 +1,4 @@
-"""The first 10,000 calls of a law, in sequence and single: a fault at corner values is reported."""
+"""The first 10,000 calls of a law, in sequence and single, report a fault at corner values."""
 
 import math
 
@@ -12,7 +12,7 @@ from tests.workshop.student import END, line_of, saved, text, write
 RING = '{"ring": (0.0, 0.0, 0.0), "n": 0.0, "on": 0.0}'
 GROW = "s.n += 1.0\nif s.n > 50.0:\n    return s.ring[s.n - 48.0]\nreturn 0.0"
 LATE = "if x != s.on:\n    s.n += 1.0\ns.on = x\nreturn 1.0 / (s.n - 60.5) / (9.0 - s.n)"
-# (law, its state, the faulty line, message)
+# columns: law, its state, the faulty line, message
 FAULTS = [
     ("return 1.0 / (x - x)", "", "x - x", "a division by zero at x = 0 mm, v = 0 m/s:"),
     ("return x / p.mass", "", "p.mass", "zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the divisor"),
@@ -48,7 +48,7 @@ def test_a_guarded_law_passes(tmp_path):
     assert verdict.ns_per_call > 0.0
 
 
-# (further arguments of Environment, line of the error, message)
+# columns: further arguments of Environment, line of the error, message
 FUNCTIONS = [
     ("impedance=lambda p: (1.0 / p['mass'], 0.0),", "a division by zero"),
     ("impedance=lambda p: (p['stifness'], 0.0),", "there is no 'stifness'"),
@@ -119,7 +119,7 @@ def test_calls_end_at_the_first_failure(tmp_path):
     "body", [FULL, "return 1.0 / (x - x)", "for i in range(2000000000):\n    pass\nreturn x"]
 )
 def test_a_law_does_not_write_beyond_its_memory(tmp_path, body):
-    """The memory belongs to the studio, the law to the user: it must not write beyond it."""
+    """The memory belongs to the studio, but the law to the user: it must not write beyond the memory."""
     law = law_of(tmp_path, body)
     fault = np.full(16, 77)
     fault[: own.FAULT_WORDS] = 0
