@@ -1,4 +1,4 @@
-"""Speed and accuracy: cost and error of each method, the best one for this scene, and the terms it needs."""
+"""The view Speed and accuracy: each method's cost and error, the best method, and the terms a scene needs."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -51,18 +51,21 @@ if TYPE_CHECKING:
 PARTS = "Methods", "This scene", "What it needs"
 USE_MINE, USE_LITERATURE = "Use my threshold…", "Use the literature's"
 USE_RECOMMENDED, USE_CHOSEN = "Use recommended", "Use this method"
-REST_MS = 400  # wait after the last change of a setting before all options are computed again
+REST_MS = 400  # ms: all options are computed again this long after the last change of a setting
 
 
 class Part(MeasuringPage):
-    """One part of the page: ``result`` is the result shown, plotted over the board's cycles if ``board``."""
+    """Base class of the page's parts; each part shows one kind of result.
+
+    ``board``: the errors are plotted over the board's cycles instead of the computer's time.
+    """
 
     buttons = ("Run", "Run again")
     board = False
 
     @property
     def result(self) -> Accuracy:
-        """Return the result shown."""
+        """Return the result that this part shows."""
         raise NotImplementedError
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
@@ -73,7 +76,7 @@ class Part(MeasuringPage):
 
 
 class MethodsPart(Part):
-    """One work-precision chart at a time; measured charts are cached."""
+    """Shows one work-precision chart at a time; measured charts are cached."""
 
     file = "accuracy-methods"
     heading = "Methods"
@@ -92,7 +95,7 @@ class MethodsPart(Part):
         self.where.show_index(0)
         self.bar.add(self.choice)
         self.choice.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
-        self.choice.setMinimumWidth(150)  # in a small window it may be narrower than its text
+        self.choice.setMinimumWidth(150)  # in a small window the list may be narrower than its text
         self.bar.add(self.where)
         self.build()
         self.choice.currentIndexChanged.connect(lambda _index: self.show_chart())
@@ -101,7 +104,7 @@ class MethodsPart(Part):
 
     @property
     def sheet(self) -> Sheet | None:
-        """Return the chosen chart's result; None before it was measured."""
+        """Return the chosen chart's result; None if it has not been measured yet."""
         return self._found.get(self.choice.currentData())
 
     @property
@@ -122,7 +125,7 @@ class MethodsPart(Part):
         self.show_chart()
 
     def show_chart(self) -> None:
-        """Show the chosen chart: points, answer, winners, conditions."""
+        """Show the chosen chart with its points, answer, best methods and conditions."""
         sheet, plan = self.sheet, accuracy.plans()[self.choice.currentData()[0]]
         self.board = board = self.where.index == 1 and sheet is not None and sheet.boarded
         self.side.heading.setText(plan.title)
@@ -144,7 +147,7 @@ class MethodsPart(Part):
 
 
 class ScenePart(Part):
-    """The current scene: every option's error by component, and the recommended option."""
+    """Shows every option's error by component for the current scene, and the recommended option."""
 
     totals = Signal(object)
     file = "accuracy-scene"
@@ -157,7 +160,8 @@ class ScenePart(Part):
     def __init__(self, studio: "Studio", live: "Live"):
         super().__init__(studio, live)
         self.found: SceneResult | None = None
-        self.better: Option | None = None  # the recommended option where the scene is rendered
+        # the recommended option for the place (computer or board) where the scene is rendered
+        self.better: Option | None = None
         self._chosen: Option | None = None
         self._worker = LatestResult(lambda asked: this_scene.in_force(*asked), self)
         self._worker.answered.connect(self.show_in_force)
@@ -189,7 +193,8 @@ class ScenePart(Part):
     def question(self) -> SceneRequest:
         """Return the current scene and loop, on the device in use."""
         studio, engine = self._studio, self._studio.engine
-        loop, device = studio.loop, SimulatedHapkit()  # has everything that may be left out
+        # the simulated device has every imperfection that an option may leave out
+        loop, device = studio.loop, SimulatedHapkit()
         here = Place(COMPUTER, loop.rate, loop.delay)
         if engine is not None:
             kit = engine.device
@@ -211,7 +216,10 @@ class ScenePart(Part):
         self.job.start(work)
 
     def refresh(self) -> None:
-        """Handle changed settings: another method is known already; anything else needs a new computation."""
+        """Handle changed settings. A change of the method only selects another option.
+
+        Other changes recompute.
+        """
         if not self._seen or self._studio.hidden or self.found is None:
             return
         question = self.question()
@@ -254,7 +262,7 @@ class ScenePart(Part):
         ])  # fmt: skip
 
     def show_in_force(self, found: list[Option | str]) -> None:
-        """Show the error of the current settings in each place, or why they cannot be rendered there."""
+        """Show the error of the current settings on computer and board, or why they cannot be rendered."""
         places = [place.name.capitalize() for place in self.question().places]
         self.now.show_pairs([
             (name, one if isinstance(one, str) else f"{jnd(one.error)}, {this_scene.limit_words(one.limit)}")
@@ -281,7 +289,7 @@ class ScenePart(Part):
         self.point.setText(said)
 
     def _offer(self, one: Option | None, words: str) -> None:
-        """Offer an option's methods, unless they are used already or the scene has none to choose."""
+        """Offer an option's methods, unless the loop uses them already or the scene has no methods."""
         question = self.question()
         self.use_button.setText(words)
         self.use_button.setEnabled(one is not None and one.options != question.options)
@@ -296,7 +304,7 @@ class ScenePart(Part):
         super().end()
 
 
-Row = tuple[str, Needs | None]  # a scene's title and its result
+Row = tuple[str, Needs | None]  # a row of the table: a scene's title and its result
 
 
 def _threshold_line(sense: str, typical: str, strict: str, source: str) -> str:
@@ -304,7 +312,7 @@ def _threshold_line(sense: str, typical: str, strict: str, source: str) -> str:
 
 
 class NeedsPart(Part):
-    """A table of scenes over model terms; the side panel explains the chosen cell."""
+    """Shows a table of scenes over model terms; the side panel explains the chosen cell."""
 
     file = "accuracy-needs"
     begin = "What must be modelled? The scene is rendered again and again, each time without one term."
@@ -339,18 +347,18 @@ class NeedsPart(Part):
         self.use_own(None)
 
     def _change_threshold(self) -> None:
-        """Ask for a session with comparisons, or return to the literature's threshold."""
+        """Ask for a session with comparisons, or use the threshold from the literature again."""
         if self.own is None:
             choose_file(self, "Use my threshold", f"Sessions (*{SUFFIX})", self.open_own)
         else:
             self.use_own(None)
 
     def open_own(self, path: str) -> None:
-        """Read the threshold in a session."""
+        """Read the user's threshold from a session."""
         self._reading.start(lambda _progress: own_threshold(path))
 
     def use_own(self, found: "Threshold | None") -> None:
-        """Judge forces by a person's own threshold, or (None) by the literature's."""
+        """Judge forces by a measured threshold, or by the one from the literature (None)."""
         self.job.cancel()
         self.own = found
         self.choose_own.setText(USE_MINE if found is None else USE_LITERATURE)
@@ -368,7 +376,7 @@ class NeedsPart(Part):
         return key if key in discover() and key not in self._results else ""
 
     def run(self) -> None:
-        """Judge the current scene; once that is done, all scenes of the library."""
+        """Judge the current scene first, then all scenes of the library."""
         library, key = discover(), self.first()
         wanted = [library[key]] if key else list(library.values())
         share = FORCE_SHARE if self.own is None else self.own.weber.value
@@ -443,7 +451,7 @@ def _term_column(head: str, index: int) -> Column:
 
 
 class AccuracyPage(Page):
-    """Three parts, each with its own run bar, answer and side panel; one is visible."""
+    """Shows one of three parts, each with its own run bar, answer and side panel."""
 
     side: QStackedWidget
     scene: ScenePart

@@ -18,11 +18,14 @@ if TYPE_CHECKING:
 class Page(QWidget):
     """A view's page, below the scene; ``column`` holds its parts.
 
-    side: optional widget that replaces the parameter panel while the page is visible. ``marked(text)``: the
-    page acts on the scene, described by the text, or no longer ("" ); the view's tab shows it. ``changed``:
-    actions that depend on the page may have to be enabled or disabled. ``view_wanted(key)``: show a view.
-    ``plot_wanted(channel)``: show the plot of force over a channel.
-    beside: the page replaces the gallery, beside the live plots. stays: it does so in every view.
+    ``side`` is an optional widget that replaces the parameter panel while the page is visible. ``beside``:
+    the page replaces the gallery and is shown next to the live plots.
+    ``stays``: such a page also stays visible in the other views.
+    ``marked(text)`` is emitted when the page starts to change the scene (the text describes the change) or
+    stops (the text is empty); the view's tab shows a mark meanwhile.
+    ``changed`` is emitted when actions that depend on the page may have to be enabled or disabled.
+    ``view_wanted(key)`` asks the window to show a view.
+    ``plot_wanted(channel)`` asks the window to plot the force over a channel.
     """
 
     marked = Signal(str)
@@ -39,7 +42,7 @@ class Page(QWidget):
         self.column = vbox(into=self)
 
     def set_shown(self, on: bool) -> None:
-        """React to being shown or hidden: work that only a visible page needs stops when hidden."""
+        """React to being shown or hidden; a hidden page stops the work that only a visible page needs."""
 
     def end(self) -> None:
         """Stop timers and background work before the window closes."""
@@ -48,7 +51,7 @@ class Page(QWidget):
 
 @dataclass(frozen=True)
 class View:
-    """A view in the header; scene: the scene stays visible as a strip above its page."""
+    """A view in the header. With ``scene``, the scene stays visible as a strip above the view's page."""
 
     key: str
     title: str
@@ -58,9 +61,9 @@ class View:
 
 
 class Pairs(QWidget):
-    """Names on the left, values on the right; ``show_pairs`` replaces all of them.
+    """Shows names on the left and values on the right; ``show_pairs`` replaces all of them.
 
-    above: heading widgets, visible only while there are pairs.
+    ``above`` are heading widgets, which are visible only while there are pairs.
     """
 
     def __init__(self, above: tuple[QWidget, ...] = ()) -> None:
@@ -68,17 +71,17 @@ class Pairs(QWidget):
         self.pairs: list[tuple[str, str]] = []
         self._above = above
         self.setProperty("form", True)
-        self._rows = QGridLayout(self)  # in a QFormLayout a value of several lines gets too little height
+        self._rows = QGridLayout(self)  # QFormLayout would give too little height to a value of several lines
         self._rows.setContentsMargins(0, 0, 0, 0)
         self._rows.setVerticalSpacing(6)
         self._rows.setColumnStretch(1, 1)
         self.show_pairs([])
 
     def show_pairs(self, pairs: list[tuple[str, str]]) -> None:
-        """Show these pairs."""
+        """Replace the shown pairs by these."""
         self.pairs = pairs
         for old in self.findChildren(QLabel):
-            old.setParent(None)  # removing the parent deletes the label
+            old.setParent(None)  # without a parent, the label is deleted
         for row, (name, value) in enumerate(pairs):
             right = label(value)
             right.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)

@@ -1,4 +1,4 @@
-"""Bode: frequency response of the rendered scene, in the current loop or on the virtual board."""
+"""The view Bode: the frequency response of the scene in the current loop or on the virtual board."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -30,7 +30,7 @@ _HOW = (
 
 
 class BodePage(MeasuringPage):
-    """The diagram of the current scene; out of date after a change of scene, values or loop."""
+    """Shows the Bode diagram of the current scene; it is out of date if scene, values or loop change."""
 
     file = "bode"
     heading, about = "Bode", "How the rendered scene behaves at each frequency."
@@ -79,13 +79,13 @@ class BodePage(MeasuringPage):
         return "" if self.found or not known else "loop"
 
     def run(self) -> None:
-        """Measure the current scene, in the chosen place."""
+        """Measure the current scene in the chosen place (simulated loop or virtual board)."""
         setting, studio = self._facts.setting(), self._studio
         if setting is None or studio.engine is None:
             raise ParameterError(self._facts.why_unknown()[1])
         scene, values, on_board = studio.environment, dict(studio.values), self.where.index == VIRTUAL
         reach, most = self.amplitude.value, float(studio.engine.device.max_force)
-        # None: the default amplitude, which may be reduced automatically
+        # None uses the default amplitude, which may be reduced automatically
         amplitude = None if reach == AMPLITUDE.default else reach
 
         def work(progress: Progress) -> "Bode":
@@ -106,7 +106,7 @@ class BodePage(MeasuringPage):
         self.show_found()
 
     def show_found(self) -> None:
-        """Show the diagram, or that it is out of date."""
+        """Show the diagram, or say that it is out of date."""
         found, outdated = self.found, self._fresh.outdated
         self.bar.export.setEnabled(found is not None)
         if found is None or self.job.running:

@@ -1,4 +1,4 @@
-"""A resizable matplotlib drawing of ``charts`` in the window, in the theme's colours."""
+"""A widget that shows a matplotlib drawing of ``charts``, resizable and in the theme's colours."""
 
 import warnings
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,14 +18,18 @@ if TYPE_CHECKING:
 
     from hapkit_studio.charts.style import Paint
 
-_NEAR = 16.0  # px: reach of the pointer
-_PAD = 10.0 / 72.0, 6.0 / 72.0  # inches
-_NO_ROOM = "constrained_layout not applied"  # matplotlib's warning if the labels leave no space for the axes
-_PIXELS_AN_INCH = 72  # sizes in points are then pixels
+_NEAR = 16.0  # px: a point is near the pointer within this distance
+_PAD = 10.0 / 72.0, 6.0 / 72.0  # inches: margin around the axes
+# start of matplotlib's warning if the labels leave no space for the axes
+_NO_ROOM = "constrained_layout not applied"
+_PIXELS_AN_INCH = 72  # with this resolution, a size in points equals a size in pixels
 
 
 class _Press(NamedTuple):
-    """Start of a drag with its axes: a banner that shifts the drawing must not change the value."""
+    """Where a drag started, with its axes at that time.
+
+    If a banner shifts the drawing during the drag, the value must not change.
+    """
 
     x: float
     y: float
@@ -35,10 +39,10 @@ class _Press(NamedTuple):
 
 
 class Drawing(QWidget):
-    """Emits ``clicked`` and ``dragged`` in the axes' units, ``pointed`` with matplotlib's event or None.
+    """Shows a drawing; emits ``clicked`` and ``dragged`` in the axes' units.
 
-    The artists that a paint function returns are animated: ``follow`` redraws only them. ``pale``: the
-    drawing is out of date.
+    ``pointed`` is emitted with matplotlib's event, or None. The artists that a paint function returns are
+    animated: ``follow`` redraws only them. ``pale``: the drawing is out of date.
     """
 
     clicked = Signal(float, float)
@@ -80,29 +84,30 @@ class Drawing(QWidget):
         connect("figure_leave_event", lambda _event: self.pointed.emit(None))
 
     def _set_least(self) -> None:
-        """Scale the smallest size with the text."""
+        """Scale the minimum size with the size of the text."""
         self.setMinimumSize(*(theme.px(size) for size in self._least))
 
     def show_drawing(self, paint: "Paint", pale: bool = False) -> None:
-        """Show another drawing; pale: it is out of date."""
+        """Show another drawing; ``pale`` means that it is out of date."""
         self._paint, self.pale = paint, pale
         self._outdate()
 
     def fade(self) -> None:
-        """Paint the drawing in pale colours: it is out of date."""
+        """Paint the drawing in pale colours to show that it is out of date."""
         self.pale = True
         self._outdate()
 
     def redraw(self) -> None:
-        """Redraw if visible; otherwise when shown next."""
+        """Redraw now if visible, otherwise when the widget is next shown."""
         from hapkit_studio.charts import style
 
         self._soon.stop()
         self.figure.clear()
-        self.moving, self._ground = [], None  # until drawn
+        self.moving, self._ground = [], None  # the paint function fills these
         canvas, least = self.canvas.size(), self.minimumSize()
         laid_out = canvas.width() >= least.width() and canvas.height() >= least.height()
-        self._old = not (self.isVisible() and laid_out)  # below its minimum size the axes would collapse
+        # below the minimum size the axes would collapse, so the drawing waits until the layout is done
+        self._old = not (self.isVisible() and laid_out)
         if self._old:
             return
         ratio, sharp = self.canvas.device_pixel_ratio, _PIXELS_AN_INCH * theme.scale
@@ -115,7 +120,7 @@ class Drawing(QWidget):
                 with warnings.catch_warnings():
                     warnings.filterwarnings("error", _NO_ROOM)
                     moving: Any = self._paint(self.figure, style.pale(colors) if self.pale else colors)
-            except UserWarning:  # while the window changes its size
+            except UserWarning:  # the window is just changing its size
                 self.figure.clear()
                 self._old = True
                 return
@@ -155,7 +160,7 @@ class Drawing(QWidget):
             self._outdate()
 
     def _outdate(self) -> None:
-        """Redraw with the next events, so that several changes cause one redraw."""
+        """Schedule one redraw for the next events, so that several changes cause only one."""
         self._old = True
         self._soon.start()
 

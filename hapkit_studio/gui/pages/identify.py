@@ -1,4 +1,4 @@
-"""Identification: compare the set parameters with estimates from samples, and identify the handle."""
+"""The view Identification: it compares the set parameters with estimates, and identifies the handle."""
 
 import math
 import time
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.state.studio import Studio
 
 
-# Numbers ramp and forces fade for 30 ms after a change.
+# s: after a change, numbers and forces fade for 30 ms; samples in this interval are ignored
 _SETTLED = 0.05
 _LEAST = 0.2
 _ALL = 1 << 30
 
 
 def newest_samples(studio: "Studio", live: "Live", seconds: float) -> "Callable[[], Recording]":
-    """Read the newest seconds of rows (inf: all); return a function that makes a recording of them.
+    """Read the newest seconds of rows (inf: all rows); return a function that makes a recording of them.
 
     Call that function in a thread. Rows that arrive after this call are not included. Raise StudioError
     without a device or with too few samples.
@@ -69,7 +69,8 @@ def newest_samples(studio: "Studio", live: "Live", seconds: float) -> "Callable[
 
 
 _STEP_MS = 8
-# m, Hz, rad: no short common period, so that the phase to the sensor's steps keeps changing
+# Amplitude in m, frequency in Hz and phase in rad of the hand's sines. They have no short common period, so
+# that their phase relative to the sensor's steps keeps changing.
 _SINES = ((0.0085, 0.83, 0.0), (0.0045, 2.37, 1.0), (0.0020, 4.91, 2.0))
 _INTO_SURFACE = 0.003
 
@@ -85,14 +86,14 @@ _EXAMPLE = "The chart below is an example: a simulated spring."
 
 def example(_progress: Progress) -> "Identified":
     """Identify a simulated spring that is shaken by a hand."""
-    from hapkit_studio import api  # late: keeps start-up fast
+    from hapkit_studio import api  # imported late to keep start-up fast
     from hapkit_studio.analysis.identify import from_run, identify
 
     return identify(from_run(api.simulate("spring", {"damping": 2.0}, hand="shake", seconds=3.0)))
 
 
 def columns(part: "Part") -> tuple[Column, ...]:
-    """Return the columns of a part's estimates: term with unit, value set, value found."""
+    """Return the columns of a part's table: the term with its unit, the value set, the value found."""
     from hapkit_studio.analysis.identify import words
 
     heads = ("Has", "Identified") if part.key == "handle" else ("Set", "Rendered")
@@ -108,7 +109,7 @@ def columns(part: "Part") -> tuple[Column, ...]:
 
 
 class IdentifyPage(MeasuringPage):
-    """The chart of one part at a time with its numbers; both parts come from the same samples."""
+    """Shows the chart and the numbers of one part at a time; both parts come from the same samples."""
 
     file = "identify"
     heading, about = "Set and rendered", "From the newest samples with the present settings."
@@ -167,7 +168,7 @@ class IdentifyPage(MeasuringPage):
 
     @property
     def part(self) -> "Part | None":
-        """Return the visible part; None before anything was identified."""
+        """Return the visible part; None if no samples have been identified yet."""
         return getattr(self.found, PARTS[self.parts.index]) if self.found else None
 
     def run(self) -> None:
@@ -180,7 +181,7 @@ class IdentifyPage(MeasuringPage):
         self._start(take)
 
     def _identify_file(self, recording: "Recording", path: Path) -> None:
-        """Identify a recording from a file: all of it, or its longest stretch with constant settings."""
+        """Identify a whole recording from a file, or its longest interval with constant settings."""
         self.let_go()
         self._file, self._source = (recording, path), ("File", path.name)
         self._refresh()
@@ -211,7 +212,7 @@ class IdentifyPage(MeasuringPage):
         self.bar.say(f"{found.end - found.begin:.1f} s, {found.samples:,} samples")
 
     def show_part(self) -> None:
-        """Show the chosen part: chart, numbers, text."""
+        """Show the chosen part with its chart, numbers and text."""
         part = self.part
         self.table.show_rows(columns(part) if part else (), part.estimates if part else ())
         found = part is not None and part.points is not None
@@ -274,7 +275,7 @@ class IdentifyPage(MeasuringPage):
     # shaking: the hand moves for some seconds, then the samples are identified
 
     def hand_target(self, t: float) -> float:
-        """Return the hand's position at t s, in m: about the surface, if the scene has one."""
+        """Return the hand's position in m at t s. If the scene has a surface, the hand moves around it."""
         place = self._studio.environment.touched_at(self._studio.values, _INTO_SURFACE)
         soft = min(t / 0.3, 1.0)
         return place + soft * sum(a * math.sin(2.0 * math.pi * f * t + p) for a, f, p in _SINES)
@@ -306,7 +307,7 @@ class IdentifyPage(MeasuringPage):
             self.press()
 
     def _refresh(self) -> None:
-        """Enable what the device supports; show whether the result is out of date."""
+        """Enable the buttons that the device supports; show whether the result is out of date."""
         ours = self._studio.hand_is_ours and self._studio.grip != "released"
         self.shaking.setEnabled(ours or self.shake.isActive())
         self.shaking.setText("Let go" if self.shake.isActive() else "Shake")

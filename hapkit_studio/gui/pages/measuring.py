@@ -1,4 +1,4 @@
-"""Base class of measuring views: run bar, answer, drawing, export; a table and conditions at the side."""
+"""Base class of measuring views: run bar, answer, drawing and export; the side has a table and conditions."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -34,12 +34,15 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.state.studio import Studio
 
 
-# letters: a longer status gets its own line; position of the status among the buttons
+# a status with more letters gets its own line; a shorter one is at this position among the buttons
 _BESIDE, _STATUS = 26, 2
 
 
 class RunBar(QWidget):
-    """Emits ``run_pressed`` and ``export_pressed``; while the job runs, the run button cancels."""
+    """The bar with the run button; emits ``run_pressed`` and ``export_pressed``.
+
+    While the job runs, the run button cancels it.
+    """
 
     run_pressed = Signal()
     export_pressed = Signal()
@@ -49,7 +52,8 @@ class RunBar(QWidget):
         self._job, self._words = job, words
         self._measured = False
         self.status = label(role="hint", wrap=False)
-        self.run = primary(QPushButton(autoDefault=True))  # Enter presses it; Space is Pause
+        # Enter presses this button, because Space pauses the plots
+        self.run = primary(QPushButton(autoDefault=True))
         self.run.clicked.connect(self._press)
         self.export = QPushButton("Export", autoDefault=True, flat=True)
         self.export.setEnabled(False)
@@ -70,7 +74,7 @@ class RunBar(QWidget):
         self._refresh()
 
     def add(self, widget: QWidget) -> None:
-        """Add a widget on the right of the others, as wide as its text."""
+        """Add a widget to the right of the others; it is as wide as its text."""
         widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         for button in (widget, *widget.findChildren(QPushButton)):
             if isinstance(button, QPushButton):
@@ -78,7 +82,7 @@ class RunBar(QWidget):
         self._left.addWidget(widget)
 
     def lead(self, widget: QWidget) -> None:
-        """Insert a widget on the left of all others; it may come from another bar."""
+        """Insert a widget to the left of all others; it may come from another bar."""
         widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._left.insertWidget(0, widget)
 
@@ -114,7 +118,7 @@ class RunBar(QWidget):
         self.set_measured(True)
 
     def _follow(self, done: int, of: int) -> None:
-        if not self._job.running:  # late progress of a cancelled job
+        if not self._job.running:  # a cancelled job may still report progress
             return
         self.progress.setRange(0, of)
         self.progress.setValue(done)
@@ -138,7 +142,7 @@ Facts = Mapping[str, object]
 def loop_facts(studio: "Studio", model: bool = True) -> Facts:
     """Return the facts on which a loop measurement depends: device, hand and loop settings.
 
-    model: the result also depends on the modelled imperfections of the device.
+    ``model``: the result also depends on the modelled imperfections of the device.
     """
     device = studio.entry.key if studio.entry else ""
     loop = replace(studio.loop, hand=USUAL_LOOP.hand)
@@ -147,7 +151,7 @@ def loop_facts(studio: "Studio", model: bool = True) -> Facts:
 
 
 class Freshness:
-    """Detects an outdated result; facts() returns the facts it depends on, by name."""
+    """Detects an outdated result; ``facts()`` returns the facts on which it depends, by name."""
 
     def __init__(self, facts: Callable[[], Facts], again: str = "Measure again"):
         self._facts, self._again = facts, again
@@ -159,39 +163,39 @@ class Freshness:
         self._asked = dict(self._facts())
 
     def begin_elsewhere(self) -> None:
-        """Start a measurement that does not depend on the window, e.g. of a file."""
+        """Start a measurement that does not depend on the window, such as one of a file."""
         self._asked = {}
 
     def finish(self) -> None:
-        """The result arrived; it is valid for the facts at its start."""
+        """Note that the result has arrived; it is valid for the facts at its start."""
         self._then = self._asked
 
     @property
     def outdated(self) -> str:
-        """Return what has changed and what to do; "" if the result is up to date."""
+        """Return what has changed and what the user can do; "" if the result is up to date."""
         now = self._facts()
         changed = next((name for name, value in self._then.items() if now.get(name) != value), "")
         return f"Out of date: the {changed} changed. {self._again}." if changed else ""
 
 
 class MeasuringPage(Page):
-    """Page of a measuring view; a subclass declares its texts, and measures, shows and exports."""
+    """Base class of measuring views; a subclass declares texts, and measures, shows and exports a result."""
 
     file = ""
     """Base name of exported files."""
     title = ""
-    """First text of the run bar, "" for none."""
+    """Text at the start of the run bar, "" for no text."""
     heading, about = "", ""
     """Title and description of the side panel; without a title the view has its own side panel."""
     begin = ""
-    """Text of the answer line before there is an answer; "" for no answer line."""
+    """Text of the answer line before there is an answer; "" if the view has no answer line."""
     read = ""
-    """How to read the drawing."""
+    """Explanation of how to read the drawing."""
     drawn, listed = "", ""
-    """Accessible names of drawing and table; "" for no drawing."""
+    """Accessible names of drawing and table; "" if the view has no drawing."""
     buttons = ("Measure", "Measure again")
     needs = "analysis"
-    """What must be compiled before, "" for nothing."""
+    """Name of the functions that must be compiled before the measurement, "" if there are none."""
     conditions_title = "Conditions"
     side: SidePanel
 
@@ -220,12 +224,13 @@ class MeasuringPage(Page):
         self._saving.failed.connect(lambda text: self.bar.say(text, danger=True))
 
     def build(self, body: QWidget | None = None) -> None:
-        """Lay out the parts; body replaces the drawing below the answer."""
+        """Lay out the widgets; ``body`` replaces the drawing below the answer."""
         card = QFrame()
         card.setProperty("card", True)
         answer = (self.answer,) if self.begin else ()
         main = body or self.chart
-        keep_size_when_hidden(main)  # else bar and answer spread over the card before there is a result
+        # otherwise the bar and the answer would fill the card before there is a result
+        keep_size_when_hidden(main)
         vbox(self.bar, *answer, (main, 1), into=card, margins=(1, 1, 1, 1))
         self.column.addWidget(card)
         if not self.heading:
@@ -238,13 +243,13 @@ class MeasuringPage(Page):
         self.side.add(self.conditions)
 
     def side_parts(self) -> tuple[QWidget, ...]:
-        """Return a view's own parts of the side, between its table and the explanation of the drawing."""
+        """Return the view's own widgets at the side, between table and explanation of the drawing."""
         return ()
 
-    # to be implemented by a view
+    # methods that a view implements
 
     def run(self) -> None:
-        """Measure; raise StudioError if that is not possible."""
+        """Start measuring; raise StudioError if that is not possible."""
         raise NotImplementedError
 
     def show_result(self, result: Any) -> None:
@@ -256,27 +261,27 @@ class MeasuringPage(Page):
         raise NotImplementedError
 
     def first(self) -> str:
-        """Name a measurement to be started when the page is first shown, "" for none.
+        """Return the name of a measurement that starts when the page is first shown; "" for none.
 
         It must take only seconds and move no motor.
         """
         return ""
 
-    # common to all views
+    # methods common to all views
 
     def set_shown(self, on: bool) -> None:
         self._seen = on
         self.measure_first()
 
     def measure_first(self) -> None:
-        """Start the view's first measurement, once, if nothing else is being measured."""
+        """Start the view's first measurement once, if no other measurement is running."""
         what = self.first()
         if self._seen and what and what not in self.begun and not self.job.running:
             self.begun.add(what)
             self.press()
 
     def press(self) -> None:
-        """Start measuring, or show why that is not possible."""
+        """Start measuring, or show why measuring is not possible."""
         try:
             self.run()
         except StudioError as error:

@@ -1,4 +1,4 @@
-"""Opening a recording from a file: a session, a known table, or a table whose columns the user names."""
+"""Opens a recording from a file: a session, a known table, or a table whose columns the user names."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -19,12 +19,12 @@ _ABOUT = (
     "The columns of “{}” are not known. Choose the columns of the recording and their units. The "
     "force is the one on the handle, positive to the right like the position."
 )
-_UNIT_WIDTH = 84  # px
+_UNIT_WIDTH = 84  # px: width of the list of units
 _COMPUTED = "Computed from the position"
 
 
 class RecordingOpener(QObject):
-    """Reads a recording in a thread: emits ``opened`` with it and its path, or ``failed`` with the reason."""
+    """Reads a recording in a thread; emits ``opened`` with it and its path, or ``failed`` with the reason."""
 
     opened = Signal(object, object)
     failed = Signal(str)
@@ -32,7 +32,8 @@ class RecordingOpener(QObject):
     def __init__(self, parent: QWidget):
         super().__init__(parent)
         self._parent = parent
-        self._named: dict[tuple[str, ...], TableColumns] = {}  # columns chosen before, by the names in a file
+        # columns that the user chose before, by the column names of the file
+        self._named: dict[tuple[str, ...], TableColumns] = {}
         self._job = Job(self, needs="")
         self._job.finished.connect(self._take)
         self._job.failed.connect(self.failed)
@@ -42,7 +43,7 @@ class RecordingOpener(QObject):
         choose_file(self._parent, "Open a recording", _KINDS, self.open)
 
     def open(self, path: str, columns: TableColumns | None = None) -> None:
-        """Open a file; ask for its columns if neither they nor their names are known."""
+        """Open a file; if neither the columns nor their names are known, ask the user for them."""
 
         def work(_progress: Progress) -> tuple[Path, object]:
             from hapkit_studio import api  # imported late to keep start-up fast
@@ -71,7 +72,7 @@ class RecordingOpener(QObject):
 
 
 class ColumnsDialog(FormDialog):
-    """Asks for the columns of a foreign table and their units; a guess is preselected."""
+    """Asks which columns of an unknown table hold which quantity, and their units; a guess is preselected."""
 
     def __init__(
         self,
@@ -113,7 +114,7 @@ class ColumnsDialog(FormDialog):
         return {key: TableColumn(name, self.units[key].currentText()) for key, name in chosen.items() if name}
 
     def _refresh(self) -> None:
-        """Show what is still to be chosen."""
+        """Show which columns are still to be chosen."""
         chosen = self.columns
         missing = [quantity for quantity in NEEDED if quantity not in chosen]
         twice = len({column.name for column in chosen.values()}) < len(chosen)

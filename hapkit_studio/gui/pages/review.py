@@ -34,15 +34,15 @@ if TYPE_CHECKING:
 
     from hapkit_studio.gui.live.replay import Replay
 
-_SIZE = (640, 470)  # px
-_NONE = -1  # value of a points field that is not filled in
+_SIZE = (640, 470)  # px: size of the dialog
+_NONE = -1  # value of a points field that is still empty
 _PARTS = "My review", "All reviews"
 
 
 class ReviewDialog(TextDialog):
-    """Reviews a handed-in file without changing it.
+    """A dialog to review a handed-in file; it does not change that file.
 
-    replay gives the time for a comment. Names are hidden if the lesson requires it.
+    ``replay`` returns the replay's time for a comment. Names are hidden if the lesson requires it.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class ReviewDialog(TextDialog):
             replace(row, points=None if box.value() == _NONE else box.value(), comment=self._line(line))
             for row, box, line in zip(blank.rows, self.points, self.remarks, strict=True)
         )
-        # read again, because replies may have been added to the file
+        # read the file again, because replies may have been added to it
         replies = () if self._path is None else review.read(self._path).replies
         return replace(blank, rows=rows, comments=tuple(self.comments), replies=replies)
 
@@ -135,7 +135,7 @@ class ReviewDialog(TextDialog):
         refill(self._listed, rows)
 
     def _save(self) -> None:
-        """Write the review to its file, which may replace an older review by the same reviewer."""
+        """Write the review to its file; it may replace an older review by the same reviewer."""
         try:
             mine = self.review
             path = self._path or review.path_of(self._handed.path, mine.reviewer)
@@ -217,7 +217,7 @@ class ReviewDialog(TextDialog):
         self.answer.say("The report is open in the browser." if shown else f"The report is {path}.")
 
     def _show_time(self) -> None:
-        """Offer the replay's current time for a comment while this file is replayed."""
+        """Offer the replay's current time for a comment while this file is being replayed."""
         replay, chosen = self._replay, self.place.currentIndex()
         shown = replay is not None and replay.history is not None
         shown = shown and replay.history.session.path == self._handed.path  # type: ignore[union-attr]

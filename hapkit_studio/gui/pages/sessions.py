@@ -1,4 +1,4 @@
-"""Sessions: a list of recordings to search, view, replay, export, rename, copy and delete."""
+"""The view Sessions: a list of recordings to search, view, replay, export, rename, copy and delete."""
 
 import re
 from collections.abc import Callable
@@ -44,12 +44,12 @@ _NONE = "Nothing is recorded yet in {}. Press Record (R), or save the last minut
 _READING = "Reading the sessions…"
 _CHOOSE = "Choose a session."
 _SESSIONS = f"Sessions (*{SUFFIX})"
-_SEARCH = 260  # px
+_SEARCH = 260  # px: width of the search field
 _LONG_WORD = re.compile(r"\S{12,}")
 _WIDE, _VALUE = 232, 140  # px: width of the panel for texts, and for values beside their names
-_LONGEST = 200  # letters of a note or a name
-_MOST_LINES = 200  # lines of the list of events
-_CHART = 190  # px: minimum size
+_LONGEST = 200  # maximum number of letters in a note or a name
+_MOST_LINES = 200  # maximum number of lines in the list of events
+_CHART = 190  # px: minimum size of the chart
 
 _OTHERS, _MOST_OTHERS = "sessions_elsewhere", 10
 
@@ -57,7 +57,7 @@ Known = dict[tuple[Path, float, int], Overview]
 
 
 def read_overviews(paths: list[Path], known: Known, progress: Progress) -> Known:
-    """Return each file's overview by path, time and size; read only those not known yet."""
+    """Return each file's overview by path, time and size; files in ``known`` are not read again."""
     found: Known = {}
     for done, path in enumerate(paths):
         progress(done, len(paths))
@@ -65,7 +65,7 @@ def read_overviews(paths: list[Path], known: Known, progress: Progress) -> Known
             stat = path.stat()
             key = path, stat.st_mtime, stat.st_size
             found[key] = known.get(key) or overview(path)
-        except OSError:  # deleted meanwhile
+        except OSError:  # the file was deleted meanwhile
             continue
     return found
 
@@ -78,7 +78,7 @@ def recent(settings: QSettings) -> list[Path]:
 
 
 def export(path: Path, output: str, decimal: str) -> str:
-    """Write a session as a table, depending on the file extension; return a report."""
+    """Write a session as a table whose format follows from the file extension; return a report."""
     from hapkit_studio import api  # imported late to keep start-up fast
 
     run = api.open_session(path)
@@ -90,14 +90,17 @@ def export(path: Path, output: str, decimal: str) -> str:
 
 
 def save_copy(path: Path, output: Path) -> str:
-    """Write everything readable of a session into one complete file; return a report."""
+    """Write all readable data of a session into one complete file; return a report."""
     with closing(Session(path)) as session:
         damage = session.repair(output)
     return " ".join([f"Saved {one_line(output.name)}, one complete file.", *damage])
 
 
 class SessionsPage(Page):
-    """Search and list; below it the chosen session's position chart, beside it its events."""
+    """Shows a search field and a list.
+
+    Below it is the chosen session's chart, and its events are beside it.
+    """
 
     side: SidePanel
 
@@ -151,7 +154,7 @@ class SessionsPage(Page):
     # actions of the user
 
     def load(self) -> None:
-        """Read the folder's sessions in a thread, except the file that is being written."""
+        """Read the folder's sessions in a thread, except the file that is still being written."""
         progress, known = self._studio.recording.progress, self._known
         others = [path for path in self._others if path.parent != folder()]
         busy = progress.path if progress is not None else None
@@ -194,7 +197,7 @@ class SessionsPage(Page):
         self.load()
 
     def show_session(self, found: Overview | None) -> None:
-        """Show one session's overview; None for none."""
+        """Show one session's overview; None shows no session."""
         self.chosen = found
         self.side.heading.setText(_folded(found.name, "title", _WIDE) if found else "Sessions")
         self.side.words.setText(_folded(_words(found), "hint", _WIDE) if found else _CHOOSE)
@@ -258,7 +261,7 @@ class SessionsPage(Page):
             DeleteDialog(self.chosen.path, self._forget, self.window()).show()
 
     def _forget(self, path: Path) -> None:
-        """Move the files that belong to a trashed session to the trash, too."""
+        """Also move the files that belong to a session in the trash to the trash."""
         for ending in BESIDE:
             if (beside := path.with_name(path.name + ending)).exists():
                 QFile.moveToTrash(str(beside))
@@ -297,7 +300,7 @@ class SessionsPage(Page):
         WordsDialog("Rename", "Its new name", _LONGEST, change, self.window(), "Rename", found.name).show()
 
     def ask_copy(self) -> None:
-        """Ask for a file name, then copy everything readable of the chosen session into it."""
+        """Ask for a file name, then copy all readable data of the chosen session into that file."""
         if self.chosen is None or self._changing.running:
             return
         found = self.chosen
@@ -309,7 +312,7 @@ class SessionsPage(Page):
         choose_file(self, "Save a copy", _SESSIONS, save, save_as=f"{found.name} (copy){SUFFIX}")
 
     def _show_changed(self, changed: tuple[Path, str]) -> None:
-        """Choose a session that was changed, renamed or written, and report it."""
+        """Choose a session that was changed, renamed or written, and report the change."""
         path, words = changed
         self.say(words)
         self._known = {key: found for key, found in self._known.items() if key[0] != path}
@@ -330,7 +333,7 @@ class SessionsPage(Page):
         if on:
             self.load()
 
-    # the list
+    # methods of the list
 
     @property
     def _titles(self) -> Callable[[str], str]:
@@ -339,7 +342,7 @@ class SessionsPage(Page):
         return lambda key: known[key].title if key in known else key
 
     def _notice(self) -> None:
-        """Reload if a session was just written and the page is visible."""
+        """Reload the list if a session was just written and the page is visible."""
         newest = self._studio.recording.newest
         if newest != self._newest:
             self._newest = newest
@@ -369,7 +372,7 @@ class SessionsPage(Page):
             self._wanted = None
 
     def _text(self, row: Overview) -> str:
-        """Return the searchable text in lower case."""
+        """Return a row's searchable text in lower case."""
         named = row.name, row.device, *map(self._titles, row.environments)
         return " ".join((*named, *row.noted)).lower()
 

@@ -19,11 +19,11 @@ _MAP = "stability"
 
 
 class Views(QObject):
-    """Keeps tab, page and side panel in sync.
+    """Keeps tab, page and side panel consistent.
 
-    A page is built when first shown. show_side(widget) replaces the parameter panel by a page's side,
-    show_beside(widget) the gallery by a page. ``changed``: another view is shown, or its actions may have
-    changed.
+    A page is built when first shown. ``show_side(widget)`` replaces the parameter panel by a page's side
+    panel; ``show_beside(widget)`` replaces the gallery by a page. ``changed`` is emitted when another view is
+    shown, or when a view's actions may have changed.
     """
 
     changed = Signal()
@@ -46,7 +46,7 @@ class Views(QObject):
         self._pages: dict[str, Page] = {}
         self._shown: Page | None = None
         self.covered = False
-        """Whether only Live can be shown, with a fixed side panel."""
+        """True if only Live can be shown, with a fixed side panel."""
         self._bar.kept = LAW
         self._bar.setTabData(0, LIVE)
         for key, tab in self._library.items():
@@ -69,11 +69,11 @@ class Views(QObject):
 
     @property
     def shown(self) -> Page | None:
-        """Return the visible page; None while plots or a law are visible."""
+        """Return the visible page; None while the plots or a law are visible."""
         return self._shown
 
     def page(self, key: str) -> Page:
-        """Return a view's page; build it if necessary."""
+        """Return a view's page; build it if it does not exist yet."""
         if key not in self._pages:
             page = self._pages[key] = self._library[key].build(self._studio, self._live)
             if not page.beside:
@@ -86,7 +86,7 @@ class Views(QObject):
         return self._pages[key]
 
     def built(self, key: str) -> Page | None:
-        """Return a view's page, None before it is built."""
+        """Return a view's page; None if it is not built yet."""
         return self._pages.get(key)
 
     def show(self, key: str) -> None:
@@ -101,10 +101,10 @@ class Views(QObject):
         self.take_focus()
 
     def cover(self, side: QWidget | None, page: Page | None = None, scene: bool = False) -> None:
-        """Allow only Live, with another widget in place of the panel; None ends this.
+        """Allow only Live, with another widget in place of the parameter panel; None ends this.
 
-        page, if any, replaces the plots; the scene stays above it if ``scene``, or if the simulated hand
-        moves in it.
+        ``page`` replaces the plots, if given. The scene stays above it with ``scene``, or if the simulated
+        hand moves in the scene.
         """
         self._bar.setCurrentIndex(self._index(LIVE))
         self.covered = side is not None
@@ -177,7 +177,7 @@ class Views(QObject):
         self.changed.emit()
 
     def _hide_map(self) -> None:
-        """Disable the view of the stability map while a lesson hides it."""
+        """Disable the view of the stability map while a lesson hides the map."""
         hidden, index = "map" in self._studio.permissions.left_out, self._index(_MAP)
         if hidden and self.key == _MAP:
             self._bar.setCurrentIndex(self._index(LIVE))

@@ -1,4 +1,4 @@
-"""Z-width: the stiffest stable wall at each virtual damping, simulated or on the connected device."""
+"""The view Z-width: it finds the stiffest stable wall at each damping, simulated or on the device."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -36,7 +36,7 @@ _HOW_IT_IS_TRIED = (
 
 
 class ZWidthPage(MeasuringPage):
-    """Points arrive one by one; on a device the scene shows the wall and the hand's movement."""
+    """Shows points one by one; on a device, the scene shows the wall and the hand's movement."""
 
     file = "z-width"
     heading, about = "Z-width", "The stiffest wall that comes to rest, over its virtual damping."
@@ -77,18 +77,18 @@ class ZWidthPage(MeasuringPage):
 
     @property
     def result(self) -> ZWidth | None:
-        """Return the result for the chosen place; None before it was measured."""
+        """Return the result for the chosen place; None if it has not been measured yet."""
         return self._results.get(self.where.index)
 
     # measuring
 
     def first(self) -> str:
-        """Return SIMULATION's name if a device is connected; a measurement on a device needs the user."""
+        """Return SIMULATION's name if a device is connected: measuring on a device needs the user."""
         known = self._studio.engine is not None and self._facts.setting(self._studio.grip) is not None
         return "simulation" if known and self.where.index == SIMULATION and self.result is None else ""
 
     def run(self) -> None:
-        """Measure in the chosen place."""
+        """Measure in the chosen place (simulated or on the device)."""
         self._mode = self.where.index
         engine = self._studio.engine
         if self._mode == DEVICE:
@@ -132,20 +132,20 @@ class ZWidthPage(MeasuringPage):
         self.answer.say(words, "hand", "accent")
 
     def show_point(self, damping: float, point: Point) -> None:
-        """Add a new point; the first one replaces the previous points."""
+        """Add a new point; the first point of a measurement replaces the previous points."""
         if self.job.running:
             before = () if self._waits else self.walls.points
             self._waits = False
             self._show(Walls([*before, (damping, point)], right=_HIGHEST[self._mode]))
 
     def show_step(self, words: str) -> None:
-        """Show an instruction to the person."""
+        """Show an instruction to the user."""
         self._asked = True
         if self.job.running:
             self.answer.say(words, "hand", "accent")
 
     def show_trial(self) -> None:
-        """Show which wall is being tried, also as text unless an instruction is shown."""
+        """Show which wall is being tried; say so in words, too, unless an instruction is shown."""
         engine = self._studio.engine
         if not self.job.running or self._mode != DEVICE or engine is None or engine.environment.key != _WALL:
             return
@@ -164,7 +164,7 @@ class ZWidthPage(MeasuringPage):
         self.show_found()
 
     def show_found(self) -> None:
-        """Show the result for the chosen place, or that it is out of date."""
+        """Show the result for the chosen place, or say that it is out of date."""
         result, outdated = self.result, self._fresh[self.where.index].outdated
         self.bar.export.setEnabled(result is not None)
         self._list(result)
@@ -177,7 +177,7 @@ class ZWidthPage(MeasuringPage):
             self.answer.say(outdated)
         elif not (result.stiffness > 0.0).any():
             self.answer.say(result.sentence, "triangle", "danger")
-        else:  # reaching the motor's limit is neither good nor bad
+        else:  # reaching the motor's limit is neither a success nor a failure
             sign = ("info", "ink2") if result.points[result.best].clamped else ("check", "ok")
             self.answer.say(result.sentence, *sign)
 
@@ -192,7 +192,7 @@ class ZWidthPage(MeasuringPage):
         self.conditions.show_pairs(pairs)
 
     def show_near(self, event: "MouseEvent | None") -> None:
-        """Describe the point under the pointer and why no stiffer wall was tried."""
+        """Describe the point under the pointer, and why no stiffer wall was tried there."""
         result = self.result
         index = self.chart.near(event, result.damping, result.stiffness) if event and result else None
         if result is None or index is None:
@@ -214,14 +214,14 @@ class ZWidthPage(MeasuringPage):
             self.show_found()
 
     def _give_up(self, why: str) -> None:
-        """Cancel a measurement on a device because device, loop, scene or view changed."""
+        """Cancel a measurement on a device because device, loop, scene or view have changed."""
         if self.job.running and self._mode == DEVICE:
             self.job.cancel()
             self.bar.say(f"Ended: {why}.", danger=True)
 
     def _scene_changed(self) -> None:
         if self._studio.environment.key != _WALL:
-            self._scene = ""  # do not restore the previous scene
+            self._scene = ""  # the previous scene is not restored
             self._give_up("another scene was chosen")
 
     def _running_changed(self, running: bool) -> None:
@@ -232,7 +232,7 @@ class ZWidthPage(MeasuringPage):
         self.force.setEnabled(True)
         scene, self._scene = self._scene, ""
         if scene and scene != self._studio.environment.key:
-            self.job.wait()  # it is restoring the wall's settings
+            self.job.wait()  # wait for the job, which is restoring the settings
             with self._studio.temporarily():
                 self._studio.choose(scene)
         self.where.setEnabled(True)

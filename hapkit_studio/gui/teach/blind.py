@@ -1,4 +1,4 @@
-"""Blind comparison of A and B: shuffled for each answer; the score is shown at the end."""
+"""Blind comparison of A and B. They are shuffled before each answer, and the score is shown at the end."""
 
 import random
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ _OTHERS = "The demo has ended. A and B belong to its environment."
 
 
 def score(right: int, answers: int) -> str:
-    """Describe how many answers were right, and the average of guessing."""
+    """Describe how many answers were right, and the score to expect from guessing."""
     guessed = number(answers / 2.0, answers % 2)
     return f"{right} of {answers} right; guessing gives {guessed}." if answers else "No answer was given."
 
@@ -46,7 +46,7 @@ class BlindPage(Page):
     title, about, reason = "Blind comparison", _ABOUT, permissions.BLIND
 
     def __init__(self, studio: Studio, pair: "Sequence[Values]", source: random.Random | None = None):
-        """pair: values of the environment, A first."""
+        """``pair`` holds the environment's values for A and for B."""
         super().__init__()
         self._studio, self._source, self._values = studio, source or random.Random(), list(pair)
         self._wanted, self._question = self._ask()
@@ -71,7 +71,7 @@ class BlindPage(Page):
         self._render()
 
     def turn(self) -> None:
-        """Render the other one."""
+        """Render the setting that is not rendered now."""
         self.shown = 1 - self.shown
         self._render()
 
@@ -82,7 +82,7 @@ class BlindPage(Page):
         self.begin()
 
     def finish(self) -> None:
-        """Render the values that the window shows, which ends the comparison with the score."""
+        """End the comparison with the score, and render the values that the window shows."""
         self._studio.hide_values(None)
 
     def _refresh(self) -> None:
@@ -96,11 +96,14 @@ class BlindPage(Page):
         self.count.setText(self.count_words())
 
     def count_words(self) -> str:
-        """Return how far the comparison is."""
+        """Return a text with the number of answers so far."""
         return f"Answers: {self.answers}"
 
     def _ask(self) -> tuple[int, str]:
-        """Return the index of the answer, and the question, e.g. about the only number that differs."""
+        """Return the index of the right answer, and the question to the user.
+
+        If only one number differs between A and B, the question is about this number.
+        """
         a, b = self._values
         differ = [p for p in self._studio.environment.parameters if a[p.key] != b[p.key]]
         if len(differ) == 1 and isinstance(differ[0], Parameter):
@@ -121,7 +124,7 @@ class BlindPage(Page):
 
 
 class BlindComparison(QObject):
-    """Shows the page, and its score when it ends; ``step`` is called by the key X."""
+    """Shows the page of the comparison, and the score at the end; the key X calls ``step``."""
 
     beginning = Signal()
     """Emitted before the start: other temporary changes of settings must be restored first."""
@@ -152,7 +155,7 @@ class BlindComparison(QObject):
             self._studio.refused.emit(f"{self._studio.hidden}.")
             return
         self.beginning.emit()
-        if not self._two.comparable:  # what has just ended belonged to another environment
+        if not self._two.comparable:  # the comparison that has just ended belonged to another environment
             self._studio.refused.emit(_OTHERS)
             return
         key = self._studio.environment.key
@@ -160,7 +163,7 @@ class BlindComparison(QObject):
         page = BlindPage(self._studio, pair, source)
         try:
             page.begin()
-        except ParameterError as error:  # settings were locked meanwhile
+        except ParameterError as error:  # the settings were locked meanwhile
             self._studio.refused.emit(str(error))
             return
         self.page = page

@@ -24,7 +24,8 @@ class DemoPlayer(QObject):
     """Changes settings and moves the virtual hand as a demo prescribes, until the user takes over or ends it.
 
     The previous settings are then restored. A real motor waits for *Render*; otherwise the player stops and
-    releases nothing. ``changed``: another demo or caption, or none. clock(): time in s.
+    does not release the E-stop. ``changed`` is emitted when a demo starts or ends, and for each new caption.
+    ``clock()`` returns the time in s.
     """
 
     changed = Signal()
@@ -55,7 +56,7 @@ class DemoPlayer(QObject):
 
     @property
     def note(self) -> str:
-        """Return why the demo does not move the hand; "" if it does."""
+        """Return why the demo does not move the hand; "" if it moves the hand."""
         studio = self._studio
         if self.demo is None or studio.engine is None or studio.hand_is_ours:
             return ""
@@ -72,7 +73,7 @@ class DemoPlayer(QObject):
         return not (permissions.hidden or permissions.lock.places or permissions.lesson.places)
 
     def play(self, demo: Demo) -> None:
-        """Start a demo instead of a running one; raise ParameterError if settings are locked or hidden."""
+        """Start a demo in place of a running one; raise ParameterError if settings are locked or hidden."""
         if not self.possible:
             raise ParameterError("A demo cannot play while settings are locked or hidden.")
         self.end()
@@ -155,7 +156,7 @@ class DemoPlayer(QObject):
 
 
 class CaptionBar(QWidget):
-    """Shows the demo's caption in large letters; hidden without a demo."""
+    """Shows the demo's caption in large letters; the bar is hidden without a demo."""
 
     def __init__(self, player: DemoPlayer, parent: QWidget):
         super().__init__(parent)
@@ -187,5 +188,5 @@ class CaptionBar(QWidget):
         self.setVisible(demo is not None)
 
     def _fit(self) -> None:
-        # fits two lines, so that a longer caption does not move the layout
+        # the height fits two lines, so that a longer caption does not move the layout
         self.setFixedHeight(theme.px(HEIGHT))

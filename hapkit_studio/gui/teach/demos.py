@@ -1,4 +1,4 @@
-"""Demos: TOML files with settings, a hand's path and captions over time; nothing in them is executed."""
+"""Demos. A demo is a TOML file with settings, a hand's path and captions over time; it contains no code."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -29,9 +29,9 @@ Path_ = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True)
 class Step:
-    """The state from ``at`` s on: settings, caption, and the hand's path as (time in s, position in m).
+    """The settings, the caption and the hand's path of a demo from ``at`` s on.
 
-    Without a path the handle is released.
+    The path consists of (time in s, position in m). Without a path the handle is released.
     """
 
     at: float
@@ -49,7 +49,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Demo:
-    """A demo that repeats every ``seconds``; its first step is at 0 s."""
+    """A demo. It repeats after ``seconds``, and its first step is at 0 s."""
 
     title: str
     seconds: float
@@ -76,7 +76,7 @@ def title(path: Path) -> str:
 
 
 def named(name: str) -> Path:
-    """Return the file of a shipped demo ("": the first) or a path; raise ParameterError."""
+    """Return the file of a shipped demo ("" means the first one) or the given path; raise ParameterError."""
     known = shipped()
     name = name or next(iter(known))
     if name not in known and not Path(name).is_file():
@@ -85,7 +85,7 @@ def named(name: str) -> Path:
 
 
 def read(path: str | Path, environments: Mapping[str, Environment]) -> Demo:
-    """Return the checked demo of a file; raise PresetError."""
+    """Read a demo from a file and check it; raise PresetError."""
     table = presets.load(Path(path))
     try:
         _check_keys(table, _DEMO, "demo")

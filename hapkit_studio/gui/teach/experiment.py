@@ -1,4 +1,4 @@
-"""Shared parts of the experiments with a person: the recorded trials and the dialog with the results."""
+"""Shared parts of the experiments with the user: the recorded trials and the dialog with the results."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -15,11 +15,11 @@ from hapkit_studio.gui.widgets.table import Table
 if TYPE_CHECKING:
     from hapkit_studio.charts.style import Paint
 
-_CHART = (620, 300)  # px
+_CHART = (620, 300)  # px: size of the chart
 
 
 class RecordedTrials:
-    """Records an experiment: starts a recording unless one is running, and ends the one it started."""
+    """Records an experiment. It starts a recording unless one is running, and ends only its own recording."""
 
     def __init__(self, recording: Recording):
         self._recording = recording
@@ -32,7 +32,10 @@ class RecordedTrials:
         self._recording.note(kind, what, when)
 
     def end(self) -> str:
-        """End the recording if it was started here; return the file's name, or "" without a recording."""
+        """End the recording if it was started here.
+
+        Return the file's name, or "" if there was no recording.
+        """
         progress = self._recording.progress
         if self._started:
             self._recording.end()
@@ -40,7 +43,7 @@ class RecordedTrials:
 
 
 class ResultDialog(TextDialog):
-    """Shows the results of an experiment: sentences, a chart, a table."""
+    """Shows the results of an experiment as sentences, a chart and a table."""
 
     def __init__(
         self,

@@ -16,11 +16,11 @@ _LOCK = (
     "choice of device and students' own laws are never locked."
 )
 _UNLOCK = "Enter the code to unlock all settings."
-_LOW, _ROW = 160, 24  # px: minimum height of the list, height of a row
+_LOW, _ROW = 160, 24  # px: minimum height of the list, and height of a row
 
 
 class LockDialog(FormDialog):
-    """Locks the ticked settings with a code entered twice, or unlocks everything with the right code."""
+    """Locks the ticked settings with a code that is entered twice, or unlocks all with the right code."""
 
     def __init__(self, studio: Studio, settings: QSettings, parent: QWidget):
         self._open = not studio.permissions.lock.places

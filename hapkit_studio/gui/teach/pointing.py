@@ -1,4 +1,4 @@
-"""The pointing experiment: targets in the scene, hidden friction, and movement times as results."""
+"""The pointing experiment: it shows targets in the scene, hides the friction, and measures movement times."""
 
 import random
 from typing import TYPE_CHECKING
@@ -42,7 +42,7 @@ _ROUNDS = (1, 2, ROUNDS, 8)
 
 
 class PointingDialog(FormDialog):
-    """Asks for conditions and number of rounds; ``begun`` is emitted with the planned targets."""
+    """Asks for the conditions and the number of rounds; ``begun`` is emitted with the planned targets."""
 
     begun = Signal(object)
 
@@ -75,7 +75,10 @@ class PointingDialog(FormDialog):
 
 
 class PointingPage(Page):
-    """Guides the user through the trials below the scene; ``ended`` is emitted when nothing is hidden."""
+    """Guides the user through the trials below the scene.
+
+    ``ended`` is emitted when no value is hidden any more.
+    """
 
     ended = Signal()
 
@@ -101,7 +104,7 @@ class PointingPage(Page):
         self.trials = RecordedTrials(self._studio.recording)
 
     def finish(self) -> None:
-        """Render the displayed values again, which ends the experiment."""
+        """End the experiment, and render the values that the window shows."""
         self._studio.hide_values(None)
 
     def end(self) -> None:
@@ -141,7 +144,7 @@ class PointingPage(Page):
             self._studio.hide_values(target.condition.values, permissions.POINTING)
 
     def _show(self) -> None:
-        """Mark the target range in the scene."""
+        """Mark the range of the target in the scene."""
         target = self.run.target
         if target is None:
             return
@@ -246,7 +249,7 @@ class PointingExperiment(QObject):
 
 
 def show_results(done: list[pointing.Trial], name: str, window: QWidget) -> None:
-    """Open a dialog with the results of some trials; name is the recording's."""
+    """Open a dialog with the results of these trials; ``name`` is the name of the recording."""
     if not done:
         text_dialog(TITLE, ["No trial was completed."], window).show()
         return

@@ -1,4 +1,4 @@
-"""Large widgets of the projector's view: title, two values with sliders, and the verdict."""
+"""The large widgets of the projector view: title, two values with sliders, and the verdict."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,11 +20,11 @@ from hapkit_studio.parameters import AnyParameter, Choice
 from hapkit_studio.quantity import Quantity
 
 VALUES = 2
-_ROOM_FOR_SLIDERS = 200  # px: below this height of the card the sliders are hidden
+_ROOM_FOR_SLIDERS = 200  # px: the sliders are hidden if the card is lower than this
 
 
 class LargeValue(QWidget):
-    """One parameter's value in large letters; a menu at its name selects another parameter."""
+    """Shows one parameter's value in large letters; a menu at its name selects another parameter."""
 
     def __init__(self, studio: Studio, parameter: AnyParameter, choose: Callable[[str], None]):
         super().__init__()
@@ -33,7 +33,7 @@ class LargeValue(QWidget):
         name = QPushButton(parameter.label)
         name.setProperty("flat", True)
         name.setProperty("menu", True)
-        menu = QMenu(self)  # deleted with this value
+        menu = QMenu(self)  # the menu is deleted together with this widget
         for other in studio.environment.parameters:
             menu.addAction(other.label, partial(choose, other.key))
         name.setMenu(menu)
@@ -75,13 +75,13 @@ class LargeValue(QWidget):
             self._set(self.quantity.si(self.quantity.moved(value * self.quantity.factor, steps)))
 
     def _set(self, value: float) -> None:
-        with suppress(ParameterError):  # refused together with another value
+        with suppress(ParameterError):  # the device may refuse the value in combination with another one
             self._studio.set_value(self.parameter.key, value)
         self.show_value()
 
 
 class ValueCard(QWidget):
-    """Two selectable values, by default the first two of the environment, and the verdict below."""
+    """Shows two values and the verdict below; at first these are the environment's first two parameters."""
 
     def __init__(self, studio: Studio, settings: QSettings):
         super().__init__()
@@ -108,7 +108,7 @@ class ValueCard(QWidget):
         return [*stored, *(key for key in keys if key not in stored)][:VALUES]
 
     def choose(self, index: int, key: str) -> None:
-        """Show a parameter at a place; if it is shown already, both places are exchanged."""
+        """Show a parameter at an index; if it is already shown at the other index, swap both."""
         chosen = self.chosen
         if key in chosen:
             chosen[chosen.index(key)] = chosen[index]
@@ -117,7 +117,7 @@ class ValueCard(QWidget):
         self.rebuild()
 
     def step(self, index: int, steps: int) -> None:
-        """Change a value by some steps, if it is shown."""
+        """Change a value by some steps, if a value is shown at this index."""
         if index < len(self.values):
             self.values[index].step(steps)
 
@@ -152,7 +152,7 @@ class ValueCard(QWidget):
 
 
 class Title(QWidget):
-    """Icon, title and formula of the current environment in one line; the formula if it fits."""
+    """Shows icon, title and, if there is enough space, the formula of the current environment in one line."""
 
     def __init__(self, studio: Studio):
         super().__init__()

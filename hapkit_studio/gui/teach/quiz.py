@@ -1,4 +1,4 @@
-"""The quiz: estimate a hidden, randomly drawn stiffness or damping."""
+"""The quiz: the user estimates a hidden stiffness or damping, which is drawn at random."""
 
 import random
 from dataclasses import replace
@@ -27,7 +27,10 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.verdict import VerdictInput
 
 LEAST, MOST = 0.5, 4.0
-"""Range of the drawn values in multiples of the default: perceptible, and measurable below the limit."""
+"""Range of the drawn values in multiples of the default.
+
+They are perceptible, and below the stability limit.
+"""
 DRAWS = 20
 _ABOUT = (
     "A hidden value is rendered. Find it by feel and with the plots and their cursors. Other "
@@ -37,7 +40,10 @@ _NONE = "No stable value was found for this loop and grip. Close this and choose
 
 
 def asked_for(environment: Environment, values: Values) -> Parameter | None:
-    """Return the parameter to be estimated: the first, if the law consists only of its declared terms."""
+    """Return the parameter that the quiz asks for, or None.
+
+    It is the first one, provided that the environment's law consists only of its declared terms.
+    """
     first, terms = next(iter(environment.parameters), None), environment.force_terms(values)
     if not isinstance(first, Parameter) or first.default <= 0.0 or not terms.simple:
         return None
@@ -45,7 +51,7 @@ def asked_for(environment: Environment, values: Values) -> Parameter | None:
 
 
 def draw(parameter: Parameter, source: random.Random) -> list[float]:
-    """Return different values in SI, each on a step of the panel, in random order."""
+    """Return different values in SI in random order; each is a multiple of the panel's step."""
     quantity = Quantity(parameter)
     low, high = (quantity.index(min(quantity.default * times, quantity.high)) for times in (LEAST, MOST))
     steps = range(max(low, 1), high + 1)
@@ -54,7 +60,7 @@ def draw(parameter: Parameter, source: random.Random) -> list[float]:
 
 
 def first_calm(asked: "VerdictInput", key: str, drawn: list[float], progress: Progress) -> float | None:
-    """Return the first value of a parameter that is judged calm; None if there is none."""
+    """Return a parameter's first value for which the verdict is calm; None if there is no such value."""
     from hapkit_studio.analysis.stability.verdict import verdict  # imported late to keep start-up fast
 
     for done, value in enumerate(drawn):
@@ -65,7 +71,7 @@ def first_calm(asked: "VerdictInput", key: str, drawn: list[float], progress: Pr
 
 
 def comparison(quantity: Quantity, guess: float, true: float) -> tuple[float, str]:
-    """Return the error in % of an estimate in the unit of the screen, and a sentence about it."""
+    """Return the error in % of an estimate in the displayed unit, and a sentence about the error."""
     error = 100.0 * (guess - true) / true
     side = "low" if error < 0.0 else "high"
     found = f"{number(abs(error), 1)} % too {side}" if round(error, 1) else "right"
@@ -95,12 +101,12 @@ class QuizSide(SidePanel):
         self.leave.clicked.connect(lambda: studio.hide_values(None))
 
     def begin(self) -> None:
-        """Lock all settings, for which the values are drawn, and draw the first value."""
+        """Lock all settings, because the values are drawn for them, and draw the first value."""
         self._studio.hide_values(self._asked.values, QUIZ)
         self.ask()
 
     def ask(self) -> None:
-        """Draw another value that is judged calm."""
+        """Draw another value for which the verdict is calm."""
         self.answer.say("Looking for a stable value…")
         drawn = draw(self._parameter, self._source)
         self.job.start(partial(first_calm, self._asked, self._parameter.key, drawn))
@@ -132,7 +138,7 @@ class QuizSide(SidePanel):
         self._offer()
 
     def _offer(self) -> None:
-        """Enable what can be done now: an estimate, or another value."""
+        """Enable the buttons for the next action: compare an estimate, or ask for another value."""
         self.more.setEnabled(self._true is None and not self.job.running)
         for part in (self.box, self.show_true):
             part.setEnabled(self._true is not None)
@@ -148,18 +154,18 @@ class QuizSide(SidePanel):
 
 
 class Quiz(QObject):
-    """Shows the quiz, and closes it when values are no longer hidden."""
+    """Shows the quiz, and closes it as soon as the values are no longer hidden."""
 
     def __init__(self, studio: Studio, card: StabilityCard, views: Views, window: QWidget):
         super().__init__(window)
         self._studio, self._card, self._views = studio, card, views
         self.side: QuizSide | None = None
         studio.hidden_changed.connect(self._refresh)
-        studio.engine_changed.connect(self.end)  # a verdict of calm is valid for one device only
+        studio.engine_changed.connect(self.end)  # values are checked for one device only
 
     @property
     def parameter(self) -> Parameter | None:
-        """Return the parameter that can be asked for now; None if there is none or it is locked."""
+        """Return the parameter that the quiz can ask for now; None if there is none, or if it is locked."""
         studio, card = self._studio, self._card
         wanted = asked_for(studio.environment, studio.values)
         if wanted is None or studio.temporary or card.verdict_input() is None:

@@ -1,4 +1,4 @@
-"""The just-noticeable difference: a blind comparison with steps chosen by a staircase."""
+"""The experiment on the just-noticeable difference: a blind comparison whose steps a staircase chooses."""
 
 import random
 from typing import TYPE_CHECKING
@@ -33,7 +33,7 @@ _HOW = (
     "Feel 1 and 2, as often as you like: X switches between them. Then say which has more. If you are "
     "not sure, guess."
 )
-_LEAST_ROOM = 0.1  # smallest useful first step, relative to the base
+_LEAST_ROOM = 0.1  # smallest useful first step, as a fraction of the base value
 _NONE = "This environment has no stiffness, damping or force that can be raised by 10 %."
 
 
@@ -45,7 +45,7 @@ def room(studio: Studio, parameter: Parameter) -> float:
 
 
 def comparable(studio: Studio) -> list[Parameter]:
-    """Return the parameters of the environment whose threshold can be measured at their current value."""
+    """Return the parameters whose threshold can be measured at their current value."""
     return [
         parameter
         for parameter in studio.environment.parameters
@@ -58,7 +58,7 @@ def comparable(studio: Studio) -> list[Parameter]:
 
 
 class ThresholdDialog(FormDialog):
-    """Asks for the parameter; ``begun`` is emitted with it."""
+    """Asks for the parameter to be compared; ``begun`` is emitted with it."""
 
     begun = Signal(object)
 

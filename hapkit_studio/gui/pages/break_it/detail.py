@@ -1,4 +1,4 @@
-"""The chosen failure: knob, verdict, a trace on each side of the limit, and the curve over the knob."""
+"""The chosen failure: its knob, verdict, a trace on each side of the limit, and the curve over the knob."""
 
 from dataclasses import replace
 from operator import is_
@@ -19,7 +19,10 @@ from hapkit_studio.gui.widgets.style import mark
 
 
 class KnobBar(QWidget):
-    """Emits ``turned`` with a fraction of the limit; disabled while the limit is unknown."""
+    """A knob that emits ``turned`` with a fraction of the limit.
+
+    It is disabled while the limit is unknown.
+    """
 
     turned = Signal(float)
 
@@ -35,7 +38,7 @@ class KnobBar(QWidget):
         self.show_record(record)
 
     def show_record(self, record: Record) -> None:
-        """Show a failure's knob with a range around its limit, which is the default."""
+        """Show a failure's knob with a range around its limit, and set it to the limit."""
         self._record = record
         self.setEnabled(record.ready)
         knob, limit, percent = record.failure.knob, record.limit, f"{100.0 * record.failure.margin:g} %"
@@ -67,7 +70,7 @@ _FEEL = "Puts scene, values and loop into the window; Take back restores the pre
 
 
 class VerdictRow(QWidget):
-    """The verdict on the knob's value, with buttons to feel the failure and to take it back."""
+    """Shows the verdict on the knob's value; its buttons put the failure into the scene or remove it."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -83,8 +86,8 @@ class VerdictRow(QWidget):
     ) -> None:
         """Show a verdict.
 
-        harmless: the device has no motor; felt: the failure is in the scene; gone: it was taken out by a
-        person; taken: there are settings to restore.
+        ``harmless``: the device has no motor. ``felt``: the failure is in the scene. ``gone``: the user has
+        removed it from the scene. ``taken``: there are settings to restore.
         """
         here = record.here if not record.wrong else None
         fresh = here is not None and "here" not in record.old
@@ -104,7 +107,7 @@ class VerdictRow(QWidget):
         self.feel.setEnabled(harmless and fresh and live is not None)
         self.feel.setToolTip(_FEEL if harmless else _BOARD)
         self.back.setVisible(taken)
-        # otherwise a spin box would get the focus and the next digit typed
+        # a hidden button would pass the focus to a spin box, which would take the next digit typed
         if pressed is not None and pressed.isHidden():
             (self.back if taken else self.feel).setFocus()
 
@@ -121,9 +124,10 @@ class VerdictRow(QWidget):
 
 
 class Detail(QScrollArea):
-    """Emits ``picked`` with a fraction of the limit when the user clicks or drags on the curve.
+    """Shows the chosen failure; a click or drag on the curve emits ``picked``.
 
-    Scroll bars appear only if the window is smaller than the minimum size of the content.
+    ``picked`` has a fraction of the limit as its argument. Scroll bars appear only if the window is smaller
+    than the minimum size of the content.
     """
 
     picked = Signal(float)
@@ -132,7 +136,7 @@ class Detail(QScrollArea):
         super().__init__()
         self.knob, self.verdict, self.chart = KnobBar(record), VerdictRow(), chart
         chart.setMinimumSize(200, 120)
-        # otherwise the area would scroll
+        # with its own size hint, the chart would make the area scroll
         chart.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         chart.clicked.connect(self._pick)
         chart.dragged.connect(self._pick)
@@ -154,7 +158,10 @@ class Detail(QScrollArea):
         self.setWidget(sheet)
 
     def show_results(self, record: Record) -> None:
-        """Show curve or plane as far as known; if only the knob was turned, move only its marker."""
+        """Show the curve or plane as far as it is known.
+
+        If only the knob was turned, move only its marker.
+        """
         self.which.setVisible(record.failure.plane is not None)
         parts = (record.failure, record.inside, record.outside, record.chart, record.plane)
         state = (record.limit, record.old - {"here"}, self.which.index)
@@ -168,7 +175,7 @@ class Detail(QScrollArea):
 
     @property
     def shows_plane(self) -> bool:
-        """Return whether the plane is chosen and measured; otherwise the curve is shown."""
+        """Return whether the plane is chosen and measured; if not, the curve is shown."""
         return (
             bool(self.which.index)
             and self._record.plane is not None
@@ -186,7 +193,7 @@ class Detail(QScrollArea):
         return self._marker.artists if self._marker else ()
 
     def _place(self) -> None:
-        """Move the knob's marker and the dot of the value measured there."""
+        """Move the knob's marker and the dot that shows the result at the knob's value."""
         if isinstance(self._marker, plane.KnobPoint):
             self._marker.place(self._record.value)
         elif self._marker is not None:

@@ -74,8 +74,8 @@ class Feel(QObject):
             return
         self._waiting, self.live, self.key, self._put = False, None, "", None
         if before[ENVIRONMENT] not in self._studio.environments:
-            del before[ENVIRONMENT]  # a user's own environment, deleted meanwhile
-        with self._studio.temporarily():  # also settings that were locked meanwhile
+            del before[ENVIRONMENT]  # the user's own environment was deleted meanwhile
+        with self._studio.temporarily():  # settings that were locked meanwhile are restored, too
             put(self._studio, before)
         self.changed.emit()
 
@@ -87,7 +87,7 @@ class Feel(QObject):
             self.refused.emit(str(error))
 
     def _go_on(self) -> None:
-        """Set loop and grip once the environment, which may still be compiling, is running."""
+        """Set loop and grip as soon as the environment is running; it may still be compiling now."""
         live = self.live
         if not self._waiting or live is None or self._studio.environment.key != live.environment:
             return
@@ -96,7 +96,7 @@ class Feel(QObject):
         self._put = self._studio.values_of(live.environment), self._studio.loop
 
     def _refresh(self) -> None:
-        """React to the user's changes: an environment chosen meanwhile is not restored."""
+        """React to the user's changes; an environment that the user has replaced is not restored."""
         if not self._before or self._busy or self._waiting or self.live is None:
             return
         if self._studio.environment.key != self.live.environment:

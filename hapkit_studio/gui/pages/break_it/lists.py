@@ -17,7 +17,7 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import Choice
 
 WIDE, NARROW = 244, 204
-_SHORT = 6  # letters: a longer symbol is replaced by the label
+_SHORT = 6  # the label replaces a symbol that is longer than this number of letters
 _PADDING, _MARGIN = 16, 6  # px: vertical padding of a row, horizontal margin of its text
 _SAID = {None: "not tried", True: "holds", False: "fails"}
 _SIGNS = {None: "", True: "✓", False: "✕"}
@@ -35,7 +35,7 @@ class _Wrapped(QStyledItemDelegate):
 
 
 class FailureList(QListWidget):
-    """Failures with their limits and whether the method worked on each side; emits ``chosen(key)``."""
+    """Lists failures with their limits and whether the method worked on each side; emits ``chosen(key)``."""
 
     chosen = Signal(str)
 
@@ -97,7 +97,7 @@ def subscripts(text: str) -> str:
 
 
 class FailureSide(SidePanel):
-    """Emits ``changed(key, value)`` when the user changes a condition."""
+    """The side panel of a failure; emits ``changed(key, value)`` when the user changes a condition."""
 
     changed = Signal(str, float)
 

@@ -1,4 +1,4 @@
-"""Break it: each method tried just inside and just outside its limit, and felt in the scene."""
+"""The view Break it: it tries each method just inside and outside its limit."""
 
 from collections.abc import Callable
 from copy import copy
@@ -31,9 +31,9 @@ _WIDE_LIST_FROM = 840
 
 
 class BreakItPage(MeasuringPage):
-    """A list of failures; the chosen one with knob, verdict, two traces and the curve over the knob.
+    """Shows the list of failures, and the chosen failure with knob, verdict, two traces and the curve.
 
-    ``felt``: title of the failure that is in the scene, or ""; ``marked`` reports it.
+    ``felt`` is the title of the failure that is in the scene, or ""; ``marked`` reports it.
     """
 
     file = "break-it"
@@ -69,7 +69,7 @@ class BreakItPage(MeasuringPage):
     # actions of the user
 
     def choose(self, key: str) -> None:
-        """Show a failure; measure it soon if that was not done yet."""
+        """Show a failure; if it has not been measured yet, measure it after a short pause."""
         self.record = self.records[key]
         self._show_all()
         self._soon()
@@ -81,7 +81,7 @@ class BreakItPage(MeasuringPage):
         self.runner.run([self.record])
 
     def run_all(self) -> None:
-        """Try every failure that was not measured yet, or all failures if every one was measured."""
+        """Try every failure that has not been measured yet; if there is none, try all failures again."""
         left = [record for record in self.records.values() if not record.complete]
         self._settle.stop()
         self.runner.run(left or list(self.records.values()))
@@ -169,7 +169,7 @@ class BreakItPage(MeasuringPage):
         self.all.setEnabled(not running)
         if not running:
             for record in filter(None, (self.records.get(self._busy), self.record)):
-                record.stopped = not record.complete  # after a cancel it starts again only on request
+                record.stopped = not record.complete  # a cancelled measurement starts again only on request
             self._begin("")
 
     def _fail(self, key: str, text: str) -> None:

@@ -15,7 +15,7 @@ _SAME = 1e-9
 
 
 class Part(NamedTuple):
-    """A partial result: a failure's "limit", "chart", "plane" or a "try", for one set of conditions."""
+    """A partial result for one set of conditions; its kind is "limit", "chart", "plane" or "try"."""
 
     key: str
     case: dict[str, float]
@@ -26,7 +26,7 @@ class Part(NamedTuple):
 class Record(Shown):
     """One failure with its results and its knob; results for other conditions are listed in ``old``.
 
-    share: the knob's value as a fraction of the limit; here: the result at that value.
+    ``share`` is the knob's value as a fraction of the limit; ``here`` is the result at that value.
     """
 
     def __init__(self, failure: Failure):
@@ -43,7 +43,7 @@ class Record(Shown):
 
     @property
     def ready(self) -> bool:
-        """Return whether the knob can be turned: the limit is known for these conditions."""
+        """Return whether the knob can be turned, that is, whether the limit is known for these conditions."""
         return self.limit is not None and "limit" not in self.old
 
     @property
@@ -54,7 +54,10 @@ class Record(Shown):
 
     @property
     def signs(self) -> tuple[bool | None, ...]:
-        """Return whether the method worked inside and outside the limit; None if not tried."""
+        """Return whether the method worked inside and outside the limit.
+
+        None for a side that was not tried.
+        """
         tried = (None, None) if self.wrong else (self.inside, self.outside)
         return tuple(one.evidence.holds if one else None for one in tried)
 
@@ -114,10 +117,11 @@ def measure(failure: Failure, case: dict[str, float], share: float, progress: Pr
 
 
 class FailureRunner(QObject):
-    """Emits ``arrived`` with each partial result; ``wrong(key, text)`` if a failure cannot be tried.
+    """Tries failures in a thread; ``arrived`` is emitted with each partial result.
 
-    Long measurements run in ``job``; values of the knob are tried in a second job at the same time.
-    ``begun(key)``: a failure's measurement has started; many: it is one of several.
+    ``wrong(key, text)``: a failure could not be tried. ``begun(key)``: a failure's measurement has started.
+    ``many``: this measurement is one of several. Long measurements run in ``job``; single values of the knob
+    are tried in a second job at the same time.
     """
 
     arrived = Signal(object)
@@ -127,7 +131,7 @@ class FailureRunner(QObject):
     def __init__(self, job: Job, parent: QObject | None = None):
         super().__init__(parent)
         self.job = job
-        # needs no compiling: the limit of a knob that can be turned is known
+        # This job needs no compilation: a knob can only be turned after its limit was computed.
         self._quick = Job(self, needs="")
         self._quick.finished.connect(self._deliver)
         self._quick.failed.connect(lambda text: self._deliver(text))
@@ -136,7 +140,10 @@ class FailureRunner(QObject):
         self._next: tuple[Record, float] | None = None
 
     def run(self, records: list[Record]) -> None:
-        """Measure failures in turn; cancels earlier work. An error among several stops only its failure."""
+        """Measure failures one after the other; this cancels earlier work.
+
+        If one failure cannot be measured, the others still are.
+        """
         plans = [(record.failure, dict(record.case), record.share) for record in records]
         self.many = many = len(plans) > 1
 
@@ -152,7 +159,8 @@ class FailureRunner(QObject):
                         say(0, _FINE)
                         self.arrived.emit(part)
                 except Exception as error:
-                    say(0, _FINE)  # raises if the job was cancelled, whatever the error was
+                    # this call raises if the job was cancelled, so that no error is reported then
+                    say(0, _FINE)
                     words = str(error) if isinstance(error, StudioError) else f"An error occurred: {error}"
                     self.wrong.emit(failure.key, words)
                     if not many:
@@ -162,7 +170,7 @@ class FailureRunner(QObject):
         self.job.start(work)
 
     def try_at(self, record: Record, value: float) -> None:
-        """Try one value of a knob; only the newest waiting value is kept."""
+        """Try one value of a knob; a newer value replaces one that still waits."""
         self._next = (record, value)
         if not self._quick.running:
             self._go_on()

@@ -10,7 +10,8 @@ if TYPE_CHECKING:
 
 
 def _build(studio: "Studio", live: "Live") -> Page:
-    from hapkit_studio.gui.pages.lessons.page import LessonsPage  # late: reading lessons takes a while
+    # imported late because reading the lessons takes a while
+    from hapkit_studio.gui.pages.lessons.page import LessonsPage
 
     return LessonsPage(studio, live)
 

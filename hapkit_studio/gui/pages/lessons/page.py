@@ -1,4 +1,7 @@
-"""The column that replaces the gallery: the list of lessons with the user's progress, or the open step."""
+"""The column that replaces the gallery.
+
+It shows the list of lessons with the user's progress, or the open step.
+"""
 
 from functools import partial
 from itertools import pairwise
@@ -27,13 +30,13 @@ from hapkit_studio.lessons.library import Library, library
 from hapkit_studio.lessons.progress import Progress, file_of
 
 STUDENT = "lessons_student"
-"""The setting with the student's name."""
+"""Key of the setting that stores the student's name."""
 _SIDE = 14
 _DOT, _LONGEST_NAME = 24, 60
 
 
 class Column(QScrollArea):
-    """A scrolling column of parts."""
+    """A scrolling column of widgets."""
 
     def __init__(self, gap: int = 10) -> None:
         super().__init__()
@@ -46,7 +49,7 @@ class Column(QScrollArea):
         self.setWidget(body)
 
     def show_parts(self, parts: list[QWidget]) -> None:
-        """Replace all parts and scroll to the top."""
+        """Replace all widgets and scroll to the top."""
         while item := self.column.takeAt(0):
             if old := item.widget():
                 old.hide()
@@ -58,7 +61,7 @@ class Column(QScrollArea):
 
 
 class LessonRow(QPushButton):
-    """A lesson in the list: title, aim and the user's progress."""
+    """A lesson in the list, with its title, its aim and the user's progress."""
 
     def __init__(self, lesson: Lesson, progress: Progress):
         super().__init__(autoDefault=True)
@@ -87,7 +90,10 @@ class LessonRow(QPushButton):
 
 
 class StepDot(QPushButton):
-    """A step's number in a ring that is filled while the step is open; a tick once it is done."""
+    """A round button with a step's number.
+
+    It is filled while the step is open and shows a tick once it is done.
+    """
 
     def __init__(self, number: int, title: str):
         super().__init__(autoDefault=True)
@@ -130,7 +136,7 @@ class StepDot(QPushButton):
 
 
 class LessonsPage(Page):
-    """Shows the list of lessons or the open step of a lesson; a LessonPlayer controls the lesson."""
+    """Shows the list of lessons, or the open step of a lesson; a LessonPlayer controls the lesson."""
 
     beside = True
 
@@ -163,7 +169,7 @@ class LessonsPage(Page):
         player.failed.connect(lambda what, why: self.say(f"{what} {why}"))
         self.load()
 
-    # called by the window
+    # methods that the window calls
 
     def set_shown(self, on: bool) -> None:
         if on and self.player.lesson is None:
@@ -242,7 +248,7 @@ class LessonsPage(Page):
         choose_file(self, "Folder with lessons", "", self.choose_folder, folder=True)
 
     def choose_folder(self, folder: str) -> None:
-        """Show also the lessons of a folder; "" means no folder."""
+        """Also show the lessons of a folder; "" means no folder."""
         self.say("")
         self._settings.setValue(LESSONS_FOLDER, folder)
         self.load()
@@ -290,7 +296,7 @@ class LessonsPage(Page):
         return part
 
     def _show_opened(self) -> None:
-        """Show the list or the opened lesson."""
+        """Show the list, or the lesson that was opened."""
         lesson = self.player.lesson
         self.stays = lesson is not None
         self.stack.setCurrentIndex(int(self.stays))
@@ -353,7 +359,7 @@ class LessonsPage(Page):
         return self.tasks[block.key]
 
     def show_results(self) -> None:
-        """Show the state of checks, questions and steps."""
+        """Update the state of checks, questions and steps."""
         progress, step = self.player.progress, self.player.step
         if progress is None or step is None:
             return
@@ -372,7 +378,7 @@ class LessonsPage(Page):
                 self.plot_wanted.emit(channel)
 
     def _order(self, parts: list[QWidget]) -> None:
-        """Set the order in which Tab moves through these parts."""
+        """Set the order in which the Tab key moves through these widgets."""
         for before, part in pairwise(parts):
             if before.window() is part.window():
                 QWidget.setTabOrder(before, part)
@@ -381,7 +387,7 @@ class LessonsPage(Page):
 
     def show_report(self) -> None:
         """Write the report and open it in the browser."""
-        from hapkit_studio.lessons.hand_in import read  # late: takes a while
+        from hapkit_studio.lessons.hand_in import read  # imported late because it takes a while
         from hapkit_studio.lessons.report import report
 
         progress = self.player.progress
@@ -418,7 +424,7 @@ class LessonsPage(Page):
         choose_file(self, "Hand in", kinds, self.save_handed_in, save_as=f"{name}_{lesson.key}.hapkit")
 
     def save_handed_in(self, path: str) -> None:
-        """Write the file that is handed in."""
+        """Write the file that the student hands in."""
         progress = self.player.progress
         if progress is None:
             return

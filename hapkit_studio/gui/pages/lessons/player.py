@@ -26,12 +26,13 @@ if TYPE_CHECKING:
 READ_MS, EVALUATE_MS, SAVE_MS = 100, 500, 2000
 _LOOP = "rate", "delay", "estimator", "controller"  # loop settings that a step sets
 _RATE = "loop", "rate"
-_RECORDINGS, _MOST_RECORDINGS = "lesson_recordings", 20  # the setting with their paths; the most per lesson
+# key of the setting with the recordings' paths; maximum number of recordings per lesson
+_RECORDINGS, _MOST_RECORDINGS = "lesson_recordings", 20
 _SIMULATED = "simulated"
 
 
 def scene_settings(scene: Scene) -> Settings:
-    """Return the settings at the start of a step, with keys as in undo."""
+    """Return the settings at the start of a step; their keys are those of undo."""
     key = scene.environment.key
     found: Settings = {ENVIRONMENT: key, HAND: scene.grip}
     found |= {("value", key, name): value for name, value in scene.values.items()}
@@ -46,11 +47,11 @@ def locked_places(scene: Scene) -> set[Place]:
 
 
 class LessonPlayer(QObject):
-    """Opens lessons and steps; evaluates the open step's checks twice a second; saves the progress.
+    """Opens lessons and steps, evaluates the open step's checks twice a second, and saves the progress.
 
-    ``opened``: another lesson, or none, is open. ``step_changed``: another step is open.
-    ``evaluated``: a result has changed. ``applied``: the step's scene is active.
-    ``failed``: what was not done, and why.
+    ``opened`` is emitted when a lesson was opened or closed. ``step_changed`` is emitted when the user goes
+    to another step. ``evaluated`` is emitted when a result has changed. ``applied`` is emitted when the
+    step's scene is active. ``failed`` is emitted with a sentence that says which action failed, and why.
     """
 
     opened = Signal()
@@ -98,7 +99,7 @@ class LessonPlayer(QObject):
         return None if self.progress is None else self.progress.lesson.steps[self.progress.step]
 
     def progress_of(self, lesson: Lesson) -> Progress:
-        """Return the user's progress in any lesson; a file that cannot be read is set aside."""
+        """Return the user's progress in any lesson; a file that cannot be read is renamed."""
         if self.progress is not None and self.progress.lesson is lesson:
             return self.progress
         path = file_of(lesson)
@@ -116,9 +117,9 @@ class LessonPlayer(QObject):
             return Progress(lesson)
 
     def open(self, lesson: Lesson) -> None:
-        """Open a lesson at the step that was open last."""
+        """Open a lesson at the step that was last open."""
         self.leave()
-        self._studio.permissions.set_lesson()  # ends a demo, which restores its settings
+        self._studio.permissions.set_lesson()  # this ends a running demo, which restores its settings
         self.progress = self.progress_of(lesson)
         self._before = settings_of(self._studio)
         self._follow()
@@ -132,7 +133,7 @@ class LessonPlayer(QObject):
         if self.progress is None:
             return
         self.save()
-        self._saving.wait()  # the list of lessons reads the file next
+        self._saving.wait()  # the file must be complete, because the list of lessons reads it next
         for timer in (self._reads, self._evaluations, self._save_soon):
             timer.stop()
         self._job.cancel()
@@ -148,7 +149,7 @@ class LessonPlayer(QObject):
         self.opened.emit()
 
     def end(self) -> None:
-        """Close the lesson and wait until its file is written, before the window closes."""
+        """Close the lesson and wait until its file is written; the window calls this before it closes."""
         self.leave()
         self._job.end()
         self._saving.end()
@@ -184,7 +185,7 @@ class LessonPlayer(QObject):
         self.applied.emit()
 
     def _choose_device(self, scene: Scene) -> None:
-        """Use the simulated Hapkit in a step that requires it, otherwise the previous device."""
+        """Use the simulated Hapkit in a step that requires it, otherwise the device that was used before."""
         studio, before = self._studio, self._device_before
         if scene.device == _SIMULATED and studio.entry is not None and studio.entry.key != _SIMULATED:
             self._device_before = studio.entry
@@ -194,7 +195,7 @@ class LessonPlayer(QObject):
             studio.device.open(before)
 
     def _put(self, settings: Settings) -> None:
-        """Apply settings that the user has not chosen: a motor first waits for *Render*."""
+        """Apply settings that the user has not chosen; a motor waits for *Render* before it renders them."""
         studio = self._studio
         changes = differing(studio, settings)
         if studio.opened is None or studio.opened.own_clock:
@@ -226,7 +227,7 @@ class LessonPlayer(QObject):
             self._save_soon.start()
 
     def evaluate(self) -> None:
-        """Evaluate the open step's checks in a thread, unless it is still busy."""
+        """Evaluate the open step's checks in a thread, unless the previous evaluation is still running."""
         if self.progress is None or self.step is None or self._waiting or self._job.running:
             return
         checks, found = [(self.progress.step + 1, check) for check in self.step.checks], self._recent.rows()
@@ -245,7 +246,7 @@ class LessonPlayer(QObject):
             self._save_soon.start()
 
     def _show_interval(self) -> None:
-        """Mark the interval evaluated last in this step in the plots."""
+        """Mark in the plots the interval that was evaluated last in this step."""
         assert self.progress is not None
         assert self.step is not None
         keys = [check.key for check in self.step.checks]
@@ -257,7 +258,7 @@ class LessonPlayer(QObject):
     # files
 
     def save(self) -> None:
-        """Save the progress in a thread, if there is any."""
+        """Save the progress in a thread if a lesson is open."""
         if self.progress is None or not self.progress.begun:
             return
         self._recent.read()
@@ -269,7 +270,7 @@ class LessonPlayer(QObject):
         self._saving.start(lambda _progress: copy.save(path, self.student, rows))
 
     def write(self, path: Path, student: str) -> None:
-        """Write the handed-in file; raise SessionError."""
+        """Write the file that the student hands in; raise SessionError."""
         assert self.progress is not None
         self._recent.read()
         recordings = [Path(str(one)) for one in self._recordings().get(self.progress.lesson.key, [])]
@@ -280,7 +281,7 @@ class LessonPlayer(QObject):
         return {key: one for key, one in self._settings.table(_RECORDINGS).items() if isinstance(one, list)}
 
     def _note_recording(self) -> None:
-        """Remember a session that was recorded during the lesson: it may hold an experiment's trials."""
+        """Remember a session recorded during the lesson; it may hold an experiment's trials."""
         newest = self._studio.recording.newest
         if newest == self._newest:
             return

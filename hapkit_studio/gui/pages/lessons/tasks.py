@@ -1,4 +1,4 @@
-"""The parts of a step in the window: checks with their answers, questions, hints, and plots to look at."""
+"""The widgets of a step: checks with their answers, questions, hints, and plots to look at."""
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QMouseEvent
@@ -20,7 +20,8 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.lessons.evaluate import CORRECT, WAITING, WRONG, Result
 from hapkit_studio.lessons.lesson import Check, Hint, Plot, Question
 
-_SIGNS = {CORRECT: ("check", "ok"), WRONG: ("triangle", "warn"), "review": ("check", "ok")}  # circle else
+# every other result is shown as a circle
+_SIGNS = {CORRECT: ("check", "ok"), WRONG: ("triangle", "warn"), "review": ("check", "ok")}
 _WAITS = "circle", "ink2"
 _NUMBER_WIDE, _TEXT_HIGH = 110, 78
 _OVER = {"time": "Plots over time", "position": "Force over position", "velocity": "Force over velocity"}
@@ -46,12 +47,12 @@ class Task(QFrame):
         self.setAccessibleName(f"{self.title.text()}: {state}. {result.text}")
 
     def stops(self) -> list[QWidget]:
-        """Return the widgets at which Tab stops, in order."""
+        """Return the widgets at which the Tab key stops, in order."""
         return []
 
 
 class CheckTask(Task):
-    """A check of the student's actions."""
+    """Shows a check of the student's actions."""
 
     def __init__(self, check: Check):
         super().__init__(check.title)
@@ -73,7 +74,7 @@ class _Option(QWidget):
 
 
 class QuestionTask(Task):
-    """A question; emits ``answered`` with the entry. A number is entered with Enter or Tab."""
+    """Shows a question; emits ``answered`` with the entry. Enter or Tab completes a number."""
 
     answered = Signal(str)
 
@@ -140,7 +141,7 @@ class HintPart(QWidget):
         vbox(hbox(self.button, None), self.words, into=self, gap=3)
 
     def stops(self) -> list[QWidget]:
-        """Return the widgets at which Tab stops."""
+        """Return the widgets at which the Tab key stops."""
         return [self.button]
 
 

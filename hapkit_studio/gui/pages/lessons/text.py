@@ -1,4 +1,7 @@
-"""A lesson's text in the window: the report's HTML, with formulas as pictures in the theme's colours."""
+"""A lesson's text in the window.
+
+It is the report's HTML, with formulas as pictures in the theme's colours.
+"""
 
 import base64
 import html
@@ -14,7 +17,7 @@ from hapkit_studio.formatting import printable
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.lessons.formulas import Drawn, drawn, formula, rich_text
 
-_DISPLAYED = 1.2  # relative size of a formula on its own line
+_DISPLAYED = 1.2  # size of a formula on its own line, relative to the text
 _STYLE = (
     "p, ul, ol {{ margin: 0 0 6px 0; }} li {{ margin: 0 0 3px 0; }} ul, ol {{ -qt-list-indent: 1; }} "
     "a {{ color: {accent}; }} code {{ color: {ink}; background-color: {grid}; }} "
@@ -23,10 +26,10 @@ _STYLE = (
 
 
 class RichLabel(QLabel):
-    """Text with formulas, drawn in the theme's colours and size; its web links open in the browser."""
+    """Shows text with formulas in the theme's colours and size; web links open in the browser."""
 
     def __init__(self, body: Callable[[], str]):
-        """body: returns the HTML for the current theme."""
+        """``body`` returns the HTML for the current theme."""
         super().__init__(textFormat=Qt.TextFormat.RichText, wordWrap=True, openExternalLinks=True)
         flags = Qt.TextInteractionFlag
         self.setTextInteractionFlags(flags.TextSelectableByMouse | flags.LinksAccessibleByMouse)
@@ -41,7 +44,7 @@ class RichLabel(QLabel):
 
 
 def text_label(tokens: Sequence[Any]) -> RichLabel:
-    """Return a label with Markdown's tokens."""
+    """Return a label that shows Markdown's tokens."""
     return RichLabel(lambda: rich_text(tokens, lambda tex: _picture(tex, theme.font("body"))))
 
 

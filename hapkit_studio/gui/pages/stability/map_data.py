@@ -1,4 +1,4 @@
-"""Data of the stability map: lines computed in a thread, and measurements."""
+"""The data of the stability map: lines that a thread computes, and measurements."""
 
 import time
 from collections.abc import Callable
@@ -17,15 +17,16 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import on_screen
 from hapkit_studio.gui.state.background import Progress, Work
 
-# fraction of an axis: a dot beyond it changes the axes
+# a dot beyond this fraction of an axis changes the axes
 _EDGE = 0.95
 
 
 @dataclass(frozen=True)
 class LinesRequest:
-    """Loop settings and the rendered impedance; axes: width in N·s/m and top in N/m, reused if the dot fits.
+    """A request for the map's lines: the loop's settings, the rendered impedance and the axes.
 
-    asked: input of the scene's verdict.
+    ``axes`` are the width in N·s/m and the top in N/m; they are used again if the dot fits in them. ``asked``
+    is the input of the scene's verdict.
     """
 
     setting: LoopSettings
@@ -36,7 +37,7 @@ class LinesRequest:
     asked: VerdictInput | None = None
 
     def margin(self, hand: str) -> Margin:
-        """Return the margin of the impedance in a hand, as the scene's verdict computes it."""
+        """Return the impedance's margin with a given hand, as the scene's verdict computes it."""
         if self.asked is not None:
             return self.asked.margin(hand)
         return kb_plane.margin_of(replace(self.setting, hand=hand), self.stiffness, self.damping)
@@ -44,9 +45,9 @@ class LinesRequest:
 
 @dataclass(frozen=True)
 class Lines:
-    """The answer: a plane and, if requested, each hand's exact boundary (n,) in N/m.
+    """The computed lines: a plane and, if requested, each hand's exact boundary (n,) in N/m.
 
-    dampings: each hand's damping limit in N·s/m if no stiffness is rendered.
+    ``dampings`` is each hand's damping limit in N·s/m if no stiffness is rendered.
     """
 
     question: LinesRequest
@@ -70,7 +71,7 @@ def solve(ask: LinesRequest) -> Lines:
 
 
 def _axes(ask: LinesRequest) -> tuple[float, float]:
-    """Return round axes; with all hands shown, they include the firmest hand's boundary."""
+    """Return axes with round limits; if all hands are shown, the firmest hand's boundary fits in the axes."""
     found = kb_plane.plane(ask.setting, ask.stiffness, ask.damping, columns=2)
     highest = max((float(limits.max()) for limits in _every(ask.setting, found.width).values()), default=0.0)
     return found.width, max(found.top, nice_top(1.05 * highest) if ask.every_hand else 0.0)
@@ -91,7 +92,7 @@ def _every(setting: LoopSettings, width: float) -> dict[str, np.ndarray]:
 
 @lru_cache(maxsize=8)
 def damping_limits(setting: LoopSettings) -> dict[str, float]:
-    """Return each hand's damping limit in N·s/m without stiffness, to 0.2 %."""
+    """Return each hand's damping limit in N·s/m without stiffness, with an accuracy of 0.2 %."""
     found: dict[str, float] = {}
     for hand in GRIPS if setting.linear else ():
         held, low, high = replace(setting, hand=hand), 0.0, 1.0
@@ -106,13 +107,13 @@ def damping_limits(setting: LoopSettings) -> dict[str, float]:
 
 SIDE = 100
 COLUMNS = 13
-# approximate number of cells per column that bisection tries
+# approximate number of cells per column that the bisection tries
 _CELLS_A_COLUMN = 25
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One measurement: settings, axes, points, cells, and its duration in s."""
+    """One measurement with its settings, axes, points and cells, and its duration in s."""
 
     setting: LoopSettings
     real: bool
@@ -122,7 +123,10 @@ class Measured:
     seconds: float
 
     def words(self, axes: tuple[float, float]) -> str:
-        """Describe the number of cells and the duration; or the range, if the map's axes are wider."""
+        """Describe the number of cells and the duration.
+
+        If the map's axes are wider, describe the measured range.
+        """
         m, n = self.cells.classes.shape
         if axes[0] > self.axes[0] or axes[1] > self.axes[1]:
             return f"Measured to {self.axes[0]:g} N·s/m and {self.axes[1]:,.0f} N/m only"
@@ -130,14 +134,14 @@ class Measured:
 
 
 class Results:
-    """Measurements of one loop without and with the passivity controller; the last one is shown."""
+    """The measurements of one loop, without and with the passivity controller; the last one is shown."""
 
     def __init__(self) -> None:
         self.all: list[Measured] = []
 
     @property
     def last(self) -> Measured | None:
-        """Return the measurement shown."""
+        """Return the measurement that is shown."""
         return self.all[-1] if self.all else None
 
     def add(self, measured: Measured) -> None:
@@ -151,7 +155,7 @@ class Results:
         self.all.sort(key=lambda measured: (measured.setting, measured.real) == (setting, real))
 
     def outdated(self, setting: LoopSettings, real: bool) -> bool:
-        """Return whether the measurement shown is for other conditions than these."""
+        """Return whether the measurement that is shown was made under other conditions."""
         last = self.last
         return last is not None and (last.setting != setting or last.real != real)
 
@@ -162,7 +166,7 @@ class Results:
 
 
 def measuring(setting: LoopSettings, real: bool, axes: tuple[float, float], side: int = SIDE) -> Work:
-    """Return the work of a Job: the map's cells, then the boundary by bisection."""
+    """Return the work of a Job that measures the map's cells, then the boundary by bisection."""
 
     def work(progress: Progress) -> Measured:
         begin = time.monotonic()
@@ -180,5 +184,5 @@ def measuring(setting: LoopSettings, real: bool, axes: tuple[float, float], side
 
 
 def _part(progress: Progress, before: int, share: int, of: int) -> Callable[[int, int], None]:
-    """Return a callback that converts a part's progress into progress of the whole."""
+    """Return a callback that converts the progress of one part into the progress of the whole."""
     return lambda done, count: progress(before + share * done // max(count, 1), of)

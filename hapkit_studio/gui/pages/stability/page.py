@@ -1,4 +1,4 @@
-"""The stability map: all limits of the current loop, and the rendered impedance as a dot."""
+"""The view of the stability map: all limits of the current loop, with the rendered impedance as a dot."""
 
 import math
 from collections.abc import Callable
@@ -48,7 +48,7 @@ _CONTROLLER = "Adds damping only while the scene has given you more energy than 
 
 
 class StabilitySide(SidePanel):
-    """The environment's sliders, the trial, and the passivity controller."""
+    """The side panel with the environment's sliders, the trial, and the passivity controller."""
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -143,7 +143,7 @@ class StabilityPage(MeasuringPage):
 
     @property
     def map_parameters(self) -> MapParameters | None:
-        """Return the parameters that a click sets; None if the environment has no impedance."""
+        """Return the parameters that a click on the map sets; None if the environment has no impedance."""
         environment = self._studio.environment
         return map_parameters(environment, self._studio.values) if environment.impedance else None
 
@@ -193,7 +193,7 @@ class StabilityPage(MeasuringPage):
             self.run()
 
     def show_result(self, measured: Measured) -> None:
-        """Store a measurement; one made with the other controller setting is kept."""
+        """Store a measurement; a previous one with the other setting of the passivity controller is kept."""
         self.results.add(measured)
         self._show_all()
 
@@ -220,13 +220,13 @@ class StabilityPage(MeasuringPage):
 
     @property
     def outdated(self) -> bool:
-        """Return whether the measurement shown is for other conditions than the map."""
+        """Return whether the measurement that is shown was made under other conditions than the map's."""
         return self.lines is not None and self.results.outdated(
             self.lines.plane.setting, self.real.isChecked()
         )
 
     def _show_all(self) -> None:
-        """Show verdict, map, conditions, and the measurement's duration or that it is out of date."""
+        """Show verdict, map and conditions, and the measurement's duration or that it is out of date."""
         if self.lines is None:
             return
         plane, real = self.lines.plane, self.real.isChecked()
@@ -236,7 +236,7 @@ class StabilityPage(MeasuringPage):
         self._show_map(self.lines)
         pairs = dict(conditions(plane.setting, real)) | ({"Hand": "all hands"} if self.lines.hands else {})
         column.conditions.show_pairs([(_NAMES.get(name, name), value) for name, value in pairs.items()])
-        column.lay_out()  # now: the first drawing of the map takes a second
+        column.lay_out()  # lay out now, because the first drawing of the map takes a second
         if newest is not None and not self.job.running:
             self.bar.say("Out of date" if self.outdated else newest.words((plane.width, plane.top)))
 
@@ -263,7 +263,7 @@ class StabilityPage(MeasuringPage):
         self.chart.show_drawing(paint)
 
     def show_near(self, event: "MouseEvent | None") -> None:
-        """Show limit and margin at the pointer."""
+        """Show the limit and the margin at the pointer."""
         if event is None or self.lines is None or self.chart.pale:
             self.chart.read(None)
         else:
@@ -282,7 +282,7 @@ class StabilityPage(MeasuringPage):
         self._show_studio()
 
     def _show_studio(self) -> None:
-        """Update the effect of a click, the release button, and the controller's check box."""
+        """Update the description of a click's effect, the release button, and the controller's check box."""
         side, trial, parameters = self.side, self.trial, self.map_parameters
         words = parameters.words if parameters else "This environment has no stiffness or damping to set."
         if self._studio.engine is not None and not trial.possible:
@@ -327,7 +327,7 @@ def _same(one: Map, other: Map) -> bool:
 
 
 def reading(lines: Lines, damping: float, stiffness: float) -> tuple[str, str]:
-    """Return the tooltip of a point: its values, and the limit with the margin there."""
+    """Return the tooltip of a point: its values, the limit, and the margin at the point."""
     plane = lines.plane
     values = f"{stiffness:,.0f} N/m, {number(damping, 1)} N·s/m"
     limit = float(np.interp(damping, plane.damping, plane.exact))

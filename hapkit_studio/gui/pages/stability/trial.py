@@ -1,4 +1,4 @@
-"""Release the handle away from its rest position, and report what it did."""
+"""A trial: it releases the handle away from its rest position, and reports how the handle moved."""
 
 import math
 from dataclasses import dataclass
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
 
 
-# m: minimum and maximum distance of a trial, and the distance if every push settles
+# m: minimum and maximum distance of a trial, and its distance if the handle settles after every push
 LEAST, MOST, USUAL = 0.001, 0.020, 0.005
-# distance beyond the largest push that settles: factor, and additional m
+# a trial starts beyond the largest push that settles, by this factor and this many metres
 _TIMES, _MORE = 2.0, 0.0005
 
 
 @dataclass(frozen=True)
 class TrialConditions:
-    """The verdict on a released handle, and where it is released.
+    """The verdict on a released handle, and the position at which the handle is released.
 
-    Rendered stiffness in N/m, force limit in N, sensor step in m.
+    The stiffness is in N/m, the force limit in N, the sensor step in m.
     """
 
     does: Behaviour
@@ -40,26 +40,32 @@ class TrialConditions:
 
 
 def starting_distance(does: Behaviour) -> float:
-    """Return the distance of a trial in m: beyond the largest push that settles, if any does not."""
+    """Return the distance of a trial in m.
+
+    It is beyond the largest push that settles, if a push does not settle.
+    """
     if does.calm or does.flick:
         return USUAL
     return min(max(_TIMES * does.push + _MORE, LEAST), MOST)
 
 
 _UNITS = ("N/m", "N·s/m")
-# fractions of a parameter's range: a parameter that equals the impedance at both is the impedance
+# fractions of a parameter's range: a parameter that equals the impedance at both fractions sets it
 _PROBES = (0.3, 0.6)
 
 
 @dataclass(frozen=True)
 class MapParameters:
-    """The parameters that set stiffness and damping; None if the environment has none."""
+    """The parameters that set stiffness and damping.
+
+    Each is None if the environment has no such parameter.
+    """
 
     stiffness: Parameter | None
     damping: Parameter | None
 
     def values(self, stiffness: float, damping: float) -> dict[str, float]:
-        """Return the values for a point of the map, on whole steps and within the parameters' limits."""
+        """Return the parameters' values for a point of the map, on whole steps and within their limits."""
         found = {}
         for parameter, value in ((self.stiffness, stiffness), (self.damping, damping)):
             if parameter is not None:
@@ -82,7 +88,7 @@ class MapParameters:
 
 
 def map_parameters(environment: Environment, values: Values) -> MapParameters:
-    """Return the parameters that equal the impedance, given the other values."""
+    """Return the parameters that equal the impedance, given the other parameters' values."""
     impedance = environment.impedance
 
     def sets(parameter: Parameter, which: int) -> bool:
@@ -99,9 +105,9 @@ def map_parameters(environment: Environment, values: Values) -> MapParameters:
     return MapParameters(*found)
 
 
-# s: compared intervals after the release and at the end
+# s: the motion in an interval after the release is compared with that in an interval at the end
 _BEGIN, _END = 0.2, 0.4
-# at most this many sensor steps is rest; more than this factor is growth
+# the handle rests within this many sensor steps; its oscillation grows by more than this factor
 _STEPS, _GREW = 3.0, 1.15
 _LEAST_STEP = 20e-6
 _THROWN = (
@@ -111,14 +117,14 @@ _THROWN = (
 
 @dataclass(frozen=True)
 class Released:
-    """Position (n,) in m relative to the rest position over time (n,) in s, after a release."""
+    """The motion after a release: position (n,) in m relative to the rest position, over time (n,) in s."""
 
     time: np.ndarray
     position: np.ndarray
 
     @property
     def begin(self) -> float:
-        """Return the largest distance in m soon after the release."""
+        """Return the largest distance from rest in m soon after the release."""
         return float(np.abs(self.position[self.time <= self.time[0] + _BEGIN]).max())
 
     @property
@@ -128,7 +134,7 @@ class Released:
 
 
 def outcome_words(seen: Released, held: TrialConditions) -> str:
-    """Describe the outcome, and whether it agrees with the verdict."""
+    """Describe the outcome, and say whether it agrees with the verdict."""
     if len(seen.time) < 2:
         return ""
     if held.centre.pushes:
@@ -143,7 +149,7 @@ def outcome_words(seen: Released, held: TrialConditions) -> str:
     return f"Came to rest, {agrees}." if rests else f"{grew} {size}, {agrees}."
 
 
-# how long the hand holds the handle, and how long the handle is watched afterwards
+# ms: how long the hand holds the handle, and how long the handle is observed after the release
 _HOLD_MS, _WATCH_MS = 700, 1500
 _GRIP = "medium"
 # m: maximum distance of the hand's target
@@ -153,7 +159,7 @@ _FARTHEST = 0.045
 class Trial(QObject):
     """Pulls the handle with the simulated hand, then releases it; emits ``changed`` on every change.
 
-    holding: the hand is on the handle; said: report on the last release.
+    ``holding``: the hand is on the handle. ``said``: the report on the last release.
     """
 
     changed = Signal()
@@ -224,13 +230,13 @@ class Trial(QObject):
         self.changed.emit()
 
     def _release(self) -> None:
-        """Release the handle, then watch it."""
+        """Release the handle and record its motion."""
         self._since = self._live.history.now
         self.let_go()
         self._watch.start()
 
     def _target(self, held: TrialConditions) -> float:
-        """Return the hand's target in m that holds the handle at the starting distance."""
+        """Return the target in m of a hand that holds the handle at the starting distance."""
         far, grip = starting_distance(held.does), grip_named(self._studio.grip)
         force = min(held.stiffness * far, held.force)
         target = held.centre.position + held.centre.side * (far + (force / grip.stiffness if grip else 0.0))

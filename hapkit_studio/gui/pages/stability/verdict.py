@@ -23,7 +23,7 @@ _WHY_SO_MANY = (
 
 @dataclass(frozen=True)
 class Verdict:
-    """Texts of the column: headline, details, a sign with its token; a line per hand."""
+    """The texts of the column: headline, details, a sign with its colour token, and a line for each hand."""
 
     headline: str
     more: str
@@ -32,7 +32,7 @@ class Verdict:
 
 
 def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
-    """Return the class measured at a point; None outside the measured axes."""
+    """Return the class that was measured at a point; None outside the measured axes."""
     rows, columns = measured.cells.classes.shape
     across, up = damping / measured.axes[0], stiffness / measured.axes[1]
     if not (0.0 <= across <= 1.0 and 0.0 <= up <= 1.0):
@@ -41,7 +41,7 @@ def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
 
 
 def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
-    """Judge the dot; measured: the measurement of the same settings, if any."""
+    """Judge the dot; ``measured`` is the measurement with the same settings, if there is one."""
     said = plane.said
     if said is None:
         return Verdict("", "")
@@ -81,7 +81,7 @@ def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
 
 
 class VerdictColumn(SidePanel):
-    """Verdict, limits, lines and conditions in a scrolling column."""
+    """A scrolling column with verdict, limits, lines and conditions."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -102,7 +102,7 @@ class VerdictColumn(SidePanel):
         self.add(self.conditions)
 
     def show_verdict(self, verdict: Verdict) -> None:
-        """Show the verdict, or why there is none."""
+        """Show the verdict, or say why there is none."""
         for part, text in ((self.heading, verdict.headline), (self.out, verdict.more)):
             part.setText(text)
             part.setVisible(bool(text))
