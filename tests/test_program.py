@@ -1,6 +1,7 @@
 """The machine code of a bundle: where it is, for which processors, and who may write it."""
 
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -138,3 +139,18 @@ def test_machine_code_of_an_installed_copy_is_in_the_users_cache_and_leaves_afte
     assert set((tmp_path / "machine-code").iterdir()) == {now, kept}
     assert os.environ["NUMBA_CACHE_DIR"] == str(now)
     assert program.configured_cache() == ""  # the studio's own choice is none of the user's
+
+
+@pytest.mark.parametrize("original", [None, "/opt/lib"])
+def test_other_programs_started_by_a_bundle_get_the_systems_libraries(monkeypatch, original):
+    start = runpy.run_path(str(Path(__file__).parents[1] / ".ci" / "bundle" / "start.py"))
+    monkeypatch.setenv("LD_LIBRARY_PATH", "/bundle/_internal")  # as PyInstaller's loader documents
+    monkeypatch.delenv("LD_LIBRARY_PATH_ORIG", raising=False)
+    if original is not None:
+        monkeypatch.setenv("LD_LIBRARY_PATH_ORIG", original)
+    for name in ("PYINSTALLER_RESET_ENVIRONMENT", "MPLCONFIGDIR"):
+        monkeypatch.setenv(name, "/tmp")
+    start["restore_environment"]()
+    assert os.environ.get("LD_LIBRARY_PATH") == original
+    assert "MPLCONFIGDIR" not in os.environ
+    assert os.environ["PYINSTALLER_RESET_ENVIRONMENT"] == "1"  # a second bundle sets the path again

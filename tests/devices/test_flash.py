@@ -69,6 +69,18 @@ def test_the_path_comes_before_the_arduino_ide(nothing_there):
 
 
 @posix
+def test_a_bundles_avrdude_is_found_last_with_its_list_of_chips(nothing_there, monkeypatch):
+    own = program(nothing_there / "bundle" / "bin" / "avrdude")
+    chips = nothing_there / "bundle" / "etc" / "avrdude.conf"
+    chips.parent.mkdir()
+    chips.touch()
+    monkeypatch.setattr(avrdude, "AVRDUDE", own.parent)
+    assert avrdude.find(system="linux").words == [str(own), f"-C{chips}"]
+    on_path = program(nothing_there / "bin" / "avrdude")
+    assert avrdude.find(system="linux") == avrdude.Avrdude(on_path)
+
+
+@posix
 @pytest.mark.parametrize(
     ("system", "remedy"), [("linux", "apt install avrdude"), ("darwin", "brew install"), ("win32", "winget")]
 )
