@@ -1,4 +1,4 @@
-"""Run all or the named benchmarks and print each result: ``python -m tests.bench [NAME ...]``."""
+"""Run all or the named benchmarks, and print each result: ``python -m tests.bench [NAME ...]``."""
 
 import argparse
 import inspect
@@ -12,7 +12,7 @@ from tests.bench.frame import Row, discover, new_file, print_head, print_rows, s
 
 
 def main() -> int:
-    """Return 1 if a row misses its target, 2 if a name is unknown."""
+    """Run the benchmarks; return 1 if a row misses its target, 2 if a name is unknown."""
     benchmarks = discover()
     parser = argparse.ArgumentParser(prog="python -m tests.bench", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(benchmarks))

@@ -1,4 +1,4 @@
-"""Time of speed and accuracy: all methods, all scenes, one scene, a live answer; their pictures."""
+"""Times of speed and accuracy: all methods, all scenes, one scene, and a live answer; also its pictures."""
 
 import statistics
 import time
@@ -15,12 +15,13 @@ from hapkit_studio.parameters import Parameter
 from tests.bench.frame import Row
 
 NAME, ORDER = "accuracy", 45
-LIVE, SLIDES = 0.050, 20  # s; number of values tried
-MOST = {"work-precision of all methods": 90.0, "all scenes in parts": 60.0, "the puck, not split": 1.0}  # s
+LIVE, SLIDES = 0.050, 20  # LIVE: target of a live answer in s; SLIDES: number of slider values that are tried
+# s: target of each computation
+MOST = {"work-precision of all methods": 90.0, "all scenes in parts": 60.0, "the puck, not split": 1.0}
 
 
 def run(folder: Path | None = None) -> list[Row]:
-    """Return the times; draw accuracy-<part>.png if a folder is given."""
+    """Return the times; if a folder is given, draw accuracy-<part>.png into it."""
     library, times = list(environments.discover().values()), [time.perf_counter()]
     questions = [SceneRequest(e, e.values()) for e in library]
     methods = accuracy.of_methods()

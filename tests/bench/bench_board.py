@@ -1,4 +1,4 @@
-"""A minute of rendering through the virtual board with the window open: frames lost, round trip."""
+"""A minute of rendering through the virtual board while the window is open: lost frames and round trip."""
 
 from tests.bench.frame import Row, child, without_board
 
@@ -7,7 +7,7 @@ SECONDS = 60
 
 
 def run() -> list[Row]:
-    """Return frames lost, rate, round trip by the board's clock and faults; no rows without the board."""
+    """Return lost frames, rate, round trip by the board's clock, and faults; no rows without the board."""
     if without_board():
         return []
     seen = child("board_minute", str(SECONDS))

@@ -1,4 +1,4 @@
-"""Every law on the board at its highest rate: jitter and processor load, counted in simavr."""
+"""Every law on the board at its highest rate: jitter and processor load, as counted in simavr."""
 
 import sys
 import tempfile
@@ -16,9 +16,9 @@ from tests.firmware.vb import QUANTUM
 
 NAME, ORDER = "board_laws", 42
 SECONDS = 0.4
-MOST = 0.80  # limit of the processor load of a law with telemetry
+MOST = 0.80  # limit of the processor load of a law with telemetry, as a fraction
 SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.3 hand -0.03 300 4 0.05 0.1", "0.45 hand 0.03 300 4 0.05 0.05")
-# the most expensive choices, and those with a promised rate; other laws use the defaults
+# the most expensive choices, and those with a promised rate; other laws have their defaults
 CHOICES: dict[str, tuple[str, tuple[str, ...]]] = {
     "friction": ("model", ("karnopp", "tether", "lugre")),
     "texture": ("kind", ("bands", "grating", "sandpaper")),
@@ -29,7 +29,7 @@ CHOICES: dict[str, tuple[str, tuple[str, ...]]] = {
 
 
 def run() -> list[Row]:
-    """Return three rows per law and choice; none without the virtual board."""
+    """Return three rows per law and choice, or none without the virtual board."""
     found: list[Row] = []
     if without_board():
         return found
@@ -41,14 +41,14 @@ def run() -> list[Row]:
 
 
 def jitter(shown: list[Telemetry], rate: int) -> float:
-    """Return the largest difference in µs between two sampling times and their tick counts."""
+    """Return the largest difference in µs between the time of some samples and that of their tick counts."""
     ticks = np.diff([row.seq for row in shown]) & 0xFFFF
     apart = np.diff([row.time_us for row in shown])
     return float(np.abs(apart - ticks * 1e6 / rate).max())
 
 
 def _rows(key: str, given: dict[str, str]) -> list[Row]:
-    """Return the rows of a law with these choices at its highest rate, with a moving handle."""
+    """Return the rows of a law with these choices at its highest rate, while the handle moves."""
     what, environment = f"{', '.join([key, *given.values()])} on the board", environments.named(key)
     way = BoardPlanner(ARENA).plan(PlanRequest(environment, environment.values(given), "kalman", QUANTUM))
     if isinstance(way, str):

@@ -1,4 +1,4 @@
-"""Computer or board: delay, stiffest stable spring, and bytes per second of each."""
+"""Rendering by the computer or the board: delay, stiffest stable spring, and bytes per second."""
 
 from collections.abc import Callable
 
@@ -15,7 +15,7 @@ INSIDE, OUTSIDE, TOLERANCE = 0.97, 1.03, 0.03
 
 
 def run() -> list[Row]:
-    """Return delays, measured and theoretical limits, and bytes per second; none without the board."""
+    """Return delays, measured and theoretical limits, and bytes per second; no rows without the board."""
     if without_board():
         return []
     rows = _streams()
@@ -28,7 +28,7 @@ def run() -> list[Row]:
 
 
 def measured(limit: float, swing: Callable[[float], Swing]) -> float:
-    """Return the stiffness in N/m of zero growth, near a limit in N/m."""
+    """Return the stiffness in N/m at which an oscillation does not grow, near a limit in N/m."""
     inside, outside = (swing(share * limit).rate for share in (INSIDE, OUTSIDE))
     return limit * (INSIDE - (OUTSIDE - INSIDE) * inside / (outside - inside))
 
@@ -50,7 +50,7 @@ def _way(name: str, rate: int, damping: float, spec: str, swing: Callable[[float
 
 
 def _streams() -> list[Row]:
-    """Return the bytes per second on the line; a byte takes ten bits."""
+    """Return the numbers of bytes per second on the line, where a byte takes ten bits."""
     streams = {
         "computer renders: up": _bytes(Sample) * 1000,
         "computer renders: down": _bytes(Force) * 1000,
@@ -62,7 +62,7 @@ def _streams() -> list[Row]:
 
 
 def _bytes(kind: type[Message]) -> int:
-    """Return the number of bytes of a message's frame."""
+    """Return the number of bytes in a message's frame."""
     values = {
         wire.name: "" if wire.code.endswith("s") else 1.1 if wire.code == "f" else 1 for wire in kind.layout()
     }

@@ -1,4 +1,4 @@
-"""Time of each measuring command, run as by a user; its figures go to a folder."""
+"""Times of the measuring commands, run as by a user; their figures go to a folder."""
 
 import contextlib
 import io
@@ -27,7 +27,7 @@ COMMANDS = {
 
 
 def run(folder: Path | None = None) -> list[Row]:
-    """Run every command once to compile, then once to measure; draw into the folder."""
+    """Run every command once to compile and once to measure; draw figures into the folder."""
     with tempfile.TemporaryDirectory() as scratch:
         record = str(Path(scratch, "run.csv"))
         _run(*RECORD, "--csv", record)

@@ -1,6 +1,6 @@
-"""Position error of the flip tracker compared with the class template's.
+"""Position errors of the flip tracker and of the class template's.
 
-The speed at which each loses flips.
+It also measures the speed at which each tracker loses flips.
 """
 
 import shutil
@@ -10,17 +10,17 @@ from tests.bench.frame import Row
 from tests.firmware import flips
 
 NAME, ORDER = "flip", 45
-MAGNETS = range(0, flips.COUNTS, 37)  # counts at the middle: position of the magnet
+MAGNETS = range(0, flips.COUNTS, 37)  # positions of the magnet, as counts at the middle of the travel
 
 
 def worst_millimetres(tracker, rate: float) -> float:
-    """Return the largest error in mm over a 40 mm, 2 Hz sine, at the worst position of the magnet."""
+    """Return the largest error in mm over a sine of 40 mm and 2 Hz, for the worst position of the magnet."""
     counts = max(flips.worst_error(tracker, flips.sine(rate, magnet)) for magnet in MAGNETS)
     return 1e3 * flips.QUANTUM * counts
 
 
 def error_row(rate: int) -> Row:
-    """Return the row of a rate in Hz."""
+    """Return the row of the error at a rate in Hz."""
     found, reference = (worst_millimetres(tracker, rate) for tracker in (flips.ours, flips.template))
     count = 1e3 * flips.QUANTUM
     what = f"flip tracker: largest error, 40 mm, 2 Hz, {rate:,} Hz"
@@ -39,7 +39,7 @@ def speed_row(rate: float) -> Row:
 
 
 def run() -> list[Row]:
-    """Return the error at three rates and the speed at one; none without g++."""
+    """Return the errors at three rates and the speed at one; no rows without g++."""
     if shutil.which("g++") is None:
         print("  no g++ to build the firmware's tracker with", file=sys.stderr)
         return []

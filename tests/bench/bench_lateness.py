@@ -1,4 +1,4 @@
-"""Wake-up lateness of the loop with a busy window, with cyclictest and a Python thread for reference."""
+"""Wake-up lateness of the loop with a busy window, beside cyclictest and a Python thread as references."""
 
 import json
 import os
@@ -13,14 +13,14 @@ from tests.bench.frame import Row
 NAME, ORDER = "lateness", 10
 BLOCKS, SECONDS = 20, 5
 PYTHON_BLOCKS = 5
-POINTS = (50.0, 99.0, 99.9)  # percent
+POINTS = (50.0, 99.0, 99.9)  # percentiles in %
 UNPRIVILEGED = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock,-sys_resource"]
 
 
 def start_cyclictest(level: int, processor: int) -> subprocess.Popen | None:
-    """Start cyclictest at 1 kHz on a processor, at a real-time level (0: normal priority).
+    """Start cyclictest at 1 kHz on a processor, at a real-time level (0 means normal priority).
 
-    None if not installed. At normal priority it must not keep the processors awake.
+    Return None if it is not installed. At normal priority it must not keep the processors awake.
     """
     if shutil.which("cyclictest") is None:
         return None
@@ -32,7 +32,7 @@ def start_cyclictest(level: int, processor: int) -> subprocess.Popen | None:
 
 
 def percentiles(program: subprocess.Popen) -> list[float] | None:
-    """Return cyclictest's lateness in µs at POINTS, None if it could not run."""
+    """Return cyclictest's lateness in µs at POINTS, or None if it could not run."""
     printed, _ = program.communicate(timeout=SECONDS + 30)
     if program.returncode:
         return None
@@ -52,16 +52,16 @@ def ask(load: subprocess.Popen, line: str) -> dict:
 
 
 def processors() -> tuple[int, int]:
-    """Return two processors that this program may use, the same twice if there is only one."""
+    """Return two processors that this program may use; if there is only one, return it twice."""
     allowed = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
     return allowed[0], allowed[-1]
 
 
 def measure(prefix: list[str]) -> tuple[str, int, dict[str, np.ndarray]]:
-    """Return the priority obtained, its level, and per kind the lateness in µs (blocks, POINTS), or the fps.
+    """Return the priority, its level, and for each kind the lateness in µs (blocks, POINTS) or the fps.
 
-    Loop and cyclictest run at the same time on one processor each, exchanged after every block, so that the
-    host's load affects both equally.
+    Loop and cyclictest run at the same time on one processor each, and exchange processors after every block,
+    so that the host's load affects both equally.
     """
     found: dict[str, list] = {"engine": [], "cyclictest": [], "python": [], "fps": []}
     command = [*prefix, sys.executable, "-m", "tests.bench.load"]
@@ -87,7 +87,7 @@ def measure(prefix: list[str]) -> tuple[str, int, dict[str, np.ndarray]]:
 
 
 def rows(prefix: list[str], who: str) -> list[Row]:
-    """Return the medians over the blocks of loop, cyclictest and their difference, and of a Python thread."""
+    """Return the medians over the blocks for loop, cyclictest, their difference, and a Python thread."""
     priority, level, found = measure(prefix)
     print(f"  {who}, {priority}: { {k: v.tolist() for k, v in found.items()} }", file=sys.stderr)
     engine, other, python = found["engine"], found["cyclictest"], found["python"]
@@ -113,7 +113,7 @@ def rows(prefix: list[str], who: str) -> list[Row]:
 
 
 def run() -> list[Row]:
-    """Return the rows of this user and, as root, those without real-time priority."""
+    """Return the rows of this user; as root, also those without real-time priority."""
     table = rows([], "this user")
     if os.name == "posix" and os.geteuid() == 0 and shutil.which("setpriv"):
         table += rows(UNPRIVILEGED, "unprivileged")

@@ -11,19 +11,19 @@ from tests.bench.frame import Row
 
 NAME, ORDER = "laws", 21
 STATIC, ANY = 60.0, 250.0
-# to and fro over the whole rail, fast enough to slip and slow enough to purr
+# m: to and fro over the whole rail, fast enough to slip and slow enough for the cat to purr
 SWEEP = 0.045 * np.sin(2.0 * np.pi * 0.3e-3 * np.arange(TICKS))
 
 
 def per_tick(environment: Environment, values: dict[str, float]) -> float:
-    """Return the ns per tick including the law, while the handle moves across."""
+    """Return the time in ns of a tick with its law, while the handle moves across the rail."""
     r, _ = headless.Scene(environment, values).prepare()
     out = headless.new_rows(TICKS)
     return nanoseconds(lambda: many_ticks(r, SWEEP, 1e-3, out), TICKS)
 
 
 def forms(environment: Environment) -> list[tuple[str, dict[str, float]]]:
-    """Return (name, values) of the defaults and of every option of every choice."""
+    """Return (name, values) for the defaults, and for every option of every choice."""
     defaults = environment.values()
     found = [("", defaults)]
     for p in environment.parameters:
@@ -34,7 +34,7 @@ def forms(environment: Environment) -> list[tuple[str, dict[str, float]]]:
 
 
 def run() -> list[Row]:
-    """Return a row per law with its slowest option."""
+    """Return one row per law, with its slowest option."""
     library = environments.discover()
     reference = per_tick(library["free"], {})
     found = []

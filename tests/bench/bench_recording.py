@@ -1,4 +1,4 @@
-"""Cost of recording: lateness of the loop with and without, load of a core, bytes."""
+"""The cost of recording: the loop's lateness with and without it, the load of a core, and bytes."""
 
 import math
 import statistics
@@ -15,10 +15,10 @@ from tests.bench.frame import Row
 
 NAME, ORDER = "recording", 62
 PAIRS, SECONDS = 5, 4.0
-SIZED_SECONDS = 20.0  # long enough that an empty file's size does not matter
+SIZED_SECONDS = 20.0  # s: long enough that the size of an empty file does not matter
 HAND_SECONDS = 0.02
-STROKE, STROKE_HZ = 0.02, 0.8  # m: a slow hand, for compressible data
-FASTEST, USUAL = 4000.0, 1000.0  # Hz
+STROKE, STROKE_HZ = 0.02, 0.8  # m and Hz: a slow hand, whose data can be compressed
+FASTEST, USUAL = 4000.0, 1000.0  # rates in Hz
 
 
 def move_hand(engine: Engine, seconds: float) -> None:
@@ -37,7 +37,7 @@ def lateness(engine: Engine, seconds: float) -> float:
 
 
 def recorded(engine: Engine, recorder: Recorder, path: Path, seconds: float) -> tuple[float, float, float]:
-    """Return the same during a recording, the recorder's load of a core in %, and bytes per second."""
+    """Return lateness in µs during a recording, the recorder's load of a core in %, and bytes per second."""
     thread = next(thread for thread in threading.enumerate() if thread.name == "hapkit-recorder")
     assert thread.ident is not None
     clock = time.pthread_getcpuclockid(thread.ident)

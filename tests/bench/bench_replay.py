@@ -1,4 +1,4 @@
-"""Replay of one hour at 4 kHz: opening, memory, and a frame while it is scrolled through."""
+"""Replay of one hour at 4 kHz: time to open it, memory, and time of a frame while it is scrolled."""
 
 from tests.bench.frame import Row, child
 

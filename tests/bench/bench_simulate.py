@@ -1,4 +1,4 @@
-"""Time of ten simulated seconds with a scripted hand, compiled already."""
+"""Time of ten simulated seconds with a scripted hand; the code is compiled before."""
 
 import statistics
 import time

@@ -1,4 +1,4 @@
-"""Time from starting the program to the first plotted sample, and to the last law, with nothing compiled."""
+"""Time from the program's start to the first plotted sample, and to the last law if nothing is compiled."""
 
 import statistics
 import tempfile

@@ -1,4 +1,4 @@
-"""A survey on two Dask workers of this machine; ``python -m tests.bench.bench_survey 25 20``: 10⁶ points."""
+"""A survey on two local Dask workers; ``python -m tests.bench.bench_survey 25 20`` has 10⁶ points."""
 
 import resource
 import sys
@@ -23,7 +23,7 @@ def most_memory() -> float:
 
 
 def measure(rates: int, delays: int) -> list[Row]:
-    """Return the cost per point on two workers relative to direct calls on one core, and the memory."""
+    """Return the cost per point on two workers, relative to direct calls on one core, and the memory."""
     axes, before = survey.usual_axes(rates, delays), most_memory()
     drawn = np.random.default_rng(1).integers(np.prod(axes.shape[:-1]), size=DIRECT_ROWS).tolist()
     survey.compute_rows(axes, drawn[:1])

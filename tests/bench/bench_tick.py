@@ -1,4 +1,4 @@
-"""Time of a tick, and of one with the paddle's physics, relative to MuJoCo with the same wall."""
+"""Time of a tick, and of a tick with the paddle's physics, relative to MuJoCo with the same wall."""
 
 import statistics
 import time
@@ -32,13 +32,13 @@ SLIDER_AND_WALL = """
 
 @compiled
 def many_ticks(r, positions, period, out):
-    """Render every position (n,) in m: the work of a live sample without reading clocks."""
+    """Render every position (n,) in m, which is the work of a live sample without reading clocks."""
     for k in range(positions.shape[0]):
         tick(r, positions[k], period, 0.0, out[k])
 
 
 def nanoseconds(function, count: int) -> float:
-    """Return the median over blocks of the time per repetition."""
+    """Return the time in ns per repetition, as the median over blocks."""
     function()
     times = []
     for _ in range(BLOCKS):
@@ -53,7 +53,7 @@ def wall() -> headless.Scene:
 
 
 def tick_alone() -> float:
-    """Return ns per tick while the handle goes in and out of the wall."""
+    """Return the time in ns of a tick, while the handle goes in and out of the wall."""
     r, _ = wall().prepare()
     positions = 0.005 + 0.003 * np.sin(2.0 * np.pi * 1e-3 * np.arange(TICKS))
     out = headless.new_rows(TICKS)
@@ -64,7 +64,7 @@ def tick_alone() -> float:
 
 
 def tick_with_paddle() -> float:
-    """Return ns per tick with the simulated Hapkit and a hand that pushes into the wall and lets go."""
+    """Return the time in ns of a tick with the simulated Hapkit and a hand that pushes and lets go."""
     r, body = wall().prepare()
     grip = GRIPS["medium"]
     hand = np.array([grip.mass, grip.damping, grip.stiffness])
@@ -74,7 +74,7 @@ def tick_with_paddle() -> float:
 
 
 def mujoco_step() -> float | None:
-    """Return ns per MuJoCo step of the slider, pushed into the wall by the same hand; None if absent."""
+    """Return the time in ns of a MuJoCo step with the same hand and wall, or None without MuJoCo."""
     try:
         import mujoco
     except ImportError:
@@ -94,7 +94,7 @@ def mujoco_step() -> float | None:
 
 
 def run() -> list[Row]:
-    """Return the tick with MuJoCo's step as reference, and the tick with the paddle."""
+    """Return the row of the tick, with MuJoCo's step as reference, and that of the tick with the paddle."""
     alone, whole, reference = tick_alone(), tick_with_paddle(), mujoco_step()
     ratio = reference / alone if reference else None
     reached = alone < 60.0 and (ratio is None or ratio >= 25.0)

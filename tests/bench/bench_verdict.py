@@ -1,4 +1,4 @@
-"""Time of one verdict on a scene, and eight scenes as a figure: verdict and motion of the handle."""
+"""Time of one verdict on a scene; and a figure of eight scenes with verdict and motion of the handle."""
 
 import statistics
 import time
@@ -19,11 +19,11 @@ NAME, ORDER = "verdict", 31
 LATE = 1e-3
 # stiffness of a spring in N/m at 1 kHz and 1 ms delay, whose limit is 334 N/m
 STIFFNESS = {"calm": 100.0, "near the limit": 320.0, "above": 500.0, "buzzing": 1800.0}
-PUSHES = (0.5e-3, 6e-3)  # m, below and above the boundary of 500 N/m
+PUSHES = (0.5e-3, 6e-3)  # m: pushes below and above the boundary at 500 N/m
 
 
 def scenes() -> dict[str, tuple[VerdictInput, str]]:
-    """Return eight scenes, with and without friction, held and released, and the hand of the drawn motion."""
+    """Return eight scenes, with or without friction, held or released; each has the drawn motion's hand."""
     spring, found = environments.named("spring"), {}
     for name, stiffness in STIFFNESS.items():
         for friction, hand in ((True, "released"), (name in ("calm", "above"), "light")):
@@ -43,7 +43,7 @@ def motion(asked: VerdictInput, push: float) -> np.ndarray:
 
 
 def draw(path: Path, mode: str) -> None:
-    """Draw the eight scenes, a push of 0.5 mm and one of 6 mm each."""
+    """Draw the eight scenes, each with a push of 0.5 mm and one of 6 mm."""
     figure, c = style.new_figure(path, (13.0, 7.0)), style.colors(mode)
     for axes, (what, (asked, hand)) in zip(figure.subplots(2, 4).T.ravel(), scenes().items(), strict=True):
         style.style_axes(axes, c, "s", "mm")
@@ -65,7 +65,7 @@ def seconds(asked: VerdictInput) -> float:
 
 
 def run(pictures: Path | None = None) -> list[Row]:
-    """Return the median of twenty verdicts of each scene; draw them if a folder is given."""
+    """Return the median time of twenty verdicts on each scene; draw them if a folder is given."""
     for mode in ("light", "dark") if pictures else ():
         draw(pictures / f"verdict-{mode}.png", mode)
     slowest = max(statistics.median(seconds(asked) for _ in range(20)) for asked, _ in scenes().values())

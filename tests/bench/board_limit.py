@@ -1,7 +1,7 @@
-"""The stiffest spring that the firmware renders stably, rendered by the computer and by the board.
+"""The stiffest spring that is stable with the firmware, rendered by the computer and by the board.
 
-The virtual board in lockstep, without Coulomb friction and without a hand, in board time. The handle rests a
-little off the spring's centre; growth is computed from the peaks of its oscillation.
+The virtual board runs in lockstep, in board time, without Coulomb friction and without a hand. The handle
+rests a little off the spring's centre; the peaks of its oscillation give the growth.
 """
 
 from collections.abc import Iterator
@@ -29,7 +29,7 @@ _OFF, _PULL = 1.2e-3, 2.0
 
 @dataclass(frozen=True)
 class Swing:
-    """An oscillation: times in s, positions in m about the centre; the mean measured delay in s."""
+    """An oscillation: times in s, positions in m about the centre, and the mean measured delay in s."""
 
     time: np.ndarray
     position: np.ndarray
@@ -38,7 +38,7 @@ class Swing:
 
     @property
     def rate(self) -> float:
-        """Growth rate in 1/s, negative for decay: the slope of the logarithm of the peaks."""
+        """Return the growth rate in 1/s, negative for decay: the slope of the logarithm of the peaks."""
         x = self.position - np.median(self.position[len(self.position) // 2 :])
         turns = np.flatnonzero((np.diff(np.sign(x)) != 0) & (self.time[1:] > self.time[0] + 0.1))
         parts = [slice(a, b) for a, b in pairwise(turns) if b - a > 2]
@@ -49,9 +49,9 @@ class Swing:
 
 @contextmanager
 def _board(stiffness: float) -> Iterator[tuple[VirtualBoard, float, float]]:
-    """Open a board at rest; yield it, its position and a spring centre nearby in m."""
+    """Open a board at rest; yield the board, its position, and a spring centre nearby in m."""
     options = ["--coulomb", "0", "--mass", str(MASS), "--viscous", str(VISCOUS)]
-    # its clock stops while it waits for a busy machine
+    # the board's clock stops while it waits for a busy machine
     with opened(options=[*options, "--answer-timeout", "60"]) as board:
         board.start_stream()
         start = exchange(board.fileno(), 0.05, lambda sample: 0.0)[-1].count * board.quantum
@@ -59,7 +59,7 @@ def _board(stiffness: float) -> Iterator[tuple[VirtualBoard, float, float]]:
 
 
 def on_computer(stiffness: float, damping: float, spec: str, seconds: float) -> Swing:
-    """Render a spring by replies to the board's samples."""
+    """Render a spring on the computer, by replies to the board's samples."""
     with _board(stiffness) as (board, start, centre):
         quantum = board.quantum
         code, coefs = estimators.design(spec, 1000.0, quantum)

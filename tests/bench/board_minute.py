@@ -1,4 +1,4 @@
-"""Open the window on the virtual board, keep both busy, print lost frames and the median round trip."""
+"""Open the window on the virtual board, keep both busy, and print lost frames and the median round trip."""
 
 import json
 import sys
@@ -14,7 +14,7 @@ from tests.bench.window import keep_busy, open_window
 
 
 class RoundTrips:
-    """Collects every measured round trip in s; clears faults, which suspend round trips."""
+    """A collector of every measured round trip in s; it clears faults, which suspend round trips."""
 
     def __init__(self, window: MainWindow):
         self._studio = window.studio
@@ -24,7 +24,7 @@ class RoundTrips:
         self.faults: list[str] = []
 
     def read(self) -> None:
-        """Copy the new entries of the ring; call it before the ring wraps."""
+        """Copy the new entries of the ring; this must be called before the ring wraps."""
         count = int(self._delays.counts[delays.OF_COMPUTER])
         new = np.arange(max(self._seen, count - delays.DELAYS_KEPT), count) % delays.DELAYS_KEPT
         self.values += self._delays.values[delays.OF_COMPUTER, new].tolist()
@@ -36,7 +36,7 @@ class RoundTrips:
 
 
 def main(seconds: float) -> None:
-    """Print one JSON object: frames lost, rows a second, median round trip in s, number of faults."""
+    """Print one JSON object: lost frames, rows per second, median round trip in s, and number of faults."""
     application, window = open_window("--device=virtual-board")
     engine = window.studio.engine
     timer, trips = keep_busy(window), RoundTrips(window)

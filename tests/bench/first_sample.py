@@ -1,4 +1,4 @@
-"""Open the window like a user; print the times of its first frame, first plotted sample, last law."""
+"""Open the window like a user; print the times of its first frame, first plotted sample and last law."""
 
 import gc
 import json
@@ -12,7 +12,7 @@ gc.disable()
 OPTIONS = window_parser().parse_args([])
 PREPARING = prepare.begin(
     "loop", OPTIONS.environment or prepare.FIRST
-)  # like the command line, before Qt is loaded
+)  # as on the command line, this comes before Qt is loaded
 
 from PySide6.QtCore import QTimer  # noqa: E402
 from PySide6.QtWidgets import QApplication, QLabel  # noqa: E402
@@ -25,7 +25,7 @@ POLL_MS = 20
 def main(everything: bool) -> None:
     """Print one JSON object: times in s of time.perf_counter, and the window's messages meanwhile.
 
-    everything: wait until every environment is available.
+    With ``everything``, wait until every environment is available.
     """
     application = QApplication(["bench"])
     window = app.build(OPTIONS)

@@ -1,4 +1,4 @@
-"""Framework: each module with ``NAME`` and ``run()`` is a benchmark; rows have a reference value."""
+"""Framework: each module with ``NAME`` and ``run()`` is a benchmark, whose rows have a reference value."""
 
 import importlib
 import json
@@ -17,7 +17,7 @@ from hapkit_studio.devices import virtual_board
 
 @dataclass(frozen=True)
 class Row:
-    """One figure; reference and ratio if available, ok None without a target."""
+    """One figure, with reference and ratio if available; ``ok`` is None without a target."""
 
     what: str
     value: float
@@ -30,9 +30,9 @@ class Row:
 
 
 def discover() -> dict[str, Callable[..., list[Row]]]:
-    """Return name -> run of every ``bench_*.py`` in this folder, in declared order.
+    """Return {name: run} of every ``bench_*.py`` in this folder, in declared order.
 
-    Benchmarks with figures take the folder for them.
+    Benchmarks with figures take the folder for them as argument.
     """
     files = sorted(Path(__file__).parent.glob("bench_*.py"))
     modules = [importlib.import_module(f"tests.bench.{path.stem}") for path in files]
@@ -40,7 +40,7 @@ def discover() -> dict[str, Callable[..., list[Row]]]:
 
 
 def child(module: str, *words: str, **environment: str) -> dict[str, Any]:
-    """Return the JSON object that a program of this folder prints last, run without a display."""
+    """Run a program of this folder without a display; return the JSON object that it prints last."""
     done = subprocess.run(
         [sys.executable, "-m", f"tests.bench.{module}", *words],
         # use cached byte code, like a program that was started before
@@ -56,7 +56,7 @@ def child(module: str, *words: str, **environment: str) -> dict[str, Any]:
 
 
 def without_board() -> bool:
-    """Return True, with a message, if the virtual board is missing."""
+    """Return True and print a message if the virtual board is missing."""
     if not virtual_board.built():
         print("  the virtual board is not built: make firmware", file=sys.stderr)
     return not virtual_board.built()
@@ -89,7 +89,7 @@ def new_file(folder: Path) -> Path:
 
 
 def save(rows: Iterable[Row], path: Path) -> None:
-    """Write machine and rows as one JSON object, a value that is not a number as null."""
+    """Write machine and rows as one JSON object, in which a value that is not a number is null."""
     found = [{k: None if v != v else v for k, v in asdict(row).items()} for row in rows]
     path.write_text(json.dumps({"machine": machine(), "rows": found}, indent=2))
 

@@ -1,6 +1,6 @@
 """The window under load, controlled line by line: ``engine 6``, ``python 6``, ``processor 1``, ``idle``.
 
-Answers each line with one line of JSON; a separate process, so that it can run unprivileged.
+It answers each line with one line of JSON. It is a separate process, so that it can run unprivileged.
 """
 
 import json
@@ -26,7 +26,7 @@ def engine_block(engine, seconds: float) -> dict[str, float]:
 
 
 def python_block(seconds: float) -> dict[str, float]:
-    """Return the same for a plain Python thread with the same deadlines."""
+    """Return the lateness percentiles of a plain Python thread with the same deadlines."""
     count = round(seconds / PERIOD)
     lateness = np.zeros(count)
     start = time.perf_counter()
@@ -60,7 +60,7 @@ def serve(window, frames: list[int], finish) -> None:
 
 
 def main() -> None:
-    """Open the window, keep it busy, answer until told to quit."""
+    """Open the window, keep it busy, and answer lines until told to quit."""
     application, window = open_window()
     frames = [0]
 

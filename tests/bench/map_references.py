@@ -1,4 +1,4 @@
-"""Reference implementation of the stability map in NumPy: all cells at once, same handle, loop and rule."""
+"""The stability map in NumPy as a reference: all cells at once, with the same handle, loop and rule."""
 
 import numpy as np
 
@@ -10,17 +10,17 @@ from hapkit_studio.haptics import cell_batch
 def _glide(
     what: LoopSettings, seconds: float | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return x per v, v per v, x per force and v per force of the free handle after some seconds."""
+    """Return the free handle's x per v, v per v, x per force and v per force after some seconds."""
     m, b = what.mass, what.viscous
     v_v, v_f = np.exp(-b * seconds / m), -np.expm1(-b * seconds / m) / b
     return m * v_f, v_v, (seconds - m * v_f) / b, v_f
 
 
 def by_roots(what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Return the classes (n,) of an ideal device, no delay: eigenvalues of all loops' matrices, stacked."""
+    """Return the classes (n,) of an ideal device without delay, by the eigenvalues of all loops' matrices."""
     x_v, v_v, x_f, v_f = _glide(what, what.period)
     late = damping / what.period
-    loops = np.zeros((stiffness.size, 3, 3))  # state: x, v, the previous sample's position
+    loops = np.zeros((stiffness.size, 3, 3))  # the state is x, v, and the previous sample's position
     loops[:, 0] = np.column_stack([1.0 - x_f * (stiffness + late), np.full_like(late, x_v), x_f * late])
     loops[:, 1] = np.column_stack([-v_f * (stiffness + late), np.full_like(late, v_v), v_f * late])
     loops[:, 2, 0] = 1.0
@@ -29,7 +29,7 @@ def by_roots(what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> 
 
 
 def by_steps(what: LoopSettings, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Return the classes (n,) with friction and sensor steps, no delay: all cells stepped together."""
+    """Return the classes (n,) with friction and sensor steps, without delay; all cells step together."""
     few = rendered.FEW_STEPS * what.quantum
     verdict, quiet = np.zeros(stiffness.size, dtype=np.int8), np.arange(stiffness.size)
     for start in rendered.STARTS:
@@ -70,7 +70,7 @@ def _let_go(
 def _step(
     what: LoopSettings, x: np.ndarray, v: np.ndarray, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return position and velocity a period later, exact for friction: at most one stop per period."""
+    """Return position and velocity a period later, exactly with friction, as it stops at most once in it."""
     m, b, friction = what.mass, what.viscous, what.coulomb
     x_v, v_v, x_f, v_f = _glide(what, what.period)
     way = np.sign(np.where(v == 0.0, force, v))

@@ -1,6 +1,6 @@
 """Time of the window's frames: five curves and the scene, 60 s of history at 4 kHz, at 60 fps.
 
-Prints one JSON object, with pyqtgraph's own curves and peak downsampling for reference.
+It prints one JSON object, with pyqtgraph's own curves and peak downsampling as reference.
 """
 
 import json
@@ -23,7 +23,7 @@ RATE, SPAN, FRAME = 4000.0, 60.0, 1.0 / 60.0
 
 
 def telemetry(first: int, count: int) -> np.ndarray:
-    """Return rows of a hand going in and out of a noisy wall."""
+    """Return rows of a hand that moves in and out of a noisy wall."""
     tick = first + np.arange(count)
     table = np.zeros((count, rows.ROW_WIDTH))
     table[:, rows.TICK], table[:, rows.HOST_TIME] = tick, tick / RATE
@@ -58,7 +58,7 @@ class Ours:
 
 
 class Reference:
-    """pyqtgraph's curves over the same minute, processed again in every frame."""
+    """Pyqtgraph's curves over the same minute, processed again in every frame."""
 
     def __init__(self, grid: QGridLayout):
         self.data, self.end = np.zeros((rows.FLAGS, int(4 * SPAN * RATE))), 0
@@ -86,7 +86,7 @@ class Reference:
 
 
 def measure(kind: type, seconds: float) -> dict[str, float]:
-    """Return frames per second and the GUI thread's share of a core, paced at 60 frames a second."""
+    """Return frames per second and the GUI thread's share of a core, at an intended 60 frames per second."""
     window = QWidget()
     grid = QGridLayout(window)
     scene, wall = SceneView(), environments.named("wall")
@@ -96,7 +96,7 @@ def measure(kind: type, seconds: float) -> dict[str, float]:
     plots = kind(grid)
     grid.setColumnStretch(0, 1)
     grid.setColumnMinimumWidth(1, 348)
-    window.resize(912, 784)  # the centre of a window 1440 × 900
+    window.resize(912, 784)  # this is the size of the central area in a window of 1440 × 900
     window.show()
     filled = int(SPAN * RATE)
     plots.frame(telemetry(0, filled))

@@ -1,6 +1,6 @@
-"""Time of a replay of one hour at 4 kHz: opening, and a frame of all plots while scrolling.
+"""Times of a replay of one hour at 4 kHz: opening it, and a frame of all plots while scrolling.
 
-Prints one JSON object, with a frame of the live plots over their last minute for reference.
+It prints one JSON object, with a frame of the live plots over their last minute as reference.
 """
 
 import json
@@ -25,7 +25,7 @@ QUANTUM = 20.7e-6
 
 
 def write(path: Path) -> None:
-    """Write an hour; its chunks are copies of a minute of a periodic signal."""
+    """Write an hour whose chunks are copies of a minute of a periodic signal."""
     writer = SessionWriter(path)
     for first in range(0, int(SECONDS * RATE), CHUNK):
         table = telemetry(first, CHUNK)
@@ -35,7 +35,7 @@ def write(path: Path) -> None:
 
 
 def frames(window: QWidget, draw: Callable[[int], object]) -> float:
-    """Return the median time of a frame in ms, painted."""
+    """Return the median time in ms of a painted frame."""
     took = []
     for number in range(FRAMES):
         begin = time.perf_counter()
@@ -46,7 +46,7 @@ def frames(window: QWidget, draw: Callable[[int], object]) -> float:
 
 
 def main() -> None:
-    """Measure, and print."""
+    """Measure the replay, and print the results."""
     app = QApplication([])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "hour.hapkit"

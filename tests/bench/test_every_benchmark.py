@@ -1,4 +1,4 @@
-"""Every benchmark: its name is that of its file, the program lists it, and its rows are printed."""
+"""Every benchmark has the name of its file, is listed by the program, and its rows are printed."""
 
 import inspect
 import sys
@@ -15,7 +15,8 @@ def test_it_is_listed_and_described(name, monkeypatch, capsys):
     module = inspect.getmodule(BENCHMARKS[name])
     assert module.__name__ == f"tests.bench.bench_{name}"
     assert module.__doc__
-    assert len(inspect.signature(BENCHMARKS[name]).parameters) <= 1  # the folder of its pictures
+    # the only argument is the folder for its pictures
+    assert len(inspect.signature(BENCHMARKS[name]).parameters) <= 1
     monkeypatch.setattr(sys, "argv", ["bench", "--help"])
     with pytest.raises(SystemExit):
         __main__.main()

@@ -1,4 +1,4 @@
-"""The real window, offscreen, with its loop running, for benchmarks of the whole."""
+"""The real window, offscreen, with its loop running, for benchmarks of the whole program."""
 
 import math
 import os
@@ -29,7 +29,7 @@ def open_window(*arguments: str) -> tuple[QApplication, MainWindow]:
 
 
 def process_until(application: QApplication, condition: Callable[[], bool], seconds: float) -> None:
-    """Run the event loop until a condition holds; raise TimeoutError after seconds."""
+    """Run the event loop until a condition holds; raise TimeoutError after ``seconds``."""
     end = time.perf_counter() + seconds
     while not condition():
         application.processEvents()

@@ -1,4 +1,4 @@
-"""Samples computed from a formula, and changes that turn them into wrong data."""
+"""Samples computed from formulas, and changes that turn them into wrong data."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ RATE = 1000.0
 
 
 def samples(key, values, position, force, energy=None, state=None, **settings):
-    """Return samples at 1 kHz of a scene with positions (n,) in m and forces (n,) in N."""
+    """Return samples at 1 kHz of a scene, with positions (n,) in m and forces (n,) in N."""
     environment = environments.named(key)
     n = len(position)
     time = np.arange(n) / RATE
@@ -78,7 +78,7 @@ def slower(found, factor):
 
 
 def slowing(found):
-    """Return samples with a clock that runs faster and faster, so that speeds decrease by 6 % in a second."""
+    """Return samples whose clock runs faster and faster, so that speeds decrease by 6 % in a second."""
     steps = np.diff(found.time, prepend=found.time[0]) * np.exp(0.06 * (found.time - found.time[0]))
     return replace(found, time=np.cumsum(steps))
 

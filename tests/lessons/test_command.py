@@ -1,4 +1,4 @@
-"""The command ``lessons``: list, new, check, play; and the reference page of the files."""
+"""The command ``lessons`` has list, new, check and play; and the reference page describes the files."""
 
 import json
 import re

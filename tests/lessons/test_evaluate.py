@@ -1,4 +1,4 @@
-"""The interval that a check evaluates, and its answer."""
+"""A check evaluates an interval of the samples, and gives an answer."""
 
 import math
 from dataclasses import replace
@@ -18,7 +18,7 @@ CHECK = Check(
 
 
 def presses(*depths, stiffness=300.0, rendered=None, side="right"):
-    """Return presses of 1.5 s each into a wall at 5 mm, with pauses of one second."""
+    """Return presses of 1.5 s each into a wall at 5 mm, with pauses of one second between them."""
     sign = 1.0 if side == "right" else -1.0
     parts = []
     for depth in depths:
@@ -99,7 +99,7 @@ def test_an_interval_ends_at_a_change_of_settings():
     weaker = {**settings, "parameters": {**settings["parameters"], "stiffness": 200.0}}
     changed = replace(made, log=[(0.0, settings), (3.7, weaker)])
     found = evaluate(CHECK, changed)
-    # the second press has only 0.7 s before the change, and afterwards the setting is not 300 N/m
+    # the second press has only 0.7 s before the change; after the change, the stiffness is not 300 N/m
     assert found.stop < 3.7 or found.state != CORRECT
 
 

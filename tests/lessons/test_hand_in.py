@@ -1,4 +1,4 @@
-"""Handing in, reporting and grading: answers are evaluated again, and edits of a file are detected."""
+"""Handing in, reporting and grading evaluate answers again, and detect edits of a file."""
 
 import csv
 import html.parser
@@ -58,7 +58,7 @@ def edit_event(path, change, key):
 
 
 def edit_samples(path, factor=1.01):
-    """Multiply every force of the law, in a new file with correct checksums."""
+    """Multiply every force of the law, and write a new file with correct checksums."""
     edited = path.with_name("edited.hapkit")
     with closing(Session(path)) as session, SessionWriter.whole(edited) as writer:
         for event in session.events:
@@ -87,13 +87,13 @@ def test_every_answer_is_confirmed_from_the_files_own_samples(handed, lesson):
 
 
 def test_each_check_is_evaluated_on_the_samples_of_its_own_step(tmp_path, lesson, played):
-    """The work of the third step would also pass the first check."""
+    """The third step's work would also pass the first check, but is not used for it."""
     path = tmp_path / "ada.hapkit"
     third = play_step(lesson.steps[0], begin=9.0)
     save_played(path, lesson, [*played[:2], (lesson.steps[2], third)], "Ada")
     found = read(path)
     first, second = found.answers["1.1"].result, found.answers["2.2"].result
-    # the steps start at 0, 4.1 and 9 s: runs of 3.6 s
+    # the steps start at 0, 4.1 and 9 s, and each has a run of 3.6 s
     assert first.correct
     assert second.correct
     assert first.stop < 4.1 < second.start < 9.0
@@ -107,7 +107,7 @@ def test_an_interval_that_passed_earlier_is_evaluated_instead_of_the_newest(hand
     assert found.start == pytest.approx(0.1, abs=0.0011)
     assert found.stop == pytest.approx(3.0, abs=0.0011)
     assert states(handed, lesson)["1.1"] == "correct"
-    assert states(handed, lesson)["2.3"] == "missing"  # handed in again without answers
+    assert states(handed, lesson)["2.3"] == "missing"  # the lesson is handed in again, without answers
 
 
 def test_an_edited_value_is_detected(handed, lesson):
@@ -199,7 +199,7 @@ def test_a_lesson_is_handed_in_only_from_a_complete_session(tmp_path, lesson):
 
 @pytest.mark.slow
 def test_grading_thirty_students_finds_the_three_that_edited(tmp_path, lesson, played):
-    """Exactly the three files are found."""
+    """Exactly the three edited files are found."""
     first = tmp_path / "student00.hapkit"
     save_played(first, lesson, played, "Student 0")
     for number in range(1, 30):
@@ -225,7 +225,7 @@ def test_the_tables_contain_every_row_and_escape_all_text(tmp_path, lesson, play
 
 
 class Tags(html.parser.HTMLParser):
-    """Collects every tag and attribute of a page."""
+    """A parser that collects every tag and attribute of a page."""
 
     def __init__(self):
         super().__init__()
@@ -268,7 +268,7 @@ def test_play_report_and_grade_on_the_command_line(tmp_path, capsys):
 
 
 def test_a_recording_without_steps_is_handed_in(tmp_path, lesson):
-    """It was made outside a lesson: no event says when a step began, so every check takes all of it."""
+    """A recording made outside a lesson has no events of steps, so every check uses all of its samples."""
     path = tmp_path / "ada.hapkit"
     time = np.arange(2000) / 1000.0
     with SessionWriter.whole(path) as writer:

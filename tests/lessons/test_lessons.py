@@ -1,4 +1,4 @@
-"""A scripted student completes every included lesson; every check answers wrong data with a sentence."""
+"""A scripted student completes every included lesson; wrong data get a sentence from every check."""
 
 import pytest
 
@@ -19,7 +19,7 @@ from tests.lessons.made import (
 
 QUICK = ("first_touch", "virtual_spring", "button")
 KEYS = [key if key in QUICK else pytest.param(key, marks=pytest.mark.slow) for key in library().lessons]
-# measurements that are proportional to the force
+# these measurements are proportional to the force
 BY_FORCE = ("slope", "stiffness", "damping", "friction", "peak_force")
 BY_SIZE = (
     "travel", "rest", "largest_push", "oscillation_amplitude", "stick_slip_amplitude", "spatial_period",
@@ -29,12 +29,12 @@ BY_TIME = (
     "oscillation_frequency", "vibration", "purring", "transient_frequency", "transient_decay",
     "object_growth", "object_frequency",
 )  # fmt: skip
-# needs that a handle at rest satisfies
+# a handle at rest satisfies these needs
 SATISFIED_AT_REST = ("rest", "position")
 
 
 def off_by_twice_the_tolerance(check, samples, value):
-    """Return samples whose value is wrong by twice the tolerance, or by half of a limit."""
+    """Return samples whose value is wrong by twice the tolerance, or beyond a limit by half of it."""
     if check.measure == "position":
         return shifted(samples, 2.0 * check.tolerance)
     if check.measure == "work":
@@ -70,7 +70,7 @@ def off_by_twice_the_tolerance(check, samples, value):
 
 
 def useful(result):
-    """Return True if a result contains a sentence with the fault or the remedy."""
+    """Return True if a result has a sentence that names the fault or the remedy."""
     return result.state != CORRECT and len(result.text) > 20 and result.text.endswith(".")
 
 

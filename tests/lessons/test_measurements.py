@@ -56,7 +56,7 @@ case("friction", 0.5, 0.02, friction)
 
 
 def sticking(static=0.7, viscous=0.0):
-    """Samples of 0.5 N while sliding, up to 0.7 N below 2 mm/s."""
+    """Return samples of friction: 0.5 N while sliding, and up to 0.7 N below 2 mm/s."""
     level = np.where(np.abs(speed()) < 0.002, static, 0.5) + viscous * np.abs(speed())
     return samples("friction", {}, stroke(), -level * np.sign(speed()))
 
@@ -64,7 +64,7 @@ def sticking(static=0.7, viscous=0.0):
 case("friction_ratio", 1.4, 0.01, sticking)
 
 
-VISCOUS = 4.0  # N·s/m: of a sine's speeds above half the peak, the median is cos 30° of the peak
+VISCOUS = 4.0  # N·s/m: the median of a sine's speeds above half the peak is cos 30° of the peak
 VISCOUS_RATIO = (0.5 + VISCOUS * 0.005) / (0.5 + VISCOUS * 0.04 * math.pi * math.cos(math.pi / 6.0))
 
 
@@ -83,7 +83,7 @@ case("spatial_period", 0.004, 5e-5, grating)
 
 
 def bump():
-    """Samples of a passage through a constant force of −0.2 N over 10 mm: the device's work is −2 mJ."""
+    """Return samples of a passage through −0.2 N over 10 mm, in which the device's work is −2 mJ."""
     place = np.linspace(-0.01, 0.01, len(TIME))
     return samples("bump_valley", {}, place, np.where(np.abs(place) < 0.005, -0.2, 0.0))
 
@@ -92,7 +92,7 @@ case("work", -0.002, 1e-5, bump, (-0.009, 0.009))
 
 
 def bounce(ratio=0.8):
-    """Samples of a bounce off a wall at 5 mm, 0.1 m/s in and 80 % of it out, with 0.05 kg: −0.09 mJ."""
+    """Return samples of a bounce of 0.05 kg off a wall at 5 mm: 0.1 m/s in, 80 % of it out, −0.09 mJ."""
     t = TIME - 2.0
     inside = (t > 0.0) & (t < 0.1)
     place = np.where(t <= 0.0, 0.005 + 0.1 * t, 0.005 - 0.1 * ratio * (t - 0.1))
@@ -137,7 +137,7 @@ case("purring", 26.0, 0.5, purr)
 
 
 def sawtooth():
-    """Samples of a handle that sticks for 0.4 s and slips by 3 mm within 20 ms, repeatedly."""
+    """Return samples of a handle that repeatedly sticks for 0.4 s and slips by 3 mm within 20 ms."""
     phase = np.mod(TIME, 0.42)
     place = 0.003 * np.floor(TIME / 0.42) + 0.003 * np.clip((phase - 0.4) / 0.02, 0.0, 1.0)
     return samples("friction", {}, place, 0.0 * TIME)
@@ -158,7 +158,7 @@ case("object_frequency", 2.0, 0.01, swinging)
 
 
 def flying():
-    """Samples of an object that moves between two walls, at 90 % of its speed after each bounce."""
+    """Return samples of an object between two walls, which keeps 90 % of its speed in each bounce."""
     place, velocity, track = 0.0, 0.2, []
     for _ in TIME:
         place += velocity / RATE
@@ -175,7 +175,7 @@ case("object_speed", 0.2, 0.005, flying)
 
 
 def delayed(delay=0.003):
-    """Samples of a spring with a delayed command: the recording contains the delay and the command."""
+    """Return samples of a spring with a delayed command; the recording has the delay and the command."""
     return samples("spring", {"stiffness": 200.0}, stroke(), -200.0 * stroke(), delay_s=delay)
 
 

@@ -1,4 +1,4 @@
-"""Three lessons on the firmware in the virtual board, with the scripted student's hand."""
+"""Three lessons run on the firmware in the virtual board, with the scripted student's hand."""
 
 import time
 
@@ -20,12 +20,12 @@ from tests.waiting import wait_until
 pytestmark = [needs_board, pytest.mark.alone]
 
 KEYS = ("virtual_spring", "damping", "virtual_wall")
-BEGIN = 2.0  # s of the board's clock: by then it is connected and renders
+BEGIN = 2.0  # s of the board's clock: by this time it is connected and renders
 STEP = 0.02  # s between two commands to the hand
 
 
 def commands(play):
-    """Return the commands that move the board's hand as the scripted student's, by the board's clock."""
+    """Return the commands that move the board's hand like the scripted student's, by the board's clock."""
     hand, grip = hand_of(play), play.grip
     times = np.arange(0.0, min(play.seconds, play.release), STEP) if grip is not None else []
     moves = [
@@ -37,7 +37,10 @@ def commands(play):
 
 
 def rows_of(play, folder):
-    """Return what the engine's loop sees of one run on a board in lockstep; raise no fault but lateness."""
+    """Return the rows of the engine's loop in one run on a board in lockstep.
+
+    Raise any fault but lateness.
+    """
     script = folder / "hand.txt"
     script.write_text("\n".join(commands(play)) + "\n")
     engine = Engine(VirtualBoard("lockstep", script=script), play.environment.key, realtime=False)

@@ -1,4 +1,4 @@
-"""Lesson files: their content, and one line with file and line number for every mistake."""
+"""Lesson files: their content is read, and every mistake gives one line with file and line number."""
 
 import random
 import re
@@ -71,7 +71,7 @@ def lesson_of(tmp_path, text):
 
 
 def refusal(tmp_path, text):
-    """Return the reason why a lesson is rejected, "" if it is accepted."""
+    """Return the reason why a lesson is rejected, or "" if it is accepted."""
     try:
         lesson_of(tmp_path, text)
     except LessonError as error:
@@ -162,7 +162,7 @@ def test_thousands_of_nested_quotes_are_read_or_rejected(tmp_path):
 
 
 def test_damaged_lessons_give_one_line_each(tmp_path):
-    """300 files with a few characters or lines changed, from fixed seeds."""
+    """The test has 300 files with a few characters or lines changed, from fixed seeds."""
     refused = 0
     for seed in range(300):
         chance = random.Random(seed)
@@ -186,7 +186,7 @@ def test_damaged_lessons_give_one_line_each(tmp_path):
 def test_no_shipped_lesson_has_an_error():
     found = library()
     assert found.errors == ()
-    assert len(found.lessons) == 15  # fourteen and the tour
+    assert len(found.lessons) == 15  # fourteen lessons and the tour
     for lesson in found.lessons.values():
         assert lesson.path.read_text(encoding="utf-8").count("\n") <= 150, lesson.key
         assert any(step.checks for step in lesson.steps), lesson.key

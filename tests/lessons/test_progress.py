@@ -1,4 +1,4 @@
-"""A student's progress: what is evaluated on rows, what a file keeps of it, and that edits do not count."""
+"""A student's progress is evaluated on rows and stored in a file; edits of the file do not count."""
 
 import math
 from dataclasses import replace
@@ -23,7 +23,7 @@ NOTHING = Rows((), ())
 
 
 def rows_of(played, shift=0.0):
-    """Return what a scripted student did in a step, as it comes from an engine ``shift`` s later."""
+    """Return the rows of what a scripted student did in a step, on a clock that is ``shift`` s later."""
     tables = [table + shift * np.eye(1, rows.ROW_WIDTH, rows.HOST_TIME) for table in played.tables]
     starts = [float(table[0, rows.HOST_TIME]) for table in tables]
     return Rows(
@@ -47,7 +47,7 @@ def played(lesson):
 
 
 def complete(lesson, played, steps=None):
-    """Return the progress of a student who has done the first steps, all of them by default."""
+    """Return the progress of a student who has done the first ``steps`` steps, by default all of them."""
     found = Progress(lesson)
     for number, (step, one) in enumerate(played[:steps], 1):
         found.answers |= one.answers
@@ -66,7 +66,7 @@ def test_all_tasks_are_done_by_a_student_who_does_everything(lesson, played):
 
 
 def test_an_interval_is_that_of_its_rows(lesson, played):
-    """What is kept lies in the rows by their own clock, which began long before."""
+    """The rows' clock started long before the step, and the interval is given on this clock."""
     step, one = played[0]
     given = rows_of(one, 1e4)
     (found,) = evaluate_rows(checks_of(1, step), given, {}).values()
@@ -85,13 +85,13 @@ def test_a_file_brings_everything_back_and_grades_as_correct(tmp_path, lesson, p
     after = load(path, lesson, {})
     assert (after.step, after.answers, after.counts) == (2, before.answers, before.counts)
     assert {row.state for row in grade_file(path, {lesson.key: lesson})} <= {"correct", "review"}
-    after.save(path, "Ada", NOTHING)  # of what was loaded, by another start of the computer's clock
+    after.save(path, "Ada", NOTHING)  # the computer's clock has started again since the progress was loaded
     assert load(path, lesson, {}).counts == before.counts
     assert [p.name for p in tmp_path.iterdir()] == ["lesson.hapkit"]
 
 
 def test_an_open_step_without_an_interval_keeps_its_answers(tmp_path, lesson, played):
-    """Only questions were answered: the file holds the newest second, and no check passes with it."""
+    """Only questions were answered: the file holds the newest second, which passes no check."""
     path = tmp_path / "lesson.hapkit"
     _, one = played[-1]
     found = Progress(lesson, step=len(played) - 1, answers=dict(one.answers))
@@ -140,7 +140,7 @@ def test_no_rows_no_interval(lesson, played):
 
 
 def test_an_experiments_trials_are_handed_in_with_the_answers(tmp_path, lesson, played):
-    """The recording is copied as it is; one without trials, one given twice and one that is gone are not."""
+    """A recording is copied unchanged. It is refused if it has no trials, is given twice, or is missing."""
     recording, other, path = (tmp_path / f"{name}.hapkit" for name in ("trials", "other", "lesson"))
     targets = pointing.plan(rounds=2, seed=3)[:6]
     trials = experiments.save_pointing(recording, Subject(), targets, seed=1)

@@ -1,4 +1,4 @@
-"""Peer review: a file of its own that never changes the data; shown together, escaped, damaged."""
+"""A peer review is a separate file that never changes the data; it is shown with others, even if damaged."""
 
 import html.parser
 import json
@@ -40,12 +40,12 @@ def handed(tmp_path, original):
 
 @pytest.fixture
 def no_figures(monkeypatch):
-    """Leave figures out of reports: they take a second each."""
+    """Leave figures out of reports, because they take a second each."""
     monkeypatch.setattr("hapkit_studio.lessons.report._drawn", lambda _draw, words: f"<p>{words}</p>")
 
 
 def reviewed(handed, lesson, name, points, **more):
-    """Write a review with some points for each row of the rubric; return its path."""
+    """Write a review with points for each row of the rubric; return its path."""
     one = review.blank(handed, lesson, name)
     rows = tuple(replace(row, points=given) for row, given in zip(one.rows, points, strict=True))
     path = review.path_of(handed.path, name)
@@ -73,7 +73,7 @@ def test_several_reviews_are_shown_together_with_their_mean(handed, lesson):
     reviewed(handed, lesson, "Zoë", [None] * len(most))
     found = review.reviews_of(handed)
     assert [one.reviewer for one in found.found.values()] == ["Bob", "Eve", "Zoë"]
-    assert found.mean == pytest.approx(0.5)  # of the two that are complete
+    assert found.mean == pytest.approx(0.5)  # this is the mean of the two complete reviews
     assert found.errors == ()
 
 
@@ -152,7 +152,7 @@ def test_a_wrong_value_is_named_in_one_line(handed, lesson, change, words):
 
 
 class Page(html.parser.HTMLParser):
-    """Collects tags and text of a page."""
+    """A parser that collects the tags and the text of a page."""
 
     def __init__(self, text):
         super().__init__()
