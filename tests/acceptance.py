@@ -1,7 +1,7 @@
-"""Packaging, shown on a fresh machine: bundle, wheels, desktop and lab file, with figures.
+"""Packaging works on a fresh machine: bundle, wheels, desktop and lab file, with figures.
 
-Run as ``make acceptance``, which builds bundle and wheelhouse first. With ROOTS="DIR ...", as root, the
-bundle is also gone through in these bare systems (debootstrap --variant=minbase), under Xvfb.
+Run it as ``make acceptance``, which builds bundle and wheelhouse first. With ROOTS="DIR ...", as root, the
+bundle also makes its tour in these bare systems (debootstrap --variant=minbase), under Xvfb.
 """
 
 import hashlib
@@ -28,7 +28,7 @@ LAB = "force_limit = 1.0\n"
 
 def main(roots: list[str]) -> None:
     with tempfile.TemporaryDirectory() as name:
-        place = Path(name) / "Über Labor"  # a space and an umlaut
+        place = Path(name) / "Über Labor"  # the path has a space and an umlaut
         with tarfile.open(ARCHIVE) as file:
             file.extractall(place, filter="fully_trusted")
         os.chmod(name, 0o755)  # for other users, too
@@ -68,7 +68,7 @@ def clean(home: Path, **variables: str) -> dict[str, str]:
 
 
 def output(words: list, environment: dict[str, str], cwd: Path | None = None, code: int = 0) -> str:
-    """Run a program and return what it prints; exit with its errors if its exit code is another."""
+    """Run a program and return its output; exit with its errors if its exit code is not ``code``."""
     done = subprocess.run(
         [str(word) for word in words], env=environment, cwd=cwd, capture_output=True, text=True, timeout=900
     )
@@ -78,7 +78,7 @@ def output(words: list, environment: dict[str, str], cwd: Path | None = None, co
 
 
 def start_times(program: Path) -> None:
-    """Measure the first start of new users, alternately with a reference."""
+    """Measure the first start for new users, alternately with a reference."""
     windows, samples, references = [], [], []
     for _ in range(RUNS):
         begin = time.perf_counter()
@@ -99,7 +99,7 @@ def start_times(program: Path) -> None:
 
 
 def tour(where: str, words: list, folder: Path, environment: dict[str, str] | None = None) -> None:
-    """Go through every environment, view and lesson; compile, record and export a law."""
+    """Visit every environment, view and lesson; compile, record and export a law."""
     results = folder / "tour"
     results.mkdir()
     environment = environment or clean(folder / "home")
@@ -121,7 +121,7 @@ def check_tour(where: str, seen: dict) -> None:
 
 
 def no_home(program: Path) -> None:
-    """Start the window without a writable home directory, as another user if this one is root."""
+    """Start the window without a writable home directory; if this user is root, as another user."""
     other = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"] if os.getuid() == 0 else []
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o777)
@@ -132,7 +132,7 @@ def no_home(program: Path) -> None:
 
 
 def lab_file(program: Path, folder: Path) -> None:
-    """Limit the force by the file of a lab; a mistake in it stops the loop."""
+    """Limit the force by a lab's file; a mistake in the file stops the loop."""
     settings = folder / "xdg" / "hapkit-studio" / "lab.toml"
     settings.parent.mkdir(parents=True)
     environment = clean(folder / "home-lab", XDG_CONFIG_DIRS=str(folder / "xdg"))
@@ -161,7 +161,7 @@ def desktop(program: Path, folder: Path) -> None:
 
 @contextmanager
 def mounted(*places: tuple[str, Path]):
-    """Mount folders read-only in a bare system, and unmount them."""
+    """Mount folders read-only in a bare system, and unmount them at the end."""
     done: list[Path] = []
     try:
         for source, target in places:
@@ -176,7 +176,7 @@ def mounted(*places: tuple[str, Path]):
 
 
 def bare(root: Path, bundle: Path) -> None:
-    """Go through the bundle in a bare system, on a display of this one."""
+    """Let the bundle make its tour in a bare system, on a display of this one."""
     if (root / "usr/bin/python3").exists():
         sys.exit(f"{root} has Python: make a new one by debootstrap --variant=minbase.")
     inside, name = root / "opt" / "Über Labor", (root / "etc/debian_version").read_text().strip()
@@ -206,7 +206,7 @@ def packages(root: Path) -> int:
 
 
 def wheels(python: str, folder: Path) -> None:
-    """Install from the wheelhouse without a network, run, uninstall; say what remains in the environment."""
+    """Install from the wheelhouse without a network, run, uninstall; print what remains installed."""
     home, place = folder / f"home-{Path(python).name}", folder / Path(python).name
     version = output(
         [python, "-c", "import sys; print('cp%d%d' % sys.version_info[:2])"], os.environ.copy()

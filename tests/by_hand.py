@@ -22,13 +22,13 @@ from tests.bench.window import open_window, process_until
 
 PATIENCE = 120.0
 STEPS, STEP_SECONDS = 25, 0.02
-PLACED = 0.3  # s: time of two columns of pixels in a plot of a minute
-PRESSED = 0.012  # m: target of the hand, inside the wall
+PLACED = 0.3  # s: duration of two columns of pixels in a plot of a minute
+PRESSED = 0.012  # m: the hand's target, which is inside the wall
 FADED = 1.0  # s: longer than the fade-in of new settings
 
 
 class Person:
-    """Move the pointer, press buttons and type; run the event loop in between."""
+    """A person who moves the pointer, presses buttons and types; the event loop runs in between."""
 
     def __init__(self, application: QApplication, window: MainWindow):
         self.application, self.window = application, window
@@ -45,7 +45,7 @@ class Person:
         self.wait(lambda: time.perf_counter() > end)
 
     def face(self, window: QWidget) -> None:
-        """Give a window the keyboard focus, like a window manager."""
+        """Give a window the keyboard focus, as a window manager does."""
         self.wait(window.isVisible)
         self.do("windowfocus", "--sync", int(window.winId()))
 
@@ -75,7 +75,10 @@ class Person:
 
 
 def push(person: Person) -> tuple[float, float]:
-    """Take the handle, push it into the wall and back, release it; return both times on the rows' clock."""
+    """Take the handle, push it into the wall and back, and release it.
+
+    Return start and end by the rows' clock.
+    """
     scene = person.window.centre.scene
     columns = np.arange(scene.width())
     targets = np.array([scene.target_at(x) for x in columns])
@@ -92,7 +95,7 @@ def push(person: Person) -> tuple[float, float]:
 
 
 def slope(person: Person, begin: float, end: float) -> str:
-    """Put A and B at the start and end of a push; return the slope shown on the card."""
+    """Put the cursors A and B at the start and end of a push; return the slope shown on the card."""
     time_plots = person.window.centre.time
     canvas = time_plots.canvases[0]
     for key, moment in (("a", begin), ("b", end)):
@@ -101,7 +104,7 @@ def slope(person: Person, begin: float, end: float) -> str:
         person.key(key)
     person.wait(lambda: np.allclose(time_plots.cursors.times or 0.0, (begin, end), rtol=0.0, atol=PLACED))
     card = person.window.centre.phase.cursors
-    card.refresh()  # at once, without waiting for the timer
+    card.refresh()  # refresh at once, without waiting for the timer
     return card.slope.text()
 
 
@@ -152,7 +155,7 @@ def export(person: Person, path: Path) -> None:
 
 
 def main() -> None:
-    """Push and record; restart and export; print the results, keep the loop's own rows."""
+    """Push and record; restart and export; print the results, and keep the loop's own rows."""
     folder = Path(sys.argv[1])
     options = ("--environment", "wall", "--size", "1280x720", "--theme", "light")
     person = Person(*open_window(*options))

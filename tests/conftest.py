@@ -1,4 +1,4 @@
-"""Isolation of every test: no display, none of the user's settings, a fixed seed."""
+"""Every test is isolated: it has no display, none of the user's settings, and a fixed seed."""
 
 import os
 import signal
@@ -16,12 +16,12 @@ os.environ["XDG_CONFIG_HOME"] = _settings.name
 os.environ["HAPKIT_STUDIO_FOLDER"] = f"{_settings.name}/own"
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # shells ignore SIGINT in background jobs
     signal.signal(signal.SIGINT, signal.default_int_handler)
-# the first example compiles; results must be reproducible
+# no deadline, as the first example compiles; derandomised, so that results are reproducible
 hypothesis.settings.register_profile("studio", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("studio")
 
 
-# this file installs the studio and compiles everything; started last, it would run alone at the end
+# this file installs the studio and compiles everything; if started last, it would run alone at the end
 LONGEST = "test_packaging.py"
 
 

@@ -1,4 +1,4 @@
-"""Generator of foreign files: every kind that the studio reads, with a few values of another type or size.
+"""A generator of foreign files of every kind that the studio reads; a few values have another type or size.
 
 Each file is determined by its kind and a seed. A changed SQLite row gets a new checksum, so that the studio
 has to check the values themselves.
@@ -42,7 +42,7 @@ from hapkit_studio.sessions.file import (
 from tests.analysis.sweep_tasks import Serial
 
 HIDDEN = "\x1b[31mred\x9b2J\x07\u202e"
-"""Escape sequences, a bell, and a change of text direction."""
+"""A name with escape sequences, a bell, and a change of text direction."""
 LONG = "a" * 70_000
 DEEP = 5000
 AXES = Axes(
@@ -124,7 +124,7 @@ _MARK = "the value that is replaced"
 
 
 def mutated_json(text: str, rng: random.Random) -> str:
-    """Return a JSON text with one value replaced; unchanged if it is not valid JSON."""
+    """Return a JSON text with one value replaced, or an unchanged text if it is not valid JSON."""
     try:
         return literal_in_json(text, rng)
     except ValueError:
@@ -147,7 +147,7 @@ def mutated_toml(text: str, rng: random.Random) -> str:
     whole = [at for at, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     at, value = rng.choice(whole), rng.choice(TOML_VALUES)
     name, equals, rest = lines[at].partition("=")
-    if not equals:  # a table header, or a line within a list
+    if not equals:  # the line is a table header, or within a list
         lines[at] = rng.choice((f"x = {value}", "[[values]]", "[a.b]", f"[{json.dumps(HIDDEN)}]", ""))
     elif rng.random() < 0.15:
         lines[at] = rng.choice(
@@ -185,7 +185,7 @@ def mutated_csv(text: str, rng: random.Random) -> str:
         at = rng.choice(comments)
         try:
             lines[at] = "# " + literal_in_json(lines[at][1:], rng)
-        except ValueError:  # not JSON but a name and a value
+        except ValueError:  # the cell is not JSON but a name and a value
             name, _, _ = lines[at].partition(":")
             lines[at] = f"{name}: {rng.choice(JSON_VALUES + CSV_VALUES)}"
     else:
@@ -200,7 +200,7 @@ def mutated_csv(text: str, rng: random.Random) -> str:
 
 
 def mutated_ini(text: str, rng: random.Random) -> str:
-    """Return the window's settings with one value replaced, half of those with JSON inside it."""
+    """Return the window's settings with one value replaced; if it is JSON, in half of the cases inside it."""
     lines = text.split("\n")
     at = rng.choice([at for at, line in enumerate(lines) if "=" in line])
     name, _, value = lines[at].partition("=")
@@ -220,7 +220,7 @@ def _ini_quoted(text: str) -> str:
 
 
 def mutate_sqlite(path: Path, rng: random.Random) -> None:
-    """Replace one value of one row, or its row number, of a database."""
+    """Replace one value, or the row number, of one row of a database."""
     with closing(sqlite3.connect(path)) as database, database:
         tables = [name for (name,) in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
         table = rng.choice(tables)
@@ -242,7 +242,7 @@ def mutate_sqlite(path: Path, rng: random.Random) -> None:
         except (sqlite3.IntegrityError, sqlite3.OperationalError, UnicodeEncodeError):
             database.execute(f"DELETE FROM {table} WHERE {key} = ?", (row,))
         if "crc" in columns and columns[at] not in ("crc", key):
-            # in the form in which SQLite returns them: an integer in REAL as a float
+            # the checksum needs values as SQLite returns them: an integer in a REAL column is a float
             inner = ", ".join(columns[1:-1])
             for stored in database.execute(f"SELECT {inner} FROM {table} WHERE {key} = ?", (row,)).fetchall():
                 database.execute(f"UPDATE {table} SET crc = ? WHERE {key} = ?", (checksum(stored), row))
@@ -270,7 +270,7 @@ WHOLE: tuple[Callable[[bytes, random.Random], bytes], ...] = (
     lambda data, _rng: data + b"\xff\xfe",
     lambda data, rng: data[: (at := rng.randrange(len(data)))] + b"\0" + data[at:],
 )
-"""Changes of a whole file."""
+"""Functions that change a whole file."""
 _SPARSE = 3 << 30  # bytes
 _MOST_CHANGES = 3
 _WHOLE_SHARE, _SPARSE_SHARE = 0.08, 0.02
@@ -284,11 +284,11 @@ SUFFIXES = {
     "review": ".review", "experiment": ".hapkit",
 }  # fmt: skip
 COUNTS = {kind: {"settings": 140, "handed in": 60}.get(kind, 310) for kind in SUFFIXES}
-"""Each settings file opens a window, and each handed-in file is drawn."""
+"""Number of files of each kind: each settings file opens a window, and each handed-in file is drawn."""
 FEW = range(1, 4)
 """Seeds of the files in quick tests."""
 NAMES = ("mutant", "a file of someone else's", "\x1b[31mred\x07", "Zoë−\u202e", "-p", "100 %s")
-"""File names without suffix."""
+"""Names of files without suffix."""
 
 
 def write(kind: str, seed: int, original: bytes, folder: Path) -> Path:
@@ -314,7 +314,7 @@ def write(kind: str, seed: int, original: bytes, folder: Path) -> Path:
     return path
 
 
-# --- the originals
+# --- valid files, which are changed
 
 
 def _preset(folder: Path) -> Path:
@@ -432,11 +432,11 @@ ORIGINALS: dict[str, Callable[[Path], Path]] = {
     "review": _review,
     "experiment": _experiment,
 }
-"""Write a valid file of each kind into a folder, or into the user's own folder; return its path."""
+"""Functions that write a valid file of each kind into a folder, or into the user's own folder."""
 
 
 def originals(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of a valid file of each kind, written into an empty folder."""
+    """Return the bytes of a valid file of each kind, which are written into an empty folder."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(calibration_file.VARIABLE, str(folder))
         return {kind: make(folder).read_bytes() for kind, make in ORIGINALS.items()}

@@ -1,7 +1,7 @@
 """Start the installed window and visit every environment; print the results as JSON.
 
-With the word "all", go through every view, too, play every lesson, and write, record and export an own law.
-Run by path with ``python -I``, so that only installed modules can be imported; in a bundle by ``-m``.
+With the word "all", also visit every view, play every lesson, and write, record and export an own law. Run it
+by its path with ``python -I``, so that only installed modules can be imported; in a bundle use ``-m``.
 """
 
 import json
@@ -23,7 +23,7 @@ from hapkit_studio.workshop import folder as workshop
 from hapkit_studio.workshop.source import read, trust_source
 
 PATIENCE = 180.0
-"""s, time-out of each wait."""
+"""s: time-out of each wait."""
 
 
 def main(folder: Path, everything: bool = False) -> None:
@@ -43,7 +43,7 @@ def main(folder: Path, everything: bool = False) -> None:
 
     def visit(key):
         window.studio.choose(key)
-        wait(lambda: window.studio.environment.key == key)  # its law may need to be compiled
+        wait(lambda: window.studio.environment.key == key)  # the environment's law may need to be compiled
         window.studio.move_hand(0.012)
         window.live.tick()  # discard earlier rows
         first = window.live.last[rows.TICK]
@@ -65,7 +65,7 @@ def main(folder: Path, everything: bool = False) -> None:
         return window.views.key == key and (window.views.shown is not None) == (key != "live")
 
     def own_law():
-        """Return the samples, largest force in N and file of a recording of a new law, and its problems."""
+        """Record a new law; return the number of samples, largest force in N, file, and problems."""
         template = next(t for t in workshop.templates() if t.key == "spring")
         path = workshop.new_path("Our spring")
         workshop.save(path, workshop.fill_template(template, "Our spring", "our_spring"))

@@ -1,11 +1,11 @@
-"""Faults of a live loop that a busy machine can cause: only these may be cleared by a test."""
+"""A test may clear only those faults of a live loop that a busy machine can cause."""
 
 import time
 
 from hapkit_studio.haptics import arrays
 
 LATENESS = (arrays.STALE_SENSOR, arrays.RUNAWAY)
-"""Frames 20 ms late, three times in 10 s; iterations without waiting, if board and loop share a core."""
+"""Frames are 20 ms late three times in 10 s, or the loop never waits as it shares a core with the board."""
 ATTEMPTS = 8
 """Number of attempts of a step that a busy machine may disturb."""
 

@@ -1,9 +1,9 @@
-"""Mutations of the code that the tests must detect: proof that shortened tests still work.
+"""Mutations of the code that the tests must detect; this proves that shortened tests still work.
 
 python -m tests.mutations --area laws    # tries each of tests/mutations.json in a copy of the project
 
-A mutation changes one line, found by its text, so code may move. Not part of `make test`: most start without
-compiled code, and all together take an hour.
+A mutation changes one line, which is found by its text, so code may move. It is not part of `make test`: most
+mutations start without compiled code, and all together take an hour.
 """
 
 import argparse
@@ -19,14 +19,14 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 LIST = Path(__file__).with_name("mutations.json")
 SECONDS = 400
-"""s after which a hanging test counts as detection."""
+"""s after which a hanging test counts as a failed one."""
 INTERPRETED = ("codec", "window")
 """Areas without compiled code, whose mutations share a cache."""
 
 
 @dataclass(frozen=True)
 class Mutation:
-    """A line of a file in the package, its replacement, and the tests that must fail."""
+    """A line of a file in the package, its replacement, and the tests that must fail with it."""
 
     area: str
     path: str
@@ -41,7 +41,7 @@ def listed() -> list[Mutation]:
 
 
 def placed(mutation: Mutation, root: Path) -> tuple[Path, str]:
-    """Return the file in a copy of the project with the unique line of a mutation, and its new text."""
+    """Return the mutated file in a copy of the project, and its new text; the old line must be unique."""
     own = root / "hapkit_studio" / mutation.path
     for files in ([own] if own.exists() else [], sorted((root / "hapkit_studio").rglob("*.py"))):
         found = []

@@ -1,4 +1,4 @@
-"""A copy of the project with one more file, in which pytest runs: an extension needs one file only."""
+"""A copy of the project with one more file, in which pytest runs, shows that an extension is one file."""
 
 import os
 import shutil

@@ -1,7 +1,7 @@
-"""Record at 4 kHz with changing environments and views, by default for 40 minutes: memory must not grow.
+"""Memory must not grow while recording at 4 kHz with changing environments and views, for 40 minutes.
 
-``python -m tests.soak [MINUTES]`` prints the memory each minute; exit code 1 if it grew by 2 % or more after
-minute 11, or if a row is missing in the session.
+``python -m tests.soak [MINUTES]`` prints the memory each minute. The exit code is 1 if it grew by 2 % or more
+after minute 11, or if a row is missing in the session.
 """
 
 import os
@@ -20,14 +20,14 @@ from tests.bench.frame import resident
 from tests.bench.window import keep_busy, open_window, process_until
 
 MINUTES = 40
-FULL = 11  # minutes after which the last ten minutes are in memory
+FULL = 11  # minutes: from then on, the recorder keeps a full ten minutes in memory
 GROWTH = 0.02
 RATE = 4000.0
 CHANGE_MS = 1000  # ms between changes of environment or view
 
 
 def keep_changing(window: MainWindow) -> QTimer:
-    """Show the next environment or the next view once per second, alternately."""
+    """Show, once per second and alternately, the next environment or the next view."""
     keys = [action.key for action in window.actions_by_key.entries]
     views = [key for key in keys if key.startswith("view.tab.")]
     turns = zip(cycle(window.studio.environments), cycle(views), strict=False)
@@ -65,7 +65,7 @@ def record(minutes: int) -> tuple[list[float], int, Path]:
 
 
 def main() -> int:
-    """Record, then read everything back."""
+    """Record, then read everything back; return the exit code."""
     minutes = int(sys.argv[1]) if len(sys.argv) > 1 else MINUTES
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HAPKIT_STUDIO_FOLDER"] = folder

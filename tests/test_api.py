@@ -1,4 +1,4 @@
-"""``simulate``: samples, timing, delay, sensor, clamp, hands, energy, errors."""
+"""The function ``simulate``: its samples, timing, delay, sensor, clamp, hands, energy and errors."""
 
 import math
 from dataclasses import replace
@@ -17,7 +17,7 @@ QUANTUM = 20.7e-6
 
 
 def device(**given):
-    """Return a linear device: no Coulomb friction, ideal sensor, no clamp."""
+    """Return a linear device, with an ideal sensor, without Coulomb friction and clamp."""
     return hs.SimulatedHapkit(**{**IDEAL, **given})
 
 

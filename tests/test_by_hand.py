@@ -1,4 +1,4 @@
-"""The studio with real mouse and keys: two walls pushed, frozen, compared, recorded, reopened, exported."""
+"""With real mouse and keys, two walls are pushed, frozen, compared, recorded, reopened and exported."""
 
 import json
 import os
@@ -16,12 +16,12 @@ pytestmark = [
         not (shutil.which("Xvfb") and shutil.which("xdotool")), reason="needs Xvfb and xdotool"
     ),
 ]
-QUANTUM = 2.07e-5  # m
+QUANTUM = 2.07e-5  # m: the sensor's step
 
 
 @pytest.fixture
 def display():
-    """Return a separate X server's display."""
+    """Return the display of a separate X server."""
     ours, theirs = os.pipe()
     command = ["Xvfb", "-displayfd", str(theirs), "-screen", "0", "1280x720x24", "-nolisten", "tcp"]
     with subprocess.Popen(command, pass_fds=[theirs], stderr=subprocess.DEVNULL) as server:

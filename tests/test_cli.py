@@ -1,4 +1,4 @@
-"""The command line: text for people, JSON for programs, one-line errors."""
+"""The command line prints text for people, JSON for programs, and one-line errors."""
 
 import json
 import os
@@ -41,7 +41,7 @@ def run(capsys, *words):
 
 
 def as_json(capsys, *words):
-    """Return the JSON object printed by a command, checked to be plain."""
+    """Return the JSON object that a command prints, after checking that it is plain."""
     code, out, err = run(capsys, *words, "--json")
     assert (code, err) == (0, "")
     assert out.count("\n") == 1
@@ -169,13 +169,13 @@ def test_loop_test_measures_the_loop(capsys):
     late = [found["lateness_us"][name] for name in ("p50", "p99", "p99.9", "max")]
     assert late == sorted(late)
     assert set(found["period_us"]) == {"mean", "min", "max"}
-    # a busy machine makes it miss ticks, whose time counts too
+    # a busy machine makes the loop miss ticks, whose time counts too
     ticks = found["samples"] + found["missed"]
     assert 1600.0 < found["period_us"]["mean"] < 1.2 * 2000.0 * ticks / found["samples"]
     assert found["priority"]
     assert (found["rate_Hz"], found["device"], found["fault"]) == (500.0, "simulated", "")
     assert found["lost_rows"] == 0
-    assert found["delay_us"] == 0.0  # no added delay
+    assert found["delay_us"] == 0.0  # the loop has no added delay
 
 
 def test_loop_test_reports_that_no_delay_was_measured(capsys, monkeypatch):
@@ -215,7 +215,7 @@ WRONG = [
     ("loop-test --rate 20", "Servo rate goes from 100 to 10,000 Hz, not 20."),
     ("loop-test --seconds 0", "Seconds goes from 0.1 to 86,400 s, not 0."),
     ("dance", "invalid choice: 'dance'"),
-    # with a board, or without
+    # commands with and without a board
     ("run wall --render board", "--device"),
     ("run wall --board-rate 4000", "--device"),
     ("run wall --device simulated --render board", "has no board"),
@@ -225,7 +225,7 @@ WRONG = [
     ("flash simulated", "needs no flashing. Name a port"),
     ("check /dev/ttyNONE7", "ttyNONE7 does not exist. Plug the board in"),
     ("export wall --port /dev/ttyNONE7", "ttyNONE7 does not exist. Plug the board in"),
-    # reported before the run
+    # the wrong folder is reported before the run
     ("run wall --device simulated --csv /no-such-folder/x.csv", "there is no folder"),
     ("run wall --device simulated --csv .", "the path of a file"),
     ("run wall --device simulated --plot x.xyz", "A picture is one of"),
@@ -236,7 +236,7 @@ WRONG = [
     ("export wall --port ''", ""),
     ("flash /dev/ttyNONE7 --hex ''", ""),
     ("run wall --csv ''", "the path of a file"),
-    # sketches
+    # errors of sketches
     ("export wall -p stiffness=-1", "N/m"),
     ("export wal", "wal"),
     ("export wall --kit hapkit9", "There is no kit 'hapkit9'; available: hapkit3"),
@@ -342,7 +342,7 @@ def test_link_problems_are_in_the_result(capsys, monkeypatch):
         "with other programs for 20 ms: 6 times. The law blocked the loop for 20 ms: 7 times. The board "
         "switched its motor off, because forces came too late or not at all: 8 times."
     )
-    engine.fault = Fault(arrays.SLOW_LINK, "Slow.")  # the fault has its own text
+    engine.fault = Fault(arrays.SLOW_LINK, "Slow.")  # the fault has a text of its own
     assert live_run._remarks(engine, found, 2000.0) == [jumps, without]
     played = live_run.Played(table, 1.0, found, remarks, None, None, 0)
     monkeypatch.setattr(live_run, "run", lambda *_: played)
@@ -444,7 +444,8 @@ def test_the_board_renders_with_less_delay(capsys):
     assert found["board"]["delay_us"] < 0.5 * found["computer"]["delay_us"]
     assert found["board"]["rate_Hz"] == 4000.0
     assert found["board"]["stiffness_limit"] > 2.0 * found["computer"]["stiffness_limit"]
-    assert found["board_overruns"] <= 4  # out of 4,000 ticks: a busy computer sends its bytes in bursts
+    # this is out of 4,000 ticks: a busy computer sends its bytes in bursts
+    assert found["board_overruns"] <= 4
     assert found["link"]["stale_forces"] == 0
 
 

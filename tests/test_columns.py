@@ -1,4 +1,4 @@
-"""The text of a table of results: titles, units, alignment, one line per row."""
+"""The text of a table of results has titles, units, alignment, and one line per row."""
 
 from operator import itemgetter
 

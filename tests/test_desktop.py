@@ -1,4 +1,4 @@
-"""`integrate` and `where`: what a desktop reads of the written files, and what is left at the end."""
+"""`integrate` and `where`: a desktop understands the written files, and nothing is left at the end."""
 
 import configparser
 import json
@@ -39,7 +39,7 @@ def answer(capsys, *words):
 
 
 def written(home):
-    """Return the studio's files; what update-mime-database derives from them is in mime/application."""
+    """Return the studio's files, without those that update-mime-database derives from mime/packages."""
     found = (path for path in home.rglob("*hapkit*") if path.is_file())
     return {path for path in found if path.parent.name != "application"}
 
@@ -66,7 +66,7 @@ def test_the_menu_entry_starts_the_program_wherever_it_is(home, place):
     reader = configparser.RawConfigParser()
     reader.read_string(integrate.desktop_entry([place]))
     line = reader["Desktop Entry"]["Exec"]
-    # the specification: a string's escapes first, then quotes as in a shell, then % codes
+    # in the specification, a string's escapes come first, then quotes as in a shell, then % codes
     shell = ["sh", "-c", f"printf '%s\\n' {line.replace(chr(92) * 2, chr(92))}"]
     words = subprocess.run(shell, capture_output=True, text=True, check=True).stdout.splitlines()
     found = [
@@ -90,7 +90,7 @@ def test_a_session_has_its_own_file_type_by_name_and_by_content(home, capsys):
 
     session, renamed, other = home / f"a{SUFFIX}", home / "renamed", home / "other"
     for path, number in ((session, 0x4861706B), (renamed, 0x4861706B), (other, 7)):
-        with sqlite3.connect(path) as database:  # an independent writer of the header
+        with sqlite3.connect(path) as database:  # SQLite is an independent writer of the file's header
             database.execute(f"PRAGMA application_id = {number}")
             database.execute("CREATE TABLE t (x)")
     environment = os.environ | {"XDG_DATA_HOME": str(home / ".local/share")}
@@ -115,8 +115,9 @@ def test_what_needs_root_is_printed_as_commands_that_write_those_files(home, mon
     (rule,) = rules.read_text().splitlines()
     assert 'SUBSYSTEM=="tty"' in rule
     assert 'TAG+="uaccess"' in rule
-    assert all(vendor in rule for vendor in ("0403", "2341", "1a86"))  # FTDI, Arduino, WCH (usb.ids)
-    assert integrate.root_commands() == []  # both are there
+    # the vendors are FTDI, Arduino and WCH (usb.ids)
+    assert all(vendor in rule for vendor in ("0403", "2341", "1a86"))
+    assert integrate.root_commands() == []  # both files exist, so no command is left
 
 
 def test_a_double_clicked_session_is_replayed(monkeypatch):

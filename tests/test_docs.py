@@ -1,4 +1,4 @@
-"""The Python examples of the documentation pages give the printed results."""
+"""The Python examples of the documentation pages print the results shown there."""
 
 import doctest
 import re
@@ -12,7 +12,7 @@ PAGES = ("api.md", "tutorial.md")
 
 
 def examples(page):
-    """Return a page's text with only the fenced examples, on their original lines."""
+    """Return a page's fenced examples only, on their original lines."""
     text = resources.path("docs", page).read_text(encoding="utf-8")
     return re.sub(r"^```(python)?$", "", text, flags=re.MULTILINE)
 

@@ -1,4 +1,4 @@
-"""Foreign files: limits before parsing, values checked before use, one line for each error."""
+"""Foreign files meet limits before parsing, values are checked before use, and an error is one line."""
 
 import json
 import math
@@ -25,7 +25,7 @@ def test_only_regular_files_are_read_and_reading_never_blocks(tmp_path, kind, mo
     elif kind == "folder":
         path.mkdir()
     elif kind == "socket":
-        monkeypatch.chdir(tmp_path)  # a socket's path is at most 108 bytes
+        monkeypatch.chdir(tmp_path)  # a socket's path is at most 108 bytes long, so it is relative
         socket.socket(socket.AF_UNIX).bind("x")
     elif kind == "device":
         path = "/dev/zero"

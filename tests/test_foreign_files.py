@@ -1,4 +1,4 @@
-"""Foreign files through every command that reads them: an answer or a one-line error, in time."""
+"""Every command that reads foreign files answers, or gives a one-line error, in time."""
 
 import io
 import json
@@ -45,7 +45,7 @@ COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
     "review": (("lessons", "review", "{file}"),),
     "experiment": (("experiment", "pointing", "{file}"),),
 }
-"""Commands for each kind; {out} is a new path, which may be written."""
+"""Commands for each kind of file; {out} is a new path, which may be written."""
 _OTHER_COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
     "program": (("run", "{file}"), ("export", "{file}"), ("bode", "{file}")),
     "firmware": (("flash", "no-such-port", "--hex", "{file}"),),
@@ -53,12 +53,12 @@ _OTHER_COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
 
 
 class Hang(BaseException):
-    """A command took too long."""
+    """Exception: a command took too long."""
 
 
 @contextmanager
 def limited(seconds: float = 2.0, waiting: float = 30.0) -> Iterator[None]:
-    """Raise Hang after ``seconds`` of processor time, or after ``waiting`` s."""
+    """Raise Hang after ``seconds`` of processor time, or after ``waiting`` seconds in all."""
     if sys.platform == "win32":
         yield
         return
@@ -91,13 +91,13 @@ def run(words: list[str]) -> tuple[int, str, str]:
 
 @pytest.fixture(scope="module")
 def originals(tmp_path_factory) -> dict[str, bytes]:
-    """Return a valid file of each kind, each accepted by its commands."""
+    """Return a valid file of each kind, which its commands accept."""
     return foreign_files.originals(tmp_path_factory.mktemp("originals"))
 
 
 @pytest.fixture
 def try_file(originals, tmp_path) -> Callable[[str, int], list[str]]:
-    """Return a function that gives one file to its commands and returns a list of faults."""
+    """Return a function that gives one file to its commands, and returns a list of faults."""
 
     def try_one(kind: str, seed: int) -> list[str]:
         folder = tmp_path / f"{kind} {seed}"
@@ -129,7 +129,7 @@ def try_file(originals, tmp_path) -> Callable[[str, int], list[str]]:
 
 
 def stamp(file: Path) -> tuple:
-    """Return a fingerprint of a file; sparse files are not read."""
+    """Return a fingerprint of a file; a sparse file is not read."""
     facts = file.stat()
     return facts.st_size, facts.st_mtime_ns, file.read_bytes() if facts.st_size < 1 << 24 else b""
 
@@ -158,13 +158,14 @@ def complaints(code: int, out: str, error: str, as_json: bool) -> Iterator[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", COMMANDS)
 def test_a_good_file_is_accepted(originals, tmp_path, kind):
-    """Also compiles, which the time limits do not allow for."""
+    """This test also compiles, which the time limits do not allow for."""
     file = tmp_path / f"good{foreign_files.SUFFIXES[kind]}"
     file.write_bytes(originals[kind])
     for number, command in enumerate(COMMANDS[kind]):
         places = {"folder": tmp_path, "file": file, "out": tmp_path / f"out {number}"}
         code = main([word.format(**places) for word in command])
-        assert code == (2 if kind == "calibration" else 0), command  # the port does not exist
+        # a calibration fails, because its port does not exist
+        assert code == (2 if kind == "calibration" else 0), command
 
 
 @pytest.mark.parametrize("kind", COMMANDS)
@@ -181,7 +182,7 @@ def test_many_foreign_files_give_an_answer_or_one_line(try_file, kind):
 
 @pytest.mark.slow
 def test_a_survey_is_resumed_or_rejected(originals, tmp_path):
-    """Each file is a copy, because computing extends it."""
+    """Every seed writes a new copy of the file, because computing extends it."""
     for seed in range(100):
         file = foreign_files.write("survey", seed, originals["survey"], tmp_path)
         with limited():
@@ -207,7 +208,7 @@ def test_a_fifo_is_refused_at_once(tmp_path, kind):
 
 
 def test_a_foreign_name_is_shortened_in_every_message_of_a_table(tmp_path):
-    """A name of 5,000 digits, and one of 5,000 control characters."""
+    """The names are 5,000 digits, and 5,000 control characters."""
     for name in ("9" * 5000, "\x1b" * 5000):
         file = tmp_path / "long.csv"
         rows = "".join(f"{k},{k},{k},1\n" for k in range(40))

@@ -1,4 +1,4 @@
-"""Number and unit formats for people."""
+"""Numbers and units are formatted for people."""
 
 import json
 import math
@@ -60,7 +60,7 @@ def test_very_small_or_large_values_are_powers_of_ten():
 
 
 def test_texts_round_by_these_functions_as_pythons_own_rounding_writes_12e2_for_120():
-    """In folders whose texts people read no f-string has a precision and "g", unless it is parsed again."""
+    """In folders with texts for people, an f-string has a precision and "g" only if it is parsed again."""
     own = Path(str(files("hapkit_studio")))
     found = []
     for folder in ("gui", "analysis", "charts", "environments", "commands", "haptics"):

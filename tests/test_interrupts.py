@@ -1,4 +1,4 @@
-"""Ctrl+C ends the program with 130 and no traceback at any time; closed and full outputs with 2."""
+"""Ctrl+C ends the program with 130 and no traceback at any time; closed and full outputs end it with 2."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ from hapkit_studio.commands import base
 
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and special files of POSIX")
 
-# the program, with SIGINT at the import of a module or the call of a function
+# this program gets SIGINT at the import of a module or the call of a function
 PROGRAM = """
 import builtins, signal, sys
 imported = builtins.__import__
@@ -34,7 +34,7 @@ sys.exit(main())
 
 
 def program(folder, *words, module="", first=""):
-    """Return the process's result in a folder."""
+    """Run the program in a folder; return the process's result."""
     code = PROGRAM.format(module=module, first=first, words=list(words))
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False, cwd=folder
@@ -52,7 +52,7 @@ def program(folder, *words, module="", first=""):
         (
             "matplotlib.backend_bases",
             ("run", "wall", "--seconds", "0.1", "--plot", "run.png"),
-        ),  # during a command
+        ),  # the signal arrives during a command
     ],
 )
 def test_an_interrupt_during_imports_exits_silently(module, words, tmp_path):
@@ -77,7 +77,7 @@ def test_an_interrupt_in_a_destructor_is_raised_again():
 
 
 def test_endless_threads_and_exit_functions_do_not_keep_the_program_alive():
-    """Simulated by a command: a user's file may have started such threads."""
+    """A command simulates them, because a user's file may have started such threads."""
     code = (
         "import atexit, sys, threading\n"
         "from hapkit_studio import cli\n"
@@ -113,7 +113,7 @@ def test_child_processes_ignore_interrupts_until_they_begin():
 @pytest.mark.slow
 @posix
 def test_ctrl_c_in_a_survey_ends_its_processes_at_once(tmp_path):
-    """Sent to the whole process group, like a terminal."""
+    """The signal is sent to the whole process group, as a terminal does."""
     words = ["-m", "hapkit_studio", "survey", str(tmp_path / "s.db"), "--rates", "9", "--delays", "9"]
     pipe = subprocess.PIPE
     survey = subprocess.Popen([sys.executable, *words], stdout=pipe, stderr=pipe, start_new_session=True)
@@ -121,7 +121,8 @@ def test_ctrl_c_in_a_survey_ends_its_processes_at_once(tmp_path):
         while not (tmp_path / "s.db").exists():
             assert survey.poll() is None
         os.killpg(survey.pid, signal.SIGINT)
-        out, err = survey.communicate(timeout=60)  # ends when all of them have closed their outputs
+        # this call ends when all processes have closed their outputs
+        out, err = survey.communicate(timeout=60)
     finally:
         survey.kill()
     assert (survey.returncode, out, err) == (130, b"", b"")
@@ -131,7 +132,7 @@ def test_ctrl_c_in_a_survey_ends_its_processes_at_once(tmp_path):
 
 
 class Closed:
-    """An output whose reader has closed it."""
+    """An output that its reader has closed."""
 
     def write(self, text=""):
         raise BrokenPipeError(32, "Broken pipe")
@@ -177,7 +178,7 @@ def test_errors_without_a_reader_keep_their_code(monkeypatch, capsys):
 
 @pytest.fixture
 def fifo(tmp_path):
-    """Return (path, future of its bytes), read in a thread, as a figure exceeds a pipe's buffer."""
+    """Return a FIFO's path and a future of its bytes; a thread reads them, as a pipe's buffer is small."""
     path = tmp_path / "pipe"
     os.mkfifo(path)
     with ThreadPoolExecutor(1) as pool:

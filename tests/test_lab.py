@@ -1,4 +1,4 @@
-"""An administrator's file: what it limits, and that a mistake in it lets no motor run."""
+"""An administrator's file limits force, devices and settings; a mistake in it lets no motor run."""
 
 import sys
 
@@ -14,7 +14,7 @@ from hapkit_studio.lessons import library
 
 @pytest.fixture
 def write(tmp_path, monkeypatch):
-    """Return a function that writes the file of this computer."""
+    """Return a function that writes this computer's lab file."""
     monkeypatch.setenv("XDG_CONFIG_DIRS", str(tmp_path))
     monkeypatch.setattr(lab, "path", lambda: tmp_path / "hapkit-studio" / "lab.toml")
 
@@ -79,7 +79,8 @@ def test_a_mistake_is_named_and_no_loop_starts(write, capsys, text, named):
 
 def test_only_allowed_devices_are_listed_and_opened(write):
     write('devices = ["/dev/ttyACM*", "COM3"]')
-    assert [entry.key for entry in devices.available()] == ["simulated"]  # always allowed
+    # the simulated device is always allowed
+    assert [entry.key for entry in devices.available()] == ["simulated"]
     assert devices.named("/dev/ttyACM1").title
     for key in ("/dev/ttyUSB0", "COM31"):
         with pytest.raises(ParameterError, match=r"lab\.toml does not allow"):
@@ -110,5 +111,5 @@ def test_a_labs_lock_covers_what_it_names_and_no_code_opens_it(write, qapp):
     assert [permissions.why_fixed(*place) for place in fixed] == [BY_LAB] * len(fixed)
     assert [permissions.why_fixed(*place) for place in free] == [""] * len(free)
     assert not permissions.lab.opens("")
-    permissions.set_lock(Lock())  # an instructor's unlocking
+    permissions.set_lock(Lock())  # this is how an instructor unlocks
     assert permissions.why_fixed(*LOOP) == BY_LAB

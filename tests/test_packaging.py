@@ -11,7 +11,7 @@ import pytest
 
 from hapkit_studio import __version__, environments
 
-pytestmark = pytest.mark.slow  # one installation for all tests: it takes half a minute
+pytestmark = pytest.mark.slow  # all tests share one installation, which takes half a minute
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -53,7 +53,7 @@ def python(wheel):
 def test_the_wheel_contains_only_the_package_and_its_assets(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
     kept = [path for path in (ROOT / "assets").rglob("*") if path.is_file()]
-    in_window = {"lessons.md", "troubleshooting.md"}  # of the documentation pages
+    in_window = {"lessons.md", "troubleshooting.md"}  # these documentation pages are shown in the window
     only_to_read = {path for path in kept if {"pictures", "docs"} & set(path.parts)}
     only_to_read -= {path for path in only_to_read if path.parent.name == "docs" and path.name in in_window}
     assets = [path for path in kept if path not in only_to_read]

@@ -1,4 +1,4 @@
-"""Validation of parameter values; errors contain value, limit and unit."""
+"""Parameter values are validated; errors have the value, the limit and the unit."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The machine code of a bundle: where it is, for which processors, and who may write it."""
+"""The machine code of a bundle: where it is, which processors it suits, and who may write it."""
 
 import os
 import runpy
@@ -24,7 +24,7 @@ def test_modules_are_started_by_this_interpreter_outside_the_current_folder(tmp_
 
 @pytest.fixture
 def bundle(tmp_path, monkeypatch):
-    """Let this program believe that it is a bundle with machine code; return its folder."""
+    """Make this program appear to be a bundle with machine code; return the bundle's folder."""
     package, shipped = tmp_path / "hapkit_studio", tmp_path / "machine-code"
     (shipped / "hapkit_studio" / "dynamics").mkdir(parents=True)
     (shipped / "stamp").write_text("1234")
@@ -49,11 +49,11 @@ def bundle(tmp_path, monkeypatch):
 def test_a_bundle_uses_its_machine_code_on_processors_with_all_features_of_its_baseline(
     bundle, monkeypatch, missing, used
 ):
-    # every feature of the psABI's x86-64-v3 that LLVM reports
+    # these are the features of the psABI's x86-64-v3 that LLVM reports
     v3 = "avx avx2 bmi bmi2 cx16 f16c fma lzcnt movbe popcnt sahf sse3 sse4.1 sse4.2 ssse3 xsave avx512f"
     features = {name: name != missing for name in v3.split()}
     monkeypatch.setattr(binding, "get_host_cpu_features", lambda: features)
-    monkeypatch.setattr("platform.machine", lambda: "AMD64")  # as Windows calls it
+    monkeypatch.setattr("platform.machine", lambda: "AMD64")  # Windows has this name for x86-64
     assert program.uses_shipped_code() is used
     assert program.baseline() == ("x86-64-v3" if used else None)
 
@@ -93,7 +93,7 @@ def test_machine_code_in_a_bundle_is_read_and_never_written(bundle, monkeypatch)
     for name, value in (("CACHE_LOCATOR_CLASSES", found), ("CACHE_DIR", str(bundle / "users"))):
         monkeypatch.setattr(numba.config, name, value)
         monkeypatch.setenv(f"NUMBA_{name}", value)
-    monkeypatch.setattr(program, "FILLING", True)  # as when the bundle is built
+    monkeypatch.setattr(program, "FILLING", True)  # the program fills the cache, as when the bundle is built
     assert compiled()(21.0) == 42.0
     shipped = sorted(program.SHIPPED.rglob("*.nb[ci]"))
     assert [file.suffix for file in shipped] == [".nbc", ".nbi"]
@@ -101,7 +101,7 @@ def test_machine_code_in_a_bundle_is_read_and_never_written(bundle, monkeypatch)
     again = compiled()
     assert again(21.0) == 42.0
     assert again.stats.cache_hits == {(numba.float64,): 1}
-    program.STAMP.write_text("5678")  # other sources: the machine code is not used
+    program.STAMP.write_text("5678")  # the sources have changed, so the machine code is not used
     jit._shipped_stamp.cache_clear()
     other = compiled()
     assert other(21.0) == 42.0
@@ -126,7 +126,7 @@ def test_machine_code_of_an_installed_copy_is_in_the_users_cache_and_leaves_afte
 ):
     monkeypatch.setattr("platformdirs.user_cache_dir", lambda *_, **__: str(tmp_path))
     for name in ("NUMBA_CACHE_DIR", program.OWN_CACHE):
-        monkeypatch.setenv(name, "")  # restored after the test
+        monkeypatch.setenv(name, "")  # setting it here lets monkeypatch restore it after the test
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     kept, old = tmp_path / "machine-code" / "kept", tmp_path / "machine-code" / "old"
     day = 86_400.0
@@ -138,13 +138,14 @@ def test_machine_code_of_an_installed_copy_is_in_the_users_cache_and_leaves_afte
     now = Path(numba.config.CACHE_DIR)
     assert set((tmp_path / "machine-code").iterdir()) == {now, kept}
     assert os.environ["NUMBA_CACHE_DIR"] == str(now)
-    assert program.configured_cache() == ""  # the studio's own choice is none of the user's
+    # a folder that the studio has chosen does not count as the user's choice
+    assert program.configured_cache() == ""
 
 
 @pytest.mark.parametrize("original", [None, "/opt/lib"])
 def test_other_programs_started_by_a_bundle_get_the_systems_libraries(monkeypatch, original):
     start = runpy.run_path(str(Path(__file__).parents[1] / ".ci" / "bundle" / "start.py"))
-    monkeypatch.setenv("LD_LIBRARY_PATH", "/bundle/_internal")  # as PyInstaller's loader documents
+    monkeypatch.setenv("LD_LIBRARY_PATH", "/bundle/_internal")  # PyInstaller's loader documents this
     monkeypatch.delenv("LD_LIBRARY_PATH_ORIG", raising=False)
     if original is not None:
         monkeypatch.setenv("LD_LIBRARY_PATH_ORIG", original)

@@ -1,4 +1,4 @@
-"""Rendering compared with theory: motion, stability, the wall's energy, imposed motion, hands, energy."""
+"""Rendering agrees with theory: motion, stability, the wall's energy, imposed motion, hands, energy."""
 
 import math
 from dataclasses import replace
@@ -14,16 +14,19 @@ QUANTUM = 20.7e-6
 
 
 def device(**given):
-    """Return a linear device: no Coulomb friction, ideal sensor, no clamp."""
+    """Return a linear device, with an ideal sensor, without Coulomb friction and clamp."""
     return hs.SimulatedHapkit(**{"coulomb_force": 0.0, "quantum": 0.0, "max_force": math.inf, **given})
 
 
-# --- motion, compared with matrix exponentials
+# --- motion agrees with matrix exponentials
 
 
 @pytest.mark.parametrize("late", [0.0, 0.001, 0.5, 0.999, 1.0, 7.3])
 def test_motion_is_exact_for_delays_of_any_fraction(late):
-    """Spring and damper by the backward difference, medium hand on a moving target; to 1e-6."""
+    """A medium hand with a moving target moves a spring with a damper by backward difference.
+
+    Exact to 1e-6.
+    """
     stiffness, damping, mass, viscous = 30.0, 0.3, 0.06, 0.8
     for rate in (1000.0, 370.0):
         period = 1.0 / rate
@@ -47,7 +50,7 @@ def test_motion_is_exact_for_delays_of_any_fraction(late):
 
 
 def test_spring_deflects_by_force_over_stiffness():
-    """Hand spring and rendered spring in series: x = k_h target / (k + k_h), force k x, to rounding."""
+    """The hand's and the rendered spring are in series: x = k_h target / (k + k_h), and the force is k x."""
     for stiffness in (20.0, 80.0, 300.0):
         hand = Hand(0.05, 4.0, 200.0, lambda t: 0.01)
         run = hs.simulate("spring", {"stiffness": stiffness}, hand=hand, device=device(), seconds=6.0)
@@ -85,7 +88,7 @@ LOOPS = [
 def test_one_percent_inside_the_limit_decays_outside_grows(
     part, mass, viscous, rate, late, estimator, damping
 ):
-    """The spring, released at 1 µm; the largest excursions of 2 s, 14 s apart."""
+    """A spring is released at 1 µm; the largest excursions within 2 s are compared, 14 s apart."""
     loop = {"rate": rate, "delay": late / rate, "estimator": estimator}
     limit = hs.stiffness_limit(mass, viscous, damping=damping, **loop)
     assert limit < 2000.0
@@ -103,7 +106,10 @@ def test_one_percent_inside_the_limit_decays_outside_grows(
 
 
 def bounce(stiffness, rate, delay, phase):
-    """Return energy out over energy in of one bounce; phase: fraction of a period at contact."""
+    """Return the energy after a bounce over the energy before.
+
+    ``phase`` is a fraction of a period at contact.
+    """
     speed, mass = 0.1, 0.05
     before = 0.005 - (3.0 + phase) * speed / rate
     start = device(mass=mass, damping=0.0, initial_position=before, initial_velocity=speed)
@@ -128,7 +134,7 @@ def bounce(stiffness, rate, delay, phase):
     ],
 )
 def test_the_energy_of_a_bounce_off_a_wall_agrees_with_the_formula(stiffness, rate, late, table):
-    """exp(pi omega (T/2 + delay)), averaged over the sampling phase at contact."""
+    """The formula is exp(pi omega (T/2 + delay)), averaged over the sampling phase at contact."""
     phases = (np.arange(32) + 0.5) / 32
     gain = np.mean([bounce(stiffness, rate, late / rate, phase) for phase in phases])
     assert gain == pytest.approx(table, rel=2e-3)
@@ -141,7 +147,7 @@ def test_the_energy_of_a_bounce_off_a_wall_agrees_with_the_formula(stiffness, ra
 
 
 def test_imposed_motion_gets_exactly_the_laws_force():
-    """Force exactly -k d and -b v at the prescribed position, which the motor cannot change."""
+    """The force is exactly -k d or -b v at the prescribed position, which the motor cannot change."""
 
     def motion(t):
         return 0.012 * math.sin(7.0 * t)

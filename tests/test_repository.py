@@ -1,4 +1,4 @@
-"""Rules of the whole repository that no tool checks: known layers, no machine-specific text."""
+"""Rules of the whole repository that no tool checks: layers are known, no text is machine-specific."""
 
 import os
 import re
@@ -10,11 +10,11 @@ import pytest
 from tests import mutations
 
 ROOT = Path(__file__).resolve().parent.parent
-# folders that are not searched
+# names of folders that are not searched
 SKIPPED = {".venv", ".git", "build", "dist", "__pycache__", "bench-results", ".hypothesis", "corpus"}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 TEXT = {".py", ".md", ".toml", ".c", ".h", ".cpp", ".ino", ".sh", ".qss", ".svg", ""}
-# split, so that this file does not match
+# the patterns are split, so that this file does not match them
 NOT_IN_ANY_FILE = {
     "a path of one machine": r"/(wo" r"rk|ro" r"ot|ho" r"me)/\w",
     "a registry's host": r"(py" r"pi|debi" r"an|anac" r"onda)\.(org|com|net)",
@@ -63,7 +63,7 @@ def test_ci_runs_the_readmes_command_and_the_slow_tests():
     script = [line for line in lines(ROOT / ".ci" / "run") if line and not line.startswith("#")]
     assert script == ["set -euo pipefail", 'cd "$(dirname "${BASH_SOURCE[0]}")/.."', "exec make test-all"]
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
-    assert "test-all: test" in lines(ROOT / "Makefile")  # it begins with the README's command
+    assert "test-all: test" in lines(ROOT / "Makefile")  # the target begins with the README's command
     first_screen = "\n".join(lines(ROOT / "README.md")[:40])
     assert "make run" in first_screen
     assert "make test" in first_screen
@@ -84,7 +84,7 @@ def test_virtual_board_carries_its_own_licence():
 
 
 def test_every_mutation_of_the_list_can_still_be_made():
-    """A line that was changed, or a test file that was moved, would make its mutation useless."""
+    """A changed line, or a moved test file, would make a mutation useless."""
     for mutation in mutations.listed():
         assert mutations.placed(mutation, ROOT)[1]
         assert [test for test in mutation.tests if not (ROOT / test.partition("::")[0]).is_file()] == []

@@ -1,4 +1,4 @@
-"""The log of a recording's settings: readable lines without loss, for any content."""
+"""The log of a recording's settings has readable lines without loss, for any content."""
 
 import json
 
@@ -66,7 +66,7 @@ ODD = {
 
 
 def test_any_parameter_name_and_value_round_trips():
-    """Including names of settings, and text that looks like another type."""
+    """Names may equal names of settings, and texts may look like another type."""
     units = {"rate": "V", "third": "N·s/m", "größe": "m at 3 s: x", "device": "N\nm"}
     odd = {**WALL, "environment": "odd", "parameters": ODD, "units": units}
     log = [(0.0, WALL), (0.5, odd), (0.75, {**odd, "parameters": {**ODD, "rate": 9.0}})]
@@ -102,7 +102,7 @@ def test_the_settings_of_one_long_json_line_are_read_and_other_comments_ignored(
     ]
     assert settings_log.read(["a comment of another program", "7", "=====", ""]) == []
     assert settings_log.read([]) == []
-    digits = "9" * 60_000  # must not take quadratic time
+    digits = "9" * 60_000  # reading this must not take quadratic time
     assert settings_log.read([f"stiffness: {digits}x"])[0][1]["parameters"] == {"stiffness": f"{digits}x"}
     with pytest.raises(FileError, match=r"a\.csv, settings in the first line"):
         settings_log.read(["{broken"], "a.csv")

@@ -1,4 +1,4 @@
-"""Folders of Windows and macOS, and other locales: with substitutes that follow the systems' documentation.
+"""Folders of Windows and macOS, and other locales, with substitutes that follow the systems' documentation.
 
 Folders: Known Folders (Microsoft) and the File System Programming Guide (Apple), as platformdirs reads them.
 Ports, priority and clocks: tests/devices/test_ports.py, tests/haptics/test_priority.py and test_clock.py.
@@ -22,7 +22,7 @@ KNOWN = {
     "CSIDL_LOCAL_APPDATA": r"C:\Users\Zoë B\AppData\Local",
     "CSIDL_APPDATA": r"C:\Users\Zoë B\AppData\Roaming",
     "CSIDL_COMMON_APPDATA": r"C:\ProgramData",
-    "CSIDL_PERSONAL": r"D:\Zoë B\Documents",  # moved by the user, as OneDrive does
+    "CSIDL_PERSONAL": r"D:\Zoë B\Documents",  # the user has moved this folder, as OneDrive does
 }
 
 

@@ -1,4 +1,4 @@
-"""Tables of any dialect give the same numbers; invalid ones a one-line error."""
+"""Tables of any dialect give the same numbers, and invalid tables give a one-line error."""
 
 import csv
 import io
@@ -23,7 +23,7 @@ DIALECTS = [
 
 
 def text_of(rows, delimiter, decimal, quoting=csv.QUOTE_MINIMAL, end="\n", names=NAMES, pad=0):
-    """Return a table as written by Python's csv module, which quotes cells that contain the delimiter."""
+    """Return a table as Python's csv module writes it; cells that contain the delimiter have quotes."""
     file = io.StringIO()
     writer = csv.writer(file, delimiter=delimiter, quoting=quoting, lineterminator=end)
     writer.writerow([*names, *[""] * pad])
@@ -63,7 +63,7 @@ def test_every_text_encoding_gives_the_same_comments_and_names(table, coding):
 @pytest.mark.parametrize(
     ("text", "names"),
     [
-        ("# t x F\n0.0 1.0 2.0\n1.0 2.0 3.0\n", ("t", "x", "F")),  # numpy.savetxt with a header
+        ("# t x F\n0.0 1.0 2.0\n1.0 2.0 3.0\n", ("t", "x", "F")),  # numpy.savetxt writes this with a header
         ("0,00 0,10\n1,00 0,20\n", ("1", "2")),
         ("Model,DPO\nRecord,1000\nTIME,CH1\n0,1\n1,2\n2,3\n3,4\n", ("TIME", "CH1")),
         ("t;x\nms;mm\n0;1\n1;2\n2;3\n", ("t", "x")),
@@ -102,7 +102,7 @@ def test_names_are_found_above_the_numbers(table, text, names):
             "a;b\n1;2\n" + "9" * 65_000 + "x;2\n",
             "a",
             "line 3, a is '9{40}…'",
-        ),  # must not take quadratic time
+        ),  # reading this must not take quadratic time
         ("1," * 40_000, (), "line 1 has 80,000 characters; the limit is 65,536"),
     ],
 )

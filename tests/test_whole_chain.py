@@ -1,4 +1,4 @@
-"""Encoder to motor to plot: the window, the loop, and the firmware in the virtual board."""
+"""The whole chain from encoder to motor to plot: window, loop, and firmware in the virtual board."""
 
 import time
 
@@ -25,7 +25,7 @@ pytestmark = [needs_board, pytest.mark.alone]
 
 STIFFNESS = 220.0
 SURFACE = 0.005
-# into and out of the wall, repeatedly: pushes disturbed by a busy machine are ignored
+# the hand moves into and out of the wall repeatedly; pushes disturbed by a busy machine are ignored
 PUSHES = [
     f"{start + at} hand {to} 400 8 0.1 {within}"
     for start in range(0, 120, 3)
@@ -77,7 +77,7 @@ def deep(table: np.ndarray) -> int:
 
 
 def from_the_first_row(engine: Engine) -> RingReader:
-    """Return a reader of all rows: a board in lockstep may be several hundred ahead of the window."""
+    """Return a reader of all rows, as a board in lockstep may be several hundred rows ahead of the window."""
     reader = engine.reader()
     reader.rewind(ALL)
     return reader
@@ -110,9 +110,10 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
     depth = np.maximum(moved[:-1] - SURFACE, 0.0)
     force = real.motor_force[1:]
     step = FULL_FORCE * (np.abs(real.duty[1:]) + 1.0) / 255.0**2
-    # zero force replaced the last reply if the loop was delayed
+    # if the loop was delayed, zero force replaced the last reply
     steady = (table[:-1, rows.FLAGS] == 0) & (table[1:, rows.FLAGS] == 0)
-    steady &= table[:-1, rows.BOARD_TIME] > table[0, rows.BOARD_TIME] + 0.6  # zero force, then the fade
+    # before this time, the force is zero and then fades in
+    steady &= table[:-1, rows.BOARD_TIME] > table[0, rows.BOARD_TIME] + 0.6
     assert np.count_nonzero(steady & (depth > 0.001)) > DEEP
     assert np.all(np.abs(force + STIFFNESS * depth)[steady] <= (step + STIFFNESS * QUANTUM)[steady])
     applied = table[:-1, rows.APPLIED_FORCE]
@@ -120,7 +121,7 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
     assert np.abs(applied).max() > 1.0
 
     shown = history.between(-np.inf, np.inf)
-    # the window started later, and the loop continued after its last frame
+    # the window started later than the loop, which continued after the window's last frame
     at = table[:, rows.HOST_TIME]
     both = (at >= shown.x[0]) & (at <= shown.x[-1])
     assert np.count_nonzero(both) >= SAMPLES / 2

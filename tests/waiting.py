@@ -1,4 +1,4 @@
-"""Waiting for conditions, never for fixed times; time-outs only end hanging tests."""
+"""Tests wait for conditions, never for fixed times; time-outs only end hanging tests."""
 
 import os
 import select
@@ -8,11 +8,11 @@ from collections.abc import Callable
 from tests.lateness import ATTEMPTS
 
 PATIENCE = 120.0
-"""s, time-out on any machine load."""
+"""s: time-out that suffices on a machine with any load."""
 
 
 def wait_until(true: Callable[[], object]) -> None:
-    """Return as soon as a condition holds; fail on time-out."""
+    """Return as soon as a condition holds; fail after a time-out."""
     over = time.monotonic() + PATIENCE
     while not true():
         assert time.monotonic() < over, "it never came about"
@@ -28,7 +28,7 @@ def write_all(descriptor: int, data: bytes) -> None:
 
 
 def shortest(measure: Callable[[], float], limit: float) -> float:
-    """Return the first time below a limit, or the shortest: load only increases times."""
+    """Return the first time below a limit, or else the shortest, because load only increases times."""
     took = []
     while len(took) < ATTEMPTS and (not took or took[-1] >= limit):
         took.append(measure())

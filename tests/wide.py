@@ -1,4 +1,4 @@
-"""Wide parameter ranges: `make test` runs a few cases, `make test-all` all of them."""
+"""Wide parameter ranges: `make test` runs a few cases, `make test-all` runs all of them."""
 
 from collections.abc import Callable, Iterable
 
@@ -6,6 +6,6 @@ import pytest
 
 
 def wide(cases: Iterable, quick: Callable[..., object]) -> list:
-    """Return cases, tuples for several parameters; marked slow unless quick(*case)."""
+    """Return test cases (tuples for several parameters), marked slow unless quick(*case)."""
     given = [case if isinstance(case, tuple) else (case,) for case in cases]
     return [pytest.param(*case, marks=() if quick(*case) else pytest.mark.slow) for case in given]
