@@ -361,9 +361,9 @@ def _part_names(axes: Any, c: Colors, options: "Sequence[Option]", reach: float)
 # --- what it needs
 
 NEEDS_KEY = (
-    "What most people feel when one term is left out, in just-noticeable differences (JND); loop at 1 kHz, "
-    "1 ms delay, velocity estimate by IIR at 35.5 Hz. Shaded: needed, alone or with others. †: only the "
-    "most sensitive people feel it. Small: the sense."
+    "What most people feel if one property is left out, in just-noticeable differences (JND). Loop at 1 kHz, "
+    "delay 1 ms, velocity filter IIR at 35.5 Hz. Shaded: the scene needs the property. †: only the most "
+    "sensitive people feel the difference. The small text names the sense."
 )
 _DRAWN_TOO = ", the hand motion, where it becomes noticeable, the change of the stiffness limit."
 

@@ -225,7 +225,14 @@ _NOISE = Parameter(
     "noise", "Noise", "counts", 0.5, 0.1, 5.0, "How far a sample may deviate from the fitted line", "d"
 )
 _AGILITY = Parameter(
-    "q", "Agility", "m²/s³", 1e-2, 1e-3, 1.0, "How strong the accelerations are that the filter expects", "q"
+    "q",
+    "Agility",
+    "m²/s³",
+    1e-2,
+    1e-3,
+    1.0,
+    "How quickly the filter follows a change of speed; a large value lets more noise through",
+    "q",
 )
 _METHODS = (
     Estimator("difference", "Backward difference", DIFFERENCE, (), difference, difference_response),

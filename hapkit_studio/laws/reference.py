@@ -62,7 +62,7 @@ GIVEN = (
         'side = 1.0 if p.side == "right" else -1.0',
     ),
     ("`s.name`", "the state: memory from call to call", "s.calls += 1"),
-    ("`s.name[i]`", "one of several values of a state", "s.ring[i] = x"),
+    ("`s.name[i]`", "one value of a state that has several", "s.ring[i] = x"),
     ("`NAME`", "a number at the top of the file", "push = GAIN * x"),
     ("`NAME[i]`", "a number of a table at the top of the file", "push = FORCES[i]"),
 )

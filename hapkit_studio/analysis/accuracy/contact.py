@@ -81,7 +81,11 @@ PLAN = Plan(
         Scene(key, title, error, 0.02, FELT, "", CONDITIONS)
         for key, title, error in (
             ("bounce", "Energy per bounce", "energy change in a bounce / energy"),
-            ("drift", "Drift over 100 bounces", f"energy change over {BOUNCES} bounces / start energy"),
+            (
+                "drift",
+                "Energy drift over 100 bounces",
+                f"energy change over {BOUNCES} bounces / start energy",
+            ),
         )
     ),
     runs,

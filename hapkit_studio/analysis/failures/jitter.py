@@ -118,7 +118,7 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring for the window, in a loop that always has the longest period."""
     loop = {**spring.loop_of(case), "rate": base.live_rate(1.0 / max(pattern(case)))}
     found = spring.live(stiffness, limit(case), spring.STIFFNESS, {}, loop)
-    return replace(found, advice=f"In the window every period is the long one. {found.advice}")
+    return replace(found, advice=f"Live, every period has the long duration. {found.advice}")
 
 
 FAILURE = base.Failure(

@@ -51,7 +51,7 @@ FAILURE = base.Failure(
         level=100.0 * math.cos(math.pi / stroking.WANTED),
         level_label="ten samples",
         log_x=True,
-        y_label="force in the worst ridge, % of A",
+        y_label="force in the worst ridge, % of its amplitude",
     ),
     options=(stroking.WAVELENGTH, spring.RATE),
     live=stroking.live,

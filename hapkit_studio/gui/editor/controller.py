@@ -299,7 +299,9 @@ class DeleteDialog(TextDialog):
             self._forget(self._path)
             self.close()
         else:
-            self.words.setText(f"There is no bin for {self._path.parent}. Delete the file there by hand.")
+            self.words.setText(
+                f"There is no trash folder for {self._path.parent}. Delete the file there by hand."
+            )
             self.delete.hide()
 
 

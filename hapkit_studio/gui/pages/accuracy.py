@@ -315,7 +315,7 @@ class NeedsPart(Part):
     """Shows a table of scenes over model terms; the side panel explains the chosen cell."""
 
     file = "accuracy-needs"
-    begin = "What must be modelled? The scene is rendered again and again, each time without one term."
+    begin = "What must be modelled? The scene is simulated again and again, each time without one property."
     buttons = ("Run", "All scenes")
 
     def __init__(self, studio: "Studio", live: "Live"):

@@ -35,7 +35,10 @@ class BodePage(MeasuringPage):
     file = "bode"
     heading, about = "Bode", "How the rendered scene behaves at each frequency."
     begin = "Measure up to which frequency the scene keeps its stiffness."
-    drawn, listed = "Impedance, stiffness, damping and mass over frequency", "Where the scene changes"
+    drawn, listed = (
+        "Impedance, stiffness, damping and mass over frequency",
+        "Frequencies at which the behaviour changes",
+    )
     read = (
         "Dots: measured. Bars: 95 % interval. Hollow dots: the force is not proportional to the motion. "
         "Line: theory of the sampled loop. Dashed: the stiffness has dropped by 3 dB, or the loop gives "

@@ -30,7 +30,10 @@ _HEIGHT, _LEFT = 150, 68.0
 _RING = 9  # px: radius of the warning ring around the dot
 ASK_MS = 50
 _LEAST_WIDTH = 4.0
-_REGIONS = "Green: stable. Amber: friction stops a knock of 1 mm. Hatched: a knock of 1 mm makes it buzz."
+_REGIONS = (
+    "Green: stable. Amber: friction stops the motion after a push of 1 mm. "
+    "Hatched: it buzzes after a push of 1 mm."
+)
 _PALE = 0.35
 
 

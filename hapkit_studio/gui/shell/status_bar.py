@@ -22,7 +22,7 @@ _MISSED = (
     "Ticks whose force came too late or not at all, and frames lost on the USB line, since the "
     "device was connected"
 )
-_LATE, _IN_TIME = "Loop late", "Loop in time"
+_LATE, _IN_TIME = "Loop late", "Loop on time"
 _CLAMP_WORDS = "Clamped at 8.8 N", "Force within 8.8 N", "Now +8.8 N, within 8.8 N"
 _ENERGY_WORDS = ("The scene gave you 0.88 mJ more than you put in",)
 _PRIORITY_WORDS = ("Normal priority, late up to 88.8 ms.",)

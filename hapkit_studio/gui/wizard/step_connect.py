@@ -77,4 +77,4 @@ def frame_words(found: Padding) -> str:
     plain, padded = (f"{1e3 * delay:.1f} ms" for delay in found)
     if found.better:
         return f"USB frames are padded to {found.better} bytes: the delay is {padded} instead of {plain}."
-    return f"USB frames are not padded: the delay is {plain}, with padding it would be {padded}."
+    return f"The delay is {plain}. Filling up the USB frames would make it {padded}, so they stay short."

@@ -248,7 +248,7 @@ def test_the_divider_separates_the_forces_of_two_environments(window, qtbot):
 def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):
     bar.show_health(health(), nominal=1000.0, compute=3.14e-6)
     link, figures = bar.loop.link, (bar.rate, bar.late, bar.missed, bar.priority)
-    assert (link.text(), bar.loop.sign.name) == ("Loop in time", "check")
+    assert (link.text(), bar.loop.sign.name) == ("Loop on time", "check")
     assert not any(field.isVisible() for field in figures)
     link.setFocus()
     qtbot.keyClick(link, Qt.Key.Key_Return)
@@ -270,12 +270,12 @@ def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):
 
 def test_the_loop_is_late_after_recent_missed_ticks_or_at_a_wrong_rate(bar):
     for changes, word in (
-        ({"missed": 900}, "Loop in time"),  # long ago
-        ({"missed_lately": 10}, "Loop in time"),  # of 10,000 in 10 s: one thousandth
+        ({"missed": 900}, "Loop on time"),  # long ago
+        ({"missed_lately": 10}, "Loop on time"),  # of 10,000 in 10 s: one thousandth
         ({"missed_lately": 11}, "Loop late"),
-        ({"rate": 0.981 * 1000.0}, "Loop in time"),  # the rate may deviate by 2 %
+        ({"rate": 0.981 * 1000.0}, "Loop on time"),  # the rate may deviate by 2 %
         ({"rate": 0.979 * 1000.0}, "Loop late"),
-        ({"rate": 0.0}, "Loop in time"),  # not measured yet
+        ({"rate": 0.0}, "Loop on time"),  # not measured yet
     ):
         bar.show_health(health(**changes), nominal=1000.0)
         assert bar.loop.link.text() == word, changes

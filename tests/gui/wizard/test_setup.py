@@ -332,7 +332,7 @@ def test_springs_are_measured_one_after_the_other(played):
         (
             (1.0e-3, 1.2e-3),
             0,
-            "USB frames are not padded: the delay is 1.0 ms, with padding it would be 1.2 ms.",
+            "The delay is 1.0 ms. Filling up the USB frames would make it 1.2 ms, so they stay short.",
         ),
     ],
 )

@@ -11,7 +11,9 @@ PLOT = TimePlot(
     order=0,
     traces=(
         Trace("object", "", "objline", dash=(6.0, 4.0), help="Where the object of this scene is"),
-        Trace("position", "position", "position", help="Measured by the sensor, in steps of one count"),
+        Trace(
+            "position", "position", "position", help="Measured by the sensor, in steps of one sensor count"
+        ),
     ),
     surface=True,
     folds=20,

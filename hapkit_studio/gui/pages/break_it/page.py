@@ -38,7 +38,7 @@ class BreakItPage(MeasuringPage):
 
     file = "break-it"
     title = "Where methods fail"
-    drawn = "Traces on both sides of the limit, and the failure over its knob"
+    drawn = "Motion below and above the limit, and the result for each value of the setting"
     buttons = ("Run", "Run again")
     side: FailureSide
 

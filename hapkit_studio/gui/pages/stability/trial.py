@@ -145,7 +145,7 @@ def outcome_words(seen: Released, held: TrialConditions) -> str:
         return f"Still decaying, now {size}."
     settles = seen.begin <= held.does.push or held.does.flick > 0.0
     agrees = "as predicted" if rests == settles else "which was not predicted"
-    grew = "Grew to" if seen.end > _GREW * seen.begin else "Keeps oscillating at"
+    grew = "The motion grew to" if seen.end > _GREW * seen.begin else "Keeps oscillating at"
     return f"Came to rest, {agrees}." if rests else f"{grew} {size}, {agrees}."
 
 
