@@ -81,7 +81,7 @@ def test_buttons_slider_box_and_chart_turn_the_knob_and_conditions_move_the_limi
     curve = drawn(page.detail.chart)[2]
     page.turn(0.8)
     assert page.detail.chart.figure.axes[2] is curve, "nothing was drawn anew"
-    assert list(page.detail._stands.artists[0].get_xdata()) == [160.0, 160.0]
+    assert list(page.detail._marker.artists[0].get_xdata()) == [160.0, 160.0]
     page.knob.row.box.entered.emit(5000.0)
     assert page.knob.row.box.property("invalid") is True
     assert page.knob.row.error.text() == "Stiffness goes from 100 to 300 N/m."
