@@ -100,7 +100,7 @@ def test_a_session_has_its_own_file_type_by_name_and_by_content(home, capsys):
     assert done.stdout.split()[2] != "application/x-hapkit-session"
 
 
-def test_what_needs_root_is_printed_as_commands_that_write_those_files(home, monkeypatch, tmp_path):
+def test_changes_that_need_root_are_printed_as_commands(home, monkeypatch, tmp_path):
     rules, limits = tmp_path / "rules", tmp_path / "limits"
     monkeypatch.setattr(integrate, "UDEV", rules)
     monkeypatch.setattr(integrate, "LIMITS", limits)

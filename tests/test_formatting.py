@@ -59,7 +59,7 @@ def test_very_small_or_large_values_are_powers_of_ten():
     assert [compact(x, 2, sign=True) for x in (1234.0, -1e-9, 0.0)] == ["+1,200", "−10⁻⁹", "0"]
 
 
-def test_texts_round_by_these_functions_as_pythons_own_rounding_writes_12e2_for_120():
+def test_texts_for_people_are_rounded_by_these_functions_only():
     """In folders with texts for people, an f-string has a precision and "g" only if it is parsed again."""
     own = Path(str(files("hapkit_studio")))
     found = []

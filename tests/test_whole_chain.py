@@ -110,9 +110,9 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
     depth = np.maximum(moved[:-1] - SURFACE, 0.0)
     force = real.motor_force[1:]
     step = FULL_FORCE * (np.abs(real.duty[1:]) + 1.0) / 255.0**2
-    # if the loop was delayed, zero force replaced the last reply
+    # rows with flags are left out, because zero force replaces the reply if the loop was delayed
     steady = (table[:-1, rows.FLAGS] == 0) & (table[1:, rows.FLAGS] == 0)
-    # before this time, the force is zero and then fades in
+    # rows before this time are left out, because the force is zero and then fades in
     steady &= table[:-1, rows.BOARD_TIME] > table[0, rows.BOARD_TIME] + 0.6
     assert np.count_nonzero(steady & (depth > 0.001)) > DEEP
     assert np.all(np.abs(force + STIFFNESS * depth)[steady] <= (step + STIFFNESS * QUANTUM)[steady])

@@ -33,5 +33,5 @@ def test_a_cheaper_method_feels_the_same(key, method):
 
 
 @pytest.mark.slow
-def test_no_alternative_to_a_dissipative_method():
+def test_a_dissipative_method_has_no_alternative():
     assert found("puck", 700, integrator="implicit_euler") is None

@@ -54,7 +54,7 @@ def test_a_run_ending_in_a_movement_adds_no_difference(late, felt):
 @pytest.mark.parametrize(
     ("frequency", "least"), [(100.0, 0.5e-6), (26.0, 10e-6), (248.0, None), (52.0, None), (180.0, 0.05e-6)]
 )
-def test_vibration_threshold_by_frequency(size, frequency, least):
+def test_the_vibration_threshold_depends_on_the_frequency(size, frequency, least):
     if least is None:  # interpolate between two thresholds in log frequency
         ends = {52.0: ((26.0, 10e-6), (100.0, 0.5e-6)), 248.0: ((200.0, 0.05e-6), (250.0, 0.1e-6))}
         low, high = ends[frequency]

@@ -86,7 +86,7 @@ def test_the_line_is_exact_for_times_on_a_line():
     assert (intercept.half, slope.half) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-def test_the_slopes_interval_is_students():
+def test_the_slopes_interval_has_students_distribution():
     """By hand, with residuals ∓1, ±1 about y = x: s² = 4/2, Σ(x − x̄)² = 5, t(0.975, 2) = 4.3027."""
     _, slope, _ = pointing.regression([0.0, 1.0, 2.0, 3.0], [1.0, 0.0, 1.0, 4.0])
     assert slope.value == pytest.approx(1.0)
@@ -229,7 +229,7 @@ def test_a_run_shows_the_target_once_the_start_is_held_and_ends_at_rest():
     assert run.done == [first, second]
 
 
-def test_a_run_waits_for_who_leaves_the_start_too_soon():
+def test_a_run_waits_if_the_handle_leaves_the_start_too_soon():
     run = pointing.Run(TARGETS, seed=0)
     place = np.full(3000, TARGETS[0].start)
     place[::500] += 0.003  # every 500 samples the handle is 3 mm aside, beyond the half width of 2 mm
@@ -255,7 +255,7 @@ def test_a_trial_with_missing_samples_begins_again():
     assert run.target == TARGETS[0]
 
 
-def test_a_small_start_is_no_movement():
+def test_a_small_first_movement_does_not_count():
     """The handle moves a tenth of the way and rests, and the trial goes on."""
     run = pointing.Run(TARGETS, seed=0)
     fed(run, np.full(1300, TARGETS[0].start))

@@ -12,7 +12,7 @@ TIME = np.arange(2000) / 1000.0
 ALL = np.ones(len(TIME), dtype=bool)
 
 
-def test_statistics_of_a_sine_over_whole_cycles():
+def test_statistics_of_a_sine_agree_with_closed_forms():
     found = statistics(TIME, 0.5 + 2.0 * np.sin(2.0 * math.pi * 5.0 * TIME))
     assert (found.minimum, found.maximum) == pytest.approx((-1.5, 2.5), abs=1e-4)
     assert found.mean == pytest.approx(0.5, abs=1e-9)
@@ -113,7 +113,7 @@ def test_a_slope_needs_motion():
     assert line(TIME[:5], TIME[:5], ALL[:5]) is None
 
 
-def test_residual_of_a_regression_line():
+def test_the_residual_of_a_regression_line_agrees_with_the_closed_form():
     """The best line of x² from 0 to 1 is x − 1/6, so the residual's RMS is 1/√180; that of x² is 1/√5."""
     x = np.linspace(0.0, 1.0, 4001)
     every = np.ones(len(x), dtype=bool)

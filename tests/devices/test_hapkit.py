@@ -153,7 +153,7 @@ def test_busy_missing_and_invalid_ports_are_reported(fake_board, tmp_path):
     refused(errors.NotAHapkitError, "{} is not a serial port. Choose another port.", file)
 
 
-def test_unplugging_during_handshake_request_or_while_open(fake_board):
+def test_unplugging_is_reported_during_handshake_and_request_and_while_open(fake_board):
     words = "Hapkit on {} is disconnected. Force is zero. Plug it in, then try again."
     refused(errors.PortGoneError, words, fake_board(lambda m: UNPLUG).path)
     kit = FakeKit()

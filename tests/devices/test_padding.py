@@ -29,7 +29,7 @@ def loop_with(delay, every=1, samples=400):
 
 
 @pytest.mark.parametrize("delay", [0.2, 0.999, 1.0, 3.25, 60.0])
-def test_delay_of_a_loop_that_answers_every_sample(delay):
+def test_the_delay_of_a_loop_that_answers_every_sample_is_measured(delay):
     assert effective_delay(loop_with(delay), PERIOD) == pytest.approx(delay * PERIOD, abs=1e-6)
 
 
@@ -50,7 +50,7 @@ def test_sample_numbers_may_wrap_and_be_missing():
 
 @pytest.mark.parametrize("padded", [0, PACKET])
 @pytest.mark.parametrize("latency", [0.001, 0.016])
-def test_the_delay_of_a_usb_chip_that_collects_samples(latency, padded):
+def test_the_delay_of_a_usb_chip_that_collects_samples_is_measured(latency, padded):
     kit, decoder, taken = FtdiKit(latency), Decoder(), []
     data = kit(Stream(1, padded))
     while len(taken) < 400:

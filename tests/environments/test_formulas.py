@@ -51,7 +51,7 @@ def test_walls_of_both_sides_are_mirror_images(rng):
 @pytest.mark.parametrize(
     ("mode", "going_in", "going_out"), [("into", -3.5, -2.5), ("both", -3.5, -1.5), ("none", -2.5, -2.5)]
 )
-def test_wall_damping_modes(mode, going_in, going_out):
+def test_wall_damping_acts_as_its_mode_says(mode, going_in, going_out):
     given = {"stiffness": 250.0, "damping": 10.0, "position": 0.005, "damping_mode": mode}
     assert force("wall", 0.015, 0.1, **given) == pytest.approx(going_in)
     assert force("wall", 0.015, -0.1, **given) == pytest.approx(going_out)

@@ -87,7 +87,7 @@ def test_damage_is_reported_and_defaults_are_used(memory):
     assert settings.max_force == 3.0
 
 
-# --- the power fails
+# --- power cuts
 def pass_time(board, message):
     """Send a message; return after the board has handled it and 20 ms of board time have passed."""
     before = board.status()["time"]
@@ -105,7 +105,8 @@ def read(board):
 
 def ask(board):
     """Return the settings in force, skipping replies to earlier messages."""
-    pass_time(board, Alive())  # after a reset, the board does not receive for a moment
+    # this message may be lost, because after a reset the board does not receive for a moment
+    pass_time(board, Alive())
     read(board)
     pass_time(board, SettingsRequest())
     (found,) = Decoder().feed(read(board))

@@ -53,7 +53,7 @@ def test_friction_resists_a_smaller_force_and_stops_a_thrown_paddle_at_the_theor
     assert outcome.truth.velocity[-1] == 0.0
 
 
-def test_a_hand_with_steps_ramps_and_a_release(asleep, tmp_path):
+def test_the_paddle_follows_a_hand_with_steps_ramps_and_a_release(asleep, tmp_path):
     hand, grip = (400.0, 8.0, 0.10), "400 8 0.1"
     script = [f"0.01 hand 0.01 {grip}", f"0.1 hand -0.005 {grip} 0.05", "0.2 release"]
     outcome = run(asleep, tmp_path, "--seconds", "0.25", "--log-period", "0.005", script=script)

@@ -59,6 +59,6 @@ def test_a_cancelled_run_ends_at_once():
     assert headless.run_batch(r, body, np.zeros(3), zeros, np.zeros(10, dtype=np.int64), out) == 10
 
 
-def test_imposed_motion_of_one_sample():
+def test_an_imposed_motion_may_have_one_sample():
     out, _ = headless.render(scene("wall"), Prescribed(lambda t: 0.01), 1)
     assert out[0, rows.FORCE] == pytest.approx(-250.0 * (math.floor(0.01 / 20.7e-6) * 20.7e-6 - 0.005))

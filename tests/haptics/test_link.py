@@ -128,7 +128,7 @@ def test_silence_is_attributed_to_the_line(stepped):
         (arrays.SLOW_LAW, 9.96, 9.97, arrays.HELD_UP),
     ],
 )
-def test_the_reason_for_a_missing_answer(fault, looked, answered, cause):
+def test_a_missing_answer_has_a_reason(fault, looked, answered, cause):
     harness, conn = LoopHarness(CONSTANT), link.new_link(2e-5)
     conn.state.looked_at, conn.state.last_answer = looked, answered
     conn.state.started, harness.r.control.fault[0] = 1, fault

@@ -85,7 +85,7 @@ def test_each_reader_has_its_own_cursor():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("capacity", "pause"), [(64, 10), (256, 300), (4096, 300)])
-def test_a_writer_that_never_pauses(capacity, pause):
+def test_rows_are_whole_while_a_writer_never_pauses(capacity, pause):
     out = new_ring(capacity)
     out.control.quit[0] = 1
     write_on(out, pause)

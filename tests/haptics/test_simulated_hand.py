@@ -103,9 +103,9 @@ def strokes(speed, count, back):
 @pytest.mark.parametrize("back", ["let go", "dragged"])
 @pytest.mark.parametrize(("speed", "purrs"), [(0.01, True), (0.05, True), (0.10, True), (0.30, False)])
 def test_the_cat_purrs_within_six_strokes_at_1_to_10_cm_per_second(speed, purrs, back):
-    """The hand releases the handle at the tail and takes it again at the head.
+    """If ``back`` is "let go", the hand releases the handle at the tail and takes it again at the head.
 
-    In other cases, it leads the handle back at the speed of the stroke.
+    If it is "dragged", the hand leads the handle back at the speed of the stroke.
     """
     out = live("cat", strokes(speed, 6, back))
     names = environments.named("cat").state_names

@@ -163,7 +163,7 @@ CASES = {
 
 @pytest.mark.parametrize("room", [0, 10_000])
 @pytest.mark.parametrize("case", CASES)
-def test_formerly_miscompiled_laws(case, room, machine, tmp_path):
+def test_formerly_miscompiled_laws_give_the_right_force(case, room, machine, tmp_path):
     law = module(tmp_path, law_text(CASES[case], random_laws.STATE, HELPERS)).force
     law.bind(random_laws.PARAMETERS)
     values = {p.key: p.default for p in random_laws.PARAMETERS}

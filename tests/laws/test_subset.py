@@ -193,7 +193,7 @@ def test_state_starts_at_numbers(start):
         law(state={"last": start})(lambda p, s, x, v, dt: 0.0)
 
 
-def test_large_state_and_many_parameters():
+def test_a_law_may_have_a_large_state_and_many_parameters():
     with pytest.raises(LawError, match="at most 16 state values, not 17"):
         law(state={"ring": (0.0,) * 17})(lambda p, s, x, v, dt: 0.0)
     with pytest.raises(LawError, match="at most 32 parameters, not 33"):

@@ -160,7 +160,7 @@ def laws(tmp_path_factory):
 )
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(x=numbers, v=numbers, k=st.floats(0.0, 5e3), b=numbers, side=st.sampled_from([0.0, 1.0]))
-def test_is_the_plain_function(laws, which, x, v, k, b, side):
+def test_a_compiled_law_gives_the_plain_functions_results(laws, which, x, v, k, b, side):
     """They differ by at most 1e-15 of the largest term, the accuracy of other libraries' sin and exp."""
     law = laws[which]
     want = law.plain({"stiffness": k, "damping": b, "side": side}, x, v)
@@ -196,7 +196,7 @@ def test_plain_is_nan_where_the_function_has_no_value(tmp_path):
 
 
 @pytest.mark.slow
-def test_an_edited_helper_or_constant_is_another_file(tmp_path):
+def test_an_edited_helper_or_constant_gives_a_different_generated_file(tmp_path):
     sources, forces = set(), []
     for gain in (1.0, 2.0):
         for helper in ("GAIN * a", "GAIN * a + 1.0"):

@@ -77,7 +77,7 @@ def test_an_interval_is_that_of_its_rows(lesson, played):
     assert found.stop - found.start == pytest.approx(found.result.stop - found.result.start, abs=1e-6)
 
 
-def test_a_file_brings_everything_back_and_grades_as_correct(tmp_path, lesson, played):
+def test_a_file_restores_everything_and_is_graded_as_correct(tmp_path, lesson, played):
     path = tmp_path / "lesson.hapkit"
     before = complete(lesson, played)
     before.step = 2
@@ -132,7 +132,7 @@ def test_a_passed_check_stays_passed_and_a_later_pass_takes_its_place(lesson, pl
     assert found.evaluated[key].start == 5.0
 
 
-def test_no_rows_no_interval(lesson, played):
+def test_without_rows_there_is_no_interval(lesson, played):
     step, _ = played[0]
     (found,) = evaluate_rows(checks_of(1, step), NOTHING, {}).values()
     assert (found.result.state, found.part) == ("waiting", None)

@@ -53,7 +53,7 @@ def reviewed(handed, lesson, name, points, **more):
     return path
 
 
-def test_a_review_comes_back_as_it_was_written_and_the_data_stay(handed, lesson, original):
+def test_a_review_is_read_as_written_and_the_data_are_unchanged(handed, lesson, original):
     count = len(lesson.rubric)
     comments = Comment("why?", time=1.5), Comment("good", step=2), Comment("well done")
     path = reviewed(handed, lesson, "Bob", [1] * count, comments=comments)
@@ -86,7 +86,7 @@ def test_a_review_of_other_answers_is_noticed(handed, lesson):
     assert "refers to other answers" in error
 
 
-def test_a_review_is_found_by_its_answers_where_the_file_was_renamed(handed, lesson):
+def test_a_review_is_found_by_its_answers_if_the_file_was_renamed(handed, lesson):
     reviewed(handed, lesson, "Bob", [1] * len(lesson.rubric))
     handed.path.rename(handed.path.with_name("other.hapkit"))
     found = review.reviews_of(read(handed.path.with_name("other.hapkit")))
@@ -116,7 +116,7 @@ def test_a_reviewers_name_is_one_printable_line(handed, lesson, name):
 
 
 @pytest.mark.parametrize("name", ["../../x", "Zoë", "a/b", "con:", "x" * 90])
-def test_a_review_lies_beside_the_session(handed, name):
+def test_a_review_is_in_the_folder_of_its_session(handed, name):
     path = review.path_of(handed.path, name)
     assert path.parent == handed.path.parent
     assert re.fullmatch(r"ada reviewed by [\w -]+\.review", path.name)
@@ -229,7 +229,7 @@ def test_the_command_writes_shows_and_answers_a_review(handed, lesson, capsys):
 
 
 @pytest.mark.parametrize("points", ["1", "9,1,1", "1,1,-1", "x,1,1", "1,1,1,1", "1,1,", ""])
-def test_the_command_refuses_points_that_the_rubric_has_not(handed, points, capsys):
+def test_the_command_refuses_points_that_the_rubric_does_not_have(handed, points, capsys):
     assert main(["lessons", "review", str(handed.path), "--reviewer", "Bob", "--points", points]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert not list(handed.path.parent.glob("*.review"))

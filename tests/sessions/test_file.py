@@ -182,7 +182,7 @@ def test_a_full_disk_ends_in_one_line_and_keeps_the_data_written(tmp_path):
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """Return a file system of 1 MB in memory, or skip the test if mounting one is not permitted."""
+    """Return a file system of 1 MB in memory; skip the test if mounting one is not permitted."""
     place = tmp_path / "small disk"
     place.mkdir()
     mount = shutil.which("mount")
@@ -236,7 +236,10 @@ def killed(tmp_path):
 
 @pytest.fixture
 def read_only(tmp_path):
-    """Return a function that copies a folder to a file system on which not even root may write, or skip."""
+    """Return a function that copies a folder to a file system on which not even root may write.
+
+    The test is skipped if mounting one is not permitted.
+    """
     mounted = []
 
     def make(folder):

@@ -139,7 +139,7 @@ def test_the_recommended_option_has_the_least_error_of_the_stable_ones(options, 
     assert ("needs a hand or friction" in said) == (options[0][1] < 750.0)
 
 
-def test_the_answer_and_its_reason_as_text():
+def test_the_answer_and_its_reason_are_stated_as_text():
     """The rate may matter more than the method; an error below 1 JND feels ideal; a lead cancels a part."""
     found = made_up((3.0, 900.0, 1.0), (5.0, 800.0, 1.0))
     best = replace(found.options[0], parts=(2.0, 1.0, 0.0, 0.0, 0.0, 0.0), rate=2000.0)
@@ -254,7 +254,8 @@ def grows(q, option, stiffness):
     Each column of the matrix is the result of perturbing one state for one period of the law in plain Python.
     """
     environment, values = q.environment, {**q.with_options(option.options), "contact_stiffness": stiffness}
-    if environment.key not in OBJECTS:  # the law is a spring with the damping of the scene's exact method
+    # other laws are replaced by a spring with the damping of the scene's exact method
+    if environment.key not in OBJECTS:
         damping = environment.impedance(q.with_options(q.exact))[1] if environment.impedance else 0.0
         environment, values = LIBRARY["spring"], {"center": 0.0, "stiffness": stiffness, "damping": damping}
     place, middle = OBJECTS.get(environment.key, (0.0, 0.0))

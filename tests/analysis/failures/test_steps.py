@@ -32,7 +32,7 @@ def test_the_exact_growth_is_the_damping_ratio():
         assert growth_per_radian("verlet", ratio, 1e-3) == pytest.approx(-ratio, abs=1e-3)
 
 
-def test_the_course_s_longest_steps_in_contact():
+def test_the_longest_stable_steps_in_contact_are_those_of_the_course():
     for method, longest in LONGEST.items():
         case = COURSE.case({"method": method})
         assert COURSE.limit(case) == pytest.approx(longest, rel=3e-3)

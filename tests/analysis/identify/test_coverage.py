@@ -12,7 +12,7 @@ TRUTH = np.array([0.094, 0.5, 0.10])
 
 
 @pytest.mark.slow
-def test_handle():
+def test_intervals_of_the_handle_contain_the_truth():
     errors, halves = [], []
     for seed in range(60):
         part = shaken(seed, values={"stiffness": 150.0}, delay=1e-3).handle
@@ -32,7 +32,7 @@ def test_handle():
     assert (np.median(halves, axis=0) < 4.0 * errors.std(axis=0)).all()
 
 
-def test_rendered():
+def test_intervals_of_the_rendered_impedance_contain_the_truth():
     inside = []
     for seed in range(24):
         random = np.random.default_rng(seed)

@@ -22,7 +22,7 @@ def largest(damping, late, estimator="difference", viscous=B, rate=1000.0):
     return float(passive_stiffness(viscous, np.array([damping]), rate, late / rate, estimator)[0])
 
 
-def test_a_spring_with_a_delay_of_whole_periods():
+def test_the_passive_stiffness_with_a_delay_of_whole_periods_agrees_with_theory():
     """Colgate & Schenkel's condition is b > K T/2 times 1, 3 or 5 for a delay of 0, 1 or 2 periods."""
     for late, factor in ((0, 1.0), (1, 3.0), (2, 5.0)):
         for rate in (230.0, 1000.0, 4000.0):
@@ -44,7 +44,7 @@ def test_a_filter_reduces_the_cost_of_damping():
         assert found == pytest.approx(2.0 * (1.0 - cost) / PERIOD, abs=1.2)
 
 
-def test_a_spring_with_a_fractional_delay():
+def test_the_passive_stiffness_with_a_fractional_delay_agrees_with_theory():
     """The slowest motion is the worst: b² > b K (T/2 + td) + K² θ (T - θ)/4 is the limit for w -> 0."""
     for late in (0.1, 0.5, 0.9, 1.5, 3.3):
         stiffness = largest(0.0, late)
