@@ -179,7 +179,7 @@ def test_a_failure_that_cannot_be_tried_shows_one_line(page, qtbot):
     object.__setattr__(failure, "probe", before)
     page.turn(1.3)
     qtbot.waitUntil(lambda: page.verdict.words.text() == "Grows by 0.3 1/s")
-    for bound, what in ((math.inf, "fails"), (0.0, "holds")):
+    for bound, what in ((math.inf, "works"), (0.0, "fails")):
         object.__setattr__(failure, "limit", lambda case, bound=bound: bound)
         page.run()
         words = f"Under these conditions, every value of the knob {what}. Change a condition."
