@@ -1,4 +1,4 @@
-"""A copy of the project with one more file, in which pytest runs, shows that an extension is one file."""
+"""Run programs and pytest in a copy of the project with one more file, to show that this file is enough."""
 
 import os
 import shutil

@@ -342,7 +342,8 @@ def test_link_problems_are_in_the_result(capsys, monkeypatch):
         "with other programs for 20 ms: 6 times. The law blocked the loop for 20 ms: 7 times. The board "
         "switched its motor off, because forces came too late or not at all: 8 times."
     )
-    engine.fault = Fault(arrays.SLOW_LINK, "Slow.")  # the fault has a text of its own
+    # the fault already says that the link is slow, so the remarks do not repeat it
+    engine.fault = Fault(arrays.SLOW_LINK, "Slow.")
     assert live_run._remarks(engine, found, 2000.0) == [jumps, without]
     played = live_run.Played(table, 1.0, found, remarks, None, None, 0)
     monkeypatch.setattr(live_run, "run", lambda *_: played)

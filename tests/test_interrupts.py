@@ -77,7 +77,7 @@ def test_an_interrupt_in_a_destructor_is_raised_again():
 
 
 def test_endless_threads_and_exit_functions_do_not_keep_the_program_alive():
-    """A command simulates them, because a user's file may have started such threads."""
+    """A user's file may start such threads and functions; here a command starts them."""
     code = (
         "import atexit, sys, threading\n"
         "from hapkit_studio import cli\n"

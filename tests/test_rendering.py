@@ -23,10 +23,7 @@ def device(**given):
 
 @pytest.mark.parametrize("late", [0.0, 0.001, 0.5, 0.999, 1.0, 7.3])
 def test_motion_is_exact_for_delays_of_any_fraction(late):
-    """A medium hand with a moving target moves a spring with a damper by backward difference.
-
-    Exact to 1e-6.
-    """
+    """The motion of a medium hand on a spring with a damper by backward difference is exact to 1e-6."""
     stiffness, damping, mass, viscous = 30.0, 0.3, 0.06, 0.8
     for rate in (1000.0, 370.0):
         period = 1.0 / rate

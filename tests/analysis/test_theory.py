@@ -143,7 +143,7 @@ def test_samples_per_step_are_limited(long):
 
 @pytest.mark.parametrize(("milliseconds", "most"), [(10.0, 70), (1.0, 320), (0.001, 5000)])
 def test_a_slow_law_gets_fewer_samples(monkeypatch, milliseconds, most):
-    """The sampling stops after 50 ms by its own clock, and the pass that has started by then."""
+    """Sampling stops at the end of the pass in which its own clock exceeds 50 ms."""
     force_at, calls = counted(lambda x: -300.0 * np.maximum(x, 0.0)[np.newaxis])
     monkeypatch.setattr(theory.time, "thread_time", lambda: 1e-3 * milliseconds * sum(calls))
     curve = sampled(force_at, -FAR, FAR, 1000)

@@ -1,4 +1,4 @@
-"""Position errors of the flip tracker and of the class template's.
+"""Position errors of two flip trackers, the firmware's and the class template's.
 
 It also measures the speed at which each tracker loses flips.
 """

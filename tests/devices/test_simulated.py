@@ -91,9 +91,9 @@ def test_hand_force_is_spring_and_damper_to_the_moving_target():
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_end_stops_are_inelastic(side):
-    """1 kg with 2 N hits the stop at 20 mm after sqrt(2 20 mm / 2 m/s²) = 0.1414 s, and rests there.
+    """A mass of 1 kg with 2 N hits the stop at 20 mm after sqrt(2 · 20 mm / (2 m/s²)) = 0.1414 s.
 
-    It leaves the stop with F t² / 2 m.
+    It rests there, and leaves the stop with F t² / 2 m when the force reverses.
     """
     dev, queue = start(1.0, 0.0, delay=0.3e-3, stops=0.02)
     found = run(dev, queue, lambda k, x: side * (2.0 if k < 300 else -2.0), np.zeros(401))

@@ -40,7 +40,7 @@ def chatter(ratio, late, mass=0.02):
 def test_the_sign_of_a_counted_velocity_chatters_above_a_ratio(ratio, late, low, high):
     """The limit of F_c T^2 / (m Δ) is 1.5, or 0.7 with a period of delay.
 
-    Below it, jitter is about a count.
+    Below the limit, the handle jitters by about a count.
     """
     assert low <= chatter(ratio, late) <= high
 
@@ -125,9 +125,9 @@ def test_a_tether_feels_like_a_dragged_anchor(hand, model, static, kinetic, stif
 
 
 def test_the_board_renders_a_tether_at_3_900_hz():
-    """An anchor that moves at every sample would take 1,367 cycles and reach 2 kHz.
+    """The present tether is compared with an anchor that moves at every sample: 1,367 cycles, 2 kHz.
 
-    The delays are 143 and 142 µs.
+    The board's delays are 142 µs now, and 143 µs with that anchor.
     """
     plan = BoardPlanner(ARENA).plan(PlanRequest(FRICTION, FRICTION.values({"model": "tether"})))
     assert plan.rate == pytest.approx(3900, rel=1e-3)

@@ -140,9 +140,10 @@ def test_the_limit_of_the_projection_model_includes_its_own_damping():
 
 
 def test_friction_of_the_handle_stabilises_ridges_of_a_third_of_a_newton():
-    """Friction of 0.1 N prevents oscillation, although the stiffness is above its limit.
+    """With 0.1 N of friction the handle does not drift, although the ridges are steeper than the limit.
 
-    The steepest slope of 0.3 N on 5 mm is 377 N/m; the limit at 1 ms is 333 N/m. The drift is 1.5 mm.
+    The steepest slope of 0.3 N on 5 mm is 377 N/m; the limit at 1 ms is 333 N/m. The drift without friction
+    is 1.5 mm.
     """
     for friction in (0.0, 0.1):
         device = hs.SimulatedHapkit(coulomb_force=friction, initial_position=0.002)

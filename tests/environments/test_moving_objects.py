@@ -46,7 +46,7 @@ def test_the_course_s_mass_grows_in_the_scene_as_in_its_table(method, case, moti
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_the_scene_uses_the_integrator_exactly(method):
-    """The handle has left, and every sample is compared.
+    """After the handle has left, every sample of the scene equals the integrator's.
 
     The row's acceleration is that before the last step.
     """

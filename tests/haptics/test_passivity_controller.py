@@ -20,7 +20,7 @@ MASS, VISCOUS, PERIOD, START = 0.05, 0.5, 1e-3, 2e-3
 
 
 def released(stiffness, damping=0.0, delay=0.0, controller=True, **changes):
-    """Return the rows of a spring that is released at START, for 6 s."""
+    """Return the rows of 6 s of a handle that is released at START in a spring."""
     numbers = {"coulomb_force": 0.0, "quantum": 0.0, "max_force": math.inf, **changes}
     device = SimulatedHapkit(MASS, VISCOUS, initial_position=START, **numbers)
     values = {"stiffness": stiffness, "damping": damping, "center": 0.0}

@@ -16,7 +16,7 @@ from tests.firmware.vb import needs_board
 from tests.lateness import ATTEMPTS, LATENESS
 from tests.waiting import wait_until
 
-# frames that a busy machine takes too late are gaps in the samples
+# frames that a busy machine takes too late leave gaps in the samples, so these tests run alone
 pytestmark = [needs_board, pytest.mark.alone]
 
 KEYS = ("virtual_spring", "damping", "virtual_wall")

@@ -1,4 +1,4 @@
-"""Fuzz both ends of the protocol: `make fuzz`. Reproducible; prints what ran and its duration.
+"""Fuzz both ends of the protocol: `make fuzz`. Runs are reproducible and print their size and duration.
 
 The firmware's parser and controller, and its verifier and machine, run under libFuzzer if clang is available,
 else under a driver with random mutations, with AddressSanitizer and UndefinedBehaviorSanitizer. The

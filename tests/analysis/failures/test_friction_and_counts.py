@@ -30,7 +30,7 @@ def region(beta, sigma, counts):
 
 @pytest.mark.parametrize("beta", [0.25, 0.4, 0.6, 1.0, 2.0])
 def test_releases_end_as_in_diolaitis_regions(beta):
-    """Friction above σ = 1/2 stops half a count; tested 1 % on both sides, and by the table.
+    """If friction exceeds the spring's force over half a count (σ > 1/2), the handle comes to rest.
 
     With too little damping, a large displacement grows at any friction.
     """

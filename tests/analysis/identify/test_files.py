@@ -35,7 +35,7 @@ def own(run, tmp_path_factory):
 def resaved(text, read, write, end="\r\n"):
     """Return a table that was read with one delimiter and written with another.
 
-    Rows are padded to the widest.
+    All rows are padded to the width of the widest.
     """
     rows = list(csv.reader(io.StringIO(text), delimiter=read))
     width = max(map(len, rows))

@@ -94,7 +94,7 @@ def test_motionless_recordings_give_advice_instead_of_values():
 
 
 def test_slow_recordings_do_not_determine_the_damping():
-    # the amplitude is 0.02 mm in a stiff spring, about one sensor count
+    # the sine has an amplitude of 0.02 mm, which is about one sensor count
     run = sine_run(60.0, 0.0, 0.3, 2e-5, seconds=2.0)
     part = identify(from_run(run)).rendered
     assert not part["damping"].told

@@ -151,9 +151,9 @@ def said_of_spring(handle):
 
 
 def lasting(handle, push):
-    """Return the sustained amplitude in m, inf if the handle moves away.
+    """Return the sustained amplitude in m, or inf if the handle moves away.
 
-    Extend the run if it still changes.
+    The run is extended if the amplitude still changes.
     """
     turn = 2.0 * math.pi * math.sqrt(handle.device.mass / handle.stiffness)
     for turns in (300, 1200, 4800):
@@ -487,7 +487,7 @@ def test_an_oscillation_started_by_few_pushes_is_found():
 def test_an_initial_decrease_does_not_count_as_settling():
     """The handle is released 1 mm beside a detent whose slope is beyond the limit.
 
-    There is no friction and no quantisation.
+    The device has neither friction nor quantisation.
     """
     values = {"stiffness": 1522.7, "damping": 0.374, "half_width": 3e-3}
     device = SimulatedHapkit(coulomb_force=0.0, quantum=0.0)

@@ -272,7 +272,7 @@ def own_seconds(compute):
 def test_it_is_fast_enough_for_a_status_bar():
     """It takes at most the time of 100,000 squares in Python.
 
-    Five times that with 100 ms of delay at 10 kHz.
+    With 100 ms of delay at 10 kHz it takes at most five times that time.
     """
     squares = own_seconds(lambda: sum(i * i for i in range(100_000)))
     assert own_seconds(lambda: stiffness_limit(0.05, 0.5, damping=2.0)) < 4.0 * squares

@@ -25,7 +25,8 @@ def late_share(reader) -> float:
 @pytest.mark.alone
 def test_a_map_does_not_make_the_loop_late():
     """The map is computed at normal priority, at which threads without pauses would delay the loop most."""
-    rendered.classes(LoopSettings(), [1.0], [100.0], real=True)  # compile before measuring
+    # this call compiles the code before the measurement
+    rendered.classes(LoopSettings(), [1.0], [100.0], real=True)
     done, begun = threading.Event(), threading.Event()
 
     def watch(finished, of):
