@@ -229,14 +229,14 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
     changed = np.interp([time[0] + when for when, _ in log], time, own - own[0]).tolist()
     log = [(when, settings) for when, (_, settings) in zip(changed, log, strict=True)]
     state_names, state = _states(own - own[0], found["state"], log)
-    said = [event for event in session.events if time[0] <= event.time <= zero + stop]
+    events = [event for event in session.events if time[0] <= event.time <= zero + stop]
     columns: dict[str, Any] = {signal.name: found[signal.name] for signal in _SIGNALS}
     return Run(
         time=own - own[0],
         **columns | {"flags": found["flags"].astype(int)},
         state=state,
         state_names=state_names,
-        faults=tuple(event.what["text"] for event in said if event.kind == FAULT and event.what["text"]),
+        faults=tuple(event.what["text"] for event in events if event.kind == FAULT and event.what["text"]),
         warnings=(*settings_of.changes(session.events, time[0], zero + stop), *session.damage),
         settings=dict(log[-1][1]),
         settings_log=log,

@@ -18,7 +18,7 @@ _WHOLE_HERTZ = 20.0
 _MOST_DECIMALS = 12
 _LONGEST_SHOWN = 40  # characters of a foreign text in a message
 # characters that Python calls non-printable, but that are harmless
-_KEPT = "\n\N{NO-BREAK SPACE}\N{WORD JOINER}"
+_ALLOWED = "\n\N{NO-BREAK SPACE}\N{WORD JOINER}"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -125,7 +125,7 @@ def printable(text: str) -> str:
     """
     if text.isprintable():
         return text
-    return "".join(c if c.isprintable() or c in _KEPT else json.dumps(c)[1:-1] for c in text)
+    return "".join(c if c.isprintable() or c in _ALLOWED else json.dumps(c)[1:-1] for c in text)
 
 
 def shortened(text: str, longest: int = _LONGEST_SHOWN) -> str:

@@ -40,7 +40,7 @@ def begin() -> None:
 
 
 @contextmanager
-def held_back() -> Iterator[None]:
+def deferred() -> Iterator[None]:
     """Block SIGINT in processes started inside, which a terminal sends to all, until they call ``begin``."""
     if not hasattr(signal, "pthread_sigmask"):
         yield

@@ -171,9 +171,9 @@ def read(path: str | Path) -> Table:
     body = [
         (at, line) for at, line in enumerate(lines) if line.strip(_BLANK_CHARACTERS) and not _is_comment(line)
     ]
-    places, looked_at = zip(*body[:_DIALECT_LINES], strict=True) if body else ((), ())
-    delimiter = max(DELIMITERS, key=lambda d: _delimiter_score(looked_at, d))
-    cells = [_cells(line, delimiter) for line in looked_at]
+    places, first_lines = zip(*body[:_DIALECT_LINES], strict=True) if body else ((), ())
+    delimiter = max(DELIMITERS, key=lambda d: _delimiter_score(first_lines, d))
+    cells = [_cells(line, delimiter) for line in first_lines]
     kinds = [tuple(bool(_NUMBER.fullmatch(cell)) for cell in row) for row in cells]
     usual = Counter(kind for kind in kinds if any(kind)).most_common(1)
     if not usual:

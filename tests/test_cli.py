@@ -308,7 +308,7 @@ def test_a_final_fault_ends_a_run_and_keeps_its_rows(code, remedy):
 
 def engine_on_bad_link():
     """Return an engine whose spring is too stiff for the link's delay of 5 ms."""
-    counts = LinkCounts(1, 2, 3, 4, no_sample=5, away=6, held_up=7, cut=8, clock_jumps=9)
+    counts = LinkCounts(1, 2, 3, 4, no_sample=5, away=6, law_blocked=7, cut=8, clock_jumps=9)
     return SimpleNamespace(
         where="computer",
         fault=None,

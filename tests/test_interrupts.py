@@ -100,12 +100,12 @@ def test_endless_threads_and_exit_functions_do_not_keep_the_program_alive():
 @posix
 def test_child_processes_ignore_interrupts_until_they_begin():
     tell = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))"
-    with interrupts.held_back():
+    with interrupts.deferred():
         held = subprocess.run([sys.executable, "-S", "-c", tell], capture_output=True, text=True, check=True)
     assert held.stdout == "True\n"
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
     begin = f"from hapkit_studio import interrupts; interrupts.begin(); {tell}"
-    with interrupts.held_back():
+    with interrupts.deferred():
         begun = subprocess.run([sys.executable, "-c", begin], capture_output=True, text=True, check=True)
     assert begun.stdout == "False\n"
 

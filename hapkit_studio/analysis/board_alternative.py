@@ -90,6 +90,6 @@ def _forces(request: PlanRequest, rate: float) -> np.ndarray:
     scene = headless.Scene(request.environment, request.values, device, loop, true_velocity=True)
     hand = hand_named(next((name for name in request.environment.hands if name != "released"), "press"))
     motion = Prescribed(lambda t: float(hand.target(t)))
-    asked = headless.render(scene, motion, round(SECONDS * rate))[0][:, rows.FORCE]
+    force = headless.render(scene, motion, round(SECONDS * rate))[0][:, rows.FORCE]
     samples = round(AVERAGED * rate)
-    return np.convolve(asked, np.full(samples, 1.0 / samples), "same")
+    return np.convolve(force, np.full(samples, 1.0 / samples), "same")

@@ -112,18 +112,18 @@ def compute(
         # a random order, so that partial results are a fair sample
         missing = np.random.default_rng(0).permutation(missing).tolist()
 
-        def keep(rows: Sequence[int], found: list[bytes]) -> None:
+        def store(rows: Sequence[int], found: list[bytes]) -> None:
             with database:
                 database.executemany("INSERT INTO limits VALUES (?, ?)", zip(rows, found, strict=True))
 
-        def say(done: int, _of: int) -> None:
+        def report(done: int, _of: int) -> None:
             progress(len(known) + done, len(known) + len(missing))
 
         try:
-            sweep(partial(compute_rows, axes), missing, executor=executor, progress=say, keep=keep)
+            sweep(partial(compute_rows, axes), missing, executor=executor, progress=report, store=store)
         except LostWorkers as error:
-            kept = f"What was computed is kept in {path.name}: run the same command again."
-            raise SurveyError(f"{error} {kept}") from error
+            hint = f"What was computed is kept in {path.name}: run the same command again."
+            raise SurveyError(f"{error} {hint}") from error
     return len(missing)
 
 

@@ -60,7 +60,7 @@ def sweep(
     executor: Executor | None = None,
     progress: Progress = no_progress,
     chunk: int | None = None,
-    keep: Keep | None = None,
+    store: Keep | None = None,
 ) -> list:
     """Return the task's result of every cell, in the order of the cells.
 
@@ -68,16 +68,16 @@ def sweep(
     and results must be picklable, because they may be sent to another machine. If ``executor`` is None,
     low-priority threads on all cores are used, which suits compiled tasks. progress is called in the calling
     thread. Its exceptions, and those of a task, are raised after pending chunks are cancelled. ``chunk`` is
-    the number of cells per chunk, None for about 0.1 s. ``keep`` receives each chunk's cells and results in
+    the number of cells per chunk, None for about 0.1 s. ``store`` receives each chunk's cells and results in
     the calling thread as they arrive; the returned list is then empty. Raise ParameterError.
     """
     if chunk is not None:
         chunk = whole_number(chunk, "A chunk", 1)
     if executor is not None:
-        return _swept(task, cells, executor, progress, chunk, keep)
+        return _swept(task, cells, executor, progress, chunk, store)
     count = min(workers(), max(len(cells), 1))
     with ThreadPoolExecutor(count, "hapkit-sweep", initializer=low_priority) as threads:
-        return _swept(task, cells, threads, progress, chunk, keep)
+        return _swept(task, cells, threads, progress, chunk, store)
 
 
 def timed(task: Task, cells: list) -> tuple[list, float]:
@@ -88,10 +88,10 @@ def timed(task: Task, cells: list) -> tuple[list, float]:
 
 
 def _swept(
-    task: Task, cells: Sequence, executor: Executor, progress: Progress, chunk: int | None, keep: Keep | None
+    task: Task, cells: Sequence, executor: Executor, progress: Progress, chunk: int | None, store: Keep | None
 ) -> list:
     """Submit a few chunks at a time, and collect results in order; submit lost chunks again."""
-    results: list = [] if keep else [None] * len(cells)
+    results: list = [] if store else [None] * len(cells)
     under_way: dict[Future, tuple[int, int]] = {}
     losses: Counter[int] = Counter()
     size, sent, done = 1, 0, 0
@@ -122,8 +122,8 @@ def _swept(
                 found, seconds = future.result()
                 if len(found) != last - first:
                     raise ValueError(f"The task gave {len(found)} results for {last - first} cells.")
-                if keep:
-                    keep(cells[first:last], found)
+                if store:
+                    store(cells[first:last], found)
                 else:
                     results[first:last] = found
                 done += last - first

@@ -61,7 +61,7 @@ def option_columns(found: "SceneResult") -> tuple[Column, ...]:
     return (
         Column(
             "Method", lambda one: f"{one.method or 'As set'}, {one.place}", right=False,
-            mark=lambda one: option_look(one, found),
+            mark=lambda one: option_style(one, found),
             token=lambda one: "accent" if one in best else "ink",
         ),
         Column("JND", lambda one: jnd(one.error).removesuffix(" JND"), lambda one: one.error,
@@ -218,7 +218,7 @@ def _places(scene: "SceneResult") -> list[str]:
     return [place.name for place in reversed(scene.question.places)]
 
 
-def option_look(option: "Option", scene: "SceneResult") -> tuple[str, str]:
+def option_style(option: "Option", scene: "SceneResult") -> tuple[str, str]:
     """Return the marker and colour token of an option; its method or its estimator determines them."""
     first = scene.question.choices[0] if scene.question.choices else None
     return marker_and_color(first.text(option.options[0][1]) if first else parse(option.estimator)[0].key)
@@ -253,7 +253,7 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
         names.text(0.02, row, place.capitalize(), **quiet)
         row += 0.9
         for option in options:
-            ringed, (shape, token) = option is scene.recommended(place), option_look(option, scene)
+            ringed, (shape, token) = option is scene.recommended(place), option_style(option, scene)
             if ringed:
                 for part in (names, axes, right):
                     part.axhspan(row - 0.46, row + 0.46, color=c.accentsoft, zorder=0.4)
@@ -290,15 +290,15 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
     has, words = CLOCK * 1e-6, {"size": TICK, "va": "center"}
     right.text(0.0, 0.0, "Doubling the rate divides the error by", color=c.ink2, **words)
     for row, option in enumerate(sorted(options, key=lambda o: -o.own[0][1]), 1):
-        (shape, token), (cycles, errors) = option_look(option, scene), zip(*option.own, strict=True)
+        (shape, token), (cycles, errors) = option_style(option, scene), zip(*option.own, strict=True)
         color, places = getattr(c, token), [max(e, _LEAST_OWN) for e in errors]
         axes.plot([1e-6 * n for n in cycles], places, color=color, linewidth=1.5, zorder=3)
         for n, error, face in zip(cycles, places, (color, c.plot), strict=True):
             axes.plot(1e-6 * n, error, shape, color=color, markerfacecolor=face, markersize=8.0, zorder=4)
-        told = significant(errors[0] / errors[1], 2) if errors[1] > _ROUNDING else "–"
+        gain = significant(errors[0] / errors[1], 2) if errors[1] > _ROUNDING else "–"
         right.plot(0.03, row, shape, color=color, markersize=8.0)
         right.text(0.08, row, option.method, color=c.ink, **words)
-        right.text(0.45, row, told, color=c.ink2, **words)
+        right.text(0.45, row, gain, color=c.ink2, **words)
     right.text(0.0, len(options) + 2.2, OWN_KEY, color=c.ink2, **words)
     axes.set(xscale="log", yscale="log")
     axes.margins(0.12)

@@ -91,10 +91,10 @@ def _estimator(spec: Any) -> list[str]:
 
 def _changes(log: Log, known: Known) -> list[str]:
     """Return one line for each change; the last line states how many do not fit."""
-    said = [(time, _change(before, after, known)) for (_, before), (time, after) in pairwise(log)]
-    lines = [f"At {time:.2f} s: {words}" for time, words in said[:_MOST_CHANGES]]
-    more = len(said) - _MOST_CHANGES
-    return [*lines, f"and {more} more, the last at {said[-1][0]:.2f} s"] if more > 0 else lines
+    changes = [(time, _change(before, after, known)) for (_, before), (time, after) in pairwise(log)]
+    lines = [f"At {time:.2f} s: {words}" for time, words in changes[:_MOST_CHANGES]]
+    more = len(changes) - _MOST_CHANGES
+    return [*lines, f"and {more} more, the last at {changes[-1][0]:.2f} s"] if more > 0 else lines
 
 
 def _change(before: Settings, after: Settings, known: Known) -> str:

@@ -82,11 +82,11 @@ def draw(
     found = environment_of(run.log[-1][1], known)
     over = over or _curve_quantity(found)
     for was in past:
-        look = {"color": getattr(c, was.token), "dashes": was.dash}
-        upper.plot(was.time, 1e3 * was.position, label=was.words, **look)
-        middle.plot(was.time, 1e3 * was.velocity, **look)
-        lower.plot(was.time, was.force, **look)
-        loop.plot(1e3 * getattr(was, over), was.force, **look)
+        line_style = {"color": getattr(c, was.token), "dashes": was.dash}
+        upper.plot(was.time, 1e3 * was.position, label=was.words, **line_style)
+        middle.plot(was.time, 1e3 * was.velocity, **line_style)
+        lower.plot(was.time, was.force, **line_style)
+        loop.plot(1e3 * getattr(was, over), was.force, **line_style)
     for name, place in run.moves.items():
         upper.plot(run.time, 1e3 * place, color=c.objline, dashes=(4, 2.5), label=name)
     upper.plot(run.time, 1e3 * run.position, color=c.position, label="handle")

@@ -201,8 +201,10 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
             word = kind if shown.particular is not None else exact.get(token, kind)
             attached = token == "unstable" and plane.pushes
             label = word if attached or token == "warnsoft" else f"{word}, {named[token]}"
-            look = _unstable_style(c, plane) if token == "unstable" else {"facecolor": getattr(c, token)}
-            axes.add_patch(Rectangle((0, 0), 0, 0, label=label, **look))
+            patch_style = (
+                _unstable_style(c, plane) if token == "unstable" else {"facecolor": getattr(c, token)}
+            )
+            axes.add_patch(Rectangle((0, 0), 0, 0, label=label, **patch_style))
 
 
 def _unstable_style(c: style.Colors, plane: Plane) -> dict[str, Any]:

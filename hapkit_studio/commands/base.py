@@ -85,7 +85,7 @@ def progress_line(what: str) -> Callable[[int, int], None]:
     """Return a progress callback (done, of) that updates one line on a terminal, for long tasks only."""
     begin, first = time.monotonic(), list[int]()
 
-    def say(done: int, of: int) -> None:
+    def report(done: int, of: int) -> None:
         first[:] = first or [done]  # the cells that an earlier run computed do not count for the speed
         spent, new = time.monotonic() - begin, done - first[0]
         if spent < QUIET_SECONDS or not sys.stderr.isatty():
@@ -95,7 +95,7 @@ def progress_line(what: str) -> Callable[[int, int], None]:
         line = f"{what}: {'█' * (_BAR * done // of):░<{_BAR}} {done:,} of {of:,}{left}"
         print(f"\r{'' if last else line:<79}", end="\r" if last else "", file=sys.stderr, flush=True)
 
-    return say
+    return report
 
 
 ESTIMATOR_HELP = f"{', '.join(ESTIMATORS)}; options as iir:cutoff=20"

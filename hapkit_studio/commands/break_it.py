@@ -43,14 +43,14 @@ def run(options: argparse.Namespace) -> Result:
     results: list[Shown] = []
     written: list[str] = []
     for failure in chosen:
-        say = progress_line(f"{failure.key}")
+        report = progress_line(f"{failure.key}")
         results.append(
             show(
                 failure,
                 given,
                 chart=bool(options.plot) and not options.plane,
                 plane=options.plane,
-                progress=say,
+                progress=report,
             )
         )
         path = options.plot

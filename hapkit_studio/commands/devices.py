@@ -18,11 +18,11 @@ def devices(options: argparse.Namespace) -> Result:
     """List the available devices; with --probe, identify each of them."""
     entries = device_list.available()
     found: list[dict] = [{"key": e.key, "title": e.title} for e in entries]
-    say = progress_line("Devices")
+    report = progress_line("Devices")
     for done, entry in enumerate(entries if options.probe else ()):
-        say(done, len(entries))
+        report(done, len(entries))
         found[done] |= entry.make().probe()
-    say(len(entries), len(entries))
+    report(len(entries), len(entries))
     lines = []
     for line in found:
         lines.append(f"{line['key']:<16} {line['title']}")

@@ -133,7 +133,7 @@ def run(options: argparse.Namespace) -> Result:
 
 
 def _install(options: argparse.Namespace, wanted: dict[Path, str]) -> Result:
-    _ask("Write these files", list(wanted), options.yes)
+    _confirm("Write these files", list(wanted), options.yes)
     for path, text in wanted.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as part:
@@ -153,7 +153,7 @@ def _install(options: argparse.Namespace, wanted: dict[Path, str]) -> Result:
 def _remove(options: argparse.Namespace, wanted: list[Path]) -> Result:
     present = [path for path in wanted if path.exists()]
     if present:
-        _ask("Remove these files", present, options.yes)
+        _confirm("Remove these files", present, options.yes)
     for path in present:
         path.unlink()
     _update(present)
@@ -163,7 +163,7 @@ def _remove(options: argparse.Namespace, wanted: list[Path]) -> Result:
     return Result("\n".join(lines), {"removed": [str(path) for path in present], "root_commands": commands})
 
 
-def _ask(question: str, paths: Sequence[Path], agreed: bool) -> None:
+def _confirm(question: str, paths: Sequence[Path], agreed: bool) -> None:
     """Raise ParameterError unless the user agrees."""
     if agreed:
         return

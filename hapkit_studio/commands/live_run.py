@@ -198,28 +198,30 @@ def play(
 
 def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[str]:
     """Return remarks: the board's rate is lower than requested, the motor is off, a spring is too stiff."""
-    said = []
+    remarks = []
     rate = found[BOARD]["rate_Hz"]
     if wish is not None and rate is not None and rate < wish:
-        said.append(
+        remarks.append(
             f"The board renders at {rate:,.0f} Hz, not at {wish:,.0f} Hz: this law takes too long for more."
         )
     doubt = "" if _is_final(engine.fault) else on_board.link_warning(engine)
-    said += [doubt] if doubt else []
+    remarks += [doubt] if doubt else []
     without = found["link"]["without_force_s"]
     counted = engine.health().link
     if counted.clock_jumps:
-        said.append(f"The board's clock went back or jumped {counted.clock_jumps} times: time was corrected.")
+        remarks.append(
+            f"The board's clock went back or jumped {counted.clock_jumps} times: time was corrected."
+        )
     if without >= _REMARK_SECONDS:
         causes = {
             "No sample arrived over USB for 20 ms": counted.no_sample,
             "This computer was busy with other programs for 20 ms": counted.away,
-            "The law blocked the loop for 20 ms": counted.held_up,
+            "The law blocked the loop for 20 ms": counted.law_blocked,
             "The board switched its motor off, because forces came too late or not at all": counted.cut,
         }
         why = [f"{cause}: {n} times." if n > 1 else f"{cause}." for cause, n in causes.items() if n]
-        said.append(" ".join([f"No force for {without:.2f} s.", *why]))
-    return said
+        remarks.append(" ".join([f"No force for {without:.2f} s.", *why]))
+    return remarks
 
 
 def _figures(engine: Engine, table: np.ndarray) -> dict[str, Any]:
@@ -246,7 +248,7 @@ def _figures(engine: Engine, table: np.ndarray) -> dict[str, Any]:
         "motor_off": {
             "no_sample": counted.no_sample,
             "computer_busy": counted.away,
-            "law_too_long": counted.held_up,
+            "law_too_long": counted.law_blocked,
             "board_watchdog": counted.cut,
         },
     }

@@ -53,11 +53,11 @@ def _show(options: argparse.Namespace) -> Result:
     with closing(Session(_named(options))) as session:
         start, stop = session.starts[0], session.stops[-1]
         about = [f"{name.replace('_', ' ')}: {value}" for name, value in session.latest(ABOUT).items()]
-        said = changes(session.events, start, stop)
+        changed = changes(session.events, start, stop)
         notes = [f"note: {text}" for text in session.notes]
         marks = [e for e in session.events if e.kind == MARKER]
         notes += [f"At {mark.time - start:.2f} s: {mark.what['text']}" for mark in marks]
-        lines = [_line(session), *about, *notes, *said, *_remarks(session)]
+        lines = [_line(session), *about, *notes, *changed, *_remarks(session)]
         return Result("\n".join(lines), _facts(session))
 
 

@@ -71,7 +71,7 @@ def _programs(count: int) -> Iterator[Executor]:
     """
     with ProcessPoolExecutor(count, get_context("spawn"), initializer=begin_worker) as pool:
         try:
-            with interrupts.held_back():
+            with interrupts.deferred():
                 for _ in range(count):
                     pool.submit(int)  # each call starts a process
             yield pool
@@ -85,11 +85,11 @@ def _programs(count: int) -> Iterator[Executor]:
 
 def _progress(draw: Callable[[], object]) -> Progress:
     """Return a progress callback that updates one line and redraws the figure from time to time."""
-    say, drawn = base.progress_line("loops' rows"), time.monotonic()
+    report, drawn = base.progress_line("loops' rows"), time.monotonic()
 
     def progress(done: int, of: int) -> None:
         nonlocal drawn
-        say(done, of)
+        report(done, of)
         if time.monotonic() - drawn > DRAW_SECONDS:
             draw()
             drawn = time.monotonic()

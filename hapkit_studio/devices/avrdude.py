@@ -177,10 +177,10 @@ class Output:
             for pattern, words in _PORT:
                 if pattern.search(self.text):
                     return words(port)
-        said = [
+        errors = [
             words.strip().rstrip(".") for pair in _ANY_ERROR.findall(self.text) for words in pair if words
         ]
-        return FlashError(f"avrdude failed on {': '.join([name, *said[-1:]])}. {_AGAIN}")
+        return FlashError(f"avrdude failed on {': '.join([name, *errors[-1:]])}. {_AGAIN}")
 
 
 def no_boot_loader(port: str, speeds: tuple[int, ...]) -> FlashError:

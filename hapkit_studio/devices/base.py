@@ -88,8 +88,8 @@ class Device:
         return {"ok": True, "text": "Always available: part of the studio."}
 
     # --- commands; a device that lacks the capability ignores them
-    def report_opening(self, say: Callable[[str], object]) -> None:
-        """Call ``say`` with the reason for a wait in ``open``, in the thread that opens the device."""
+    def report_opening(self, report: Callable[[str], object]) -> None:
+        """Call ``report`` with the reason for a wait in ``open``, in the thread that opens the device."""
 
     def pad_frames(self, size: int) -> None:
         """Pad every frame to ``size`` bytes at once; 0 means no padding."""

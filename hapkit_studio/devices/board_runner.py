@@ -269,14 +269,14 @@ class BoardRunner:
             self.board.stop_stream()
 
     def _run(self, motion: Motion | None, seconds: float, limits: Limits, until: Callable[[], bool]) -> Track:
-        handle, kept = None, []
+        handle, received = None, []
         deadline = time.monotonic() + _SLOWEST * seconds + _SPARE_SECONDS
         try:
             with contextlib.closing(self.samples()) as samples:
                 for sample in samples:
                     handle = handle or _Handle(self.settings.quantum)
                     handle.take(sample)
-                    kept.append(sample)
+                    received.append(sample)
                     self.progress = handle.t, seconds
                     self._answer(sample, motion, handle, limits)
                     if handle.t >= seconds or until():
@@ -285,7 +285,7 @@ class BoardRunner:
                         raise AbortedError("The board replies too slowly. Force is zero. Connect it again.")
         finally:
             self.progress = 0.0, 0.0
-        return track_of(kept, of_settings(self.settings))
+        return track_of(received, of_settings(self.settings))
 
     def _answer(self, sample: Sample, motion: Motion | None, handle: _Handle, limits: Limits) -> None:
         """Send the force that answers a sample; stop at once after a fault."""

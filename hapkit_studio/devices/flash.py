@@ -127,11 +127,11 @@ def flash(
     _wait_for_port(port, patience, progress)
     for speed in speeds * ROUNDS:
         words = [*found.words, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
-        said = Output(progress)
-        if _run([*words, "-U", f"flash:w:{path}:i"], port, said) == 0:
+        output = Output(progress)
+        if _run([*words, "-U", f"flash:w:{path}:i"], port, output) == 0:
             return Flashed(len(data), speed, time.monotonic() - begin)
-        if not said.no_sync:
-            raise said.error(port)
+        if not output.no_sync:
+            raise output.error(port)
     raise no_boot_loader(port, speeds)
 
 
@@ -170,7 +170,7 @@ def try_port(port: str) -> None:
         raise not_there(port) if isinstance(reason, PortGoneError) else reason from error
 
 
-def _run(words: list[str], port: str, said: Output) -> int:
+def _run(words: list[str], port: str, output: Output) -> int:
     """Run avrdude until it ends or an attempt fails; return its exit code."""
     try:
         child = subprocess.Popen(
@@ -180,8 +180,8 @@ def _run(words: list[str], port: str, said: Output) -> int:
         raise FlashError(f"avrdude cannot be started: {error.strerror}.") from error
     try:
         for text in _output(child, port):
-            said.feed(text)
-            if said.failed:
+            output.feed(text)
+            if output.failed:
                 return 1
         return child.wait()
     finally:

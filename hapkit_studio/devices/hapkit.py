@@ -55,7 +55,7 @@ READ_TIME = 0.05
 """Time-out in s of one read."""
 HELLO_PERIOD = 0.2
 _SILENCE = 0.1
-_KEPT = 1000
+_LONGEST_UNREAD = 1000
 _ASKED: dict[type[Message], str] = {
     SettingsRequest: "when asked for its settings",
     Board: "when it was sent new settings",
@@ -154,8 +154,8 @@ class HapkitBoard(Device):
         finally:
             self.close()
 
-    def report_opening(self, say: Callable[[str], object]) -> None:
-        self._report = say
+    def report_opening(self, report: Callable[[str], object]) -> None:
+        self._report = report
 
     def pad_frames(self, size: int) -> None:
         self.padding = size
@@ -198,13 +198,13 @@ class HapkitBoard(Device):
     def _shake_hands(self, seconds: float) -> Hello:
         """Request Hello until it arrives; raise the matching DeviceError, or OSError."""
         decoder = Decoder()
-        deadline, next_ask, heard = time.monotonic() + seconds, 0.0, b""
+        deadline, next_request, heard = time.monotonic() + seconds, 0.0, b""
         while (now := time.monotonic()) < deadline:
-            if now >= next_ask:
+            if now >= next_request:
                 self._send_after_delimiter(HelloRequest())
-                next_ask = now + HELLO_PERIOD
+                next_request = now + HELLO_PERIOD
             data = self._received()
-            heard = (heard + data)[-_KEPT:]
+            heard = (heard + data)[-_LONGEST_UNREAD:]
             for body in decoder.bodies(data):
                 if body[0] == Hello.ID and len(body) >= _VERSION.stop:
                     return _checked(body, self.port)

@@ -233,9 +233,9 @@ def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) 
     old, new = queue[(newest - 1) & mask], queue[newest & mask]
     queue[(sample + 1) & mask] = queue[sample & mask]
     dev[_SAMPLE] = sample + 1
-    held = stiffness != 0.0 or grip != 0.0
-    target_rate = (target1 - target0) / period if held else 0.0
-    pull = stiffness * target0 + grip * target_rate if held else 0.0
+    gripped = stiffness != 0.0 or grip != 0.0
+    target_rate = (target1 - target0) / period if gripped else 0.0
+    pull = stiffness * target0 + grip * target_rate if gripped else 0.0
     rate = stiffness * target_rate
     dev[EFFECT] = new + (old - new) * rest / period
     if rest > 0.0:
@@ -247,7 +247,7 @@ def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) 
     if abs(x) + abs(v) < _FLUSH_BELOW:
         x, v = 0.0, 0.0
     dev[X], dev[V] = x, v
-    if held:
+    if gripped:
         dev[HAND_FORCE] = stiffness * (target1 - x) + grip * (target_rate - v)
 
 

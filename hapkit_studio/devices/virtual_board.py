@@ -38,7 +38,7 @@ class BoardProgram:
         self._summary = ""
         self._lines: list[str] = []
         try:
-            with interrupts.held_back():  # Ctrl+C goes to the studio, which stops the motor first
+            with interrupts.deferred():  # Ctrl+C goes to the studio, which stops the motor first
                 self._child = subprocess.Popen(
                     words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, bufsize=0
                 )

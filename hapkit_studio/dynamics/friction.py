@@ -77,6 +77,6 @@ def banded(x, v, anchor, stiffness, static, kinetic, band):
     The body enters the band with a slack tether, because a taut one would add energy.
     """
     if abs(v) < band:
-        hold, anchor = tether(x, anchor, stiffness, static)
-        return hold, anchor, 0.0 if abs(hold) < static else math.copysign(1.0, hold)
+        spring_force, anchor = tether(x, anchor, stiffness, static)
+        return spring_force, anchor, 0.0 if abs(spring_force) < static else math.copysign(1.0, spring_force)
     return -math.copysign(kinetic, v), x, -math.copysign(1.0, v)

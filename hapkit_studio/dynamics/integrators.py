@@ -204,8 +204,8 @@ def drive(method, times, h, body, force, touch, x, v):
         before = acceleration(x[0], v[0], m, b, k, force[0], touch[0], 1.0, 0.0, contact, 0.0, reach, wall)
         for n in range(x.size - 1):
             f = force[n]
-            held = v[n] == 0.0 and abs(f - k * x[n]) <= static
-            friction = static if held else kinetic
+            stuck = v[n] == 0.0 and abs(f - k * x[n]) <= static
+            friction = static if stuck else kinetic
             x[n + 1], v[n + 1], before = step(
                 method, x[n], v[n], before, h, friction,
                 m, b, k, f, touch[n], 1.0, 0.0, contact, 0.0, reach, wall,

@@ -37,12 +37,12 @@ def forget_outdated(package: Path = PACKAGE) -> None:
     numba checks only the file of the function itself. After an update it would call an outdated version from
     another file, or fail because of a missing module.
     """
-    kept = package / "__pycache__"
-    mark = kept / f"compiled-{sources_stamp(*_COMPILED, package=package)}"
+    folder = package / "__pycache__"
+    mark = folder / f"compiled-{sources_stamp(*_COMPILED, package=package)}"
     try:
-        kept.mkdir(exist_ok=True)
+        folder.mkdir(exist_ok=True)
         mark.touch(exist_ok=False)
-        for old in kept.glob("compiled-*"):
+        for old in folder.glob("compiled-*"):
             if old != mark:
                 old.unlink(missing_ok=True)
         for old in package.rglob("__pycache__/*.nb[ci]"):

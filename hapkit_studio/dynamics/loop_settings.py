@@ -149,7 +149,7 @@ class LoopSettings:
         return self.viscous + (self.grip.damping if self.grip else 0.0)
 
     @property
-    def held_stiffness(self) -> float:
+    def grip_stiffness(self) -> float:
         """Return the hand's stiffness in N/m; 0 for a released handle."""
         return self.grip.stiffness if self.grip else 0.0
 

@@ -196,8 +196,8 @@ def forces(touching, beyond, x, v, friction, b, k, f, touch, side, speed, contac
             touching, closing, beyond, b, k, f, touch, speed, contact, pad, reach, wall
         )
     pull = force - damping * v - stiffness * x
-    held = 1.0 if v == 0.0 and abs(pull) <= friction else 0.0
-    return damping, stiffness, force - math.copysign(friction, v if v != 0.0 else pull), held
+    stuck = 1.0 if v == 0.0 and abs(pull) <= friction else 0.0
+    return damping, stiffness, force - math.copysign(friction, v if v != 0.0 else pull), stuck
 
 
 @compiled
@@ -209,10 +209,10 @@ def exact(x, v, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach
     touching, _, beyond = place(x, v, touch, side, speed, reach)
     left, turned = h, 0.0
     for _ in range(64):
-        b1, k1, f1, held = forces(
+        b1, k1, f1, stuck = forces(
             touching, beyond, x, v, friction, b, k, f, touch, side, speed, contact, pad, reach, wall
         )
-        if held > 0.0:
+        if stuck > 0.0:
             return x, 0.0
         span = left
         if k1 > 0.0:

@@ -60,7 +60,7 @@ def without_law(loop: LoopSettings, remembered: int, period: float, late: float)
     x, v, the states of estimator and law, and the commands, newest first. Entries for the law are 0. The last
     row is the velocity passed to the law. The virtual damping of the loop is ignored.
     """
-    m, c, k = loop.moving_mass, loop.total_viscous, loop.held_stiffness
+    m, c, k = loop.moving_mass, loop.total_viscous, loop.grip_stiffness
     first, second = transition(m, c, k, late), transition(m, c, k, period - late)
     code, coefs = estimators.design(loop.estimator, loop.rate, loop.quantum)
     whole = loop.parted[0]
@@ -79,8 +79,8 @@ def without_law(loop: LoopSettings, remembered: int, period: float, late: float)
 
 def sample_matrix(free: np.ndarray, law: Law, remembered: int, period: float) -> np.ndarray:
     """Return the whole map (s, s): a map of ``without_law`` closed with this law, ``period`` s later."""
-    kept = slice(_LAW, _LAW + remembered)
-    felt = np.vstack([np.eye(free.shape[1])[kept], free[0], free[-1]])
+    rows = slice(_LAW, _LAW + remembered)
+    felt = np.vstack([np.eye(free.shape[1])[rows], free[0], free[-1]])
     answers = (law(unit[:-2], unit[-2], unit[-1], period) for unit in np.eye(remembered + 2))
     columns = np.column_stack([np.r_[memory, force] for force, memory in answers])
     whole = free[:-1].copy()
@@ -91,8 +91,8 @@ def sample_matrix(free: np.ndarray, law: Law, remembered: int, period: float) ->
 def used(matrices: np.ndarray) -> np.ndarray:
     """Return the maps (n, s, s) without the states that affect no other state."""
     others = matrices * (1.0 - np.eye(matrices.shape[-1]))
-    kept = np.flatnonzero((others != 0.0).any(axis=(0, 1)))
-    return matrices[:, kept[:, np.newaxis], kept]
+    rows = np.flatnonzero((others != 0.0).any(axis=(0, 1)))
+    return matrices[:, rows[:, np.newaxis], rows]
 
 
 def radius(matrix: np.ndarray) -> float:

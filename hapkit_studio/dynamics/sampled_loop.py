@@ -38,7 +38,7 @@ def _inverse_plant(loop: LoopSettings, w: np.ndarray) -> np.ndarray:
 
     The expression uses z - 1, which avoids cancellation at low frequencies.
     """
-    m, c, k = loop.moving_mass, loop.total_viscous, loop.held_stiffness
+    m, c, k = loop.moving_mass, loop.total_viscous, loop.grip_stiffness
     period = 1.0 / loop.rate
     whole_periods, fraction = loop.parted
     g0, g1 = transition(m, c, k, period)[4:7:2]

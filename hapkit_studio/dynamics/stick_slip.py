@@ -65,15 +65,15 @@ def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
     step = dt / mass
     slid = v + step * (pull - math.copysign(kinetic, v))
     # the mass rests, or breaks away against the kinetic friction
-    held = 0.0 if abs(pull) <= static else v + step * (pull - math.copysign(kinetic, pull))
+    stuck = 0.0 if abs(pull) <= static else v + step * (pull - math.copysign(kinetic, pull))
     if model == COULOMB:  # uses only the sign of the velocity
         return slid if v != 0.0 else step * (pull - math.copysign(min(abs(pull), static), pull))
     if model == KARNOPP:  # a state machine, which sticks when the velocity would change its sign
         if v == 0.0:
-            return held
+            return stuck
         return slid if slid * v > 0.0 else 0.0
     if model == KARNOPP_BAND:
-        return slid if abs(v) >= options[0] else held
+        return slid if abs(v) >= options[0] else stuck
     if model == STRIBECK:
         return projected(v + step * pull, stribeck(v, static, kinetic, options[0]) * step)
     if model == PROJECTION:

@@ -22,7 +22,7 @@ TICK = record(
     ("last_position", "f8"),
     ("energy", "f8"),  # energy given to the handle since the start, J
     ("applied", "f8"),  # the last force sent
-    ("hold", "f8"),  # remaining time of zero force after connecting, in s
+    ("zero_force_left", "f8"),  # remaining time of zero force after connecting, in s
     ("good", "f8"),  # time since the sensor was last stale, in s
     ("stale_times", "f8", 3),  # ring buffer of the times at which the sensor became stale
     ("fault_value", "f8"),  # the value that caused the latched fault, in the unit of this value
@@ -48,7 +48,7 @@ TICK = record(
     ("ticks_done", "i8"),
     ("work_done", "i8"),
 )
-_KEPT = "fault_value", "fault_position", "number", "slow_law"  # fields that survive a restart
+_SURVIVING = "fault_value", "fault_position", "number", "slow_law"  # fields that survive a restart
 
 # limit of the energy that the law may give, and the excess over this limit, in J
 LIMIT = record(("limit", "f8"), ("excess", "f8"))
@@ -119,7 +119,7 @@ SLOW_LAW, SLOW_LINK = 9, 10
 
 # Why the force was temporarily zero: no sample arrived, the computer was suspended, the law blocked the loop,
 # the board switched its motor off although it was answered, or the board's clock jumped.
-CAUSES = NO_SAMPLE, AWAY, HELD_UP, CUT, CLOCK_JUMP = range(5)
+CAUSES = NO_SAMPLE, AWAY, LAW_BLOCKED, CUT, CLOCK_JUMP = range(5)
 
 
 class LoopArrays(NamedTuple):
@@ -163,19 +163,19 @@ def new_arrays(shared: Block) -> LoopArrays:
     )
 
 
-def restart(r: LoopArrays, hold_seconds: float) -> None:
+def restart(r: LoopArrays, zero_force_seconds: float) -> None:
     """Reset the tick before a loop runs; the force fades in from zero.
 
-    The force is zero for the first hold_seconds. An E-stop and latched faults remain, except for "device
+    The force is zero for the first zero_force_seconds. E-stop and latched faults remain, except for "device
     disconnected". Counters continue.
     """
     if r.control.fault[0] == DEVICE_GONE:
         r.control.fault[0] = NO_FAULT
     for name in TICK.fields or ():
-        if name not in _KEPT:
+        if name not in _SURVIVING:
             r.tick[name] = 0
     r.tick.blend = r.tick.ramp = 1.0
-    r.tick.hold = hold_seconds
+    r.tick.zero_force_left = zero_force_seconds
     r.tick.cleared = r.control.clear[0]
     r.watch.renew = r.watch.cells_known = 0
     for name in block.SETTINGS.fields or ():

@@ -30,7 +30,7 @@ TICKS = 2e6  # Hz: frequency of the board's timer, which measures the periods
 RATES = tuple(range(4000, 499, -100))
 """Rates in Hz to request from a board, the fastest first; the board rounds the period to whole ticks."""
 _SHARE = 0.8  # largest fraction of the board's processor that a law may typically use
-_KEPT = 64
+_CACHE_SIZE = 64
 
 ESTIMATORS = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}
 INSTEAD = "kalman"  # replaces an estimator that the board does not have
@@ -131,11 +131,11 @@ class BoardPlanner:
     def plan(self, request: PlanRequest) -> BoardPlan | str:
         """Return the plan for a request, or the reason in one line; compiling a law takes about 0.1 s."""
         found = self.known(request)
-        return self.keep(request, self._work_out(request)) if found is None else found
+        return self.store(request, self._work_out(request)) if found is None else found
 
-    def keep(self, request: PlanRequest, answer: BoardPlan | str) -> BoardPlan | str:
+    def store(self, request: PlanRequest, answer: BoardPlan | str) -> BoardPlan | str:
         """Cache the answer to a request, and return it."""
-        while len(self._answers) >= _KEPT:
+        while len(self._answers) >= _CACHE_SIZE:
             self._answers.pop(next(iter(self._answers)), None)
         self._answers[request.key] = answer
         return answer
@@ -200,7 +200,7 @@ class BackgroundPlanner:
                 planner.plan(request)
             except Exception as defect:  # nobody reads the future's exception
                 traceback.print_exc()
-                planner.keep(
+                planner.store(
                     request, f"{request.environment.title} cannot be rendered on the board: {defect}"
                 )
             self._done(planner)
@@ -217,7 +217,7 @@ class BackgroundPlanner:
         self._thread = ThreadPoolExecutor(1, "hapkit-law")
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=_CACHE_SIZE)
 def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) -> "Program | str":
     """Return a law's program that fits into ``room`` bytes, or the reason why there is none."""
     from hapkit_studio.laws import board  # imported here because the import would delay the first sample
@@ -287,7 +287,7 @@ def coefficients(spec: Spec, rate: float, quantum: float) -> tuple[int, float, f
     return int(Estimator.DIFFERENCE), 0.0, 0.0
 
 
-def tell_link(line: Link, settings: Settings, pwm_top: int) -> None:
+def configure_link(line: Link, settings: Settings, pwm_top: int) -> None:
     """Store the board's settings, and the board's force at each duty, in the link."""
     line.motor[: pwm_top + 1] = motor_forces(settings, pwm_top)
     body = Board(**{w.name: getattr(settings, w.name) for w in Board.layout()}).pack()

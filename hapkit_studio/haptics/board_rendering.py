@@ -120,29 +120,29 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
     ``gap`` tells that frames before this one are missing or have no row. Skipped sensor readings also count
     as a gap.
     """
-    state, said = conn.state, int(sample[codec.FLAGS])
+    state, board_flags = conn.state, int(sample[codec.FLAGS])
     missed = (int(sample[codec.OVERRUNS]) - conn.state.overruns) & 0xFF
     if missed and conn.state.handover >= link.ON_BOARD:
         store_release(r.control.missed, 0, r.control.missed[0] + missed)
         conn.state.skipped += missed
     conn.state.overruns = int(sample[codec.OVERRUNS])
-    latch_reported_faults(r, state, said, now)
-    off = said & codec.FLAG_WATCHDOG != 0 and said & codec.FLAG_STOPPED == 0
+    latch_reported_faults(r, state, board_flags, now)
+    off = board_flags & codec.FLAG_WATCHDOG != 0 and board_flags & codec.FLAG_STOPPED == 0
     if off and conn.state.motor_seen_on and not r.tick.stale:
         # the board switched its motor off although it had received keep-alive messages
         causes = r.control.stale_causes
         store_release(causes, arrays.CUT, causes[arrays.CUT] + 1)
     conn.state.motor_seen_on = not off
-    flags = rows.GAP if gap or said & codec.FLAG_SENSOR else 0
-    if said & codec.FLAG_CLAMPED:
+    flags = rows.GAP if gap or board_flags & codec.FLAG_SENSOR else 0
+    if board_flags & codec.FLAG_CLAMPED:
         flags |= rows.CLAMPED
-    if said & codec.FLAG_STOPPED:
+    if board_flags & codec.FLAG_STOPPED:
         flags |= rows.STOPPED
-    if said & codec.FLAG_WATCHDOG or r.tick.stale:
+    if board_flags & codec.FLAG_WATCHDOG or r.tick.stale:
         flags |= rows.STALE
     if r.control.fault[0] != arrays.NO_FAULT:
         flags |= rows.FAULT
-    if said & _OFF:
+    if board_flags & _OFF:
         state.faded_at = sample[codec.BOARD_TIME] + _FADE
     elif sample[codec.BOARD_TIME] < state.faded_at:
         flags |= rows.FADING
@@ -150,7 +150,7 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
 
 
 @internal
-def latch_reported_faults(r: LoopArrays, state: Record, said: int, now: float) -> None:
+def latch_reported_faults(r: LoopArrays, state: Record, board_flags: int, now: float) -> None:
     """Latch over-speed and non-finite forces, unless a command to clear them was just sent to the board.
 
     After a jump of the sensor the board resets its estimate; the speed is then computed from the positions.
@@ -158,10 +158,10 @@ def latch_reported_faults(r: LoopArrays, state: Record, said: int, now: float) -
     speed, position = r.tick.velocity, r.tick.last_position
     if now < state.excused:
         return
-    if said & codec.FLAG_OVER_SPEED or abs(speed) > r.settings.max_speed:
+    if board_flags & codec.FLAG_OVER_SPEED or abs(speed) > r.settings.max_speed:
         seen = state.seen_speed
         latch(r, arrays.OVER_SPEED, speed if abs(speed) > r.settings.max_speed else seen, position)
-    if said & codec.FLAG_REFUSED:
+    if board_flags & codec.FLAG_REFUSED:
         latch(r, arrays.NOT_A_NUMBER, math.nan, position)
 
 
@@ -223,7 +223,7 @@ def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndar
         direction = law_frames.signed(body, law_frames.AT_DIRECTION, 1)
         law_frames.put_integer(body, law_frames.AT_SENSE, 1, -sense)
         law_frames.put_integer(body, law_frames.AT_DIRECTION, 1, -direction)
-    state.handover, state.asked_at = link.SENDING_SETTINGS, -link.REPEAT_AFTER
+    state.handover, state.requested_at = link.SENDING_SETTINGS, -link.REPEAT_AFTER
     state.settings_seen = conn.reader[codec.SETTINGS_FRAMES]
     return send_settings(conn, k, now, frame)
 
@@ -236,9 +236,9 @@ def send_settings(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
         state.zero, state.sign = 0.0, 1.0
         state.handover = link.SENDING_LAW
         return encode_zero(conn, k, frame)
-    if now - state.asked_at < link.REPEAT_AFTER:
+    if now - state.requested_at < link.REPEAT_AFTER:
         return encode_zero(conn, k, frame)
-    state.asked_at = now
+    state.requested_at = now
     return law_frames.encode_body(frame, conn.settings)
 
 
@@ -250,9 +250,9 @@ def send_law(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, c
         take_law(r, conn, k, code_id)
     heard = sample[codec.KIND] == codec.SAMPLE and int(sample[codec.GENERATION]) == state.law_generation
     if not heard:
-        if now - state.asked_at < link.REPEAT_AFTER:
+        if now - state.requested_at < link.REPEAT_AFTER:
             return send_now_and_then(conn, k, frame, law_frames.ALIVE)
-        state.asked_at = state.moved_at = now
+        state.requested_at = state.moved_at = now
         return encode_law(conn, frame)
     if sample[codec.REFUSAL] != 0.0:
         state.refused, state.refusal = code_id, int(sample[codec.REFUSAL])
@@ -274,17 +274,17 @@ def take_law(r: LoopArrays, conn: Link, k: int, code_id: int) -> None:
     conn.unsure[:] = 0
     state.law_due = state.received = state.sent = state.tuning = 0
     state.first, state.second = r.settings.board_first, r.settings.board_second
-    state.asked_at = -link.REPEAT_AFTER
+    state.requested_at = -link.REPEAT_AFTER
 
 
 @internal
 def next_generation(conn: Link, k: int) -> int:
     """Return a generation from 1 to 255 that differs from those of the last law and of the board's law."""
-    state, told = conn.state, int(conn.samples[k, codec.GENERATION])
+    state, accepted = conn.state, int(conn.samples[k, codec.GENERATION])
     generation = state.generation
     for _ in range(3):
         generation = generation % _GENERATIONS + 1
-        if generation != state.law_generation and generation != told:
+        if generation != state.law_generation and generation != accepted:
             break
     state.generation = generation
     return generation
@@ -336,16 +336,16 @@ def send_pieces(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 def return_to_computer(conn: Link) -> None:
     """Start to return the rendering to the computer."""
     conn.state.handover = link.RETURNING
-    conn.state.asked_at = -link.REPEAT_AFTER
+    conn.state.requested_at = -link.REPEAT_AFTER
 
 
 @internal
 def send_leave(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Encode Leave, and repeat it until the telemetry stops."""
     state = conn.state
-    if now - state.asked_at < link.REPEAT_AFTER:
+    if now - state.requested_at < link.REPEAT_AFTER:
         return send_now_and_then(conn, k, frame, law_frames.ALIVE)
-    state.asked_at = now
+    state.requested_at = now
     return codec.encode_simple(frame, law_frames.LEAVE)
 
 

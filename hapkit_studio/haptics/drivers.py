@@ -15,18 +15,18 @@ from hapkit_studio.haptics.link import Link
 from hapkit_studio.haptics.rows import Ring
 
 # s of zero force after connecting, during which the delay of the line is measured
-HOLD_SECONDS = 0.5
+ZERO_FORCE_SECONDS = 0.5
 
 
 class Driver:
     """The owner of one connection; ``run`` occupies its thread until the control word ``quit`` is set.
 
-    ``hold_seconds`` is the time of zero force at the start. ``rate`` is that of the device's clock in Hz,
-    None if the device has no clock. ``planner`` plans what the board can render, and is None without a board;
-    ``no_planner`` then says in one line why.
+    ``zero_force_seconds`` is the time of zero force at the start. ``rate`` is that of the device's clock in
+    Hz, None if the device has no clock. ``planner`` plans what the board can render, and is None without a
+    board; ``no_planner`` then states the reason in one line.
     """
 
-    hold_seconds = 0.0
+    zero_force_seconds = 0.0
     rate: float | None = None
     planner: BoardPlanner | None = None
     no_planner = ""
@@ -66,7 +66,7 @@ class SimulatedDriver(Driver):
 class SerialDriver(Driver):
     """Runs the loop on a board at a serial port, synchronised to the board's samples."""
 
-    hold_seconds = HOLD_SECONDS
+    zero_force_seconds = ZERO_FORCE_SECONDS
 
     def __init__(self, device: Any):
         device.open()
@@ -82,7 +82,7 @@ class SerialDriver(Driver):
             self.no_planner = str(error)
             return
         self.planner = BoardPlanner(device.hello.arena, settings)
-        board_plan.tell_link(self.conn, settings, device.hello.pwm_top)
+        board_plan.configure_link(self.conn, settings, device.hello.pwm_top)
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         if not r.control.quit[0]:

@@ -52,14 +52,14 @@ class Engine:
         self._ring = new_ring(self.arrays.control)
         self.lateness_bins = health.new_histogram()
         """The lateness histogram since the start, int64 bins."""
-        self._watch = Watch()
+        self._health_monitor = Watch()
         self.driver: Driver | None = None
         self._thread: threading.Thread | None = None
         self._priority = STARTING
         self._message = ""
         self._lock = threading.RLock()
         # compiled laws by address, each with the last settings generation that used the law
-        self.kept_laws: dict[int, tuple[int, object]] = {}
+        self.retained_laws: dict[int, tuple[int, object]] = {}
         self._titles: dict[int, str] = {}  # titles of environments, by the address of their law
         self._planning = BackgroundPlanner(self._planned)
         chosen = _environment(environment)
@@ -85,8 +85,8 @@ class Engine:
         store_release(self.arrays.control.quit, 0, 1)
         driver.run(self.arrays, new_ring(self.arrays.control, 2), self.lateness_bins)
         self.lateness_bins[:] = 0
-        arrays.restart(self.arrays, driver.hold_seconds)
-        self._watch.forget()
+        arrays.restart(self.arrays, driver.zero_force_seconds)
+        self._health_monitor.forget()
         self._thread = threading.Thread(
             target=self._own_thread, args=(driver,), name="hapkit-loop", daemon=True
         )
@@ -146,10 +146,10 @@ class Engine:
         """Write settings to the loop's block; keep every law in memory as long as the loop may call it."""
         encoded, law = content.encode(), content.environment.force.compiled()
         accepted = int(load_acquire(self.arrays.control.accepted, 0))
-        self.kept_laws[law.address] = content.generation, law
+        self.retained_laws[law.address] = content.generation, law
         self._titles[law.address] = content.environment.title
         block.publish(self.arrays.block, encoded)
-        self.kept_laws = {address: kept for address, kept in self.kept_laws.items() if kept[0] >= accepted}
+        self.retained_laws = {key: law for key, law in self.retained_laws.items() if law[0] >= accepted}
 
     @property
     def environment(self) -> Environment:
@@ -226,9 +226,9 @@ class Engine:
             raise ParameterError(f"{self.device.title} sets the rate: {own_rate:,g} Hz, not {rate:,g} Hz.")
         self._change_loop(**changes)
         if rate is not None:
-            self._watch.forget()
+            self._health_monitor.forget()
         if "hand" in changes:
-            self._tell_hand()
+            self._apply_hand()
 
     def limit_force(self, newtons: float) -> None:
         """Limit the force to a value in N below the highest limit; raise ParameterError, DeviceError."""
@@ -251,14 +251,14 @@ class Engine:
         if target is not None and not math.isfinite(target):
             raise ParameterError(f"The hand's target must be a finite number in m, not {target:g}.")
         self._change(target=target)
-        self._tell_hand()
+        self._apply_hand()
 
     def release_at_rest(self) -> None:
         """Release a simulated handle at its present position with zero speed."""
         with self._lock:
             self._change(target=None, releases=self._content.releases + 1)
 
-    def _tell_hand(self) -> None:
+    def _apply_hand(self) -> None:
         """Pass the hand's target and grip to the driver of a device that has a simulated hand."""
         if self.driver is not None:
             self.driver.move_hand(self._content.target, self.grip)
@@ -299,11 +299,11 @@ class Engine:
         A law that is new to the board is compiled in the background. Until this is done the decision is
         pending, unless ``wait`` is true.
         """
-        told = self._content.decision
-        decided = self._decide(self._content, told, wait)
+        known = self._content.decision
+        decided = self._decide(self._content, known, wait)
         # the loop has not received the plan yet
-        if decided.where == BOARD and decided.in_force != told.in_force:
-            return replace(decided, pending=True, in_force=told.in_force)
+        if decided.where == BOARD and decided.in_force != known.in_force:
+            return replace(decided, pending=True, in_force=known.in_force)
         return decided
 
     def _decide(
@@ -441,8 +441,8 @@ class Engine:
             return False
         if self.driver is None or self.rendering != BOARD:
             return True
-        told = r.settings.code_id == self.driver.conn.state.code_id
-        return bool(told and r.settings.board_law == r.settings.law)
+        known = r.settings.code_id == self.driver.conn.state.code_id
+        return bool(known and r.settings.board_law == r.settings.law)
 
     @property
     def excess(self) -> tuple[float, float]:
@@ -457,22 +457,22 @@ class Engine:
         If the device disconnects, the loop ends at once. Its message is available as soon as the loop has
         ended.
         """
-        control, thread, held = self.arrays.control, self._thread, self._priority
-        rate, late, missed_lately = self._watch.look(control, self.lateness_bins)
+        control, thread, current = self.arrays.control, self._thread, self._priority
+        rate, late, missed_lately = self._health_monitor.poll(control, self.lateness_bins)
         running = thread is not None and thread.is_alive()
         delay: float | None = self.loop.delay
         if self.driver is not None and self.device.measures_delay:
             measured = self.delay_of(self.rendering)
             delay = None if measured is None else measured.mean
         if thread is not None and running and thread.native_id is not None:
-            held = priority.held(held, thread.native_id)
+            current = priority.current(current, thread.native_id)
         return Health(
             rate=rate,
             lateness_us=late,
             missed=int(control.missed[0]),
             stale=health.stale_reason(self.arrays),
             link=health.count_link(control),
-            priority=held,
+            priority=current,
             delay=delay,
             running=running,
             message=self._message,

@@ -167,14 +167,14 @@ _CHUNK = 256  # number of rows in a chunk, which fit into the processor's cache
 
 def render_every(scene: Scene, hand: Hand, count: int, every: int) -> np.ndarray:
     """Return every n-th of ``count`` telemetry rows; only one chunk of rows is in memory at a time."""
-    made, kept = prepare_run(scene, hand, count, min(count, _CHUNK * every)), []
+    made, pieces = prepare_run(scene, hand, count, min(count, _CHUNK * every)), []
     for at in range(0, count, len(made.out)):
         targets, holding = made.targets[at : at + len(made.out) + 1], made.holding[at : at + len(made.out)]
         out = made.out[: len(holding)]
         run_batch(made.arrays, made.body, made.grip, targets, holding, out)
         patience.check(made.arrays, made.title)
-        kept.append(out[::every].copy())
-    found = np.concatenate(kept)
+        pieces.append(out[::every].copy())
+    found = np.concatenate(pieces)
     found[:, rows.BOARD_TIME] = np.arange(len(found)) * every / scene.loop.rate
     return found
 

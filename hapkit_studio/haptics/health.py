@@ -59,8 +59,8 @@ WINDOW_SECONDS = 10.0
 class LinkCounts:
     """Counts of link errors between computer and board since the start.
 
-    ``no_sample``, ``away``, ``held_up`` and ``cut`` count how often the force went to zero because no sample
-    arrived, the computer was suspended, the law blocked the loop, or the board switched its motor off.
+    ``no_sample``, ``away``, ``law_blocked`` and ``cut`` count how often the force went to zero because no
+    sample arrived, the computer was suspended, the law blocked the loop, or the board switched its motor off.
     ``clock_jumps`` counts how often the board's clock jumped back, stopped or jumped ahead.
     """
 
@@ -70,7 +70,7 @@ class LinkCounts:
     stale_forces: int
     no_sample: int
     away: int
-    held_up: int
+    law_blocked: int
     cut: int
     clock_jumps: int = 0
 
@@ -108,7 +108,7 @@ class Watch:
 
     past: deque = field(default_factory=deque)
 
-    def look(self, control: Record, bins: np.ndarray) -> tuple[float, dict[str, float], int]:
+    def poll(self, control: Record, bins: np.ndarray) -> tuple[float, dict[str, float], int]:
         """Return rate in Hz, lateness percentiles in µs, missed and lost ticks over WINDOW_SECONDS."""
         now, head, counts = time.perf_counter(), int(control.head[0]), bins.copy()
         missed = int(control.missed[0] + control.lost_frames[0])
@@ -133,7 +133,7 @@ SIMPLIFY = "Simplify the law or lower the rate."
 _STALE = {
     arrays.NO_SAMPLE: ("no sensor frame for 20 ms", "Check the cable and the hub."),
     arrays.AWAY: ("this computer was busy with other programs for 20 ms", "Close other programs."),
-    arrays.HELD_UP: ("the law blocked the loop for 20 ms", SIMPLIFY),
+    arrays.LAW_BLOCKED: ("the law blocked the loop for 20 ms", SIMPLIFY),
     arrays.CUT: (
         "the board switched its motor off: forces came too late or not at all",
         "Check the cable and the hub.",

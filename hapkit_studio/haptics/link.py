@@ -32,9 +32,9 @@ STATE = record(
     ("last_arrival", "f8"),  # arrival of the last frame, by the clocks of computer and board
     ("last_board_time", "f8"),
     ("quiet", "f8"),  # time since the last received byte
-    ("looked_at", "f8"),  # time at which the line was last read
+    ("read_at", "f8"),  # time at which the line was last read
     ("last_answer", "f8"),
-    ("asked_at", "f8"),  # time of the last request
+    ("requested_at", "f8"),  # time of the last request
     ("moved_at", "f8"),  # time at which the board's counter of received bytes changed last
     ("tuned_at", "f8"),  # time at which constants were last sent
     ("alive_at", "f8"),  # time of the last keep-alive message
@@ -71,8 +71,8 @@ STATE = record(
     ("refused", "i8"),  # code_id of the law that the board refused, 0 if there is none; and the reason
     ("refusal", "i8"),
     ("overruns", "i8"),  # the board's counters: missed ticks, forces that were too old, unreadable frames
-    ("stale_told", "i8"),
-    ("errors_told", "i8"),
+    ("stale_reported", "i8"),
+    ("errors_reported", "i8"),
     ("skipped", "i8"),  # number of ticks that the board has skipped since it was opened
     ("motor_seen_on", "i8"),  # nonzero after a force of the computer has switched the motor on
     ("left_out", "i8"),  # nonzero if samples since the last row have no row
@@ -171,15 +171,15 @@ def wanted_code(r: LoopArrays, link: Link) -> int:
 def fade_out(r: LoopArrays, link: Link, period: float) -> float:
     """Return the force's weight in a sample's answer, which fades out during a handover to the board."""
     state = link.state
-    held = r.tick.hold > 0.0 or r.tick.stale or load_acquire(r.control.fault, 0)
+    blocked = r.tick.zero_force_left > 0.0 or r.tick.stale or load_acquire(r.control.fault, 0)
     if state.handover == ON_COMPUTER:
-        if held or wanted_code(r, link) == 0:
+        if blocked or wanted_code(r, link) == 0:
             return 1.0
         state.handover = FADING_OUT
         state.fade_left = 1.0
     if state.handover != FADING_OUT:
         return 0.0
-    if held or wanted_code(r, link) == 0:
+    if blocked or wanted_code(r, link) == 0:
         state.handover = ON_COMPUTER
         r.tick.gain *= state.fade_left
         return state.fade_left
@@ -283,11 +283,11 @@ def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
     if now - state.last_answer < STALE_AFTER:
         return False
     # the last answer belongs to this iteration of the loop, so the iteration itself was too slow
-    if state.last_answer > state.looked_at:
+    if state.last_answer > state.read_at:
         slow = load_acquire(r.control.fault, 0) == arrays.SLOW_LAW
-        cause = arrays.HELD_UP if slow else arrays.AWAY
+        cause = arrays.LAW_BLOCKED if slow else arrays.AWAY
     else:
-        cause = arrays.AWAY if now - state.looked_at > 1.5 * STALE_AFTER else arrays.NO_SAMPLE
+        cause = arrays.AWAY if now - state.read_at > 1.5 * STALE_AFTER else arrays.NO_SAMPLE
     if link.state.started:
         mark_stale(r, now, cause)
     return True
@@ -303,8 +303,8 @@ def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
     state = link.state
     if not math.isfinite(state.last_arrival):
         return False
-    state.quiet += min(now - state.looked_at, 2.0 * STALE_AFTER)
-    state.looked_at = now
+    state.quiet += min(now - state.read_at, 2.0 * STALE_AFTER)
+    state.read_at = now
     if state.quiet < GONE_AFTER:
         return False
     latch(r, arrays.DEVICE_GONE, GONE_AFTER, r.tick.last_position)
@@ -312,17 +312,17 @@ def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
 
 
 @internal
-def watch_motor(r: LoopArrays, link: Link, said: int, now: float) -> None:
+def watch_motor(r: LoopArrays, link: Link, flags: int, now: float) -> None:
     """Treat the sensor as stale if the board switched its motor off although it was answered.
 
     The motor may be off until the first answer arrives, and after an E-stop and its release, but only for
     MOTOR_ON_WITHIN.
     """
     state = link.state
-    if said & codec.FLAG_STOPPED or state.handover != ON_COMPUTER:
+    if flags & codec.FLAG_STOPPED or state.handover != ON_COMPUTER:
         state.motor_seen_on = 0
         state.motor_off_time = 0.0
-    elif not said & codec.FLAG_WATCHDOG:
+    elif not flags & codec.FLAG_WATCHDOG:
         state.motor_seen_on = 1
         state.motor_off_time = 0.0
     else:
@@ -394,8 +394,8 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
     sample = link.samples[k]
     lost, period = sample[codec.LOST], r.settings.period * (1.0 + sample[codec.LOST])
     apply_zero_and_direction(r, link, sample[codec.COUNT])
-    said = int(sample[codec.FLAGS])
-    watch_motor(r, link, said, now)
+    board_flags = int(sample[codec.FLAGS])
+    watch_motor(r, link, board_flags, now)
     if link.state.handover == ON_COMPUTER:
         note_link(r, link, sample, now)
     in_effect = link.state.sign * effect(link, sample, period)
@@ -408,10 +408,10 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
         flags |= rows.FADING
     gap = lost > 0.0 or link.state.left_out or time_since_last(link, sample) > 1.5 * period
     write_times(link, sample[codec.BOARD_TIME], row, now)
-    if gap or said & codec.FLAG_SENSOR:
+    if gap or board_flags & codec.FLAG_SENSOR:
         flags |= rows.GAP
         link.state.left_out = 0
-    if said & codec.FLAG_CLAMPED:
+    if board_flags & codec.FLAG_CLAMPED:
         flags |= rows.CLAMPED
     row[rows.FLAGS] = flags
     if r.tick.row_flags & (rows.STOPPED | rows.FAULT | rows.STALE):

@@ -55,7 +55,7 @@ SAFE = 0.25
 # largest force that a controller adds, as a fraction of the device's largest force
 SHARE = 0.5
 
-HELD = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
+PAUSING = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
 
 
 def most_damping(mass: float, period: float, delay: float) -> float:
@@ -70,7 +70,7 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
     moved = position - r.tick.last_position
     controlled = r.settings.damper != 0.0
     if controlled:
-        w.strict.limit -= untold(r, effect)
+        w.strict.limit -= unknown_work(r, effect)
     if moved == 0.0:
         w.since += period
         w.impulse += effect * period
@@ -100,7 +100,7 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
 
 
 @inlined
-def untold(r: LoopArrays, effect: float) -> float:
+def unknown_work(r: LoopArrays, effect: float) -> float:
     """Return the largest possible work in J of a change to a mean force in N, beyond the mean's work.
 
     If the force changes by dF at a fraction d of a period, a free handle gets d (1 - d) T² / 2m dF ((1/2 - d)
@@ -206,13 +206,13 @@ def judge(r: LoopArrays, taken: float, position: float, period: float, row: np.n
     """Write the row's flags and energies; restart the observer after every change of the rendered law."""
     w, t = r.watch, r.tick
     flags = t.row_flags
-    if flags & HELD or r.tick.ramp < 1.0 or w.renew:
+    if flags & PAUSING or r.tick.ramp < 1.0 or w.renew:
         w.renew = w.cells_known = 0
         w.given = w.alarm.limit = w.alarm.excess = w.strict.limit = w.strict.excess = 0.0
         row[rows.ENERGY_GIVEN] = row[rows.ENERGY_LIMIT] = math.nan
         return
     if w.cells_known <= CELLS:
-        ask(r, position, period)
+        extend_cells(r, position, period)
     if taken != 0.0:
         flags |= rows.DAMPED
     if w.alarm.excess > FELT and w.alarm.excess > threshold(r):
@@ -243,7 +243,7 @@ def force_at(r: LoopArrays, position: float, period: float) -> float:
 
 
 @internal
-def ask(r: LoopArrays, position: float, period: float) -> None:
+def extend_cells(r: LoopArrays, position: float, period: float) -> None:
     """Call the law at the next cells, and add the work up to these cells."""
     w = r.watch
     if w.cells_known == 0:
@@ -313,6 +313,6 @@ def begin(r: LoopArrays, position: float, period: float) -> None:
     w.ends[0], w.ends[1] = -force, force
     w.cells_known = 1
     if r.settings.stored:
-        held = call(r.settings.stored, r.params[slot], w.frozen, position, 0.0, period, w.fault)
-        w.alarm.limit = w.strict.limit = w.most = held if math.isfinite(held) else 0.0
+        centre_force = call(r.settings.stored, r.params[slot], w.frozen, position, 0.0, period, w.fault)
+        w.alarm.limit = w.strict.limit = w.most = centre_force if math.isfinite(centre_force) else 0.0
         w.cells_known = CELLS + 1

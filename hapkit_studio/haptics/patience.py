@@ -22,7 +22,7 @@ LONGEST = 1e-3
 Reference runs use rates that no computer achieves.
 """
 # work in loop iterations of a law: the work of one tick, and the work between two readings of the clock
-_WORK_OF_A_TICK, _LOOK_AFTER = 20, 50_000
+_WORK_OF_A_TICK, _CHECK_AFTER = 20, 50_000
 _PEEK = 2
 
 
@@ -34,7 +34,7 @@ def interrupted(r: LoopArrays) -> bool:
 
 
 @compiled
-def look(r: LoopArrays) -> None:
+def check_time(r: LoopArrays) -> None:
     """Cancel the run if its law takes too long or the user cancels it."""
     t = r.tick
     ticks, before = t.ticks_done, t.clock_read_at
@@ -62,8 +62,8 @@ def goes_on(r: LoopArrays) -> bool:
     t.work_done += _WORK_OF_A_TICK
     if r.fault[0] == 0:
         t.work_done += FUEL - r.fault[1]
-    if t.work_done >= _LOOK_AFTER:
-        look(r)
+    if t.work_done >= _CHECK_AFTER:
+        check_time(r)
     return load_acquire(r.control.quit, 0) == 0
 
 

@@ -147,7 +147,7 @@ def obtain() -> Priority:
     return Priority(text, level > 0, "" if level >= _system.enough else _system.how_to_get_more, level)
 
 
-def held(obtained: Priority, thread: int) -> Priority:
+def current(obtained: Priority, thread: int) -> Priority:
     """Return the present priority; the system may have demoted a thread that did not block."""
     if not obtained.realtime or _system.is_realtime(thread):
         return obtained
@@ -158,11 +158,11 @@ def probe() -> Priority:
     """Return the priority that a loop started now would obtain, determined in a separate thread."""
     found = []
 
-    def ask() -> None:
+    def probe_thread() -> None:
         found.append(obtain())
         release()
 
-    thread = threading.Thread(target=ask, name="hapkit-priority")
+    thread = threading.Thread(target=probe_thread, name="hapkit-priority")
     thread.start()
     thread.join()
     return found[0]

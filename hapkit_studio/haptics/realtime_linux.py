@@ -96,7 +96,7 @@ _PR_SET_TIMERSLACK = 29
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
 _CAP_IPC_LOCK = 14
 _WAKE_LATENCY = Path("/dev/cpu_dma_latency")
-_held = threading.local()
+_thread_data = threading.local()
 _KIT = ("org.freedesktop.RealtimeKit1", "/org/freedesktop/RealtimeKit1", "org.freedesktop.RealtimeKit1")
 
 
@@ -157,8 +157,8 @@ def keep_processors_awake() -> bool:
     """
     let_processors_sleep()
     try:
-        _held.file = _WAKE_LATENCY.open("wb", buffering=0)
-        _held.file.write(struct.pack("i", 0))
+        _thread_data.file = _WAKE_LATENCY.open("wb", buffering=0)
+        _thread_data.file.write(struct.pack("i", 0))
     except OSError:
         return False
     return True
@@ -166,10 +166,10 @@ def keep_processors_awake() -> bool:
 
 def let_processors_sleep() -> None:
     """Withdraw the request of ``keep_processors_awake`` in this thread."""
-    file = getattr(_held, "file", None)
+    file = getattr(_thread_data, "file", None)
     if file is not None:
         file.close()
-        _held.file = None
+        _thread_data.file = None
 
 
 def is_realtime(thread: int) -> bool:

@@ -116,14 +116,14 @@ def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
     state = conn.state
     errors, stale = int(sample[codec.RX_ERRORS]), int(sample[codec.STALE])
     if state.started and sample[codec.KIND] == codec.SAMPLE:
-        more = (stale - state.stale_told) & 0xFF
+        more = (stale - state.stale_reported) & 0xFF
         store_release(r.control.stale_forces, 0, r.control.stale_forces[0] + more)
     if state.started:
-        more = (errors - state.errors_told) & 0xFF
+        more = (errors - state.errors_reported) & 0xFF
         store_release(r.control.board_errors, 0, r.control.board_errors[0] + more)
-    state.errors_told = errors
+    state.errors_reported = errors
     if sample[codec.KIND] == codec.SAMPLE:
-        state.stale_told = stale
+        state.stale_reported = stale
 
 
 @internal
@@ -206,7 +206,7 @@ def wait(fd: int, spec: np.ndarray) -> int:
 
 
 @compiled
-def hold_back(r: LoopArrays, before: float, hurried: int) -> int:
+def wait_if_too_slow(r: LoopArrays, before: float, hurried: int) -> int:
     """Latch a fault if the machine cannot keep up; then wait a period per iteration until it is cleared.
 
     Return the number of consecutive iterations that found bytes without waiting. Clearing the fault resets
@@ -244,7 +244,7 @@ def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None
         if link.board_gone(r, conn, clock.now()):
             break
         if hurried > MOST_PASSES_WITHOUT_WAITING:
-            hurried = hold_back(r, before, hurried)
+            hurried = wait_if_too_slow(r, before, hurried)
     send(fd, conn.frame, encode_zero(conn))
     store_release(r.control.done, 0, 1)
 

@@ -20,13 +20,13 @@ from hapkit_studio.laws.native import call
 # The outcomes: the handle rests; it has moved far away; the oscillation shrinks for long, is steady, grows,
 # or is irregular; the outcome is undecided after the largest number of windows.
 RESTS, LEAVES, SHRINKS, STEADY, GROWS, IRREGULAR, OPEN = range(7)
-FIRST_LOOK, MOST_WINDOWS, CALM_WINDOWS = 16, 256, 4
+FIRST_CHECK, MOST_WINDOWS, CALM_WINDOWS = 16, 256, 4
 # Largest relative change of a steady oscillation from one quarter of the run to the next; above the second
 # value the oscillation grows.
 _STEADY_SHARE, _GROWING_SHARE = 0.002, 0.04
 # After this many windows an oscillation that neither grows nor shrinks is irregular; it is steady if its last
 # two quarters differ by less than this fraction.
-_LONG_LOOK, _IRREGULAR_SHARE = 64, 0.05
+_LONG_CHECK, _IRREGULAR_SHARE = 64, 0.05
 # The oscillation converges to a limit cycle if the logarithmic decay of the last quarter is below this
 # fraction of the decay in the quarter before.
 _AS_FAST = 0.9
@@ -75,12 +75,12 @@ def _reach(low: np.ndarray, high: np.ndarray, first: int, end: int) -> float:
 
 
 @inlined
-def _looked(low: np.ndarray, high: np.ndarray, count: int) -> int:
+def _outcome(low: np.ndarray, high: np.ndarray, count: int) -> int:
     """Return the outcome after `count` windows; OPEN if the run continues."""
     quarter = count // 4
     before = _reach(low, high, count - 2 * quarter, count - quarter)
     after = _reach(low, high, count - quarter, count)
-    if count >= _LONG_LOOK:
+    if count >= _LONG_CHECK:
         first, second = _reach(low, high, 0, quarter), _reach(low, high, quarter, 2 * quarter)
         falls, rises = first > second > before > after, first < second < before < after
         if falls and before > after * max(1.0 + _STEADY_SHARE, (second / before) ** _AS_FAST):
@@ -119,7 +119,7 @@ def let_go(
     period = r.block.settings.period
     low, high = swing.low, swing.high
     limit = r.block.settings.max_force * (1.0 - 1e-9)
-    look, waited, done, end = FIRST_LOOK, 0, 0, OPEN
+    next_check, waited, done, end = FIRST_CHECK, 0, 0, OPEN
     way, extreme, band, middle = 1.0, start[0], 0.0, start[0]
     turned, earlier, turn, widest, sides = start[0], start[0], 0.0, 0.0, 0
     turns, first, last, clamped, counted, calm = 0, 0, 0, 0, 0, 0
@@ -164,8 +164,8 @@ def let_go(
         band = _TURNED * swung
         if quiet.drifts:
             low[n], high[n] = 0.0, (turn - before) / max(sides - seen, 1)
-        if n + 1 == look:
-            end = _looked(low, high, n + 1)
+        if n + 1 == next_check:
+            end = _outcome(low, high, n + 1)
             if end == SHRINKS and not shrinks:
                 end = OPEN
             if end in (SHRINKS, STEADY, IRREGULAR) or (end == GROWS and grows) or n + 1 == MOST_WINDOWS:
@@ -175,8 +175,8 @@ def let_go(
                 swing.clamped[0] = clamped / counted
                 swing.frequency[0] = (turns - 1) / ((last - first) * period) if turns > 1 else math.nan
                 return end
-            look *= 2
-        if n + 1 == look // 2:  # keep only the last half of the run
+            next_check *= 2
+        if n + 1 == next_check // 2:  # keep only the last half of the run
             turns, clamped, counted, sides, turn, widest = 0, 0, 0, 0, 0.0, 0.0
     return OPEN
 

@@ -47,13 +47,13 @@ def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
 
 
 @internal
-def configure(plant: Plant, settings: Record, hand: tuple[float, float, float], holds: bool) -> None:
+def configure(plant: Plant, settings: Record, hand: tuple[float, float, float], gripped: bool) -> None:
     """Apply the hand, and the settings' period, delay and friction, if any of them changed.
 
     ``hand`` contains mass, damping and stiffness in SI units.
     """
     now = plant.constants
-    m, b, k = hand if holds else (0.0, 0.0, 0.0)
+    m, b, k = hand if gripped else (0.0, 0.0, 0.0)
     period, delay = settings.period, settings.delay
     viscous, coulomb = settings.viscous, settings.coulomb
     same = now[HAND] == m and now[HAND + 1] == b and now[HAND + 2] == k

@@ -311,8 +311,8 @@ def guard(
     if abs(velocity) > r.settings.max_speed:
         latch(r, arrays.OVER_SPEED, velocity, position)
     flags = blocked(r, period)
-    if t.hold > 0.0:
-        t.hold -= period
+    if t.zero_force_left > 0.0:
+        t.zero_force_left -= period
         flags |= rows.FADING
     if flags:
         t.gain = 0.0

@@ -184,7 +184,7 @@ class _Section:
         self.places: dict[str, int] = {}
         self.base = self.top = 0
         self.called: list[t.Function] = []
-        self._held: set[t.Expr] = set()  # the expressions that equal A
+        self._in_a: set[t.Expr] = set()  # the expressions that equal A
         # for each label, the expressions that equal A at every forward jump to the label
         self._at_label: dict[Label, set[t.Expr]] = {}
         self._numbers: dict[str, int] = {}  # bit positions of variables
@@ -204,20 +204,20 @@ class _Section:
         self.code.append(Code(name, operands, mask, self._line))
         if name in _FORWARD:
             aim = operands[-1]
-            self._at_label[aim] = self._at_label.get(aim, self._held) & self._held
+            self._at_label[aim] = self._at_label.get(aim, self._in_a) & self._in_a
         if name not in _PRESERVE_A:
-            self._held = set()
+            self._in_a = set()
 
     def label(self, label: Label) -> None:
         """Emit a label; keep only the knowledge of A that holds on every path to the label."""
         brought = self._at_label.get(label)
         if self.code and self.code[-1].name in _ENDING:
-            self._held = set(brought or ())
+            self._in_a = set(brought or ())
         elif brought is not None:
-            self._held = self._held & brought
+            self._in_a = self._in_a & brought
         self.code.append(Code("LABEL", (label,)))
 
-    def kept(self, value: t.Expr) -> t.Var:
+    def in_slot(self, value: t.Expr) -> t.Var:
         """Return a temporary variable that contains a value."""
         self.load(value)
         self._extra += 1
@@ -239,7 +239,7 @@ class _Section:
             case t.SetAt(place, value):
                 self.load(value)
                 self.put("STORE_AT", place.index, FIRST + place.start, place.size)
-                self._held -= {h for h in self._held if isinstance(h, t.Var) and h.name.startswith("s[")}
+                self._in_a -= {h for h in self._in_a if isinstance(h, t.Var) and h.name.startswith("s[")}
             case t.Return(value):
                 self.load(value)
                 self.put("RETURN")
@@ -318,23 +318,23 @@ class _Section:
             self.load(left)
             self.put("TEST", label, mask=mask)
             return
-        if not isinstance(right, t.Num | t.Var) or (right in self._held and isinstance(left, t.Num | t.Var)):
+        if not isinstance(right, t.Num | t.Var) or (right in self._in_a and isinstance(left, t.Num | t.Var)):
             left, right = right, left
             mask = (mask & (EQUAL | UNORDERED)) | sum(_MIRROR[m] for m in (LESS, GREATER) if mask & m)
-        right = right if isinstance(right, t.Num | t.Var) else self.kept(right)
+        right = right if isinstance(right, t.Num | t.Var) else self.in_slot(right)
         self.load(left)
         self.put("COMPARE", right, label, mask=mask)
 
     # --- values
     def store(self, to: t.Var) -> None:
-        if to in self._held:
+        if to in self._in_a:
             return
         self.put("STORE", to)
-        self._held = {h for h in self._held if not t.mentions(h, frozenset((to.name,)))} | {to}
+        self._in_a = {h for h in self._in_a if not t.mentions(h, frozenset((to.name,)))} | {to}
 
     def load(self, value: t.Expr) -> None:
         """Load a value into A."""
-        if value in self._held:
+        if value in self._in_a:
             return
         match value:
             case t.Num(number) if abs(number) > t.MOST_FLOAT:  # this number is infinite in single precision
@@ -362,7 +362,7 @@ class _Section:
             case t.Op(name, (left, right)):
                 self.combine(name, left, right)
         if isinstance(value, t.Num | t.Var):
-            self._held.add(value)
+            self._in_a.add(value)
 
     def combine(self, name: str, left: t.Expr, right: t.Expr) -> None:
         """Emit a binary operation with one operand in A and the other in a slot."""
@@ -371,16 +371,16 @@ class _Section:
             isinstance(s, t.Num | t.Var) and (not isinstance(s, t.Num) or t.is_single(s.value))
             for s in (left, right)
         )
-        if left_is and turned and (not right_is or right in self._held) and left not in self._held:
+        if left_is and turned and (not right_is or right in self._in_a) and left not in self._in_a:
             self.load(right)
             self.put(turned, left)
         elif right_is:
             self.load(left)
             self.put(_BINARY[name], right)
         else:
-            kept = self.kept(right)
+            slot = self.in_slot(right)
             self.load(left)
-            self.put(_BINARY[name], kept)
+            self.put(_BINARY[name], slot)
 
     # --- optimisation
     def optimise(self) -> None:
@@ -406,7 +406,7 @@ class _Section:
             else:
                 last = code
         aims: set[Label] = set()
-        kept: list[Code] = []
+        remaining: list[Code] = []
         dead = False
         for code in self.code:
             if code.name == "LABEL":
@@ -421,23 +421,25 @@ class _Section:
                     code = Code("RETURN", line=code.line)
             if code.name in _FORWARD:
                 aims.add(code.operands[-1])
-            kept.append(code)
+            remaining.append(code)
             dead = code.name in _ENDING
-        self.code = [c for i, c in enumerate(kept) if not (c.name == "JUMP" and _jumps_to_next(kept, i))]
+        self.code = [
+            c for i, c in enumerate(remaining) if not (c.name == "JUMP" and _jumps_to_next(remaining, i))
+        ]
         aims = {o for c in self.code if c.name != "LABEL" for o in c.operands if isinstance(o, Label)}
         self.code = [c for c in self.code if c.name != "LABEL" or c.operands[0] in aims]
 
     def _drop_dead(self) -> None:
         """Dead-store elimination."""
-        live, kept = self.live(), []
+        live, remaining = self.live(), []
         for i, code in enumerate(self.code):
             if code.name == "STORE" and not live[i + 1] & self.bit(code.operands[0]):
                 continue
             following = next((c.name for c in self.code[i + 1 :] if c.name != "LABEL"), "")
             if code.name in _LOAD_ONLY and following in ("LOAD", "CALL"):
                 continue
-            kept.append(code)
-        self.code = kept
+            remaining.append(code)
+        self.code = remaining
 
     def _coalesce_copies(self) -> None:
         """Coalesce copies: two variables share a slot if one is only a copy of the other."""

@@ -25,7 +25,7 @@ class Mistake:
     pattern: str = ""
 
     @property
-    def said(self) -> str:
+    def example(self) -> str:
         return self.message.format(self.names[0]) if self.names else self.message
 
 

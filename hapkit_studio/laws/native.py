@@ -60,8 +60,8 @@ def is_compiled(source: str) -> bool:
     folder = _configured_folder()
     abi = f"py{sys.version_info.major}{sys.version_info.minor}{getattr(sys, 'abiflags', '')}"
     name = f"{_name(source)}.law-*.{abi}.nbi"
-    kept_elsewhere = bool(numba.config.CACHE_DIR)
-    places = list(folder.parent.glob(f"{folder.name}_*")) if kept_elsewhere else [folder / "__pycache__"]
+    own_cache = bool(numba.config.CACHE_DIR)
+    places = list(folder.parent.glob(f"{folder.name}_*")) if own_cache else [folder / "__pycache__"]
     if _shipped_file(_name(source)):
         places.append(_SHIPPED)
     return any(_loads(index) for place in places for index in place.glob(name))

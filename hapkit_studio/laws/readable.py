@@ -92,7 +92,7 @@ class _Readable(Specialiser):
         if name in self.scope.pinned or isinstance(value, t.Num | t.Var):
             super().bind(name, value)
         else:
-            self.env[name] = self.keep(value, name)
+            self.env[name] = self.stored(value, name)
             if t.is_truth(value):
                 self.truths.add(self.env[name])
 
@@ -126,7 +126,7 @@ class _Readable(Specialiser):
         given = {n: self.value(a) for n, a in zip(names, node.args, strict=False)}
         if key in self.inlined:
             self.own = set()
-            kept = {n: v if _is_constant(v) else self.keep(v, n) for n, v in given.items()}
+            kept = {n: v if _is_constant(v) else self.stored(v, n) for n, v in given.items()}
             return self.write_in(tree, kept)
         known = {n: v for n, v in given.items() if _is_constant(v) and (key, n) not in self.moving}
         before = self.given.setdefault(key, known)
@@ -137,12 +137,12 @@ class _Readable(Specialiser):
         function = self.functions[key]
         for name in sorted(set(given) - set(function.parameters)):
             if t.may_fail(given[name]):  # an argument that the function ignores may still stop the law
-                self.keep(given[name], name)
+                self.stored(given[name], name)
         made = t.Op(f"{function.name}()", tuple(given[n] for n in function.parameters))
         known_results = self.known_results[key]
         if len(known_results) == 1:
             return [known_results[0] or made]
-        got = self.keep(made, "got")
+        got = self.stored(made, "got")
         return [r or t.Op(f".{'abcdefghijklmnop'[i]}", (got,)) for i, r in enumerate(known_results)]
 
     def made(

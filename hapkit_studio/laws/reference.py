@@ -256,7 +256,7 @@ def page() -> str:
         vibration=_block(VIBRATION),
         limits=_table(("what", "limit"), _limits()),
         differences=_table(("in a law", "example"), [(what, _code(line)) for what, line in DIFFERENCES]),
-        mistakes=_table(("written", "message"), [(_code(m.wrong), _escaped(m.said)) for m in MISTAKES]),
+        mistakes=_table(("written", "message"), [(_code(m.wrong), _escaped(m.example)) for m in MISTAKES]),
     )
 
 

@@ -100,7 +100,7 @@ class Specialiser:
         statement.line = self.line
         self.out.append(statement)
 
-    def keep(self, value: t.Expr, name: str = "t") -> t.Expr:
+    def stored(self, value: t.Expr, name: str = "t") -> t.Expr:
         """Return a value that costs nothing to read: a known value or a variable."""
         return value if isinstance(value, t.Num | t.Var) else self.copy(value, name)
 
@@ -130,7 +130,7 @@ class Specialiser:
         lazy = isinstance(value, t.Num | t.Var)
         if isinstance(value, t.Select):
             lazy = self.stays(value.test) or self.reads(name) == 1
-        self.env[name] = value if lazy else self.keep(value, name)
+        self.env[name] = value if lazy else self.stored(value, name)
 
     def detach_others(self, variable: str) -> None:
         """Snapshot expressions that read a loop's variable, except the name that the variable belongs to."""
@@ -178,7 +178,7 @@ class Specialiser:
             return
         place = self.place(target)
         if isinstance(place, t.At):
-            value = self.keep(value)
+            value = self.stored(value)
             self.detach(frozenset(place.state()))
             self.emit(t.SetAt(place, value))
         elif self.states.get(place.name) != value and value != place:
@@ -198,7 +198,7 @@ class Specialiser:
             self.assign(target, one)
 
     def keep_unless_select(self, value: t.Expr) -> t.Expr:
-        return value if isinstance(value, t.Select) else self.keep(value)
+        return value if isinstance(value, t.Select) else self.stored(value)
 
     def written(self, targets: Sequence[ast.expr]) -> list[str]:
         """Return the persistent variables that assignment targets write."""
@@ -454,7 +454,7 @@ class Specialiser:
                 self.folds and name in _ROUNDING
             ):
                 # multiplication by the inverse may miss an exact integer quotient
-                sides = (self.keep(self.value(quotient.left)), self.keep(self.value(quotient.right)))
+                sides = (self.stored(self.value(quotient.left)), self.stored(self.value(quotient.right)))
                 both = all(isinstance(side, t.Num) for side in sides)
                 return self.op(name, self.op("/", *sides) if both else t.Op("/", sides))
             case ast.Call(func=ast.Attribute(attr="log10"), args=[operand]) if self.folds:
@@ -474,7 +474,7 @@ class Specialiser:
         if isinstance(test, bool):
             return one if test else zero
         if isinstance(test, t.Compare) and self.folds:
-            test = t.Compare(test.op, self.keep(test.left), self.keep(test.right))
+            test = t.Compare(test.op, self.stored(test.left), self.stored(test.right))
         if once and self.stays(test, True):
             return t.Select(test, one, zero)
         return self.choice(test, one, zero)
@@ -488,7 +488,7 @@ class Specialiser:
 
     def one_of(self, node: ast.BoolOp) -> t.Expr:
         """Return the operand of `or` or `and` between numbers that decides the result."""
-        value = self.keep(self.value(node.values[0]))
+        value = self.stored(self.value(node.values[0]))
         if len(node.values) == 1:
             return value
         test = self.compare("!=", value, t.literal(0.0))
@@ -553,14 +553,14 @@ class Specialiser:
                 at, count = self.value(index), ast.literal_eval(size)
                 if isinstance(at, t.Num) and 0.0 <= at.value < count:
                     return t.Var(f"s[{start + int(at.value)}]")
-                return t.At(self.keep(at), start, count)
+                return t.At(self.stored(at), start, count)
         raise AssertionError(ast.dump(node))
 
     def entry(self, table: str, index: t.Expr, size: int) -> t.Expr:
         """Return a table entry; it is a constant if the index is known."""
         if isinstance(index, t.Num) and 0.0 <= index.value < size:
             return t.literal(self.source.tables[table][int(index.value)])
-        return t.Entry(self.keep(index) if self.folds else index, table, size)
+        return t.Entry(self.stored(index) if self.folds else index, table, size)
 
     def op(self, name: str, *args: t.Expr) -> t.Expr:
         """Return an operation, folded if all operands are known, and simplified if possible."""
@@ -578,7 +578,7 @@ class Specialiser:
             )
             if yes is not None and no is not None:
                 return t.Select(chosen.test, yes, no)
-        return t.simplified(name, tuple(self.keep(a) if isinstance(a, t.Select) else a for a in args))
+        return t.simplified(name, tuple(self.stored(a) if isinstance(a, t.Select) else a for a in args))
 
     # --- tests
     def test(self, node: ast.expr) -> t.Test | bool:
@@ -592,7 +592,7 @@ class Specialiser:
                 return self.logic("and" if isinstance(op, ast.And) else "or", values)
             case ast.Compare(left=left, ops=ops, comparators=others):
                 sides = [self.value(n) for n in (left, *others)]
-                sides = [self.keep(s) for s in sides] if len(sides) > 2 else sides
+                sides = [self.stored(s) for s in sides] if len(sides) > 2 else sides
                 tests = [
                     self.compare(_COMPARISONS[type(op)], a, b)
                     for op, a, b in zip(ops, sides, sides[1:], strict=False)
@@ -636,7 +636,7 @@ class Specialiser:
             yes, no = (self.compare(op, arm, right) for arm in (left.yes, left.no))
             if isinstance(yes, bool) and isinstance(no, bool):
                 return yes if yes == no else left.test if yes else t.negated(left.test)
-        left, right = (self.keep(s) if isinstance(s, t.Select) else s for s in (left, right))
+        left, right = (self.stored(s) if isinstance(s, t.Select) else s for s in (left, right))
         if isinstance(right, t.Num) and not t.is_single(right.value):
             return t.beyond_single(op, left, right.value)
         return t.Compare(op, left, right)

@@ -477,8 +477,8 @@ class Rewriter(ast.NodeTransformer):
             if owner in ("p", "s") and owner not in self.local:
                 one = f"{owner}.{node.attr}"
                 return f"`{owner}` is known only in the law: pass the helper `{one}` as an argument"
-            if said := instead_of(f"math.{node.attr}" if owner == "math" else owner):
-                return said
+            if hint := instead_of(f"math.{node.attr}" if owner == "math" else owner):
+                return hint
         match node:
             case ast.Subscript(value=ast.Name(id=name)) if name not in self.local:
                 return self._undefined(name)
@@ -510,13 +510,13 @@ class Rewriter(ast.NodeTransformer):
         match func:
             case ast.Attribute(value=ast.Name(id="math"), attr=name):
                 if name not in MATH or not self._is_math(func):
-                    said = instead_of(f"math.{name}")
-                    raise fail(func, said or f"math.{name} is not in the law language")
+                    hint = instead_of(f"math.{name}")
+                    raise fail(func, hint or f"math.{name} is not in the law language")
                 return self._math_call(node, name)
             case ast.Name(id=name):
                 return self._builtin_call(node, name)
-            case ast.Attribute(value=ast.Name(id=owner)) if said := instead_of(owner):
-                raise fail(func, said)
+            case ast.Attribute(value=ast.Name(id=owner)) if hint := instead_of(owner):
+                raise fail(func, hint)
         raise fail(func, "this call is not allowed in a law")
 
     def _math_call(self, node: ast.Call, name: str) -> ast.expr:
@@ -534,8 +534,8 @@ class Rewriter(ast.NodeTransformer):
         if name not in self.local and name in MATH and scope.get(name) is getattr(math, name):
             return self._math_call(node, name)  # the function is imported by name
         if name in self.local or name in scope or name not in BUILTINS:
-            said = None if name in self.local or name in scope else instead_of(name)
-            raise fail(node, said or f"'{name}' is not a function that a law can call")
+            hint = None if name in self.local or name in scope else instead_of(name)
+            raise fail(node, hint or f"'{name}' is not a function that a law can call")
         if name == "len":
             return ast.Constant(float(self._length(node)))
         args = [self.visit(a) for a in node.args]

@@ -99,9 +99,9 @@ def evaluate_interval(check: Check, part: Samples) -> Result:
 def judge(check: Check, found: Measured, part: Samples) -> Result:
     """Compare a measured value with the check's expectation."""
     entry = MEASUREMENTS[check.measure]
-    said = f"{entry.label} {entry.interval_words(found)}"
+    measured = f"{entry.label} {entry.interval_words(found)}"
     state, words = _verdict(check, entry, found, part)
-    text = f"{said}, {words}"
+    text = f"{measured}, {words}"
     if state == WRONG and check.wrong:
         text = f"{text} {check.wrong}"
     return Result(

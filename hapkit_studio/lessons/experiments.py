@@ -51,8 +51,8 @@ class Experiments:
 def of_session(session: Session) -> Experiments:
     """Return a session's experiments; raise SessionError naming a wrong value."""
     try:
-        trials = pointing.trials(_said(session, POINTING), session.name)
-        answers = discrimination.comparisons(_said(session, COMPARISON), session.name)
+        trials = pointing.trials(_stored(session, POINTING), session.name)
+        answers = discrimination.comparisons(_stored(session, COMPARISON), session.name)
     except FileError as error:
         raise SessionError(str(error)) from None
     remarks = (_remark(session, at, one) for at, one in enumerate(trials, 1))
@@ -76,7 +76,7 @@ def own_threshold(path: str | Path) -> Threshold:
     return min(found, key=lambda one: one.weber.value)
 
 
-def _said(session: Session, kind: str) -> list[dict]:
+def _stored(session: Session, kind: str) -> list[dict]:
     return [event.what for event in session.events if event.kind == kind]
 
 
@@ -87,8 +87,8 @@ def _remark(session: Session, at: int, one: Trial) -> str:
     if again is None:
         return f"Pointing trial {at}: the session has no movement from {one.begin:.2f} to {one.stop:.2f} s."
     if abs(again.seconds - one.seconds) > _SAME_SECONDS or abs(again.end - one.end) > _SAME_PLACE:
-        told, seen = (f"{s:.3f} s and {1e3 * x:.2f} mm" for s, x in ((one.seconds, one.end), again[:2]))
-        return f"Pointing trial {at} says {told}; its samples give {seen}."
+        given, computed = (f"{s:.3f} s and {1e3 * x:.2f} mm" for s, x in ((one.seconds, one.end), again[:2]))
+        return f"Pointing trial {at} says {given}; its samples give {computed}."
     return ""
 
 

@@ -97,14 +97,14 @@ def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
 
 def check_again(check: Check, answer: Answer, again: Result, stamp: str) -> tuple[str, str, str]:
     """Return the value, state and reason of an answer compared with the re-evaluated interval."""
-    entry, said = MEASUREMENTS[check.measure], answer.result
+    entry, stored = MEASUREMENTS[check.measure], answer.result
     value = entry.words(again.value) if math.isfinite(again.value) else ""
-    if stamp != said.stamp and said.state in (CORRECT, WRONG):
+    if stamp != stored.stamp and stored.state in (CORRECT, WRONG):
         reason = "The samples or settings of this interval are not those of the answer."
         return value, EDITED, f"{reason} They give: {again.text}"
-    if said.state != again.state or not _alike(said.value, again.value):
-        told = entry.words(said.value) if math.isfinite(said.value) else "no value"
-        reason = f"The file says {told}, {said.state}; its samples give: {again.text}"
+    if stored.state != again.state or not _alike(stored.value, again.value):
+        stored_text = entry.words(stored.value) if math.isfinite(stored.value) else "no value"
+        reason = f"The file says {stored_text}, {stored.state}; its samples give: {again.text}"
         return value, EDITED, reason
     return value, again.state, again.text
 

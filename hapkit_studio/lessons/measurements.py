@@ -126,9 +126,11 @@ def _delay(samples: Samples, region: Region) -> Measured:
 def _slope(samples: Samples, region: Region) -> Measured:
     """Return the slope of force over position, positive for a restoring force."""
     depth = samples.depth
-    kept = np.ones(len(samples), bool) if depth is None else depth > 0.0
-    kept &= np.abs(samples.applied_force) > 0.0
-    found = statistics.line(samples.position, -samples.applied_force, kept) if kept.sum() > 32 else None
+    selected = np.ones(len(samples), bool) if depth is None else depth > 0.0
+    selected &= np.abs(samples.applied_force) > 0.0
+    found = (
+        statistics.line(samples.position, -samples.applied_force, selected) if selected.sum() > 32 else None
+    )
     if found is None:
         raise NotMeasured("The force is constant: press, and change the depth.")
     return Measured(found.slope, found.half)
@@ -202,10 +204,10 @@ def _transient(index: int) -> Callable[[Samples, Region], Measured]:
         since = part.time - part.time[0]
         rest = -part.force - values["stiffness"] * part.depth
         rest -= values["damping"] * np.maximum(part.velocity, 0.0)
-        kept = (since < 0.2) & (np.abs(rest) < 0.98 * values["limit"])
-        if kept.sum() < 20 or np.abs(rest[kept]).max() < 0.05:
+        selected = (since < 0.2) & (np.abs(rest) < 0.98 * values["limit"])
+        if selected.sum() < 20 or np.abs(rest[selected]).max() < 0.05:
             raise NotMeasured("There is no ringing: tap the surface at 0.1 m/s.")
-        time, force = since[kept], rest[kept]
+        time, force = since[selected], rest[selected]
         start = _strongest(time, force)
 
         def ringing(
@@ -329,12 +331,12 @@ def _slips(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
     steps = samples.quantum / 0.010
     parts = [p for p in runs(speed > max(2.0 * mean, 2.0 * steps)) if p.start > 0 and p.stop < len(speed)]
     length = np.array([abs(samples.position[p.stop - 1] - samples.position[p.start]) for p in parts])
-    kept = length > max(8.0 * samples.quantum, 0.25 * float(length.max(initial=0.0)))
-    if kept.sum() < 4:
+    selected = length > max(8.0 * samples.quantum, 0.25 * float(length.max(initial=0.0)))
+    if selected.sum() < 4:
         raise NotMeasured(
-            f"There are {int(kept.sum())} slips; at least 4 are needed. Pull slowly, in one direction."
+            f"There are {int(selected.sum())} slips; at least 4 are needed. Pull slowly, in one direction."
         )
-    return samples.time[[p.start for p in parts]][kept], length[kept]
+    return samples.time[[p.start for p in parts]][selected], length[selected]
 
 
 def _stick_slip_period(samples: Samples, region: Region) -> Measured:

@@ -123,9 +123,9 @@ class Progress:
             table = newest.table
             if not len(table):
                 raise SessionError("There is nothing to save yet: no sample was recorded.")
-            kept = table[table[:, rows.HOST_TIME] > table[-1, rows.HOST_TIME] - _SAMPLE_SECONDS]
+            newest_rows = table[table[:, rows.HOST_TIME] > table[-1, rows.HOST_TIME] - _SAMPLE_SECONDS]
             _, about, settings = newest.log[-1]
-            parts = [Part(self.step + 1, kept, about, settings)]
+            parts = [Part(self.step + 1, newest_rows, about, settings)]
         new = path.with_name(f".{path.stem}.new{path.suffix}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

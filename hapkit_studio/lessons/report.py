@@ -114,10 +114,10 @@ def _reviews(reviews: Reviews, lesson: Lesson) -> Iterator[str]:
         yield f"<tr><th>Sum</th>{sums}</tr></tbody></table></div>"
     for one in found:
         titles = dict(enumerate((step.title for step in lesson.steps), 1))
-        for said in one.comments:
-            step = f", {titles[said.step]}" if said.time is None and said.step in titles else ""
-            place = f", {said.place}{step}" if said.place else ""
-            yield f'<p><span class="soft">{_text(one.reviewer + place)}:</span> {_text(said.text)}</p>'
+        for comment in one.comments:
+            step = f", {titles[comment.step]}" if comment.time is None and comment.step in titles else ""
+            place = f", {comment.place}{step}" if comment.place else ""
+            yield f'<p><span class="soft">{_text(one.reviewer + place)}:</span> {_text(comment.text)}</p>'
         for words in one.replies:
             to = f"Reply to {one.reviewer}:"
             yield f'<p class="task"><span class="soft">{_text(to)}</span> {_text(words)}</p>'

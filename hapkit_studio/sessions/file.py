@@ -74,7 +74,7 @@ class SessionWriter:
         except OSError as error:
             raise SessionError(f"{self.path} cannot be written: {error.strerror}.") from None
         self._connect()
-        with self._in_words():
+        with self._reason():
             for setting in (f"application_id={MARK}", f"user_version={VERSION}", "journal_mode=WAL"):
                 self._database.execute(f"PRAGMA {setting}")
             self._database.execute("PRAGMA synchronous=NORMAL")
@@ -108,7 +108,7 @@ class SessionWriter:
             raise
 
     def _connect(self) -> None:
-        with self._in_words():
+        with self._reason():
             self._database = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False)
 
     def add(self, chunk: Chunk) -> None:
@@ -120,7 +120,7 @@ class SessionWriter:
 
     def _insert(self, table: str, values: tuple) -> None:
         places = ", ".join("?" * (len(values) + 2))
-        with self._in_words():
+        with self._reason():
             self._check_in_place()
             self._database.execute(
                 f"INSERT INTO {table} VALUES ({places})", (None, *values, checksum(values))
@@ -129,14 +129,14 @@ class SessionWriter:
     @property
     def size(self) -> int:
         """Return the size in bytes that the file will have if it is closed now."""
-        with self._in_words():
+        with self._reason():
             pages, of = (self._database.execute(f"PRAGMA {what}") for what in ("page_count", "page_size"))
             return int(pages.fetchone()[0] * of.fetchone()[0])
 
     def close(self) -> None:
         """Close the session as one complete file."""
         try:
-            with self._in_words():
+            with self._reason():
                 self._check_in_place()
                 (mode,) = self._database.execute("PRAGMA journal_mode=DELETE").fetchone()
                 if mode != "delete":
@@ -172,7 +172,7 @@ class SessionWriter:
             raise SessionError(f"{self.path.name} was deleted or moved while it was written.")
 
     @contextmanager
-    def _in_words(self) -> Iterator[None]:
+    def _reason(self) -> Iterator[None]:
         try:
             yield
         except sqlite3.Error as error:

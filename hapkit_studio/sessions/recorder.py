@@ -187,7 +187,7 @@ class Recorder:
         if self._engine is None or self._reader is None:
             return
         with suppress(DeviceError):  # the engine was closed meanwhile; its last rows can still be read
-            self._look(self._engine)
+            self._poll(self._engine)
         if not self._seen:
             return
         # limited, in case the loop writes faster than this thread packs
@@ -201,7 +201,7 @@ class Recorder:
         if not self._pending:
             self._states = len(self._engine.environment.state_names)
 
-    def _look(self, engine: Engine) -> None:
+    def _poll(self, engine: Engine) -> None:
         """Add events for changes since the last call."""
         fault = engine.fault
         now = {

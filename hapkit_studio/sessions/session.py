@@ -151,8 +151,8 @@ class Session:
 
     def latest(self, kind: str, time: float = math.inf) -> dict[str, Any]:
         """Return the last event of a kind up to a time in s; {} if there is none."""
-        said = (event.what for event in reversed(self.events) if event.kind == kind and event.time <= time)
-        return next(said, {})
+        values = (event.what for event in reversed(self.events) if event.kind == kind and event.time <= time)
+        return next(values, {})
 
     def chunk(self, number: int) -> Chunk:
         """Return a chunk by its number from 0; raise DamagedError."""

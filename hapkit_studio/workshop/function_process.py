@@ -16,18 +16,18 @@ from hapkit_studio.workshop.functions import CALL_SECONDS, GIVES, START_SECONDS
 
 def main(path: str) -> None:
     """Execute a text with this file path, then call its functions on request until the input ends."""
-    heard, said = isolated.take_pipes()
+    requests, replies = isolated.take_pipes()
     isolated.limit_memory()
     try:
         isolated.exit_after(2 * START_SECONDS)
-        environment = reading.execute(source.typed(Path(path), json.loads(heard.readline())))
+        environment = reading.execute(source.typed(Path(path), json.loads(requests.readline())))
         answer: Any = ""
         while True:
-            said.write(json.dumps(answer).encode() + b"\n")
+            replies.write(json.dumps(answer).encode() + b"\n")
             isolated.exit_after(None)
-            asked = json.loads(heard.readline())
+            request = json.loads(requests.readline())
             isolated.exit_after(2 * CALL_SECONDS)
-            answer = _called(environment, *asked)
+            answer = _called(environment, *request)
     finally:
         os._exit(0)  # this is also reached if memory runs out or the parent has ended
 

@@ -80,7 +80,7 @@ class Functions:
                 self.off = f"The functions of {self._source.path.name} cannot be called: {error.strerror}."
                 return
             weakref.finalize(self, _end, self._process)
-            self._hello = self._ask(self._source.text)
+            self._hello = self._request(self._source.text)
 
     @property
     def ready(self) -> bool:
@@ -100,7 +100,7 @@ class Functions:
                 return None
             try:
                 self._hello.result(START_SECONDS)  # type: ignore[union-attr]
-                return json.loads(self._ask([name, *args]).result(CALL_SECONDS))
+                return json.loads(self._request([name, *args]).result(CALL_SECONDS))
             except (TimeoutError, OSError, ValueError, RecursionError):
                 isolated.end(self._process)  # type: ignore[arg-type]
                 self._process.wait()  # type: ignore[union-attr]
@@ -110,7 +110,7 @@ class Functions:
                 )
                 return None
 
-    def _ask(self, words: Any) -> "Future[bytes]":
+    def _request(self, words: Any) -> "Future[bytes]":
         """Send a line; return a future of the reply, which is empty if the process has ended."""
         line = json.dumps(words, default=_plain).encode() + b"\n"
         return self._worker.submit(_exchange, self._process, line)

@@ -36,11 +36,11 @@ def end(process: subprocess.Popen) -> None:
 
 def take_pipes() -> tuple[BinaryIO, BinaryIO]:
     """Return the streams from and to the parent process; text that the file prints is discarded."""
-    heard, said = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", 0)
+    requests, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", 0)
     nothing = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
         os.dup2(nothing, stream)
-    return heard, said
+    return requests, replies
 
 
 def exit_after(seconds: float | None) -> None:

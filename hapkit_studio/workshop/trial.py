@@ -129,18 +129,18 @@ def _verdict(words: bytes, otherwise: str) -> TrialResult:
 
 def main(path: str) -> None:
     """Print the verdict on a text with this file path as JSON, after one line for each function called."""
-    heard, said = isolated.take_pipes()
+    requests, replies = isolated.take_pipes()
     isolated.exit_after(2 * TIMEOUT)
     if sys.platform != "win32":
         os.nice(10)
     isolated.limit_memory()
 
-    def tell(found: dict) -> None:
-        said.write(json.dumps(found).encode() + b"\n")
+    def report(found: dict) -> None:
+        replies.write(json.dumps(found).encode() + b"\n")
 
     try:
-        tried = source.typed(Path(path), heard.read().decode())
-        tell(asdict(trying.try_out(tried, lambda name, line: tell({"function": name, "line": line}))))
+        tried = source.typed(Path(path), requests.read().decode())
+        report(asdict(trying.try_out(tried, lambda name, line: report({"function": name, "line": line}))))
     finally:
         os._exit(0)  # exit at once, because threads and exit handlers of the file must not run
 

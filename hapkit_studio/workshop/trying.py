@@ -171,21 +171,21 @@ _SAID = {
 _ARGUMENTS = {"warnings": (Conditions(),), "over_position": (ALONG,), "over_velocity": (ALONG,)}
 
 
-def try_out(source: Source, tell: Callable[[str, int], object] = lambda name, line: None) -> TrialResult:
-    """Return the verdict on a text; ``tell`` is called with name and line before each function."""
+def try_out(source: Source, report: Callable[[str, int], object] = lambda name, line: None) -> TrialResult:
+    """Return the verdict on a text; ``report`` is called with name and line before each function."""
     try:
-        return _try(reading.execute(source), source.path, tell)
+        return _try(reading.execute(source), source.path, report)
     except LawError as error:
         return failed(reading.without_line(error), error.line)
 
 
-def _try(environment: Environment, path: Path, tell: Callable[[str, int], object]) -> TrialResult:
+def _try(environment: Environment, path: Path, report: Callable[[str, int], object]) -> TrialResult:
     """Compile the law and call all functions; raise LawError with its line."""
     law_line = environment.force.function.__code__.co_firstlineno
     try:
         environment.force.compiled()
         for name in functions.overridden(environment):
-            tell(name, _first_line(getattr(environment, name)))
+            report(name, _first_line(getattr(environment, name)))
             _try_function(environment, name)
         return _try_law(environment)
     except LawError as error:

@@ -233,7 +233,7 @@ class Session:
         settings = self.turns.ask(SettingsRequest(), Settings)
         offer = BoardPlanner(self.turns.ask(HelloRequest(), Hello).arena, settings)
         way = offer.plan(PlanRequest(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
-        board_plan.tell_link(conn, settings, 255)
+        board_plan.configure_link(conn, settings, 255)
         self.harness.set(SPRING, VALUES, board=way)
 
     def connect(self, hold: float) -> np.ndarray:

@@ -17,7 +17,7 @@ def scripted(fake_board):
 @pytest.fixture
 def board_window(make_window, qtbot, monkeypatch, scripted):
     """Return a window on a scripted board that renders."""
-    monkeypatch.setattr(drivers, "HOLD_SECONDS", 0.0)
+    monkeypatch.setattr(drivers, "ZERO_FORCE_SECONDS", 0.0)
     entry = DeviceEntry("board", "Board", lambda: HapkitBoard(scripted.path))
     window = make_window((SIMULATED, entry))
     window.studio.device.open(entry)

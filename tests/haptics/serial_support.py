@@ -82,7 +82,7 @@ class SteppedBoard(HapkitBoard):
     def fall_silent(self):
         """Let the loop time out once, without its thread being late."""
         r, conn, _, _ = self._loop
-        conn.state.last_answer, conn.state.looked_at = 0.0, math.inf
+        conn.state.last_answer, conn.state.read_at = 0.0, math.inf
         self.hear(conn, serial_loop.answer_silence(r, conn))
 
     def hear(self, conn, size):
@@ -111,7 +111,7 @@ class SteppedDriver(drivers.SerialDriver):
 def stepped_engine(monkeypatch, finally_, board, hold=0.0, environment="spring", values=None, **loop):
     """Return a running engine that handles the board's data as soon as the board sends them."""
     monkeypatch.setattr(engine_module, "driver_for", SteppedDriver)
-    monkeypatch.setattr(SteppedDriver, "hold_seconds", hold)
+    monkeypatch.setattr(SteppedDriver, "zero_force_seconds", hold)
     engine = Engine(board, environment, realtime=False)
     engine.set_environment(environment, values or {})
     engine.set_loop(**loop)

@@ -254,12 +254,12 @@ def test_laws_in_use_stay_alive(started):
     for environment in (COUNTING, CONSTANT, COUNTING):
         engine.set_environment(environment)
         in_use = int(engine.arrays.laws[engine.arrays.tick.slot])
-        assert in_use in engine.kept_laws
+        assert in_use in engine.retained_laws
         rest(reader, 100)
     engine.set_parameter("gain", 0.01)
     rest(reader, 40)
     engine.set_parameter("gain", 0.02)
-    assert list(engine.kept_laws) == [COUNTING.force.compiled().address]
+    assert list(engine.retained_laws) == [COUNTING.force.compiled().address]
 
 
 START = SimulatedHapkit(initial_position=0.0121, initial_velocity=0.1)

@@ -116,7 +116,7 @@ def test_silence_is_attributed_to_the_line(stepped):
     board.say_one_by_one(sample(k) for k in range(10))
     board.fall_silent()
     found = engine.health().link
-    assert (found.no_sample, found.away, found.held_up, found.cut) == (1, 0, 0, 0)
+    assert (found.no_sample, found.away, found.law_blocked, found.cut) == (1, 0, 0, 0)
 
 
 @pytest.mark.parametrize(
@@ -125,12 +125,12 @@ def test_silence_is_attributed_to_the_line(stepped):
         (arrays.NO_FAULT, 9.985, 9.97, arrays.NO_SAMPLE),
         (arrays.NO_FAULT, 9.90, 9.89, arrays.AWAY),
         (arrays.NO_FAULT, 9.96, 9.97, arrays.AWAY),
-        (arrays.SLOW_LAW, 9.96, 9.97, arrays.HELD_UP),
+        (arrays.SLOW_LAW, 9.96, 9.97, arrays.LAW_BLOCKED),
     ],
 )
 def test_a_missing_answer_has_a_reason(fault, looked, answered, cause):
     harness, conn = LoopHarness(CONSTANT), link.new_link(2e-5)
-    conn.state.looked_at, conn.state.last_answer = looked, answered
+    conn.state.read_at, conn.state.last_answer = looked, answered
     conn.state.started, harness.r.control.fault[0] = 1, fault
     link.note_gap(harness.r, conn, 10.0)
     assert harness.r.control.stale_causes[cause] == 1

@@ -63,10 +63,10 @@ def test_the_description_agrees_with_the_kernel_and_everything_is_restored(tmp_p
         obtained = priority.obtain()
         slack.append(ctypes.CDLL(None).prctl(get_slack, 0, 0, 0, 0))
         policy = os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK
-        level, held = os.sched_getparam(0).sched_priority, realtime_linux._held.file
-        assert not held.closed
+        level, file = os.sched_getparam(0).sched_priority, realtime_linux._thread_data.file
+        assert not file.closed
         priority.release()
-        assert held.closed
+        assert file.closed
         slack.append(ctypes.CDLL(None).prctl(get_slack, 0, 0, 0, 0))
         return obtained, policy, level, os.sched_getscheduler(0), slack
 
@@ -192,9 +192,9 @@ def test_a_demoted_thread_is_reported():
 
     def run():
         obtained = priority.obtain()
-        said = [priority.held(obtained, threading.get_native_id())]
+        said = [priority.current(obtained, threading.get_native_id())]
         priority.demote()
-        said.append(priority.held(obtained, threading.get_native_id()))
+        said.append(priority.current(obtained, threading.get_native_id()))
         priority.release()
         return said
 

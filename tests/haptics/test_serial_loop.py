@@ -210,7 +210,7 @@ def test_an_added_delay_answers_older_samples_and_the_energy_includes_it(stepped
 
 
 def test_the_delay_is_measured_while_the_force_is_zero(stepped):
-    board, engine = stepped(values=SPRING, hold=drivers.HOLD_SECONDS)
+    board, engine = stepped(values=SPRING, hold=drivers.ZERO_FORCE_SECONDS)
     assert engine.health().delay is None
     out = board.say_one_by_one(
         sample(k, count, max(k - 1, 0), 730 if k else 0) for k, count in enumerate(counts_of(600))
@@ -390,11 +390,11 @@ def test_after_a_machine_keeps_up_again_the_fault_can_be_cleared(direct):
     control, most = direct.r.control, serial_loop.MOST_PASSES_WITHOUT_WAITING
     passes = most + 1
     for _ in range(3):
-        passes = serial_loop.hold_back(direct.r, clock.now(), passes) + 1
+        passes = serial_loop.wait_if_too_slow(direct.r, clock.now(), passes) + 1
         assert control.fault[0] == arrays.RUNAWAY
     assert passes == most + 4
     control.fault[0] = arrays.NO_FAULT
-    assert serial_loop.hold_back(direct.r, clock.now(), passes) == 0
+    assert serial_loop.wait_if_too_slow(direct.r, clock.now(), passes) == 0
     assert control.fault[0] == arrays.NO_FAULT
 
 

@@ -74,7 +74,7 @@ def test_at_least_thirty_mistakes_are_known():
 @pytest.mark.parametrize("mistake", MISTAKES, ids=lambda m: m.wrong)
 def test_each_mistake_has_its_message_and_line(mistake, tmp_path):
     error = refused(mistake.wrong, tmp_path)
-    assert str(error) == f"Line {LINE}: {mistake.said}"
+    assert str(error) == f"Line {LINE}: {mistake.example}"
 
 
 @pytest.mark.parametrize(("line", "words"), VARIANTS, ids=[line for line, _ in VARIANTS])

@@ -53,7 +53,7 @@ def period_error(model: str, dt: float) -> float:
     return error()
 
 
-def held(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
+def at_rest(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
     """Return a function that renders a frictionless handle, sliding to rest and then stuck by a model."""
     law = environments.named("friction")
     levels = {"model": model, "static_force": STATIC, "kinetic_force": KINETIC}
@@ -69,7 +69,7 @@ def held(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
 
 def handle_drift(model: str, dt: float) -> float:
     """Return the mean drift of the handle in m/s from HELD_FROM on; inf if not finite."""
-    x = held(model, dt)()[:, rows.TRUE_POSITION]
+    x = at_rest(model, dt)()[:, rows.TRUE_POSITION]
     found = abs(float(x[-1] - x[round(HELD_FROM / dt)])) / (HELD_SECONDS - HELD_FROM)
     return found if math.isfinite(found) else math.inf
 
@@ -85,7 +85,7 @@ def runs(scene: plan.Scene) -> list[plan.Run]:
     for model in RENDERED if handle else MODELS:
         for dt in STEPS:
             times = plan.repeats(round(seconds / dt))
-            prepare: plan.Prepare = partial(held if handle else _draw, model, dt, times)
+            prepare: plan.Prepare = partial(at_rest if handle else _draw, model, dt, times)
             error = handle_drift(model, dt) if handle else period_error(model, dt)
             cycles = plan.board_cycles("friction", "model", model, 1.0 / dt) if handle else math.nan
             found.append((plan.Point(model, LABELS[model], dt, error, cycles), prepare, times * seconds))

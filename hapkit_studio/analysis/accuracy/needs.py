@@ -148,7 +148,7 @@ class _Rendered:
         scene = headless.Scene(environment, values, device, loop, true_velocity="filter" in removed)
         return trials.render(scene, trial)
 
-    def told(self, trial: Trial, gone: Iterable[str]) -> Difference:
+    def difference(self, trial: Trial, gone: Iterable[str]) -> Difference:
         """Return the felt difference of a trial without some terms."""
         if trial.words not in self._whole:
             self._whole[trial.words] = self.run(trial, ())
@@ -162,10 +162,10 @@ class _Rendered:
         scripted = [*trials.scripts(self.environment), trials.script(PUSH)]
         if tuple(gone) == ("mass",):
             scripted = [trial for trial in scripted if trial.holds]
-        tried = [(self.told(trial, gone), trial.words) for trial in scripted]
+        tried = [(self.difference(trial, gone), trial.words) for trial in scripted]
         if max((one.most for one, _ in tried), default=0.0) <= 1.0:
             for trial in (variant for one in scripted[:-1] for variant in trials.variants(one)):
-                tried.append((self.told(trial, gone), trial.words))
+                tried.append((self.difference(trial, gone), trial.words))
         if not tried:
             return Effect(self.environment.key, label, None)
         most, hand = max(tried, key=lambda one: one[0].most)

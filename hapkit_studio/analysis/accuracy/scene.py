@@ -156,7 +156,7 @@ class Ideal:
         """Return the ideal's rate in Hz: the first at which doubling it changes less than KNOWN."""
         rate = self.rates.get(trial.words, SLOWEST_IDEAL)
         while trial.words not in self.rates:
-            change = self._told(trial, self._ideal(trial, 2.0 * rate), self._ideal(trial, rate)).most
+            change = self._difference(trial, self._ideal(trial, 2.0 * rate), self._ideal(trial, rate)).most
             if rate >= FASTEST_IDEAL or change < KNOWN:
                 self.rates[trial.words] = rate
             else:
@@ -165,7 +165,7 @@ class Ideal:
 
     def error(self, trial: Trial, option: Option, real: frozenset[str] = frozenset(PARTS)) -> Difference:
         """Return the felt difference of an option in which only the given parts are real."""
-        return self._told(trial, self._ideal(trial, self.rate(trial)), self.render(trial, option, real))
+        return self._difference(trial, self._ideal(trial, self.rate(trial)), self.render(trial, option, real))
 
     def render(self, trial: Trial, option: Option, real: frozenset[str]) -> np.ndarray:
         """Return the rows of an option in which only the given parts are real."""
@@ -240,7 +240,7 @@ class Ideal:
     def _ideal(self, trial: Trial, rate: float) -> np.ndarray:
         return self._render(trial, self._question.exact, rate, 0.0, None, 0.0, math.inf)
 
-    def _told(self, trial: Trial, one: np.ndarray, other: np.ndarray) -> Difference:
+    def _difference(self, trial: Trial, one: np.ndarray, other: np.ndarray) -> Difference:
         return trials.felt(self._question.environment, trial, one, other)
 
 
@@ -300,7 +300,7 @@ class SceneResult:
         is unknown, and any option may be recommended.
         """
         options = self.at(place)
-        enough = [o for o in options if self.holds(o)]
+        enough = [o for o in options if self.is_stable_enough(o)]
         if enough or not options:
             return enough
         least = min(o.error for o in options)
@@ -308,7 +308,7 @@ class SceneResult:
         top = max(o.limit for o in true)
         return [o for o in true if math.isnan(top) or o.limit >= _AS_STIFF * top]
 
-    def holds(self, option: Option) -> bool:
+    def is_stable_enough(self, option: Option) -> bool:
         """Return True if an option is stable at the scene's stiffness with the margin."""
         wanted = MARGIN * self.question.stiffness
         return wanted == 0.0 or option.limit >= wanted
@@ -337,12 +337,12 @@ class SceneResult:
         best = self.recommended(place)
         if best is None:
             return ""
-        wanted, held = f"{self.question.stiffness:,.0f} N/m", ""
-        if not (self.holds(best) or math.isnan(best.limit)):
-            held = f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: "
+        wanted, warning = f"{self.question.stiffness:,.0f} N/m", ""
+        if not (self.is_stable_enough(best) or math.isnan(best.limit)):
+            warning = f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: "
             near = best.limit >= self.question.stiffness
-            held += "it is close to its limit." if near else "it needs a hand or friction to come to rest."
-        return " ".join(filter(None, (held, self._cause(best))))
+            warning += "it is close to its limit." if near else "it needs a hand or friction to come to rest."
+        return " ".join(filter(None, (warning, self._cause(best))))
 
     def _cause(self, best: Option) -> str:
         if not best.parts or best.error < KNOWN:
@@ -410,7 +410,7 @@ def limit_of(question: SceneRequest, options: Options, rate: float, delay: float
         delay=delay,
         estimator=spec,
     )
-    if setting.linear and objects.holds(environment):
+    if setting.linear and objects.has_object(environment):
         return objects.contact_limit(setting, environment.key, question.with_options(options))
     values, impedance = question.with_options(question.exact), environment.impedance
     return float(kb_plane.limit(setting, impedance(values)[1] if impedance else 0.0))

@@ -57,7 +57,7 @@ def _rendered(
 
     If a plan is given, the board renders; otherwise the computer renders.
     """
-    asked = simulated.curves[0].setting
+    first_setting = simulated.curves[0].setting
     law = linear_law(request.environment, request.values, simulated.place, simulated.amplitude)
     rate = 1000.0 if plan is None else float(plan.rate)
     drive = Drive(simulated.place, simulated.amplitude, rate, sines=law is None)
@@ -69,7 +69,9 @@ def _rendered(
         board = VirtualBoard("lockstep", log, script, ("--answer-timeout", "60"))
         engine = Engine(board, request.environment, realtime=False)
         engine.set_environment(request.environment, request.values)
-        engine.set_loop(delay=asked.delay, estimator=asked.estimator, controller=asked.controller)
+        engine.set_loop(
+            delay=first_setting.delay, estimator=first_setting.estimator, controller=first_setting.controller
+        )
         with contextlib.closing(engine):
             engine.start()
             assert engine.driver is not None
@@ -80,9 +82,11 @@ def _rendered(
             begins, clamped = _measured(engine, where, drive, progress)
             delay = engine.delay_of(where)
             assert delay is not None
-            spec = asked.estimator if plan is None else board_plan.spec_on_board(asked.estimator)
+            spec = (
+                first_setting.estimator if plan is None else board_plan.spec_on_board(first_setting.estimator)
+            )
             setting = LoopSettings(
-                drive.rate, delay.mean, spec, asked.controller and plan is None, mass=board.mass,
+                drive.rate, delay.mean, spec, first_setting.controller and plan is None, mass=board.mass,
                 viscous=board.viscous, coulomb=0.0, quantum=board.quantum,
             )  # fmt: skip
             board.flush()

@@ -130,12 +130,12 @@ def _judge_ratio(found: Scale, board: Board) -> CheckResult:
         )
     pulley, handle = 1e3 * board.pulley_radius, 1e3 * board.handle_radius
     words = f"The handle moves {found.ratio:.2f} × as far per count as the radii say."
-    for factor, said in ((0.5, "the pulley's diameter"), (2.0, "half the pulley's radius")):
+    for factor, meaning in ((0.5, "the pulley's diameter"), (2.0, "half the pulley's radius")):
         no_handle = not _HANDLES[0] <= board.handle_radius * found.ratio <= _HANDLES[1]
         if abs(found.ratio / factor - 1.0) <= _FACTOR or (no_handle and off * (factor - 1.0) > 0.0):
             return warn(
                 "diameter",
-                f"{words} {pulley:.1f} mm looks like {said}, not its radius.",
+                f"{words} {pulley:.1f} mm looks like {meaning}, not its radius.",
                 f"Enter {pulley * factor:.1f} mm for the pulley and press Use these radii, "
                 "or check the distances between the marks.",
             )

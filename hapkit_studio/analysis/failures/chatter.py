@@ -76,11 +76,13 @@ def live(friction: float, case: base.Case) -> base.Live:
     place = max(size, key=lambda one: size[one])
     if size[place] >= values["kinetic_force"]:
         flips = f"It changes by {with_unit(size[place], 'N', 2)} and never rests"
-        said = f"{flips}. With the model Projection the handle comes to rest."
+        outcome = f"{flips}. With the model Projection the handle comes to rest."
     else:
         further = "" if friction < limit(case) else ": it has friction of its own. Increase F further"
-        said = f"The handle comes to rest{further}."
-    return replace(found, advice=f"Drag to {on_screen(place, 'm')}, let go, look at the force plot. {said}")
+        outcome = f"The handle comes to rest{further}."
+    return replace(
+        found, advice=f"Drag to {on_screen(place, 'm')}, let go, look at the force plot. {outcome}"
+    )
 
 
 FAILURE = base.Failure(

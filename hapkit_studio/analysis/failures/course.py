@@ -36,7 +36,7 @@ def values(method: str) -> dict[str, float]:
     return {**arguments, "integrator": float(INTEGRATORS.index(method))}
 
 
-def _held(time: float) -> float:
+def _hand_motion(time: float) -> float:
     if time >= RISE:
         return PRESSED + NUDGE
     return REST + (PRESSED - REST) * (0.5 - 0.5 * math.cos(math.pi * time / RISE))
@@ -46,7 +46,7 @@ def swing(method: str, step: float) -> np.ndarray:
     """Return the simulated position (n,) of the mass about its rest, while in contact."""
     device = SimulatedHapkit(coulomb_force=0.0, quantum=0.0, max_force=math.inf)
     count, loop = round((RISE + SECONDS) / step), LoopSettings(1.0 / step)
-    out = base.render("mass_spring_damper", values(method), device, loop, count, Prescribed(_held))
+    out = base.render("mass_spring_damper", values(method), device, loop, count, Prescribed(_hand_motion))
     at_rest = (SPRING * REST + CONTACT * (PRESSED + NUDGE)) / BOTH
     place = out[math.ceil(RISE / step) + 2 :, rows.STATE] - at_rest
     return place[: max(base.before_lost(place, PRESSED + NUDGE - at_rest), 2)]

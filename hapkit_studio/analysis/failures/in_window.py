@@ -16,7 +16,7 @@ from hapkit_studio.haptics import headless, rows
 
 # s: the time for which the mouse holds the handle, the time observed after the release, and its judged last
 # part
-HELD, WATCHED, END = 0.6, 4.0, 0.5
+GRIP_SECONDS, WATCHED, END = 0.6, 4.0, 0.5
 # m peak to peak: smallest visible oscillation
 SEEN = 0.5e-3
 # m: position at which the mouse lets go. At the motor's limit of 3 N, a medium grip of 200 N/m leaves the
@@ -29,13 +29,15 @@ _WHY = "Dry friction and the motor's limit of 3 N hold it; the limit here leaves
 
 def let_go(live: Live, pointer: float = POINTER, column: int = rows.TRUE_POSITION) -> float:
     """Return a column's peak-to-peak value after the mouse pulled to ``pointer`` m and let go."""
-    out, rate = _released(live, lambda t: pointer * np.clip(2.0 * t / HELD, 0.0, 1.0), HELD)
+    out, rate = _released(live, lambda t: pointer * np.clip(2.0 * t / GRIP_SECONDS, 0.0, 1.0), GRIP_SECONDS)
     return float(np.ptp(out[-round(END * rate) :, column]))
 
 
 def thrown(live: Live, wall: float) -> float:
     """Return the ratio of the speeds after and before a bounce off a wall at the position ``wall`` in m."""
-    out, _ = _released(live, lambda t: FROM + THROW * np.maximum(t - HELD, 0.0), HELD + (wall - FROM) / THROW)
+    out, _ = _released(
+        live, lambda t: FROM + THROW * np.maximum(t - GRIP_SECONDS, 0.0), GRIP_SECONDS + (wall - FROM) / THROW
+    )
     x, speed = out[:, rows.TRUE_POSITION], out[:, rows.TRUE_VELOCITY]
     there = int(np.argmax(x > wall))
     back = there + int(np.argmax(x[there:] < wall))
@@ -54,7 +56,7 @@ def _released(live: Live, target: Callable, release: float) -> tuple[np.ndarray,
     """Return the rows (n, …) and their rate in Hz while a medium grip follows target(t) and then lets go."""
     scene, hand = _scene(live), gripping(target, grip=live.grip, release=release)
     rate = scene.loop.rate
-    return headless.render(scene, hand, round((HELD + WATCHED) * rate))[0], rate
+    return headless.render(scene, hand, round((GRIP_SECONDS + WATCHED) * rate))[0], rate
 
 
 def behind(place: float, stiffness: float) -> float:
@@ -76,5 +78,5 @@ def pulled(
     most = f" The slider ends at {with_unit(live.values[key], unit, 4)}." if cut else ""
     does = behaviour(_scene(live), None)
     why = f" {_WHY}" if does.calm and value > bound else ""
-    outcome = ": it comes to rest." if does.calm else f". {does.sentence(held=False)}"
+    outcome = ": it comes to rest." if does.calm else f". {does.sentence(in_hand=False)}"
     return replace(live, advice=f"Drag to {on_screen(pointer, 'm')} and let go{outcome}{why}{most}")

@@ -69,9 +69,9 @@ def live(push: float, case: base.Case) -> base.Live:
     values = base.within("spring", {"stiffness": case["stiffness"], "damping": 0.0, "center": 0.0})
     found = base.Live("spring", values, spring.loop_of(case))
     pointer = behind(push, values["stiffness"])
-    said = "keeps oscillating" if let_go(found, pointer) > SEEN else "comes to rest"
+    outcome = "keeps oscillating" if let_go(found, pointer) > SEEN else "comes to rest"
     drag = f"Drag to {on_screen(pointer, 'm', 3)}: the handle moves by {on_screen(push, 'm', 3)}. Let go."
-    return replace(found, advice=f"{drag} With the window's sensor steps it {said}.")
+    return replace(found, advice=f"{drag} With the window's sensor steps it {outcome}.")
 
 
 FAILURE = base.Failure(

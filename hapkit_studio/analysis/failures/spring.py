@@ -107,9 +107,9 @@ def step_matrix(
     first, second = _map(mass, viscous, fraction), _map(mass, viscous, period - fraction)
     size = whole_periods + 4
     out = np.zeros((size, size))
-    asked = np.zeros(size)
-    asked[0], asked[2] = -stiffness - damping / period, damping / period
-    commands = [asked, *np.eye(size)[3:]]
+    law_row = np.zeros(size)
+    law_row[0], law_row[2] = -stiffness - damping / period, damping / period
+    commands = [law_row, *np.eye(size)[3:]]
     out[:2, :2] = second[:, :2] @ first[:, :2]
     out[:2] += np.outer(second[:, 2], commands[whole_periods])
     out[:2] += np.outer(second[:, :2] @ first[:, 2], commands[whole_periods + 1])

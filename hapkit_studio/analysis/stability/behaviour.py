@@ -114,9 +114,9 @@ class Behaviour:
             return "check", "ok"
         return ("cross", "danger") if self.spontaneous else ("triangle", "warn")
 
-    def sentence(self, held: bool) -> str:
+    def sentence(self, in_hand: bool) -> str:
         """Return a sentence such as "In your hand, a knock of more than 0.22 mm makes it buzz."."""
-        where = "In your hand" if held else "After you let go"
+        where = "In your hand" if in_hand else "After you let go"
         if self.unknown:
             return f"{where}: not judged. {self.unknown}"
         if self.calm:
@@ -125,7 +125,7 @@ class Behaviour:
             does = self._joined(f"buzzes by itself{self.swing}", "is thrown out by itself")
             return f"{where}, the handle {does}."
         edge = with_unit(self.push * self.flick, "m/s", 2) if self.flick else on_screen(self.push, "m", 2)
-        if held:
+        if in_hand:
             knock = f"a flick faster than {edge}" if self.flick else f"a knock of more than {edge}"
             return f"{where}, {knock} {self._joined(f'makes it buzz{self.swing}', 'throws it out')}."
         start = (
@@ -323,8 +323,8 @@ def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
         edges, found = zip(*(_boundary_and_swings(trials) for trials in tried), strict=True)
     except LawError as error:
         return Behaviour(0.0, unknown=str(error))
-    said = _summary(tried[0], min(edges), [one for some in found for one in some])
-    return replace(said, trembles=any(trials.trembles for trials in tried))
+    summary = _summary(tried[0], min(edges), [one for some in found for one in some])
+    return replace(summary, trembles=any(trials.trembles for trials in tried))
 
 
 def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:

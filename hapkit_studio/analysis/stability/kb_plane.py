@@ -155,14 +155,14 @@ def friction_boundary(setting: LoopSettings, damping: np.ndarray, push: float = 
     describing function at the handle's natural frequency w = sqrt(K / m). The result is accurate to 1 %;
     boundaries of 0 stay 0. Raise ParameterError for a nonlinear estimator.
     """
-    mass, held = setting.moving_mass, setting.held_stiffness
+    mass, grip_stiffness = setting.moving_mass, setting.grip_stiffness
     force = 4.0 * setting.coulomb / (math.pi * push)
 
     extra, limits, forces = 0.0, [exact_boundary(setting, damping)], [np.zeros(len(damping))]
     while forces[-1].min() < force and len(limits) < _DAMPERS:
         extra = _RATIO * extra or _LEAST
         limits.append(exact_boundary(replace(setting, viscous=setting.viscous + extra), damping))
-        forces.append(extra * np.sqrt((limits[-1] + held) / mass))
+        forces.append(extra * np.sqrt((limits[-1] + grip_stiffness) / mass))
     columns = zip(np.transpose(forces), np.transpose(limits), strict=True)
     return np.array([np.interp(force, taken, bound) for taken, bound in columns])
 

@@ -98,9 +98,9 @@ def remedy(margin: Margin) -> str:
 
 def sentence(margin: Margin) -> str:
     """Return margin, hand and remedy as text, such as "1.4 × below the limit; let go."."""
-    said = short(margin)
+    summary = short(margin)
     hand = hand_words(margin.hand)
-    whole = f"{said}." if said.endswith(hand) else f"{said}; {hand}."
+    whole = f"{summary}." if summary.endswith(hand) else f"{summary}; {hand}."
     return " ".join(part for part in (whole, remedy(margin), stable_again(margin)) if part)
 
 

@@ -24,7 +24,7 @@ _SOFTEST, _STIFFEST, _SCAN, _HALVINGS = 1.0, 1e7, 141, 20
 _STILL = 1.0 + 1e-9
 
 
-def holds(environment: Environment) -> bool:
+def has_object(environment: Environment) -> bool:
     """Return True if a scene is one of OBJECTS, and not a user's own scene of the same name."""
     return any(environments.named(key) is environment for key in OBJECTS)
 

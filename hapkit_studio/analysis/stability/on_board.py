@@ -30,8 +30,8 @@ def sketch_verdict(
 
 def sketch_words(found: Verdict, rate: float) -> str:
     """Return verdict and limit in one or two lines."""
-    said = " ".join(filter(None, (*found.lines, found.reason)))
-    return f"At {rate:,} Hz, with one period of delay: {said}"
+    text = " ".join(filter(None, (*found.lines, found.reason)))
+    return f"At {rate:,} Hz, with one period of delay: {text}"
 
 
 HAND = "medium"

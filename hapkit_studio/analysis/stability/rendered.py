@@ -249,13 +249,13 @@ def classes(
     what, count, judged = rendered(setting, real), lines.size * columns.size, 0
     progress = sweeping.pop("progress", no_progress)
 
-    def say(done: int, _of: int) -> None:  # the number of remaining cells is unknown
+    def report(done: int, _of: int) -> None:  # the number of remaining cells is unknown
         progress(int(count * (judged + done) / (judged + done + _EXPECTED * count)), count)
 
     def judge_some(k: np.ndarray, b: np.ndarray) -> np.ndarray:
         nonlocal judged
         cells = list(zip(k.tolist(), b.tolist(), strict=True))
-        found = sweep(partial(_classes, what), cells, progress=say, **sweeping)
+        found = sweep(partial(_classes, what), cells, progress=report, **sweeping)
         judged += len(cells)
         return np.array(found, dtype=np.int8)
 

@@ -111,25 +111,25 @@ class Verdict:
     def _sentence(self, hand: str) -> str:
         """Return what the handle does in a hand and, if it is stable, how far the linear limit is."""
         one, margin = self.does[hand], self.margins.get(hand)
-        held = hand != RELEASED
+        in_hand = hand != RELEASED
         if self.not_judged:
-            return f"{'In your hand' if held else 'After you let go'}: not judged."
+            return f"{'In your hand' if in_hand else 'After you let go'}: not judged."
         if not one.calm:
-            return one.sentence(held)
-        if not held and self.pushes:
+            return one.sentence(in_hand)
+        if not in_hand and self.pushes:
             return "After you let go, it moves away and cannot buzz."
-        said = one.sentence(held).removesuffix(".")
+        text = one.sentence(in_hand).removesuffix(".")
         if margin is None or margin.stiffness <= 0.0:
-            return f"{said}."
-        if self.joint and not held and not margin.stable:
-            return f"{said}: nothing presses the handle onto the object."
+            return f"{text}."
+        if self.joint and not in_hand and not margin.stable:
+            return f"{text}: nothing presses the handle onto the object."
         if margin.island:
-            return f"{said}: stable again from {span(margin.island)}."
+            return f"{text}: stable again from {span(margin.island)}."
         if margin.stable:
-            return f"{said}, {_below(margin)}."
+            return f"{text}, {_below(margin)}."
         if margin.limit <= 0.0:
-            return f"{said}: friction stops it, although the damping is above its limit."
-        return f"{said}: friction stops it, although {times(1.0 / margin.ratio)} above the limit."
+            return f"{text}: friction stops it, although the damping is above its limit."
+        return f"{text}: friction stops it, although {times(1.0 / margin.ratio)} above the limit."
 
 
 _WHOSE = ("in your hand", "after you let go")

@@ -57,7 +57,7 @@ class VerdictInput:
     @property
     def joint(self) -> bool:
         """Return True if the limits are those of handle and object together."""
-        return objects.holds(self.environment)
+        return objects.has_object(self.environment)
 
     def margin(self, hand: str) -> Margin:
         """Return the margin of the impedance in a hand; the impedance must be known."""
@@ -98,26 +98,26 @@ def differs(environment: Environment, values: Mapping[str, float], named: tuple[
     faster, slower = (environment.curve(values, PLACES, speed) for speed in (_SPEED, -_SPEED))
     stiffness = float((-np.diff(force) / np.diff(PLACES)).max())
     damping = float(((slower - faster) / (2.0 * _SPEED)).max())
-    for found, said, unit in zip((stiffness, damping), named, ("N/m", "N·s/m"), strict=True):
-        if abs(found - said) > _SAME * max(found, said):
-            is_, says = with_unit(max(found, 0.0), unit), with_unit(said, unit)
-            return f"No limit: the law's steepest point has {is_}, but its impedance states {says}."
+    for found, stated, unit in zip((stiffness, damping), named, ("N/m", "N·s/m"), strict=True):
+        if abs(found - stated) > _SAME * max(found, stated):
+            is_, stated_text = with_unit(max(found, 0.0), unit), with_unit(stated, unit)
+            return f"No limit: the law's steepest point has {is_}, but its impedance states {stated_text}."
     return ""
 
 
-def verdict(asked: VerdictInput) -> Verdict:
+def verdict(inputs: VerdictInput) -> Verdict:
     """Return the simulated behaviour in the setting's hand and when released, and the exact margins."""
-    grips = dict.fromkeys((asked.setting.hand, RELEASED))
-    does = {hand: behaviour(asked.scene, grip_named(hand)) for hand in grips}
+    grips = dict.fromkeys((inputs.setting.hand, RELEASED))
+    does = {hand: behaviour(inputs.scene, grip_named(hand)) for hand in grips}
     found = Verdict(does, {})
     if found.not_judged:
         return replace(found, unknown=found.not_judged)
-    unknown = asked.unknown()
-    margins = {} if unknown else {hand: asked.margin(hand) for hand in grips}
-    return Verdict(does, margins, unknown, asked.centre.pushes, asked.joint)
+    unknown = inputs.unknown()
+    margins = {} if unknown else {hand: inputs.margin(hand) for hand in grips}
+    return Verdict(does, margins, unknown, inputs.centre.pushes, inputs.joint)
 
 
-def unstable_ranges(asked: VerdictInput) -> dict[str, list[tuple[float, float]]]:
+def unstable_ranges(inputs: VerdictInput) -> dict[str, list[tuple[float, float]]]:
     """Return the ranges of each parameter, in SI, in which a nudge does not settle, other values fixed.
 
     The handle is released, or held if the scene only pushes it out. The ranges are computed from the friction
@@ -126,27 +126,27 @@ def unstable_ranges(asked: VerdictInput) -> dict[str, list[tuple[float, float]]]
     law is too slow.
     """
     try:
-        return _ranges(asked)
+        return _ranges(inputs)
     except LawError:
         return {}
 
 
-def _ranges(asked: VerdictInput) -> dict[str, list[tuple[float, float]]]:
-    named = asked.environment.impedance
-    if named is None or asked.unknown():
+def _ranges(inputs: VerdictInput) -> dict[str, list[tuple[float, float]]]:
+    named = inputs.environment.impedance
+    if named is None or inputs.unknown():
         return {}
     across = {
         p.key: np.linspace(p.low, p.high, _EVALUATIONS)
-        for p in asked.environment.parameters
+        for p in inputs.environment.parameters
         if not p.discrete
     }
     pairs = {
-        key: np.array([named({**asked.values, key: v}) for v in x.tolist()]) for key, x in across.items()
+        key: np.array([named({**inputs.values, key: v}) for v in x.tolist()]) for key, x in across.items()
     }
     pairs = {key: found for key, found in pairs.items() if np.ptp(found, axis=0).any()}
-    setting = asked.setting if asked.centre.pushes else replace(asked.setting, hand=RELEASED)
-    if not asked.centre.returns:
-        return {key: _simulated_ranges(asked, setting, key, across[key][::2]) for key in pairs}
+    setting = inputs.setting if inputs.centre.pushes else replace(inputs.setting, hand=RELEASED)
+    if not inputs.centre.returns:
+        return {key: _simulated_ranges(inputs, setting, key, across[key][::2]) for key in pairs}
     dampings = np.unique([found[:, 1] for found in pairs.values()])
     limits = kb_plane.friction_boundary(setting, dampings) if pairs else dampings
     found = {
@@ -154,31 +154,31 @@ def _ranges(asked: VerdictInput) -> dict[str, list[tuple[float, float]]]:
         for key, found in pairs.items()
     }
     return {
-        key: [ends for ends in ranges if _unstable_throughout(asked, setting, key, ends)]
+        key: [ends for ends in ranges if _unstable_throughout(inputs, setting, key, ends)]
         for key, ranges in found.items()
     }
 
 
 def _unstable_throughout(
-    asked: VerdictInput, setting: LoopSettings, key: str, ends: tuple[float, float]
+    inputs: VerdictInput, setting: LoopSettings, key: str, ends: tuple[float, float]
 ) -> bool:
     """Return True if a nudge does not settle in the middle and near the ends of a range."""
     return not any(
-        _nudge_settles(asked, setting, key, float(np.interp(s, (0.0, 1.0), ends))) for s in _INSIDE
+        _nudge_settles(inputs, setting, key, float(np.interp(s, (0.0, 1.0), ends))) for s in _INSIDE
     )
 
 
 def _simulated_ranges(
-    asked: VerdictInput, setting: LoopSettings, key: str, x: np.ndarray
+    inputs: VerdictInput, setting: LoopSettings, key: str, x: np.ndarray
 ) -> list[tuple[float, float]]:
     """Return the ranges in which a nudge does not settle, simulated at values x (n,) of a parameter."""
-    settled = np.array([_nudge_settles(asked, setting, key, value) for value in x.tolist()])
+    settled = np.array([_nudge_settles(inputs, setting, key, value) for value in x.tolist()])
     return _above_zero(x, 1.0 - 2.0 * settled)
 
 
-def _nudge_settles(asked: VerdictInput, setting: LoopSettings, key: str, value: float) -> bool:
+def _nudge_settles(inputs: VerdictInput, setting: LoopSettings, key: str, value: float) -> bool:
     """Return True if a nudge settles when one parameter has a different value."""
-    scene = replace(asked, values={**asked.values, key: value}, setting=setting).scene
+    scene = replace(inputs, values={**inputs.values, key: value}, setting=setting).scene
     return settles(scene, grip_named(setting.hand), NUDGE)
 
 

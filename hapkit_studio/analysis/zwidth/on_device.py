@@ -167,15 +167,15 @@ class Person:
     def begin(self) -> None:
         """Wait until a person presses; raise Interrupted after a time-out."""
         end = time.monotonic() + _PATIENCE_SECONDS
-        said = ""
+        last_text = ""
         while not self.presses(found := self._guarded.collect(0.2, judged=False)):
             force, words = pressing_force(found, self._guarded.into), f"{ASK}."
             if force > self._most:
                 push = self._guarded.limits.push
                 words = f"Press more gently: {force:.1f} N now, {push:g} N is enough."
-            if words != said:
+            if words != last_text:
                 self._guarded.say(words)
-            said = words
+            last_text = words
             if time.monotonic() > end:
                 raise Interrupted(f"No press for {_PATIENCE_SECONDS:.0f} s. The measurement ended.")
         self._guarded.say("Hold")
@@ -216,11 +216,11 @@ def _stiffest_at(
     guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _TrialProgress
 ) -> result.Point:
     """Return the stiffest wall that passed at one damping, and the band around it."""
-    limits, held, stiffest_tried = guarded.limits, 0.0, 0.0
+    limits, stiffest_resting, stiffest_tried = guarded.limits, 0.0, 0.0
 
     def tried(stiffness: float) -> result.TrialOutcome:
         """Try one wall, then apply the stiffest one that passed."""
-        nonlocal held, stiffest_tried
+        nonlocal stiffest_resting, stiffest_tried
         stiffest_tried = max(stiffest_tried, stiffness)
         steps.next_trial()
         hand.begin()
@@ -231,9 +231,9 @@ def _stiffest_at(
             why = _watched(guarded, hand, stiffness)
         except Unsafe as unsafe:
             why = str(unsafe)
-        held = held if why else stiffness
-        if held:
-            guarded.wall(held, damping)
+        stiffest_resting = stiffest_resting if why else stiffness
+        if stiffest_resting:
+            guarded.wall(stiffest_resting, damping)
         else:
             guarded.calm()
         return result.TrialOutcome(why, guarded.clamped)

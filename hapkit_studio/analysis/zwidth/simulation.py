@@ -53,10 +53,10 @@ def compute(
     for first in range(0, len(levels), together):
         cells = [(setting, protocol, level) for level in levels[first : first + together]]
 
-        def say(done: int, _of: int, before: int = first) -> None:
+        def report(done: int, _of: int, before: int = first) -> None:
             progress(before + done, len(levels))
 
-        points += sweep(points_of, cells, executor=executor, progress=say, chunk=1)
+        points += sweep(points_of, cells, executor=executor, progress=report, chunk=1)
         for level, point in zip(levels[first:], points[first:], strict=False):
             arrived(level, point)
     return result.ZWidth.of("simulation", levels, points, setting, result.conditions(setting, protocol))

@@ -79,7 +79,7 @@ def _program(part: str, *keys: str, gently: bool = False) -> subprocess.Popen:
     gently = gently and part in _NICE
     flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if gently else 0  # Windows
     words = module_command(_MODULE, *([_GENTLY] if gently else []), part, *keys)
-    with interrupts.held_back():
+    with interrupts.deferred():
         return subprocess.Popen(words, creationflags=flags)
 
 

@@ -195,12 +195,12 @@ def test_different_frequencies_are_reported_as_a_range(seed):
 
 def test_an_irregular_oscillation_is_reported_as_such():
     said = Behaviour(0.3e-3, Lasting(0.1e-3, 30.0), Lasting(0.5e-3, 25.0, 0.2, irregular=True))
-    assert said.sentence(held=False) == (
+    assert said.sentence(in_hand=False) == (
         "If you displace the handle by more than 0.3 mm and let go, it buzzes irregularly (up to ±0.5 mm, "
         "held back by the motor's limit)."
     )
-    assert Behaviour().sentence(held=True) == "In your hand, it is stable."
-    assert "within one sensor step" in Behaviour(trembles=True).sentence(held=False)
+    assert Behaviour().sentence(in_hand=True) == "In your hand, it is stable."
+    assert "within one sensor step" in Behaviour(trembles=True).sentence(in_hand=False)
 
 
 @pytest.mark.parametrize(
@@ -215,13 +215,13 @@ def test_an_oscillation_after_a_knock_is_a_warning_and_a_spontaneous_one_a_dange
     swing = Lasting(1e-3, 24.0)
     does = Behaviour(push, swing, swing, (24.0, 24.0)) if push < math.inf else Behaviour()
     assert does.sign == sign
-    assert does.sentence(held=True).endswith(words)
+    assert does.sentence(in_hand=True).endswith(words)
 
 
 def test_a_repelled_handle_is_reported_as_such():
     thrown = Behaviour(1e-3, leaves=True)
-    assert thrown.sentence(held=True) == "In your hand, a knock of more than 1 mm throws it out."
-    both = Behaviour(1e-3, Lasting(2e-3), Lasting(2e-3), leaves=True, flick=50.0).sentence(held=False)
+    assert thrown.sentence(in_hand=True) == "In your hand, a knock of more than 1 mm throws it out."
+    both = Behaviour(1e-3, Lasting(2e-3), Lasting(2e-3), leaves=True, flick=50.0).sentence(in_hand=False)
     assert both == (
         "If you flick the handle faster than 0.05 m/s and let go, it buzzes (±2 mm) or is thrown out."
     )
@@ -237,7 +237,7 @@ def test_coexisting_limit_cycles_are_reported_as_a_range():
     assert said.least.amplitude == pytest.approx(min(sizes), abs=device.quantum)
     assert said.most.amplitude == pytest.approx(max(sizes), rel=0.05)
     assert holds_between(handle, [0.09e-3, 0.17e-3, 0.8e-3])
-    assert said.sentence(held=False) == (
+    assert said.sentence(in_hand=False) == (
         "After you let go, the handle buzzes by itself at 13.6 Hz (±0.024 to ±0.5 mm)."
     )
 
