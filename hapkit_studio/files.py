@@ -20,7 +20,7 @@ LONGEST_WORD = 256  # characters of a key or number; tomllib takes 13 s for a do
 _SKIPPED = re.compile(
     r"""#[^\n]*|\"{3}(?:\\.|[^\\])*?(?:\"{3}|\Z)|'{3}.*?(?:'{3}|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?""", re.S
 )  # comments and strings of TOML, which include those of JSON
-_LONG_RUN = re.compile(rf'[^"]{{{LONGEST_WORD + 1}}}')  # part of every JSON number that is too long
+_LONG_RUN = re.compile(rf'[^"]{{{LONGEST_WORD + 1}}}')  # matches within every JSON number that is too long
 _STRUCTURE = re.compile(r"[\[{]|[\]}]|[\w+-]+(?:[ \t]*\.[ \t]*[\w+-]+)*")
 
 

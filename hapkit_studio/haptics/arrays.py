@@ -66,9 +66,9 @@ WATCH = record(
     ("speed", "f8"),  # mean velocity over the last count, m/s
     ("start", "f8"),  # position at which the observer started
     ("ends", "f8", 2),  # force in N in the outermost known cell on the left and on the right
-    # The straightest motion through all counts: position of the last reversal; time since this reversal; the
-    # integral of v² in m²/s until the reversal and until now; the smallest and largest velocity since the
-    # reversal that pass all counts, and their times.
+    # State of the straightest motion that agrees with all counts. turn: position of its last reversal.
+    # lasted: time since then. before, squares: integral of v² in m²/s up to the reversal and up to now.
+    # least, greatest: limits of the velocity since the reversal, each with its time.
     ("turn", "f8"),
     ("lasted", "f8"),
     ("before", "f8"),

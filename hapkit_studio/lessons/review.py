@@ -52,7 +52,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Comment:
-    """A comment on a time in s since the session began, on a step of the lesson (the first 1), or on all."""
+    """A comment on a time in s since the session's start, a step (from 1), or the whole session."""
 
     text: str
     time: float | None = None
@@ -60,7 +60,7 @@ class Comment:
 
     @property
     def place(self) -> str:
-        """Return what it is about, "" for all of it."""
+        """Return the commented time or step as text; "" for a comment on the whole session."""
         if self.time is not None:
             return f"at {number(self.time, 2)} s"
         return f"step {self.step}" if self.step is not None else ""

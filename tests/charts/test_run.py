@@ -33,7 +33,7 @@ def limits(axes):
     return sorted(float(text.xy[1]) for text in axes.texts if text.get_text().startswith("limit"))
 
 
-def test_the_curve_is_the_laws_over_the_visible_range():
+def test_the_laws_curve_covers_the_visible_range():
     _, axes = drawn(hs.simulate("wall", {"stiffness": 400.0}, hand="press", seconds=1.5))
     x, force = curve(axes)
     assert force == pytest.approx(-0.4 * np.maximum(x - 5.0, 0.0), abs=2e-3)

@@ -164,7 +164,9 @@ def error(kit, samples, rows):
         (Sensor.QUADRATURE, 1024, -1),
     ],
 )
-def test_counts_follow_the_handle_within_one_and_readings_are_passed_on(tmp_path, sensor, counts, sense):
+def test_counts_are_within_one_of_the_handles_motion_and_raw_readings_are_sent(
+    tmp_path, sensor, counts, sense
+):
     kit = kits.board(sensor=sensor, counts_per_flip=counts, sense=sense)
     samples, rows, _ = follow(tmp_path, kit)
     assert np.ptp(rows.position) == pytest.approx(0.08, rel=1e-3)

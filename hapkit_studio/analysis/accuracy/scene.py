@@ -314,7 +314,7 @@ class SceneResult:
         return wanted == 0.0 or option.limit >= wanted
 
     def recommended(self, place: str) -> Option | None:
-        """Return the admissible option with the least error; of equal ones the cheapest, then the default.
+        """Return the admissible option with the least error; prefer the cheapest, then the default, on a tie.
 
         On a computer every method takes less than a thousandth of a period, so cost is ignored.
         """

@@ -66,7 +66,7 @@ def test_winners_are_the_cheapest_points_within_each_tolerance_and_those_of_equa
 
 
 @pytest.mark.parametrize("rate", [500.0, 1000.0])
-def test_the_boards_cycles_per_second_are_those_of_the_law(rate):
+def test_the_boards_cycles_per_second_equal_the_compiled_laws(rate):
     from hapkit_studio import environments
 
     friction = environments.named("friction")
