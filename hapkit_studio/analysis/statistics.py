@@ -84,7 +84,8 @@ class Line(NamedTuple):
 def line(x: np.ndarray, y: np.ndarray, kept: np.ndarray) -> Line | None:
     """Return the regression line of y over x for the samples in the mask ``kept``, or None if it is singular.
 
-    All arrays are (n,) and ordered by time. It is a least-squares fit with a constant. The interval allows for autocorrelated residuals.
+    All arrays are (n,) and ordered by time. The line is a least-squares fit with a constant. The interval
+    allows for autocorrelated residuals.
     """
     from hapkit_studio.analysis.identify import regression  # imported here because it loads scipy.stats
 
