@@ -129,9 +129,9 @@ def test_other_surveys_and_foreign_files_give_a_one_line_error(tmp_path):
         damaged.unlink()
     with sqlite3.connect(tmp_path / "other.db") as other:
         other.execute("CREATE TABLE limits (a)")
-    with pytest.raises(SurveyError, match=r"^other.db is no survey\.$"):
+    with pytest.raises(SurveyError, match=r"^other.db is not a survey\.$"):
         survey.read(tmp_path / "other.db")
-    with pytest.raises(SurveyError, match="There is no survey"):
+    with pytest.raises(SurveyError, match="There is not a survey"):
         survey.read(tmp_path / "none")
 
 
@@ -172,7 +172,7 @@ def test_a_file_with_other_tables_is_not_a_survey(tmp_path):
         database.execute("DROP TABLE limits")
         endless = "WITH RECURSIVE n(row) AS (SELECT 1 UNION ALL SELECT row + 1 FROM n)"
         database.execute(f"CREATE VIEW limits AS {endless} SELECT row, NULL AS limits FROM n")
-    with pytest.raises(SurveyError, match=r"^x\.survey is no survey\.$"):
+    with pytest.raises(SurveyError, match=r"^x\.survey is not a survey\.$"):
         survey.read(path)
 
 
