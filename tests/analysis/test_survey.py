@@ -131,7 +131,7 @@ def test_other_surveys_and_foreign_files_give_a_one_line_error(tmp_path):
         other.execute("CREATE TABLE limits (a)")
     with pytest.raises(SurveyError, match=r"^other.db is not a survey\.$"):
         survey.read(tmp_path / "other.db")
-    with pytest.raises(SurveyError, match="There is not a survey"):
+    with pytest.raises(SurveyError, match="There is no survey"):
         survey.read(tmp_path / "none")
 
 
