@@ -1,4 +1,4 @@
-"""The middle of the Live view: scene on top, time plots and force–position plot below."""
+"""The middle of the Live view: the scene at the top, time plots and force–position plot below it."""
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QResizeEvent
@@ -18,12 +18,12 @@ from hapkit_studio.gui.widgets.parts import hbox, vbox
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme
 
-_EDGE = 1  # px: border of the card
+_EDGE = 1  # px: width of the card's border
 _VIEWS = ("Time", "Force–position")
 
 
 def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
-    """Return a card with widgets stacked vertically; the last one gets the extra height."""
+    """Return a card with widgets stacked vertically; the last widget takes the extra height."""
     frame = QFrame(parent)
     frame.setProperty("card", True)
     if widgets:
@@ -50,7 +50,7 @@ def _flat(icon: str, tip: str) -> QPushButton:
 
 
 class Toolbar(QWidget):
-    """Toolbar of the time plots: time window, cursors, held traces, fit and release of the simulated hand."""
+    """The time plots' toolbar: time window, cursors, held traces, fit, release of the simulated hand."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -76,7 +76,7 @@ class Toolbar(QWidget):
         hbox(*left, None, *right, into=self, margins=(8, 5, 8, 5), gap=2)
 
     def set_narrow(self, narrow: bool) -> None:
-        """Show the switch between the plots (``narrow``), or hide it because both plots fit."""
+        """Show the switch between the plots if ``narrow``; otherwise hide it, because both plots fit."""
         self.views.setVisible(narrow)
         self._fit_buttons()
 
@@ -85,11 +85,11 @@ class Toolbar(QWidget):
         self._fit_buttons()
 
     def minimumSizeHint(self) -> QSize:
-        """Return the height only: button labels and buttons are hidden when they do not fit."""
+        """Return only the minimum height, because labels and buttons that do not fit are hidden."""
         return QSize(0, super().minimumSizeHint().height())
 
     def _fit_buttons(self) -> None:
-        """Show all labels if they fit, else only icons, else only the most important buttons."""
+        """Show all labels if they fit, otherwise icons; if these do not fit, hide less important buttons."""
         extra, used = (self.hold, self.release), self.layout()
         for words, more in ((True, True), (False, True), (False, False)):
             for button, name in self._names.items():
@@ -101,7 +101,7 @@ class Toolbar(QWidget):
                 return
 
     def show_span(self, seconds: float) -> None:
-        """Show the time window in s, which need not be one of SPANS."""
+        """Show the time window in s; its length need not be one of SPANS."""
         self.span.setPlaceholderText(f"{compact(seconds, 2)} s")
         self.span.setCurrentIndex(SPANS.index(seconds) if seconds in SPANS else -1)
 
@@ -112,12 +112,13 @@ class Toolbar(QWidget):
 
 
 class Centre(QWidget):
-    """Scene above, plots below. The splitter positions are saved."""
+    """Shows the scene above the plots, and saves the positions of the splitters."""
 
     def __init__(self, settings: StoredSettings, parent: QWidget | None = None):
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setObjectName("centre")  # first: the children are styled by this name when they are created
+        # set this first, because the children are styled by this name when they are created
+        self.setObjectName("centre")
         self.view = TimeView(self)
         self.trigger = Trigger(self.view, self)
         self.scene, self.time = SceneView(), TimePlots(self.view)
@@ -136,7 +137,7 @@ class Centre(QWidget):
         self._narrow, self._settings, self._projected = False, settings, False
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
-        self._scene_height = settings.pixels("scene_height", 0.0)  # 0: the default height
+        self._scene_height = settings.pixels("scene_height", 0.0)  # 0 means the default height
         self._phase_width = settings.pixels("phase_width", 0.0)
         fill(self.columns, GAP, 0, self.time_card, self.phase_card, self.values_card)
         fill(self.rows, GAP, 1, self.scene_card, self.columns)
@@ -157,11 +158,15 @@ class Centre(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        if not theme.refreshing:  # a theme change resizes single parts; the window lays out once afterwards
+        # a theme change resizes single widgets; the window is laid out once afterwards
+        if not theme.refreshing:
             self.lay_out()
 
     def lay_out(self) -> None:
-        """Distribute the height and width; also called when another scene wants a different height."""
+        """Distribute height and width among the cards.
+
+        Also called when another scene needs a different height.
+        """
         px, page = theme.px, self._page is not None
         width = round(self.width() / theme.scale)
         narrow = width < breakpoints.PLOTS_BESIDE
@@ -199,11 +204,11 @@ class Centre(QWidget):
         self.columns.setSizes([widths.get(part, rest) for part in columns])
 
     def add_values_card(self, values: QWidget) -> None:
-        """Add the widget that a projector shows beside the plots; hidden by default."""
+        """Add the widget that a projector shows beside the plots; it is hidden by default."""
         vbox(values, into=self.values_card)
 
     def project(self, on: bool) -> None:
-        """Show only what can be read from a distance (projector), or everything."""
+        """Show only the parts that can be read from a distance (for a projector), or all parts."""
         self._projected = on
         for part in (self.toolbar, self._line):
             part.setHidden(on)
@@ -211,15 +216,15 @@ class Centre(QWidget):
         self.lay_out()
 
     def add_page(self, page: QWidget) -> None:
-        """Insert a hidden page where the time plots are."""
+        """Insert a hidden page at the position of the time plots."""
         page.hide()
         self.columns.insertWidget(0, page)
         self.columns.setStretchFactor(0, 1)
 
     def show_page(self, page: QWidget | None, scene: bool = True, law: bool = False) -> None:
-        """Show an added page instead of the plots; None shows the plots.
+        """Show an added page in place of the plots; None shows the plots.
 
-        scene: the scene stays visible; law: the force–position plot stays visible if it fits.
+        ``scene``: the scene stays visible. ``law``: the force–position plot stays visible if it fits.
         """
         if self._page is not None and self._page is not page:
             self._page.hide()
@@ -247,7 +252,7 @@ class Centre(QWidget):
         self._settings.setValue("phase_width", self._phase_width)
 
     def _move_phase(self) -> None:
-        """Move the force–position plot behind the switch, or back beside the time plots."""
+        """Show the force–position plot beside the time plots, or (narrow) in their place."""
         self.toolbar.set_narrow(self._narrow)
         self.phase_card.setProperty("card", not self._narrow)
         if self._narrow:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 COMPARED_SECONDS = 4.0
 SETTLE_SECONDS = 0.6
-"""From the handover to the first movement: the force has faded in and the handle rests."""
+"""s from the handover to the first movement; meanwhile the force fades in and the handle comes to rest."""
 PATIENCE = 5.0
 """s within which the new renderer must have started."""
 _ORDER = "press", "tap", "stroke", "sweep", "pet"
@@ -34,7 +34,7 @@ UNWATCHED = (
 
 
 class Part(NamedTuple):
-    """Who rendered, with start and stop in s of the rows' clock."""
+    """An interval with one renderer: the renderer, and start and stop in s of the rows' clock."""
 
     where: str
     start: float
@@ -42,12 +42,15 @@ class Part(NamedTuple):
 
 
 def movement(hands: tuple[str, ...]) -> Hand:
-    """Return the hand movement used to compare an environment; a press if it declares no suitable one."""
+    """Return the hand movement that compares an environment.
+
+    A press if the environment declares no suitable one.
+    """
     return hand_named(next((name for name in hands if name in _ORDER), "press"))
 
 
 class RenderingComparison(QObject):
-    """Tracks who renders, holds the previous renderer's last trace, and compares both on demand.
+    """Compares the renderers computer and board on demand, and holds the last trace of the previous renderer.
 
     Both renderers get the same movement; afterwards the original renderer renders again.
     """
@@ -81,7 +84,7 @@ class RenderingComparison(QObject):
         return bool(self._left)
 
     def toggle(self) -> None:
-        """Start a comparison or cancel the running one; show the reason if neither is possible."""
+        """Start a comparison, or cancel the running one; if neither is possible, show the reason."""
         if self.running:
             self.cancel("")
             return
@@ -99,7 +102,10 @@ class RenderingComparison(QObject):
         self._begin()
 
     def cancel(self, why: str) -> None:
-        """Release the hand, restore the original renderer and show ``why``; no-op if none is running."""
+        """Release the hand, restore the original renderer and show ``why``.
+
+        A no-op if no comparison is running.
+        """
         if self.running:
             self._left = []
             self._end(why)
@@ -145,7 +151,7 @@ class RenderingComparison(QObject):
         self._switch.show_message(why)
 
     def _refresh(self) -> None:
-        """Detect a change between computer and board."""
+        """Detect that the renderer has changed from computer to board or back."""
         engine = self._studio.engine
         if engine is None or engine.rendering == self._rendered_by:
             return
@@ -157,13 +163,16 @@ class RenderingComparison(QObject):
         self._began = now
 
     def _hold(self, part: Part, shift: float | None = None) -> None:
-        """Replace the held trace by this part: at the right edge, or shifted by ``shift`` s."""
+        """Replace the held trace by this interval.
+
+        It is shown at the right edge, or shifted by ``shift`` s.
+        """
         self._drop()
         stretch = part.start, part.stop
         self._held = self._centre.held.hold(self._live.history, stretch, f"on the {part.where}", shift)
 
     def _show_compared(self, one: Part, other: Part) -> None:
-        """Overlay the plots of both parts and show by how much the forces differ."""
+        """Overlay the plots of both intervals and show by how much the forces differ."""
         self._live.tick()
         self._centre.view.follow()
         self._hold(one, other.start - one.start)
@@ -183,7 +192,7 @@ class RenderingComparison(QObject):
 
 
 def difference_words(history: History, one: Part, other: Part) -> str:
-    """Describe by how much the applied forces of two parts with the same movement differ."""
+    """Describe by how much the applied forces of two intervals with the same movement differ."""
     first, second = (history.between(part.start, part.stop).known() for part in (one, other))
     if min(len(first.x), len(second.x)) < 2:
         return ""

@@ -1,4 +1,4 @@
-"""Cursors A and B in the live plots: the two samples and the statistics between them."""
+"""Cursors A and B in the live plots, with the two samples and the statistics between them."""
 
 import math
 from operator import itemgetter
@@ -19,11 +19,13 @@ from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.haptics.signals import BY_NAME
 
 NAMES = "A", "B"
-_EACH_MS = 200  # update interval of the statistics while a cursor is dragged
-_FIRST = 2 / 3, 1 / 3  # fractions of the time window: initial positions
-_FADE = 0.05  # s: numbers ramp and forces fade for 30 ms after a change
-_FOLLOWED = 0.05  # N: tolerance for "the motor gave the asked force": above a motor step, below a faded force
-_BENT = 0.05  # maximum residual of a straight line, as a fraction of the force's RMS
+_EACH_MS = 200  # ms: update interval of the statistics while a cursor is dragged
+# initial positions of A and B before the newest sample, as fractions of the time window
+_FIRST = 2 / 3, 1 / 3
+_FADE = 0.05  # s: after a change, numbers and forces fade for 30 ms
+# N: the motor's force equals the requested force within this tolerance, which exceeds a motor step
+_FOLLOWED = 0.05
+_BENT = 0.05  # a line is straight if its maximum residual is below this fraction of the force's RMS
 
 
 _LISTED = tuple(
@@ -34,11 +36,11 @@ _LISTED = tuple(
 
 
 Row = tuple[str, ...]
-"""A row of the table: its heading and its cells."""
+"""A row of the table consists of its heading and its cells."""
 
 
 class Cursors(QObject):
-    """Positions of A and B: times of samples in s of the history; None while the cursors are off."""
+    """The positions of A and B as times in s of the history's samples; None while the cursors are off."""
 
     changed = Signal()
 
@@ -86,12 +88,12 @@ class Cursors(QObject):
 
     @property
     def settings_differ(self) -> bool:
-        """Return whether settings changed, or a change was still fading, between the cursors."""
+        """Return whether settings changed, or an earlier change was still fading, between the cursors."""
         first, last = sorted(self.times or (math.nan, math.nan))
         return any(first - _FADE < time <= last for time in self._history.changes)
 
     def between(self) -> dict[str, np.ndarray]:
-        """Return time and channels (n,) of all samples from A to B inclusive, n > 1; else {}."""
+        """Return the time and the channels (n,) of all samples from A to B inclusive, n > 1; otherwise {}."""
         first, last = sorted(self.times or (math.nan, math.nan))
         window = self._history.between(first, math.nextafter(last, math.inf)).known()
         return {"time": window.x, **window.y} if len(window.x) > 1 else {}
@@ -102,7 +104,7 @@ class Cursors(QObject):
 
 
 def points(cursors: Cursors) -> list[Row]:
-    """Return a row for the time, relative to the plots' zero, and one for each signal: A, B, B − A."""
+    """Return the rows for the time (relative to the plots' zero) and for each signal: A, B and B − A."""
     at_a, at_b = cursors.at()
     if cursors.times is None or at_a is None or at_b is None:
         return []
@@ -131,8 +133,8 @@ def ranges(samples: dict[str, np.ndarray]) -> list[Row]:
 def slope(cursors: Cursors, samples: dict[str, np.ndarray]) -> tuple[Line | None, str]:
     """Return the fitted line of force over position and its slope as text; or None and the reason.
 
-    Only samples in which the law asked for a force and the motor gave it count, so that the free space in
-    front of a wall does not bias its slope.
+    The fit uses only samples in which the law requested a force and the motor applied this force. The free
+    space in front of a wall therefore does not bias the slope.
     """
     if not samples:
         return None, "–"
@@ -152,7 +154,7 @@ def slope(cursors: Cursors, samples: dict[str, np.ndarray]) -> tuple[Line | None
     return found, f"{interval(found.slope, found.half, digits)} N/m"
 
 
-_FOLDED, _BOTH = 0, 1  # indices of the switch
+_FOLDED, _BOTH = 0, 1  # indices of the switch's segments
 _HEADS = (), ("A", "B", "B − A"), ("least", "greatest", "mean", "RMS", "Hz")
 _SLOPE_HELP = (
     "Slope of force over position between A and B, with its 95 % interval. Only samples with a "
@@ -181,7 +183,8 @@ class CursorCard(QWidget):
         self._cursors, self._read = cursors, False
         self._samples: dict[str, np.ndarray] = {}
         self._low = False
-        self._chosen = [_BOTH, _FOLDED]  # selected segment with enough height for plot and table, and without
+        # selected segment when there is enough height for plot and table, and when there is not
+        self._chosen = [_BOTH, _FOLDED]
         self.switch = Segmented("Cursor read-out", ("Plot", "A and B", "Range"))
         self.switch.show_index(_BOTH)
         self.table = Table("Cursors")
@@ -201,11 +204,11 @@ class CursorCard(QWidget):
 
     @property
     def covers(self) -> bool:
-        """Return whether the table needs the height of the plot above it."""
+        """Return whether the table is shown in place of the plot above it."""
         return self._low and self._cursors.on and self.switch.index != _FOLDED
 
     def set_low(self, low: bool) -> None:
-        """Set whether there is height only for the table or the plot above it (True), or for both."""
+        """Set whether there is height for either the table or the plot above it (True), or for both."""
         if low != self._low:
             self._low = low
             self.switch.show_index(self._chosen[low])
@@ -229,7 +232,7 @@ class CursorCard(QWidget):
             self.fitted.emit(None)
 
     def refresh(self) -> None:
-        """Update the slope and, if a cursor moved or samples were dropped, the table."""
+        """Update the slope; if a cursor moved or samples were dropped, update the table, too."""
         self._cursors.forget_lost()
         times = self._cursors.times
         if times is None:

@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.state.studio import Studio
 
-_RESTED = 1.0  # s: changes farther apart within the same gesture get their own dividers
+_RESTED = 1.0  # s: changes within one gesture that are farther apart than this get separate dividers
 
 
 class Dividers(QObject):
-    """Adds a divider for changed values and loop settings, at the last change of a gesture."""
+    """Adds a divider for changed values and loop settings at the time of a gesture's last change."""
 
     def __init__(self, studio: "Studio", live: "Live", undo: UndoHistory):
         super().__init__(live)
@@ -36,13 +36,13 @@ class Dividers(QObject):
         }
 
     def _rebase(self) -> None:
-        """Take the current settings as the reference: a new environment gets its own divider."""
+        """Take the current settings as the reference, because a new environment gets a divider of its own."""
         self._last = self._in_force()
         self._gesture, self._at = -1, 0.0
         self._change: tuple[Settings, Settings] = {}, {}
 
     def _note_hidden(self) -> None:
-        """Add a divider for hidden values, without revealing them."""
+        """Add a divider for a change of hidden values without showing them."""
         again = self._live.history.now - self._hidden_at < _RESTED
         words = "Hidden values" if self._studio.hidden else "Values as set"
         self._hidden_at = self._live.note(words, self._hidden_at if again else None)

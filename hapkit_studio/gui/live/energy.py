@@ -1,4 +1,4 @@
-"""Status-bar warning while a scene gives more energy than it took."""
+"""A warning in the status bar while a scene gives more energy than it has received."""
 
 import math
 import time
@@ -13,8 +13,9 @@ from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
 
 SHOWN_S = 4.0
-"""How long the message stays after the last excess."""
-# With the controller on, the excess hovers around its threshold; this multiple means that it cannot keep up.
+"""s: the message stays for this time after the last excess."""
+# With the passivity controller on, the excess stays near its threshold. If it exceeds this multiple of the
+# threshold, the controller cannot compensate it.
 BEYOND_CONTROL = 3.0
 # The shown number changes only by at least this factor, so that it can be read.
 CHANGE = 1.5
@@ -23,10 +24,11 @@ _CANNOT = "The passivity controller already damps as much as it can. Lower the s
 
 
 class EnergyWatch(QObject):
-    """Watches the rows for energy that the scene gives in excess, and shows a message.
+    """Detects in the rows that the scene gives excess energy, and shows a message.
 
-    calm: returns True if the verdict on the scene is "stable"; then friction and the hand absorb the energy
-    and no message is shown. show(text, tooltip, color, remedy=False): shows the message; "" hides it.
+    ``calm()`` returns True if the verdict on the scene is "stable"; then friction and the hand absorb the
+    energy and no message is shown. ``show(text, tooltip, color, remedy=False)`` shows the message; "" hides
+    it.
     """
 
     def __init__(self, studio: Studio, live: Live, calm: Callable[[], bool], show: Callable[..., object]):
@@ -48,7 +50,7 @@ class EnergyWatch(QObject):
         if engine is None or self._studio.environment.drives or hidden:
             return
         excess, least = engine.excess
-        # ``excess`` keeps its value after the scene has come to rest, so only an increase is reported
+        # ``excess`` keeps its value after the scene has come to rest, so only an increase is reported.
         self._reported = min(self._reported, excess)
         if excess <= self._reported + least * (BEYOND_CONTROL if self._studio.loop.controller else 1.0):
             return
@@ -64,7 +66,7 @@ class EnergyWatch(QObject):
             self._show("")
 
     def _forget(self) -> None:
-        """Restart: the settings that gave the energy have changed."""
+        """Discard the reported energy, because it belongs to settings that have changed."""
         self._reported = math.inf
         self._until = self._shown = 0.0
         self._show("")

@@ -1,4 +1,4 @@
-"""Export of the live plots as tables and pictures: the visible range, between the cursors, or all."""
+"""Exports the live plots as tables and pictures: the visible range, the range between the cursors, or all."""
 
 import json
 import math
@@ -37,7 +37,7 @@ COMMA = "Table, decimal comma (*.csv)"
 TABLES = f"Table (*.csv);;{COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
 _KINDS = f"Picture (*.png);;Drawing (*.svg);;Page (*.pdf);;{TABLES}"
 Figure = Callable[[str], object]
-"""Draws to a path; called in a thread."""
+"""A function that draws to a path; it is called in a thread."""
 
 
 def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[], dict]) -> str:
@@ -55,7 +55,7 @@ def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[
 class LiveExport(QObject):
     """Saves and copies a range of the plotted samples, with the settings and their changes.
 
-    ``said``: a sentence that reports success; ``failed``: the reason for a failure.
+    ``said`` is emitted with a sentence that reports success, ``failed`` with the reason for a failure.
     """
 
     said = Signal(str)
@@ -101,7 +101,7 @@ class LiveExport(QObject):
         dialog = choose_file(self._centre, "Export", _KINDS, save, save_as=name)
 
     def copy(self) -> None:
-        """Put a picture of what is visible on the clipboard."""
+        """Put a picture of the visible range on the clipboard."""
         made = self._made(self.visible)
         if made is not None:
             self.copy_picture(made[2])
@@ -115,14 +115,17 @@ class LiveExport(QObject):
         self.said.emit("Picture copied")
 
     def _note_settings(self) -> None:
-        """Store the current settings with their time; drop those whose samples were dropped."""
+        """Store the current settings with their time; discard settings that only apply to dropped samples."""
         now = time.perf_counter()
         self._settings.append((now, self._in_force()))
         while len(self._settings) > 1 and self._settings[1][0] < now - KEPT_SECONDS:
             self._settings.popleft()
 
     def _log(self, begin: float, end: float) -> Log:
-        """Return the settings at begin and each change up to end, both in s; times in s after begin."""
+        """Return the settings at ``begin`` and each change until ``end``, both in s.
+
+        The times in the result are in s after ``begin``.
+        """
         known = [was for when, was in self._settings if when <= begin]
         changes = [(when - begin, now) for when, now in self._settings if begin < when <= end]
         first = known[-1] if known else changes[0][1] if changes else self._in_force()
@@ -136,7 +139,7 @@ class LiveExport(QObject):
         return settings.about_device(engine) | settings.in_force(engine)
 
     def _made(self, stretch: tuple[float, float]) -> "tuple[Run, Run, Figure] | None":
-        """Return a range with gaps, the same without gaps, and its figure; None if too short."""
+        """Return a range with gaps, the same range without gaps, and its figure; None if it is too short."""
         from hapkit_studio.charts.run import run_figure  # imported late to keep start-up fast
 
         history = self._centre.view.history

@@ -1,4 +1,7 @@
-"""Held traces: earlier stretches of the plots, drawn below the live data; each can be hidden or removed."""
+"""Held traces: earlier intervals of the plots, drawn below the live data.
+
+The user can hide or remove each.
+"""
 
 from dataclasses import dataclass
 from itertools import chain, count
@@ -20,14 +23,14 @@ from hapkit_studio.gui.widgets.theme import theme
 
 @dataclass(frozen=True)
 class LineStyle:
-    """Line style of a held trace: colour token, dash pattern in px."""
+    """The line style of a held trace: its colour token, and its dash pattern in px."""
 
     token: str
     dash: tuple[float, ...]
 
     @property
     def sample(self) -> tuple[str, float, list[float]]:
-        """Return the stroke for a legend sample; dashes in units of a 2 px line."""
+        """Return the stroke for a legend's sample; the dashes are in units of a 2 px line."""
         return self.token, 2.0, [length / 2.0 for length in self.dash]
 
 
@@ -37,18 +40,19 @@ LINE_STYLES = (
     LineStyle("accent", (6.0, 3.0)),
     LineStyle("ink2", (2.0, 6.0)),
 )
-"""One distinct style per held trace, so this is also the maximum number of held traces."""
-_COLUMNS = 2000  # points to which a held stretch is reduced
-# the newest part is also held at full sampling rate, for the force plot, which shows 10 s
+"""Each held trace has its own style, so the number of styles limits the number of held traces."""
+_COLUMNS = 2000  # number of points to which a held trace is reduced
+# s: the newest part is also held at the full sampling rate, for the force plot, which shows 10 s
 _FELT_SECONDS = 10.0
 
 
 @dataclass(frozen=True)
 class PastTrace:
-    """A held stretch: its samples in SI units, at the times in s at which they are shown, and its name.
+    """A held trace: its samples in SI units, the times in s at which they are shown, and its name.
 
-    pinned: its times are relative to the plots' zero; while these follow, it ends at the newest sample.
-    felt: position in m and force in N (m,) as felt; None if the delay is unknown.
+    ``pinned``: the times are relative to the plots' zero, so while the plots follow the newest sample, the
+    trace ends there. ``felt``: position in m and force in N (m,) as felt by the hand; None if the delay is
+    unknown.
     """
 
     name: str
@@ -60,20 +64,20 @@ class PastTrace:
 
 
 def paint_past(painter: QPainter, x: np.ndarray, y: np.ndarray, style: LineStyle) -> None:
-    """Paint a held line given in pixels."""
+    """Paint a held line, which is given in pixels."""
     painter.setPen(strokes.pen(theme.color(style.token), 2.0))
     strokes.segments(painter, strokes.patterned(*strokes.thinned(x, y), style.dash))
 
 
 def settings_name(environment: Environment, values: dict[str, float]) -> str:
-    """Name the settings: the environment, its first parameter, and non-default parameters."""
+    """Return a name for settings: the environment, its first parameter, and non-default parameters."""
     first = environment.parameters[:1]
     told = [p for p in environment.parameters if p in first or values[p.key] != p.default]
     return ", ".join([environment.title, *(f"{p.symbol or p.label} {p.text(values[p.key])}" for p in told)])
 
 
 class HeldTraces(QObject):
-    """The held traces by their index in LINE_STYLES; emits ``changed`` with the visible ones."""
+    """The held traces by their index in LINE_STYLES; ``changed`` is emitted with the visible traces."""
 
     changed = Signal(object)
 
@@ -92,11 +96,11 @@ class HeldTraces(QObject):
         shift: float | None = None,
         zero: float | None = None,
     ) -> PastTrace | None:
-        """Hold a stretch (start, stop) in s and return its trace; None without data.
+        """Hold the interval (start, stop) in s and return its trace; None if it has no data.
 
-        It keeps its position in the plots, whose zero is ``zero`` in s or the end of the stretch, unless it
-        is shifted by ``shift`` s. If all styles are used, the oldest trace is removed. A number is appended
-        to a name that exists already.
+        Without ``shift``, the trace keeps its position in the plots; their zero is ``zero`` in s, or the end
+        of the interval. With ``shift``, it is moved by this many s. If all styles are used, the oldest trace
+        is removed. If the name exists already, a number is appended to it.
         """
         edges = np.linspace(stretch[0], np.nextafter(stretch[1], np.inf), _COLUMNS)
         window = history.window(edges).known() if not history.empty else None
@@ -141,7 +145,7 @@ class HeldTraces(QObject):
 
 
 class HeldList(QWidget):
-    """The row of held traces: a sample of each line, a check box and a remove button."""
+    """The row of held traces; each has a sample of its line, a check box and a remove button."""
 
     def __init__(self, held: HeldTraces, parent: QWidget | None = None):
         super().__init__(parent)

@@ -1,8 +1,8 @@
 """Histories: the samples that plots, cursors and trigger read, reduced to extremes per pixel on request.
 
-``History`` is the interface of the live samples of the last minute (``LiveHistory``), of samples in memory
-(``Samples``), and of a recorded session up to the replay position (recorded.py). The channels are the
-signals that some plot shows, so a new plot needs no entry here.
+``History`` is the interface of three classes: the live samples of the last minute (``LiveHistory``), samples
+in memory (``Samples``), and a recorded session up to the replay position (recorded.py). The channels are the
+signals that the plots show, so a new plot needs no entry here.
 """
 
 import math
@@ -23,14 +23,14 @@ _ALWAYS = (
     "force",
     "applied_force",
     "energy",
-)  # cursors, trigger and export always need these
-_AT_ONCE = 4096  # samples appended at a time
-LATELY_SECONDS = 5.0  # window of "recent" for the handle's highest speed
+)  # cursors, trigger and export need these signals even if no plot shows them
+_AT_ONCE = 4096  # number of samples that are appended at a time
+LATELY_SECONDS = 5.0  # s: the handle's highest speed is computed over this newest interval
 
 
 @cache
 def channels() -> tuple[str, ...]:
-    """Return the signals that a history stores, OBJECT last."""
+    """Return the names of the signals that a history stores; OBJECT is the last one."""
     traces = [trace for plot in (*time_plots(), *time_plots(beside=True)) for trace in plot.traces]
     shown = [*(trace.channel for trace in traces), *(plot.channel for plot in phase_plots())]
     return (*dict.fromkeys([*_ALWAYS, *(name for name in shown if name != OBJECT)]), OBJECT)
@@ -38,10 +38,10 @@ def channels() -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch ready to draw: x (m,) in s, y[channel] (m,); NaN in both at gaps.
+    """Samples that are ready to draw: x (m,) in s, y[channel] (m,); both are NaN at gaps.
 
-    In a dense window each pixel column gives two points, its minimum and maximum in the order of the trend,
-    at a quarter and three quarters of its width; otherwise every point is a sample.
+    In a dense window each pixel column has two points, its minimum and maximum in the order of the trend, at
+    a quarter and three quarters of its width. In other windows every point is a sample.
     """
 
     x: np.ndarray
@@ -55,32 +55,32 @@ class Window:
 
 
 class History(ABC):
-    """Samples of ``channels()`` over time in s, with the changes of settings during them."""
+    """Samples of ``channels()`` over time in s, and the changes of settings during this time."""
 
     seconds = math.inf
     """Age in s at which samples are dropped."""
     complete = True
-    """False while a replay is being dragged and only block extremes are available."""
+    """False while the user drags the replay position and only block extremes are available."""
 
     def __init__(self) -> None:
         self.dividers: list[tuple[float, str]] = []
-        """Labelled changes: time in s and text, the oldest first."""
+        """Labelled changes as (time in s, text); the oldest is first."""
         self.changes: list[float] = [-math.inf]
         """Times in s at which settings changed, oldest first; the first entry is older than all samples."""
         self.begin = -math.inf
-        """Time in s from which on all samples belong to the current environment."""
+        """From this time in s on, all samples belong to the current environment."""
         self.evaluated: tuple[float, float] | None = None
         """Start and stop in s of the interval that the open lesson evaluated last."""
 
     @property
     @abstractmethod
     def start(self) -> float:
-        """Time of the oldest sample in s; NaN when empty."""
+        """The time of the oldest sample in s; NaN without samples."""
 
     @property
     @abstractmethod
     def now(self) -> float:
-        """Time of the newest sample in s; NaN when empty."""
+        """The time of the newest sample in s; NaN without samples."""
 
     @abstractmethod
     def copy(self) -> "History":
@@ -92,15 +92,18 @@ class History(ABC):
 
     @abstractmethod
     def window(self, edges: np.ndarray) -> Window:
-        """Return [edges[0], edges[-1]) with the samples between consecutive edges (s) reduced to a column.
+        """Return the samples from edges[0] to edges[-1] (s), with one column between consecutive edges.
 
         Each column keeps its minimum and maximum. With at most two samples per column the samples themselves
-        are returned, plus one on each side so that lines reach the edge.
+        are returned, and one more sample on each side so that lines reach the edge.
         """
 
     @abstractmethod
     def at(self, time: float) -> dict[str, float] | None:
-        """Return every channel's value at the last sample up to a time in s; None before the first sample."""
+        """Return the value of every channel at the last sample up to a time in s.
+
+        None before the first sample.
+        """
 
     @abstractmethod
     def before(self, time: float) -> float:
@@ -112,7 +115,7 @@ class History(ABC):
         return math.isnan(self.now)
 
     def latest(self) -> dict[str, float]:
-        """Return every channel's newest value; NaN when empty."""
+        """Return the newest value of every channel; NaN without samples."""
         return self.at(self.now) or dict.fromkeys(channels(), math.nan)
 
     def drawn(self, t0: float, t1: float) -> Window:
@@ -125,7 +128,7 @@ class History(ABC):
 
 
 class Samples(History):
-    """Samples in memory, sorted by time. Full arrays are compacted or enlarged."""
+    """Samples in memory, sorted by time. A full array is compacted or enlarged."""
 
     def __init__(self, room: int = 0):
         """Reserve memory for ``room`` samples."""
@@ -133,7 +136,7 @@ class Samples(History):
         self._time, self._data = np.empty(room), np.empty((len(channels()), room))
         self._begin = self._end = 0
         self._known: frozenset[int] = frozenset()
-        """The rows of the data with a value that is not NaN; it may also have left the history since."""
+        """Indices of the channels that have ever had a value other than NaN, even if it was dropped since."""
         self._tick = math.nan
         self._breaks: list[int] = []
 
@@ -141,9 +144,9 @@ class Samples(History):
     def of(
         cls, time: np.ndarray, signals: Iterable[tuple[str, np.ndarray]], breaks: Iterable[int] = ()
     ) -> "Samples":
-        """Return samples at times (n,) in s of the named signals, in 32 bits; other channels are NaN.
+        """Return the named signals' samples at times (n,) in s, in 32 bits; other channels are NaN.
 
-        Lines break before the samples with the indices ``breaks``.
+        Lines are interrupted before the samples with the indices ``breaks``.
         """
         made = cls()
         made._time, made._data = time, np.empty((len(channels()), len(time)), np.float32)
@@ -170,7 +173,7 @@ class Samples(History):
     def extend(
         self, time: np.ndarray, tick: np.ndarray, flags: np.ndarray, signals: Mapping[str, np.ndarray | float]
     ) -> None:
-        """Append samples (n,), n > 0, newer than all others; lines break at missing ticks."""
+        """Append samples (n,), n > 0, newer than all others; lines are interrupted at missing ticks."""
         if self._end + len(time) > len(self._time):
             self._make_room(len(time))
         first, self._end = self._end, self._end + len(time)
@@ -190,13 +193,14 @@ class Samples(History):
         self._tick = float(tick[-1])
 
     def _make_room(self, more: int) -> None:
-        """Move the samples to the front, into larger arrays if these are more than half full."""
+        """Move the samples to the front, or into larger arrays if more than half of the arrays is used."""
         shift, kept = self._begin, len(self)
         time, data = self._time, self._data
         if kept + more > len(time) or 2 * kept > len(time):
             room = 2 * (kept + more)
             self._time, self._data = np.empty(room), np.empty((len(data), room))
-        # channel by channel: numpy would copy the whole table to a temporary, whose memory stays allocated
+        # Copy channel by channel: for the whole table numpy would allocate a temporary, whose memory stays
+        # allocated.
         for to, values in zip((self._time, *self._data), (time, *data), strict=True):
             to[:kept] = values[shift : self._end]
         self._breaks = [i - shift for i in self._breaks if i > shift]
@@ -273,7 +277,10 @@ def _with_gaps() -> tuple[int, ...]:
 
 
 class LiveHistory(Samples):
-    """The last minute of telemetry rows. Reducing 10 s at 1 kHz takes 0.2 ms, 60 s at 4 kHz 1.2 ms."""
+    """The last minute of telemetry rows.
+
+    It takes 0.2 ms to reduce 10 s at 1 kHz, and 1.2 ms for 60 s at 4 kHz.
+    """
 
     def __init__(self, seconds: float = 60.0, rate: float = 10000.0):
         """Reserve memory for ``seconds`` at ``rate`` Hz."""
@@ -288,9 +295,9 @@ class LiveHistory(Samples):
         self.dividers, self.changes, self.begin = [], [-math.inf], -math.inf
 
     def divide(self, words: str, time: float | None = None, instead: float | None = None) -> None:
-        """Add a labelled divider at a time in s, by default now; replaces a divider at the same time.
+        """Add a labelled divider at a time in s, by default now; it replaces a divider at the same time.
 
-        instead: time of a divider to be removed as well. An empty label only removes.
+        ``instead`` is the time of another divider that is removed. With an empty label, no divider is added.
         """
         at = self.now if time is None else time
         if len(self):
@@ -304,7 +311,7 @@ class LiveHistory(Samples):
     def append(self, new: np.ndarray, object_position: np.ndarray | None = None) -> None:
         """Append (n, ROW_WIDTH) telemetry rows, oldest first; clear the history if the clock went back.
 
-        object_position (n,) in m: position of the second body; None without one.
+        ``object_position`` (n,) in m is the position of the second body; None if there is no second body.
         """
         if not len(new):
             return
@@ -332,6 +339,6 @@ class LiveHistory(Samples):
 
 
 def highest_speed(history: History, seconds: float = LATELY_SECONDS) -> float:
-    """Return the handle's highest speed in m/s in the newest seconds of a history; 0 without samples."""
+    """Return the handle's highest speed in m/s in a history's newest ``seconds``; 0 without samples."""
     velocity = history.between(history.now - seconds, np.inf).y["velocity"]
     return float(np.nanmax(np.abs(velocity), initial=0.0))

@@ -1,4 +1,4 @@
-"""The frame timer: sixty times a second it moves rows from the loop's ring to history, scene and plots."""
+"""The frame timer: sixty times per second it moves rows from the loop's ring to history, scene and plots."""
 
 import math
 import time
@@ -21,7 +21,10 @@ KEPT_SECONDS = 60.0
 
 
 class Live(QObject):
-    """Drains the ring without waiting; emits ``frame(row, clamped)`` per frame and ``health`` at 2 Hz."""
+    """Drains the ring without waiting.
+
+    Emits ``frame(row, clamped)`` for each frame, and ``health`` at 2 Hz.
+    """
 
     frame = Signal(object, bool)
     health = Signal(object)
@@ -50,22 +53,22 @@ class Live(QObject):
             changed.connect(self._note_change)
 
     def start(self) -> None:
-        """Start the timers; call once the window is shown."""
+        """Start the timers; the window calls this once it is shown."""
         self._frames.start()
         self._health.start()
 
     def stop(self) -> None:
-        """Stop the timers for good, before the engine closes."""
+        """Stop the timers permanently, before the engine closes."""
         self._frames.stop()
         self._health.stop()
 
     def set_hidden(self, hidden: bool) -> None:
-        """While the window is hidden, only drain the ring, at a low rate."""
+        """While the window is hidden, only drain the ring, and do so at a low rate."""
         self._frames.setInterval(HIDDEN_MS if hidden else FRAME_MS)
         self.hidden = hidden
 
     def toggle_paused(self) -> None:
-        """Pause or resume the display; the history keeps filling."""
+        """Pause or resume the display; the history still receives samples."""
         self.set_paused(not self.paused)
 
     def set_paused(self, paused: bool) -> None:
@@ -94,7 +97,7 @@ class Live(QObject):
         if self._reader is None:
             return np.empty((0, rows.ROW_WIDTH))
         engine = self._studio.engine
-        # read before draining the ring: it applies to the rows read below
+        # read this before draining the ring, because it applies to the rows read below
         settled = engine is not None and engine.settled
         new = self._reader.read()
         self.lost = int(self._reader.lost)
@@ -107,7 +110,10 @@ class Live(QObject):
         return new
 
     def _object_position(self, new: np.ndarray) -> np.ndarray | None:
-        """Return the positions (n,) in m of the environment's object; None if unknown or without one."""
+        """Return the positions (n,) in m of the environment's object.
+
+        None if unknown or if there is no object.
+        """
         engine, environment = self._studio.engine, self._studio.environment
         known = engine is not None and engine.renders(environment) and not self._changing
         if not known:
@@ -115,7 +121,10 @@ class Live(QObject):
         return environment.place(self._studio.values, new[:, rows.POSITION], new[:, rows.STATE :])
 
     def note(self, words: str, instead: float | None = None) -> float:
-        """Add a divider now and remove one at ``instead`` in s; return the new one's time."""
+        """Add a divider at the current time and remove the one at ``instead`` in s.
+
+        Return the new divider's time.
+        """
         self._take()
         self.history.divide(words, instead=instead)
         return self.history.now

@@ -1,4 +1,4 @@
-"""Force over position or velocity: a band for the theory, the last ten seconds, a dot for now."""
+"""The plot of force over position or velocity: the theory as a band, the last ten seconds, a dot for now."""
 
 import math
 from collections.abc import Callable
@@ -20,30 +20,34 @@ from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.widgets.theme import number, theme
 
-_FAR = 1e4  # px: coordinates are clipped here
-_LEAST_FORCE = 0.5  # N
-_OVER_LIMIT = 1.35  # of the force limit: larger forces are not shown
+_FAR = 1e4  # px: coordinates are clipped to this range
+_LEAST_FORCE = 0.5  # N: minimum range of the force axis
+_OVER_LIMIT = 1.35  # forces beyond this multiple of the force limit are not shown
 _BESIDE = 0.12  # margin beyond the largest force, as a fraction of the force range
-_BENT = 1e-6  # of the force's span: a smaller bend is rounding
-_TURNS = 5  # per side: the edge of the central well and two further wells
-_BEYOND = 1.1  # factor: a bend is shown inside the frame, not on its border
+_BENT = 1e-6  # a bend is a rounding error if it is smaller than this fraction of the force's span
+# turning points shown per side of a periodic curve: the edge of the central well and two further wells
+_TURNS = 5
+_BEYOND = 1.1  # the axis extends to this multiple of a bend's position, so that the bend is not on the border
 _WORDS = 14  # px: height of a label below a line
-_PIECE = 32  # points per polyline: Qt is seven times slower for one long line that crosses itself
-_MORE_SIGHT = 0.02  # of the axis: margin that keeps the band's ends out of view
-_MOST_A_SECOND = 1000  # maximum points of the curve drawn per second
+# maximum number of points per polyline: Qt is seven times slower for one long line that crosses itself
+_PIECE = 32
+_MORE_SIGHT = 0.02  # margin that keeps the band's ends out of view, as a fraction of the axis
+_MOST_A_SECOND = 1000  # maximum number of curve points that are drawn for each second
 LEAST_CYCLE = 0.5e-3  # m, peak to peak: a smaller motion is noise
 
 Range = tuple[float, float]
 Mapping = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 SECONDS = 10
-_AGES = (1.0, 1.0, 0.55, 0.55, 0.40, 0.40, 0.30, 0.30, 0.25, 0.25, 0.25)  # opacity by age in whole seconds
+# opacity of the samples by their age in whole seconds
+_AGES = (1.0, 1.0, 0.55, 0.55, 0.40, 0.40, 0.30, 0.30, 0.25, 0.25, 0.25)
 
 
 @dataclass(frozen=True)
 class Band:
-    """The law's force in N, one row per branch (m, n), over x (n,) in the plot's unit; NaN where undefined.
+    """The law's force in N, one row per branch (m, n), over x (n,) in the plot's unit; NaN if undefined.
 
-    even: mask of the evenly spaced points, in which bends are searched; extra points refine bends and jumps.
+    ``even`` is the mask of the evenly spaced points, in which bends are searched; the other points refine
+    bends and jumps.
     """
 
     x: np.ndarray
@@ -56,7 +60,7 @@ class Band:
         return self if self.even is None else Band(self.x[self.even], self.force[:, self.even])
 
     def forces(self, reach: float, max_force: float) -> Range:
-        """Return the range of forces in N to show within ±reach, with margin, given the force limit in N."""
+        """Return the range of forces in N to show within ±reach, with a margin, for the force limit in N."""
         seen = self.force[:, np.abs(self.x) <= reach]
         seen = seen[np.isfinite(seen)]
         low, high = seen.min(initial=-_LEAST_FORCE), seen.max(initial=_LEAST_FORCE)
@@ -66,7 +70,7 @@ class Band:
         return low - margin, high + margin
 
     def around(self, x: np.ndarray, force: np.ndarray, max_force: float) -> tuple[Range, Range]:
-        """Return ranges that cover points (n,), the nearest landmark, and the curve there up to the limit."""
+        """Return ranges for points (n,), the nearest landmark, and the curve between them up to the limit."""
         low, high = with_nearest(*_ends(x), landmarks(self.steps.x, self.steps.force))
         most = _OVER_LIMIT * max_force
         seen = np.clip(self.force[:, (self.x >= low) & (self.x <= high)], -most, most)
@@ -75,7 +79,7 @@ class Band:
     def reach(self, least: float, most: float, max_force: float) -> float:
         """Return the initial half-width of the plot between ``least`` and ``most``, in quarters of ``least``.
 
-        It covers the last bend that the motor can render or, for a periodic curve, a few turning points.
+        The plot shows the last bend that the motor can render or, for a periodic curve, a few turning points.
         """
         sides = [(side, row) for row in self.steps.force for side in (1.0, -1.0)]
         far = max((self._last(row, side, most, max_force) for side, row in sides), default=0.0)
@@ -83,7 +87,7 @@ class Band:
         return min(max(math.ceil(_BEYOND * far / part - 1e-9) * part, least), most)
 
     def _last(self, row: np.ndarray, side: float, most: float, max_force: float) -> float:
-        """Return the distance of a branch's last interesting point on one side; 0 for a straight line."""
+        """Return the distance of a branch's last bend or turning point on one side; 0 for a straight line."""
         x = side * self.steps.x
         out = np.argsort(x)
         out = out[(x[out] >= 0.0) & (x[out] <= most)]
@@ -102,7 +106,7 @@ class Band:
         return float(distance[last])
 
     def side(self, force: float) -> float:
-        """Return the side on which the curve exceeds a force in N: < 0 left, > 0 right, 0 none or both."""
+        """Return the side on which the curve exceeds a force in N: < 0 left, > 0 right, 0 neither or both."""
         _, beyond = np.nonzero(np.copysign(1.0, force) * self.steps.force >= abs(force))
         return float(np.sign(self.steps.x[beyond]).sum())
 
@@ -115,7 +119,10 @@ class Band:
                 painter.drawPolyline(line)
 
     def _unbroken(self, force: np.ndarray, to_pixels: Mapping) -> list[QPolygonF]:
-        """Return a branch as pixel polylines, cut at NaN; long ones are split into overlapping pieces."""
+        """Return a branch as pixel polylines that are cut at NaN.
+
+        Long lines are split into overlapping pieces.
+        """
         across, up = to_pixels(self.x, force)
         cuts = np.flatnonzero(np.diff(np.isfinite(force))) + 1
         pieces = zip(np.split(across, cuts), np.split(np.clip(up, -_FAR, _FAR), cuts), strict=True)
@@ -165,16 +172,16 @@ class PhaseCanvas(Canvas):
         self._under = None
 
     def set_held(self, held: tuple[PastTrace, ...]) -> None:
-        """Show these held stretches below the curve."""
+        """Show these held traces below the curve."""
         self._held = held
         for past in held:
             self._widen(*self._past(past))
         self._repaint()
 
     def set_felt(self, felt: bool, delay: float | None) -> None:
-        """Draw each force at the position at which it acted, ``delay`` s after its sample, if ``felt``.
+        """If ``felt``, draw each force at the position at which it acted, ``delay`` s after its sample.
 
-        Without ``felt`` or without a known delay it is drawn at the position of its sample.
+        Without ``felt``, or if the delay is unknown, each force is drawn at the position of its sample.
         """
         if (felt, delay) != (self.felt, self.delay):
             if delay != self.delay and self.delay is not None:
@@ -183,14 +190,17 @@ class PhaseCanvas(Canvas):
             self._repaint()
 
     def cycle(self) -> Cycle | None:
-        """Return the newest complete cycle of the last seconds; None without one or without a delay."""
+        """Return the newest complete cycle of the last seconds.
+
+        None without a cycle or if the delay is unknown.
+        """
         window = self._recent()
         if self.delay is None or window.dense:
             return None
         return last_cycle(window.x, window.y["position"], window.y["applied_force"], self.delay, LEAST_CYCLE)
 
     def show_line(self, line: Line | None) -> None:
-        """Draw the line fitted to force over position, SI; None removes it."""
+        """Draw the line that was fitted to force over position (SI); None removes the line."""
         self._line = line
         self.viewport().update()
 
@@ -201,7 +211,7 @@ class PhaseCanvas(Canvas):
     # axes ---------------------------------------------------------------------------------------
 
     def set_theory(self, curve: Curve | None, max_force: float) -> None:
-        """Set the law's force over x in SI (None: no band) and the force limit in N."""
+        """Set the law's force over x in SI (None shows no band) and the force limit in N."""
         self._curve, self._sight, self.max_force = curve, None, max_force
         self.band = self._band_of(curve)
         self._repaint()
@@ -210,7 +220,7 @@ class PhaseCanvas(Canvas):
         return _NO_BAND if curve is None else Band(curve.x * self.plot_of.scale, curve.force, curve.even)
 
     def _band_in_sight(self, box: QRectF) -> Band:
-        """Return the band within the axes plus a small margin, with at least two points per pixel."""
+        """Return the band within the axes and a small margin, with at least two points per pixel."""
         if self._curve is None:
             return _NO_BAND
         low, high = (end / self.plot_of.scale for end in self.view.viewRange()[0])
@@ -221,7 +231,7 @@ class PhaseCanvas(Canvas):
         return self._sight[1]
 
     def fit_theory(self) -> None:
-        """Set the axes to the initial range of the theory, limited to what the motor can give."""
+        """Set the axes to the initial range of the theory, limited to the motor's force."""
         self._show(*self._theory_ranges())
         self._fitted = False
 
@@ -236,7 +246,7 @@ class PhaseCanvas(Canvas):
         return (-reach, reach), self.band.forces(reach, self.max_force)
 
     def fit(self) -> None:
-        """Fit the axes to the last seconds and the nearest landmark, e.g. a wall."""
+        """Fit the axes to the last seconds and the nearest landmark, such as a wall."""
         x, y = self._points(self._recent())
         if not x.size:
             return
@@ -257,13 +267,16 @@ class PhaseCanvas(Canvas):
     # data ---------------------------------------------------------------------------------------
 
     def _first(self) -> float:
-        """Return the time in s from which samples are shown: same environment and, as felt, same delay."""
+        """Return the time in s of the first shown sample.
+
+        All shown samples belong to the same environment; if they are drawn as felt, they have the same delay.
+        """
         first = max(self._seen.history.begin, self._seen.live.begin)
         return max(first, self._delay_since) if self._shows_felt and self._delay_since <= self._now else first
 
     @property
     def _now(self) -> float:
-        """Return the time in s up to which samples are shown; NaN without samples."""
+        """Return the time in s of the last shown sample; NaN without samples."""
         return self._seen.stretch[1]
 
     def _since(self, start: float) -> Window:
@@ -278,27 +291,27 @@ class PhaseCanvas(Canvas):
         return self.felt and self.delay is not None and self.plot_of.channel == "position"
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points of a stretch: one per sample, or two per sample as felt."""
+        """Return the points of a window: one point per sample, or two per sample if drawn as felt."""
         x, force = window.y[self.plot_of.channel], window.y["applied_force"]
         if self._shows_felt and self.delay is not None and not window.dense:
             x, force = as_felt(window.x, x, force, self.delay)
         return x * self.plot_of.scale, force
 
     def _past(self, past: PastTrace) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points of a held stretch."""
+        """Return the points of a held trace."""
         if self._shows_felt and past.felt is not None:
             return past.felt[0] * self.plot_of.scale, past.felt[1]
         return past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied_force"]
 
     def _state(self) -> tuple:
-        """Return the cache key of the picture of the older seconds."""
+        """Return the cache key of the picture with the older seconds."""
         now, (x, y) = self._now, self.view.viewRange()
         second = None if math.isnan(now) else math.floor(now)
         appearance = self.measure().getRect(), theme.name, self.devicePixelRatioF()
         return *x, *y, *appearance, self._first(), second, self._seen.history.complete
 
     def refresh(self) -> None:
-        """Extend the axes to the last seconds, and repaint."""
+        """Extend the axes to show the last seconds, and repaint."""
         recent = self._recent()
         if len(recent.x):
             self._widen(*self._points(recent))
@@ -337,7 +350,7 @@ class PhaseCanvas(Canvas):
             strokes.arrows(painter, self.measure(), x, y, theme.color("applied"))
 
     def _paint_older(self, painter: QPainter) -> None:
-        """Paint all but the newest second, fading with age; a gap (NaN) counts to the second before it."""
+        """Paint all but the newest second, fading with age; a gap (NaN) belongs to the second before it."""
         window = self._recent()
         seconds = np.floor(np.fmax.accumulate(window.x)) if len(window.x) else np.empty(0)
         for age in range(SECONDS, 0, -1):
@@ -348,7 +361,7 @@ class PhaseCanvas(Canvas):
         painter.setOpacity(1.0)
 
     def _paint_old(self, box: QRectF) -> QPixmap:
-        """Return the cached picture: background, theory, limits, held traces and the older seconds."""
+        """Return the cached picture with background, theory, limits, held traces and the older seconds."""
         ratio = self.devicePixelRatioF()
         under = QPixmap(self.viewport().size() * ratio)
         under.setDevicePixelRatio(ratio)
@@ -372,7 +385,8 @@ class PhaseCanvas(Canvas):
         if not box.top() < y < box.bottom():
             return
         strokes.level(painter, box, y, "danger", [1.2, 2.6])
-        right = self.band.side(limit) < 0.0  # on the side where the curve does not reach the limit
+        # the label is on the side on which the curve does not reach the limit
+        right = self.band.side(limit) < 0.0
         end = box.right() - 6 if right else box.left() + 6
         above, below = y - 5, y + _WORDS
         beyond = above - _WORDS > box.top() if limit > 0.0 else below + 4 < box.bottom()
@@ -388,7 +402,7 @@ class PhaseCanvas(Canvas):
             self._dot(painter, box, self._pointed, 3.5)
 
     def _dot(self, painter: QPainter, box: QRectF, at: dict[str, float], radius: float) -> None:
-        """Paint a dot if it lies within the axes, which may be locked."""
+        """Paint a dot if it is within the axes; locked axes may exclude it."""
         place = self.pixel(at[self.plot_of.channel] * self.plot_of.scale, at["applied_force"])
         if box.contains(place):
             strokes.mark(painter, place, "applied", radius)

@@ -1,4 +1,4 @@
-"""Force over position or velocity with the theory below it, or energy over time."""
+"""A plot of force over position or velocity with the theory below it, or of energy over time."""
 
 import math
 from collections.abc import Mapping
@@ -21,14 +21,14 @@ from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme
 
 _DEBOUNCE_MS = 30
-_CYCLE_FRAMES = 30  # frames between updates of the energy per cycle
-_LOW = 450  # px: below this height either the plot or the cursor table is shown, not both
+_CYCLE_FRAMES = 30  # number of frames between updates of the energy per cycle
+_LOW = 450  # px: below this height either the plot or the cursor table is shown
 
 
 class ForcePosition(QWidget):
-    """The applied force over position or velocity, fading with age, with the theory below it.
+    """Shows the applied force over position or velocity, fading with age, with the theory below it.
 
-    A switch selects among these and the plots beside them (energy over time); the cursor table is below.
+    A switch selects one of these plots or a time plot such as the energy; the cursor table is below.
     """
 
     def __init__(self, cursors: Cursors):
@@ -86,7 +86,7 @@ class ForcePosition(QWidget):
         self.cursors.set_low(self.height() < theme.px(_LOW))
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
-        """Recompute theory and limits (N) for another environment or other values."""
+        """Compute theory and limits (N) for another environment or other values."""
         for pane in self.beside:
             pane.set_environment(environment, values, max_force)
         other = environment is not self._environment
@@ -125,13 +125,13 @@ class ForcePosition(QWidget):
         return self.pane is None and self.canvas.plot_of.channel == "position"
 
     def hide_theory(self, on: bool) -> None:
-        """Hide the theory while the rendered values are hidden, or show it again."""
+        """Hide the theory while the rendered values are hidden; otherwise show it."""
         self._hidden = on
         if self.pane is None:
             self._take_theory()
 
     def set_note(self, words: str) -> None:
-        """Set the text that explains why a plot beside the force shows nothing; "" for none."""
+        """Set the text that explains why a plot beside the force shows no data; "" shows no text."""
         self._unseen = words
         self._show_note()
 
@@ -144,7 +144,10 @@ class ForcePosition(QWidget):
         self.choose(next(at for at, plot in enumerate(self.plots) if plot.channel == channel))
 
     def choose(self, index: int) -> None:
-        """Show the chosen plot: a force plot until the environment changes, energy permanently."""
+        """Show the chosen plot.
+
+        A force plot stays until the environment changes, the energy stays permanently.
+        """
         self._by_hand = True
         self._show(index)
 
@@ -165,7 +168,7 @@ class ForcePosition(QWidget):
 
     @property
     def pane(self) -> TimePlots | None:
-        """Return the plot shown instead of a force plot, None if a force plot is shown."""
+        """Return the time plot that is shown in place of a force plot; None if a force plot is shown."""
         index = self.switch.index - len(self.plots)
         return self.beside[index] if index >= 0 else None
 
@@ -176,7 +179,10 @@ class ForcePosition(QWidget):
         shown.refresh()
 
     def point(self, time: float | None) -> None:
-        """Mark the sample at a time in s (the time plots' pointer); None removes the mark."""
+        """Mark the sample at a time in s, at which the pointer is in the time plots.
+
+        None removes the mark.
+        """
         self.canvas.point(time)
 
     def refresh(self) -> None:
@@ -188,7 +194,7 @@ class ForcePosition(QWidget):
             self._show_cycle()
 
     def _best_plot(self) -> int:
-        """Return the index of the plot in which this law is a curve, over velocity if it declares so."""
+        """Return the index of the plot in which this law is a curve; position unless velocity is declared."""
         order = list(range(len(self.plots)))
         if self._environment is not None and self._environment.over_velocity is not None:
             order.reverse()
@@ -201,7 +207,7 @@ class ForcePosition(QWidget):
         return self._found[plot.key]
 
     def _compute(self) -> None:
-        """Apply changed values; switch to the other plot if only that one has a theory now."""
+        """Apply changed values; if only the other plot has a theory now, switch to it."""
         if self.pane is not None:
             return
         best = self._best_plot()

@@ -1,4 +1,4 @@
-"""The header line of a plot: title, a sample of each line, the live value in the trace's colour."""
+"""The header line of a plot: its title, a sample of each line, and the live value in the trace's colour."""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +21,10 @@ Stroke = tuple[str, float, list[float] | None]
 
 
 class Sample(QWidget):
-    """A short sample of a line as the plot draws it: strokes (token, width, dash) on top of each other."""
+    """A short sample of a line as the plot draws it.
+
+    Strokes (token, width, dash) are drawn on top of each other.
+    """
 
     def __init__(self, *strokes: Stroke):
         super().__init__()
@@ -59,7 +62,7 @@ def _button(tip: str) -> QPushButton:
 
 
 class Remark(QLabel):
-    """A label that shows the longest text that fits; its tooltip shows the longest."""
+    """A label that shows the longest of its texts that fits; its tooltip shows the longest text."""
 
     def __init__(self) -> None:
         super().__init__(textFormat=Qt.TextFormat.PlainText)
@@ -68,7 +71,7 @@ class Remark(QLabel):
         self._texts: tuple[str, ...] = ()
 
     def set_texts(self, *texts: str) -> None:
-        """Set alternative texts, longest first; the first that fits is shown, or nothing."""
+        """Set alternative texts, longest first; the first one that fits is shown."""
         self._texts = texts
         self.setToolTip(texts[0] if texts else "")
         self._fit()
@@ -83,7 +86,7 @@ class Remark(QLabel):
 
 
 class Header(QWidget):
-    """Title and live value of a time plot, with an optional remark."""
+    """Shows the title and the live value of a time plot, and an optional remark."""
 
     def __init__(self, plot: TimePlot):
         super().__init__()
@@ -115,7 +118,8 @@ class Header(QWidget):
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.value.setToolTip(plot.traces[-1].help)
         self.value.setProperty("ink", plot.traces[-1].color)
-        name = () if plot.beside else (title, 3)  # beside the force plots the switch shows its name
+        # beside the force plots, the switch already shows the plot's name
+        name = () if plot.beside else (title, 3)
         parts = (*name, *lines, *self.object, *self.surface)
         ends = ((self.remark, 1), self.back, self.unlock, self.value)
         hbox(*parts, *ends, into=self, margins=(0, 0, RIGHT, 0), gap=7)
@@ -125,18 +129,18 @@ class Header(QWidget):
         self.show_value(0.0)
 
     def sizeHint(self) -> QSize:
-        """Return the natural width and the common height of all headers."""
+        """Return this header's natural width, and the common height of all headers."""
         return QSize(super().sizeHint().width(), theme.px(HEIGHT))
 
     def show_part(self, parts: Sequence[QWidget], name: str) -> None:
-        """Show a line's sample with a label, or hide it for an empty label."""
+        """Show a line's sample with a label; an empty label hides the sample."""
         for part in parts:
             part.setVisible(bool(name))
             if isinstance(part, QLabel):
                 part.setText(name)
 
     def show_view(self, words: str, locked: bool) -> None:
-        """Show the state of the view (e.g. paused; "" while following), and whether the axes are locked."""
+        """Show the view's state, such as "paused" ("" while following), and whether the axes are locked."""
         self.back.setText(words)
         self.back.setVisible(bool(words))
         self.unlock.setVisible(locked)
@@ -148,7 +152,7 @@ class Header(QWidget):
         self.value.setAccessibleName(f"{self.plot.title} {text}")
 
     def written(self, value: float) -> str:
-        """Format a value given in SI like the plot's axis."""
+        """Format a value given in SI as the plot's axis does."""
         known = math.isfinite(value)
         text = number(value * self.plot.scale, self.plot.decimals, sign=True) if known else "–"
         return f"{text} {self.plot.unit}"

@@ -1,7 +1,7 @@
 """The history of a recorded session up to the replay position.
 
-A stretch of up to PICTURED samples is drawn from the samples themselves, which are read on demand; a longer
-one from the block extremes stored in the file.
+An interval of up to PICTURED samples is drawn from the samples themselves, which are read on demand. A longer
+interval is drawn from the block extremes that the file stores.
 """
 
 import math
@@ -29,12 +29,15 @@ from hapkit_studio.sessions.settings import timed_changes
 from hapkit_studio.settings_log import Log
 
 PICTURED = 5 << 17
-"""A minute at 10 kHz, the longest time window; the file stores no extremes of the object's position."""
+"""Number of samples in a minute at 10 kHz, the longest time window.
+
+The file stores no extremes of the object's position, so this window must be drawn from samples.
+"""
 READ_AT_ONCE = 1 << 20
-"""Maximum number of samples read one by one: four minutes at 4 kHz."""
-_HASTY = 1.0  # s: shown while the replay position is being dragged
-_GAP = 0.25  # s without a sample: lines break, as where the recorder starts a new chunk
-_CACHED_CHUNKS = 32  # decoded chunks cached for reading single samples
+"""Maximum number of samples that are read one by one: four minutes at 4 kHz."""
+_HASTY = 1.0  # s: interval that is shown while the user drags the replay position
+_GAP = 0.25  # s: a line is interrupted if there is no sample for this time
+_CACHED_CHUNKS = 32  # number of decoded chunks that are cached to read single samples
 Signals = Mapping[str, np.ndarray]
 """Signals of a chunk by name; STATE has one column per state variable."""
 
@@ -42,20 +45,20 @@ Signals = Mapping[str, np.ndarray]
 class Recorded(History):
     """A session's samples by the recording computer's clock; ``now`` is the replay position.
 
-    Later samples remain readable, as a cursor may be there. While it is not ``complete``, only block
-    extremes are drawn.
+    Later samples remain readable, because a cursor may be there. While the history is not ``complete``, only
+    block extremes are drawn.
     """
 
     def __init__(self, session: Session, environments: Mapping[str, Environment] | None = None):
-        """Read the extremes of all blocks; takes a while and may run in a thread.
+        """Read the extremes of all blocks; this takes a while and may run in a thread.
 
-        environments: by key; they compute the position of their object.
+        ``environments``, by key, compute the position of their object.
         """
         super().__init__()
         self.session, self._environments = session, environments or {}
         self._now = self.start
         self._samples = Samples()
-        self._read_chunks = 0, 0  # chunks in _samples: first, and one past the last
+        self._read_chunks = 0, 0  # chunks whose samples are in _samples: the first, and the last plus one
         self._blocks = _blocks(session)
         self._cached = lru_cache(_CACHED_CHUNKS)(self._chunk_signals)
         self._settings = [event for event in session.events if event.kind == SETTINGS]
@@ -63,25 +66,25 @@ class Recorded(History):
         self.changes += [time for time in self._times if time >= self.start]
         begun = [(event.time, str(event.what.get("environment", ""))) for event in self._settings]
         self.begun = [new for old, new in zip([(0.0, ""), *begun], begun, strict=False) if old[1] != new[1]]
-        """Starts of environments: time in s and key."""
+        """When each environment started: (time in s, key)."""
         self.markers = list(session.markers)
         changes = timed_changes(session.events, self.start, self.stop)
         self.changed = [(self.start + after, words) for after, words in changes]
-        """Other changes of settings during the recording: time in s and description."""
+        """Other changes of settings during the recording: (time in s, description)."""
 
     @property
     def start(self) -> float:
-        """Time of the first sample in s."""
+        """The time of the first sample in s."""
         return float(self.session.starts[0])
 
     @property
     def stop(self) -> float:
-        """Time of the last sample in s."""
+        """The time of the last sample in s."""
         return float(self.session.stops[-1])
 
     @property
     def now(self) -> float:
-        """Replay position in s."""
+        """The replay position in s."""
         return self._now
 
     def move_to(self, time: float) -> None:
@@ -90,11 +93,14 @@ class Recorded(History):
         self.begin = next((when for when, _ in reversed(self.begun) if when <= time), -math.inf)
 
     def settings(self) -> dict[str, Any]:
-        """Return the settings at the replay position, {} before the first are known."""
+        """Return the settings at the replay position; {} if no settings are known yet."""
         return self._set_at(self._now)
 
     def log(self, begin: float, end: float) -> Log:
-        """Return device and settings at begin and each change up to end, with times in s after begin."""
+        """Return device and settings at ``begin`` and each change until ``end``, both in s.
+
+        The times in the result are in s after ``begin``.
+        """
         return settings_log(self.session.events, begin, end)
 
     def _set_at(self, time: float) -> dict[str, Any]:
@@ -102,7 +108,10 @@ class Recorded(History):
         return self._settings[place].what if place >= 0 else {}
 
     def row(self) -> np.ndarray | None:
-        """Return the telemetry row (ROW_WIDTH,) of the last sample up to now; None if damaged."""
+        """Return the telemetry row (ROW_WIDTH,) of the last sample up to now.
+
+        None if its data are damaged.
+        """
         found = self._sample(self._now, "right")
         if found is None:
             return None
@@ -115,7 +124,10 @@ class Recorded(History):
         return row
 
     def clamped_since(self, time: float) -> bool:
-        """Return whether a force was clamped after a time in s or is clamped now, in the newest chunk."""
+        """Return whether a force was clamped after a time in s or is clamped now.
+
+        Looks only at the newest chunk.
+        """
         signals = self._cached(self._chunk(self._now, "right"))
         if signals is None:
             return False
@@ -126,11 +138,14 @@ class Recorded(History):
     # interface of History
 
     def copy(self) -> History:
-        """Return itself: a recorded session does not change."""
+        """Return this history itself, because a recorded session does not change."""
         return self
 
     def between(self, t0: float, t1: float) -> Window:
-        """Return samples with t0 <= time < t1, up to now if t1 is infinite; none if there are too many."""
+        """Return the samples with t0 <= time < t1, at most up to now.
+
+        Return no samples if there are too many.
+        """
         end = math.nextafter(self._now, math.inf) if math.isinf(t1) else t1
         read = self._read(t0, end, READ_AT_ONCE)
         return self._samples.between(t0, end) if read else Samples().between(0.0, 0.0)
@@ -140,7 +155,7 @@ class Recorded(History):
         return bool(self.session.counts[first:last].sum() > most)
 
     def drawn(self, t0: float, t1: float) -> Window:
-        """Return ``between``, or the newest second of block extremes while not complete."""
+        """Return ``between``; while not complete, return the newest second of block extremes."""
         ours = self._draws_samples(t0, t1)
         return self.between(t0, t1) if ours else self._blocks.between(max(t0, t1 - _HASTY), t1)
 
@@ -174,7 +189,7 @@ class Recorded(History):
     # reading
 
     def _object_position(self, signals: Signals) -> np.ndarray:
-        """Return the positions (n,) in m of the second body, NaN without one."""
+        """Return the positions (n,) in m of the second body; NaN if there is no second body."""
         times = signals["time"]
         found = np.full(len(times), math.nan)
         cuts = np.unique([0, *np.searchsorted(times, self._times), len(times)])
@@ -183,7 +198,7 @@ class Recorded(History):
             environment = self._environments.get(str(what.get("environment", "")))
             names = what.get("state_names")
             if environment is None or (names is not None and tuple(names) != environment.state_names):
-                continue  # the law is missing or has other state variables today
+                continue  # the law is missing, or its state variables have changed since the recording
             values = usable(environment, dict(what.get("parameters", {})))
             state = np.full((last - first, rows.ROW_WIDTH - rows.STATE), math.nan)
             known = signals[STATE][first:last, : state.shape[1]]
@@ -193,11 +208,14 @@ class Recorded(History):
         return found
 
     def _chunk(self, time: float, side: Any) -> int:
-        """Return the last chunk that began up to a time ("right") or before it ("left"); -1 if none."""
+        """Return the last chunk that began before a time ("left"), or not after it ("right").
+
+        -1 if there is none.
+        """
         return int(np.searchsorted(self.session.starts, time, side)) - 1
 
     def _sample(self, time: float, side: Any) -> tuple[Signals, int] | None:
-        """Return the last sample up to a time ("right") or before it ("left") as chunk and index."""
+        """Return chunk and index of the last sample before a time ("left"), or not after it ("right")."""
         number = self._chunk(time, side)
         signals = self._cached(number) if number >= 0 else None
         if signals is None:
@@ -206,7 +224,7 @@ class Recorded(History):
         return (signals, index) if index >= 0 else None
 
     def _chunk_signals(self, number: int) -> Signals | None:
-        """Return the signals of a chunk, infinities as NaN; None for a damaged chunk."""
+        """Return the signals of a chunk with NaN for infinite values; None for a damaged chunk."""
         try:
             return self._finite(self.session.signals(number))
         except DamagedError:
@@ -220,13 +238,16 @@ class Recorded(History):
         return found
 
     def _chunks(self, t0: float, t1: float) -> tuple[int, int]:
-        """Return the range of chunks [first, stop) of a stretch, extended by one on each side."""
+        """Return the chunks [first, stop) that cover an interval, with one more chunk on each side."""
         starts, stops = self.session.starts, self.session.stops
         first = max(int(np.searchsorted(stops, t0)) - 1, 0)
         return first, min(int(np.searchsorted(starts, t1)) + 1, len(starts))
 
     def _draws_samples(self, t0: float, t1: float) -> bool:
-        """Return whether samples may be drawn; while not complete, only those already read."""
+        """Return whether samples may be drawn.
+
+        While not complete, only samples that are already read may be.
+        """
         return self.complete or self._has_read(*self._chunks(t0, t1))
 
     def _has_read(self, first: int, last: int) -> bool:
@@ -234,7 +255,7 @@ class Recorded(History):
         return begun <= first and last <= ended
 
     def _read(self, t0: float, t1: float, most: int) -> bool:
-        """Read all samples from t0 to t1 plus one on each side; return False if there are too many."""
+        """Read all samples from t0 to t1 and one more on each side; return False if there are too many."""
         first, last = self._chunks(t0, t1)
         if self.exceeds(t0, t1, most):
             return False
@@ -257,7 +278,7 @@ class Recorded(History):
 
 
 def _blocks(session: Session) -> Samples:
-    """Return two samples per block, minimum and maximum in the order of the trend."""
+    """Return two samples per block: its minimum and maximum in the order of the trend."""
     counts = -(-session.counts // BLOCK)
     firsts = np.cumsum(counts) - counts
     starts, stops = (np.repeat(ends, counts) for ends in (session.starts, session.stops))

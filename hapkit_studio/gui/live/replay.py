@@ -1,7 +1,7 @@
-"""Replay: shows a recorded session instead of live data, with the settings of the recording.
+"""Replay: shows a recorded session in place of live data, with the settings of the recording.
 
 The settings are changed temporarily, as for a measurement, and restored at the end. The motor gives no force
-during the replay, nor afterwards until the user asks for it. The device's data are still stored and
+during the replay, nor afterwards until the user asks for it. The device's live samples are still stored and
 recorded.
 """
 
@@ -25,36 +25,37 @@ from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.state.undo import ENVIRONMENT, HAND, Settings, put, settings_of
 from hapkit_studio.sessions.session import Session
 
-_SETTLE_MS = 80  # wait after dragging before all samples are read
+_SETTLE_MS = 80  # ms: all samples are read when the replay position has not been dragged for this time
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 FRAME = 1.0 / 60.0
-"""s of the recording per single-frame step."""
+"""Length in s of a single-frame step."""
 
 
 class Replay(QObject):
-    """Plays a session, or waits while ``live`` is paused; ``changed``: session opened or closed.
+    """Plays a session, and stops while ``live`` is paused.
 
-    ``frame(row, clamped)`` is like that of ``Live``. A setting changed by the user ends the replay and is
-    applied on top of the restored settings.
+    ``changed`` is emitted when a session was opened or closed. ``frame(row, clamped)`` is like the signal of
+    ``Live``. If the user changes a setting, the replay ends, and this setting is applied after the previous
+    settings are restored.
     """
 
     beginning = Signal()
-    """Emitted before settings are saved: other temporary changes of settings must end now."""
+    """Emitted before settings are saved; other temporary changes of settings must end now."""
     changed = Signal()
     moved = Signal()
     sought = Signal()
-    """The user moved the replay position."""
+    """Emitted when the user has moved the replay position."""
     frame = Signal(object, bool)
     failed = Signal(str)
 
     def __init__(self, studio: Studio, live: Live, clock: Callable[[], float] = time.perf_counter):
-        """clock: returns the time in s that drives the playback."""
+        """``clock()`` returns the time in s that drives the playback."""
         super().__init__(live)
         self._studio, self._live, self._clock = studio, live, clock
         self.history: Recorded | None = None
-        """The replayed session, None while live data is shown."""
+        """The session that is replayed; None while live data are shown."""
         self.speed, self.refusal = 1.0, ""
-        """refusal: why the recorded settings could not be applied, "" if they were."""
+        """refusal: why the recorded settings could not be applied; "" if they were applied"""
         self._last = 0.0
         self._putting = False
         self._before: Settings = {}
@@ -78,7 +79,10 @@ class Replay(QObject):
     # actions of the user
 
     def open(self, path: Path) -> None:
-        """Read a session in a thread, then show its beginning; ``failed`` reports an error."""
+        """Read a session in a thread, then show its beginning.
+
+        If this fails, emit ``failed`` with the error.
+        """
         known = dict(self._studio.environments)
         self._reading.start(lambda _progress: Recorded(Session(path), known))
 
@@ -96,7 +100,7 @@ class Replay(QObject):
         self._live.set_paused(False)
         self.changed.emit()
         session.close()
-        with suppress(ParameterError):  # may be refused, or not fit the restored settings
+        with suppress(ParameterError):  # these settings may be locked, or may not fit the restored settings
             put(self._studio, chosen)
 
     def shut(self) -> None:
@@ -126,7 +130,7 @@ class Replay(QObject):
         return float(limit) if isinstance(limit, int | float) else None
 
     def seek(self, seconds: float) -> None:
-        """Go to a time in s after the beginning; samples are read once the position rests there."""
+        """Go to a time in s after the beginning; samples are read once the position stays there."""
         if self.history is not None:
             self.history.complete = False
             self._move_to(self.history.start + seconds)
@@ -141,7 +145,7 @@ class Replay(QObject):
             self._show()
 
     def step(self, direction: int, sample: bool = False) -> None:
-        """Pause, then move one frame or one sample forward (direction 1) or back (-1)."""
+        """Pause, then move by one frame or by one sample: forward (direction 1) or back (-1)."""
         history = self.history
         if history is None:
             return
@@ -161,7 +165,7 @@ class Replay(QObject):
     # playing
 
     def tick(self) -> None:
-        """Advance by the elapsed clock time; pause at the end."""
+        """Advance the position by the elapsed time; pause at the end."""
         now = self._clock()
         passed, self._last = now - self._last, now
         if self.history is None or self._live.paused or self._settled.isActive():
@@ -171,7 +175,7 @@ class Replay(QObject):
             self._live.set_paused(True)
 
     def _go_on(self, paused: bool) -> None:
-        """Restart from the beginning when resumed at the end."""
+        """Restart from the beginning when the user resumes at the end."""
         self._last = self._clock()
         if self.history is not None and not paused and self.history.now >= self.history.stop:
             self.seek(0.0)
@@ -261,14 +265,17 @@ class Replay(QObject):
             self._set = settings_of(self._studio)
 
     def _chosen_by_person(self) -> Settings:
-        """Return settings changed by the user; the replay's environment may come late, after compiling."""
+        """Return the settings that the user has changed.
+
+        The replay's own environment may arrive later than the other settings, because it is compiled first.
+        """
         now, late = settings_of(self._studio), self._wanted.get(ENVIRONMENT)
         changed = {where: value for where, value in now.items() if self._set.get(where, value) != value}
         return {where: value for where, value in changed.items() if where != ENVIRONMENT or value != late}
 
     def _notice(self) -> None:
         if self.history is not None and not self._putting and self._chosen_by_person():
-            self._end.start()  # queued, so that simultaneous changes are seen together
+            self._end.start()  # the check is queued, so that it sees simultaneous changes together
 
     def _notice_release(self) -> None:
         """End the replay when the user enables the force; it fades in with the previous settings."""
@@ -278,9 +285,9 @@ class Replay(QObject):
 
 
 def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Settings:
-    """Return the recorded settings as far as they can be applied here; raise ParameterError.
+    """Return the recorded settings that can be applied on this device; raise ParameterError.
 
-    A board keeps its own rate.
+    A board keeps its own loop rate.
     """
     key = str(what.get("environment", ""))
     if key not in studio.environments:

@@ -1,4 +1,4 @@
-"""The bar below the plots during a replay: position, speed, and a button to close."""
+"""The bar below the plots during a replay: the position, the speed, and a button to close the replay."""
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPen
@@ -13,9 +13,10 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.sessions.event_values import one_line
 
 Marks = list[tuple[float, str]]
-_HEIGHT, _END, _THUMB, _THICK = 24, 8, 6, 4  # px
-_MOST_DRAWN = 2_000  # changes; about the number of pixels of a line on the screen
-_NEAR = 5  # px: pointer distance within which a mark's text is shown
+# px: height of the line's widget, margin at its ends, radius of the thumb, thickness of the line
+_HEIGHT, _END, _THUMB, _THICK = 24, 8, 6, 4
+_MOST_DRAWN = 2_000  # maximum number of changes that are drawn; about the number of pixels of the line
+_NEAR = 5  # px: a mark's text is shown if the pointer is nearer than this
 
 
 def tenths(seconds: float) -> str:
@@ -25,7 +26,7 @@ def tenths(seconds: float) -> str:
 
 
 class SeekLine(QWidget):
-    """The session as a slider; a press or drag emits the target in s. It takes no keyboard focus."""
+    """The session as a slider; a press or drag emits the new position in s. It takes no keyboard focus."""
 
     sought = Signal(float)
 
@@ -40,7 +41,7 @@ class SeekLine(QWidget):
         self._drawn: Marks = []
 
     def show_session(self, seconds: float, markers: Marks, changes: Marks) -> None:
-        """Show a session of this duration in s with its markers and changes (time in s, text)."""
+        """Show a session of this duration in s, with its markers and changes as (time in s, text)."""
         self._seconds, self.markers, self.changes = seconds, markers, changes
         apart = seconds / _MOST_DRAWN if seconds else 1.0
         self._drawn = list({when // apart: (when, words) for when, words in changes}.values())
@@ -98,7 +99,7 @@ class SeekLine(QWidget):
 
 
 class ReplayBar(QWidget):
-    """Shows the replay and forwards its buttons; visible during a replay only."""
+    """Shows the replay's state and forwards its buttons' actions; visible only during a replay."""
 
     def __init__(self, replay: Replay, live: Live, parent: QWidget):
         super().__init__(parent)
@@ -152,7 +153,7 @@ class ReplayBar(QWidget):
         self.show_place()
 
     def show_place(self) -> None:
-        """Show position, speed, and settings that could not be applied."""
+        """Show the position, the speed, and the settings that could not be applied."""
         replay = self._replay
         self.line.show_time(replay.time)
         self.time.setText(f"{tenths(replay.time)} / {tenths(replay.seconds)}")

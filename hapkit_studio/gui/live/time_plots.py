@@ -1,4 +1,4 @@
-"""The live time plots: position, velocity and force over a common time axis, with marked gaps."""
+"""The live time plots: position, velocity and force over a common time axis; gaps are marked."""
 
 import math
 from collections.abc import Mapping
@@ -26,28 +26,29 @@ from hapkit_studio.gui.widgets.theme import number, theme
 FEWEST = 2
 """Number of plots shown on a projector."""
 LEAST = 0.25
-"""s: shortest gap in the data that is marked."""
+"""s: a gap in the data is marked if it is at least this long."""
 _BESIDE = 6  # px: distance of a label from its line
 _EVALUATED = "evaluated here"
-_ROW, _LETTERS = 16, 10  # px: base line of a label below the frame's top, height of its letters
+_ROW, _LETTERS = 16, 10  # px: base line of a label below the frame's top, and height of its letters
 _GROUND = 0.85  # opacity of a divider label's background
-_PALE = 0.45  # of a trace's colour while the device is disconnected
-_SAME = 0.3  # px: lines closer than this count as one
-_ROOMY = 1.5  # hysteresis: an axis narrows once it is this many times the needed range
-_MOST_ASKED = 2.0  # times the force limit: a larger asked force is cut off at the frame
-_WIDTH, _UNIT_WIDTH = 44.0, 60.0  # px: width of the value axis, without and with a unit
+_PALE = 0.45  # opacity of a trace while the device is disconnected
+_SAME = 0.3  # px: two lines that are closer than this count as one
+_ROOMY = 1.5  # hysteresis: an axis narrows when its range is this many times the needed range
+_MOST_ASKED = 2.0  # a requested force beyond this multiple of the force limit is cut off at the frame
+_WIDTH, _UNIT_WIDTH = 44.0, 60.0  # px: width of the value axis, without a unit and with one
 _EMPTY = Window(np.empty(0), {}, False)
 _READOUT_MS = 100
 _AXIS = 22
-_TAG, _REACH = 15, 6  # px: size of a cursor's tag; pointer distance within which its line is grabbed
-_ZOOMED = 1.0025  # zoom per eighth of a degree of the wheel, as in pyqtgraph
-_LEAST_HEIGHT = 54  # px: minimum height of a plot; with less, one plot is folded
+# px: size of a cursor's tag, and pointer distance at which a cursor's line can be grabbed
+_TAG, _REACH = 15, 6
+_ZOOMED = 1.0025  # zoom factor per eighth of a degree of wheel rotation, as in pyqtgraph
+_LEAST_HEIGHT = 54  # px: minimum height of a plot; if there is less, one plot is folded
 
 
 def gaps(x: np.ndarray, before: float = math.nan) -> list[tuple[float, float]]:
-    """Return the gaps (start, stop) in s of the times that are long enough to be the device's (LEAST).
+    """Return the gaps (start, stop) in s between the times x; only gaps of at least LEAST are returned.
 
-    before: time of the last sample to the left of them.
+    ``before`` is the time of the last sample to the left of x.
     """
     x = x[1:] if len(x) and math.isnan(x[0]) else x
     lost = np.flatnonzero(np.isnan(x))
@@ -59,9 +60,9 @@ def gaps(x: np.ndarray, before: float = math.nan) -> list[tuple[float, float]]:
 
 @dataclass
 class PlotState:
-    """State that all time plots share in one frame; times in s relative to the zero of the axis.
+    """The state that all time plots share in one frame; times are in s relative to the zero of the axis.
 
-    window is in the history's own time.
+    The times of ``window`` are the history's own.
     """
 
     view: TimeView
@@ -82,14 +83,17 @@ class PlotState:
 
 
 class TraceCanvas(Canvas):
-    """Paints one TimePlot's traces from the common PlotState; emits the target of a dragged cursor."""
+    """Paints the traces of one TimePlot from the common PlotState.
+
+    When the user drags a cursor, the canvas emits its new position.
+    """
 
     cursor_dragged = Signal(int, float)
 
     def __init__(self, plot: TimePlot, shown: PlotState, bottom: bool, first: bool):
         self.plot_of, self.shown, self.first, self.last = plot, shown, first, bottom
         super().__init__(bottom, "s" if bottom else "", left_width=_UNIT_WIDTH if plot.beside else _WIDTH)
-        if plot.beside:  # no header shows the unit there
+        if plot.beside:  # such a plot has no header that shows the unit
             self.left.unit = plot.unit
         self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
         self._dragged: int | None = None
@@ -97,15 +101,15 @@ class TraceCanvas(Canvas):
         self.show_range(*self._opened)
 
     def show_range(self, low: float, high: float) -> None:
-        """Show exactly this range."""
+        """Set the value axis to this range."""
         self.view.setYRange(low, high, padding=0)
 
     def reset_range(self) -> None:
-        """Return the value axis to its initial range as soon as the visible data fit."""
+        """Return the value axis to its initial range as soon as the visible data fit into that range."""
         self._opened = -self.plot_of.reach, self.plot_of.reach
 
     def extent(self) -> tuple[float, float]:
-        """Return minimum and maximum of the window and the held traces; NaN without data."""
+        """Return the minimum and maximum of the window and the held traces; NaN without data."""
         window, traces = self.shown.window, self.plot_of.traces
         parts = [window.y[trace.channel] for trace in traces if len(window.x)]
         channel = traces[-1].channel
@@ -120,9 +124,9 @@ class TraceCanvas(Canvas):
         )
 
     def fit_values(self) -> None:
-        """Extend the value axis at once if visible data need it; narrow it if much less would do.
+        """Extend the value axis if visible data need it; narrow it if a much smaller range is enough.
 
-        It narrows only while the view follows the newest sample. A locked axis does not change.
+        The axis narrows only while the view follows the newest sample. A locked axis does not change.
         """
         view = self.shown.view
         if view.locked:
@@ -135,7 +139,7 @@ class TraceCanvas(Canvas):
             self.show_range(*wanted)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom the time axis; with Ctrl or over the value axis, zoom the values and lock them."""
+        """Zoom the time axis; with Ctrl, or over the value axis, zoom the value axis and lock it."""
         box, place = self.measure(), event.position()
         if place.x() >= box.left() and not event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             super().wheelEvent(event)
@@ -147,7 +151,7 @@ class TraceCanvas(Canvas):
         self.shown.view.set_locked(True)
 
     def fit(self, places: np.ndarray) -> None:
-        """Fit the value axis to the data and the nearest landmark of (n,), SI, with a minimum range."""
+        """Fit the value axis to the data and the nearest of ``places`` (n,) in SI, with a minimum range."""
         low, high = self.extent()
         if np.isfinite(low):
             low, high = with_nearest(low, high, places * self.plot_of.scale)
@@ -155,7 +159,7 @@ class TraceCanvas(Canvas):
             self.show_range(*self._opened)
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
-        """Shade contact and the interval that a lesson evaluated, hatch gaps in the data."""
+        """Shade contacts and the interval that a lesson evaluated, and hatch gaps in the data."""
         hatched = QBrush(theme.color("line"), Qt.BrushStyle.BDiagPattern)
         for brush, stretches in ((theme.color("contact"), self.shown.contact), (hatched, self.shown.gaps)):
             for start, stop in stretches:
@@ -169,7 +173,7 @@ class TraceCanvas(Canvas):
                 painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
-        """Paint limit, surface and trigger level, dividers, held traces, then the live traces."""
+        """Paint limit, surface, trigger level, dividers and held traces, then the live traces on top."""
         levels: list[tuple[float, str, list[float]]] = []
         if self.plot_of.limits and np.isfinite(self.shown.max_force):
             levels += [(s * self.shown.max_force, "danger", [1.2, 2.6]) for s in (1, -1)]
@@ -181,7 +185,7 @@ class TraceCanvas(Canvas):
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
         painter.setPen(strokes.pen(theme.color("ink3"), 1.0, [3.0, 3.0]))
         for time, _ in self.shown.dividers:
-            # on a pixel centre: one sharp column, not two paler ones
+            # paint on a pixel's centre to get one sharp column of pixels instead of two paler ones
             x = math.floor(self.pixel(time, 0.0).x()) + 0.5
             painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
         self._held(painter)
@@ -193,7 +197,7 @@ class TraceCanvas(Canvas):
             painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the dot at the newest sample and the pointer's read-out."""
+        """Paint the dot at the newest sample, and the values at the pointer."""
         trace = self.plot_of.traces[-1]
         now = self.shown.now[trace.channel] * self.plot_of.scale if self.shown.now else np.nan
         if np.isfinite(now):
@@ -207,7 +211,10 @@ class TraceCanvas(Canvas):
         self._pointer(painter, box, labels)
 
     def _label_evaluated(self, painter: QPainter, box: QRectF, evaluated: tuple[float, float]) -> None:
-        """Label the interval that a lesson evaluated where there is room; the first plot has the dividers."""
+        """Label the interval that a lesson evaluated if there is space for it.
+
+        The first plot has no such label, because it shows the dividers' labels.
+        """
         start, stop = (self.pixel(time, 0.0).x() for time in evaluated)
         left, row = max(start, box.left()) + _BESIDE, box.top() + _ROW
         if left + _wide(_EVALUATED) + _BESIDE < min(stop, box.right()):
@@ -215,7 +222,10 @@ class TraceCanvas(Canvas):
             self.note(painter, left, row, _EVALUATED, "accent")
 
     def _labels(self, painter: QPainter, box: QRectF) -> list[QRectF]:
-        """Label gaps in the middle and dividers clear of the trace; return the boxes of these labels."""
+        """Label gaps and dividers; return the boxes of these labels.
+
+        A gap's label is in its middle; a divider's label does not cover the trace.
+        """
         right, taken = box.right() - _BESIDE, []
         for start, stop in self.shown.gaps:
             left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE
@@ -229,7 +239,7 @@ class TraceCanvas(Canvas):
             left = min(x + _BESIDE, right - wide) if newest else x + _BESIDE
             hidden = {r: self._hidden(r, left, left + wide) for r, end in ends.items() if left <= end - wide}
             row = min(hidden, key=hidden.__getitem__, default=0.0)
-            # an older label is left out if it would overlap a newer one or the trace
+            # skip an older label that would overlap a newer one or the trace
             if box.left() < x <= box.right() and hidden and (newest or not hidden[row]):
                 ends[row] = min(left, x) - _BESIDE
                 ground = _label_box(left, row, words)
@@ -260,7 +270,7 @@ class TraceCanvas(Canvas):
                 painter.drawText(tag, Qt.AlignmentFlag.AlignCenter, name)
 
     def _cursor_near(self, x: float) -> int | None:
-        """Return the index of the cursor near a pixel column (0: A); None if none is near."""
+        """Return the index of the cursor near a pixel column (0: A); None if no cursor is near."""
         places = [abs(self.pixel(time, 0.0).x() - x) for time in self.shown.cursors]
         nearest = min(range(len(places)), key=places.__getitem__, default=None)
         return nearest if nearest is not None and places[nearest] <= theme.px(_REACH) else None
@@ -291,7 +301,7 @@ class TraceCanvas(Canvas):
         channel = self.plot_of.traces[-1].channel
         for past in self.shown.held:
             if channel in past.values:
-                # while following, a pinned trace ends at the newest sample
+                # while the view follows the newest sample, a pinned trace ends there
                 ends = past.time[-1] if self.shown.view.follows else 0.0
                 time = past.time - (ends if past.pinned else self.shown.zero)
                 line = self.to_pixels(time, past.values[channel] * self.plot_of.scale)
@@ -313,7 +323,7 @@ class TraceCanvas(Canvas):
                 strokes.trace(painter, across, up, color)
 
     def _pointer(self, painter: QPainter, box: QRectF, labels: list[QRectF]) -> None:
-        """Paint line, dot and read-out at the pointer; the read-out covers no label."""
+        """Paint a line, a dot and the values at the pointer; the values cover no label."""
         if self.shown.pointer is None or self.shown.pointed is None:
             return
         trace = self.plot_of.traces[-1]
@@ -346,7 +356,10 @@ def _label_box(left: float, row: float, words: str) -> QRectF:
 
 
 def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """Return a line with NaN where another line hides it, extended by one point at visible parts."""
+    """Return a line with NaN at points that another line hides.
+
+    Visible parts have one more point at each end.
+    """
     apart = np.abs(line - above) > _SAME
     near = apart.copy()
     near[1:] |= apart[:-1]
@@ -355,7 +368,7 @@ def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
 
 
 class TimePlots(QWidget):
-    """Plots that can be panned and zoomed in time; ``back_pressed``: return to live data."""
+    """The plots, which can be panned and zoomed in time; ``back_pressed`` asks for live data."""
 
     pointed = Signal(object)
     back_pressed = Signal()
@@ -392,10 +405,10 @@ class TimePlots(QWidget):
         self.cursors.changed.connect(self._read_cursors)
         self._follow_view()
 
-    # what is shown ------------------------------------------------------------------------------
+    # setters ------------------------------------------------------------------------------------
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
-        """Set the environment: contact shading, surface line and force limit in N.
+        """Set the environment, from which contact shading and surface line follow, and the force limit in N.
 
         For another environment the value axes return to their initial ranges once older data have left the
         view.
@@ -412,7 +425,7 @@ class TimePlots(QWidget):
             header.show_part(header.surface, name)
 
     def set_held(self, held: tuple[PastTrace, ...]) -> None:
-        """Show these held stretches below the traces."""
+        """Show these held traces below the live traces."""
         self.shown.held = held
         self.refresh()
 
@@ -444,25 +457,28 @@ class TimePlots(QWidget):
         self.refresh()
 
     def set_stale(self, stale: bool) -> None:
-        """Paint paler while the device is disconnected; repaint, as no frames arrive then."""
+        """Paint in paler colours while the device is disconnected.
+
+        Repaint now, because no frames arrive then.
+        """
         self.shown.stale = stale
         for canvas in self.canvases:
             canvas.viewport().update()
 
     def fit(self) -> None:
-        """Fit the value axes to the shown data, that of the position also to the nearest landmark."""
+        """Fit the value axes to the shown data; the position's axis also includes the nearest landmark."""
         for canvas in self.canvases:
             canvas.fit(self._landmarks() if canvas.plot_of.surface else np.empty(0))
         self.refresh()
 
     def _landmarks(self) -> np.ndarray:
-        """Return the positions in m where the law's force over position bends or changes sign."""
+        """Return the positions in m at which the law's force over position bends or changes sign."""
         plot = next(plot for plot in phase_plots() if plot.channel == "position")
         curve = plot.theory_of(self._environment, self._values) if self._environment else None
         return np.empty(0) if curve is None else landmarks(curve.x[curve.even], curve.force[:, curve.even])
 
     def put_cursor(self, index: int) -> None:
-        """Show the cursors; move one (0: A) to the pointer if it is over a plot."""
+        """Show the cursors; if the pointer is over a plot, move one of them (0: A) to the pointer."""
         self.cursors.show(True)
         if self.shown.pointer is not None:
             self.cursors.move(index, self.shown.zero + self.shown.pointer)
@@ -501,7 +517,8 @@ class TimePlots(QWidget):
             for canvas in self.canvases:
                 canvas.fit_values()
             return
-        # align columns to multiples of their width: their samples stay the same, so peaks do not flicker
+        # Align the columns to multiples of their width: each then contains the same samples in every frame,
+        # so that peaks do not flicker.
         begin, last = (0.0, math.ceil(view.zero / width)) if view.follows else (view.zero, 0)
         shown.zero = begin + last * width
         first = last + math.floor(view.left / width + 1e-6)
@@ -522,7 +539,7 @@ class TimePlots(QWidget):
             canvas.fit_values()
 
     def _contact(self) -> list[tuple[float, float]]:
-        """Return stretches (start, stop) in s from zero in which this environment asked for a force."""
+        """Return the intervals (start, stop) in s from zero in which this environment requested a force."""
         window = self.shown.window
         touching = (np.nan_to_num(window.y["force"]) != 0.0) & (window.x >= self.view.history.begin)
         if window.dense and not np.isnan(window.x).any():
@@ -534,7 +551,7 @@ class TimePlots(QWidget):
     # view ---------------------------------------------------------------------------------------
 
     def _follow_view(self) -> None:
-        """Apply the view's range to all plots; the pointer keeps its place in the frame."""
+        """Apply the view's range to all plots; the pointer stays at the same pixel of the frame."""
         left, right = self.canvases[-1].view.viewRange()[0]
         if self.shown.pointer is not None:
             place = (self.shown.pointer - left) / (right - left)
@@ -550,12 +567,12 @@ class TimePlots(QWidget):
         self.refresh()
 
     def set_folded(self, on: bool) -> None:
-        """Always fold the plots that may be folded (projector), or only if there is little height."""
+        """Fold the plots that may be folded always (for a projector), or only if there is little height."""
         self._always_folded = on
         self._distribute()
 
     def resizeEvent(self, event) -> None:
-        """Distribute the height; fold plots if there is little."""
+        """Distribute the height; fold plots if there is too little height."""
         super().resizeEvent(event)
         self._distribute()
 

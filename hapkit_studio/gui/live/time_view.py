@@ -1,4 +1,4 @@
-"""Which stretch of the history the plots show: the newest samples, or a fixed time."""
+"""Determines which interval of the history the plots show: the newest samples, or a fixed time."""
 
 import math
 
@@ -6,18 +6,18 @@ from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.gui.live.history import History, LiveHistory
 
-SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s
-# of the span: data that stay visible at an edge; zooming this close to the newest sample keeps following
-# it
+SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s: time windows that the toolbar offers
+# Fraction of the span. This much of the data stays visible at an edge; if a zoomed view ends this close to
+# the newest sample, it keeps following that sample.
 _SOME = 0.05
-_COPY_MARGIN = 1.0  # s: time from copying a fixed stretch to its removal from the history
+_COPY_MARGIN = 1.0  # s: a fixed interval is copied this long before the history drops its samples
 
 
 class TimeView(QObject):
     """The common time axis of all plots, from ``left`` to ``right`` in s relative to ``zero``.
 
-    ``history`` is the history shown: a copy of the live one while paused or when its samples would be
-    dropped.
+    ``history`` is the history that the plots show. While paused, or before its samples would be dropped, it
+    is a copy of the live history.
     """
 
     changed = Signal()
@@ -29,7 +29,7 @@ class TimeView(QObject):
         self.left, self.right = -10.0, 0.0
         self.paused = self.locked = False
         self.happened = ""
-        """Description of the event at zero, "" without one."""
+        """Description of the event at zero; "" if there is no event."""
         self.waiting = ""
         """Description of what the trigger waits for."""
         self.level: tuple[str, float] | None = None
@@ -44,7 +44,10 @@ class TimeView(QObject):
 
     @property
     def zero(self) -> float:
-        """Return the time in s of the axis' zero: the newest sample while following; NaN without samples."""
+        """Return the time in s of the axis' zero; NaN without samples.
+
+        While the view follows, zero is the newest sample.
+        """
         return self.history.now if self._zero is None else self._zero
 
     @property
@@ -59,7 +62,10 @@ class TimeView(QObject):
 
     @property
     def latest(self) -> dict[str, float]:
-        """Return every channel's newest value, or its value when paused; NaN without samples."""
+        """Return the newest value of every channel (while paused, the value at the pause).
+
+        NaN without samples.
+        """
         return self._paused_at if self.paused else self.live.latest()
 
     @property
@@ -82,7 +88,7 @@ class TimeView(QObject):
         self._show(-self.span, 0.0)
 
     def set_paused(self, paused: bool) -> None:
-        """Pause on the current samples, or follow again."""
+        """Pause at the current samples, or follow again."""
         if paused == self.paused:
             return
         self.paused = paused
@@ -94,29 +100,32 @@ class TimeView(QObject):
             self.follow()
 
     def set_locked(self, locked: bool) -> None:
-        """Let only the user change the value axes (True), or let them also adapt to the data."""
+        """If True, only the user changes the value axes; otherwise they also adapt to the data."""
         self.locked = locked
         self.changed.emit()
 
     def set_waiting(self, words: str, level: tuple[str, float] | None) -> None:
-        """Set the description of what a trigger waits for, and its level."""
+        """Set the description of the event that a trigger waits for, and the trigger's level."""
         self.waiting, self.level = words, level
         self.changed.emit()
 
     def set_span(self, seconds: float) -> None:
-        """Show this many seconds; zero, or the edge next to it, keeps its place in the frame."""
+        """Show this many seconds; zero, or the edge next to it, stays at the same place of the frame."""
         place = min(max(0.0, self.left), self.right)
         left = place - (place - self.left) / self.span * seconds
         self._show(left, left + seconds)
 
     def follow(self, span: float | None = None) -> None:
-        """Return to the newest sample; no-op while paused."""
+        """Return to the newest sample; this is a no-op while paused."""
         if not self.paused:
             self.history, self._zero, self.happened = self.live, None, ""
             self._show(-(span or self.span), 0.0)
 
     def stand(self, time: float, before: float, happened: str) -> None:
-        """Stop at an event at a time in s, at the fraction ``before`` of the span; samples keep arriving."""
+        """Stop at an event at a time in s, which is shown at the fraction ``before`` of the span.
+
+        The history still receives samples.
+        """
         self.history, self._zero, self.happened = self.live, time, happened
         self._show(-before * self.span, (1.0 - before) * self.span)
 
@@ -139,7 +148,10 @@ class TimeView(QObject):
         self._show(max(right - span, min(oldest, last - SPANS[-1])), right)
 
     def keep_samples(self) -> None:
-        """Copy the history before it drops samples of a fixed view; call at least once a second."""
+        """Copy the history before it drops the samples of a fixed view.
+
+        Must be called at least once a second.
+        """
         live = self.live
         if self.follows or self.history is not live:
             return

@@ -1,4 +1,4 @@
-"""The trigger: the time plots stop at contact or at a level crossing, with some time before it."""
+"""The trigger: the time plots stop at a contact or at a level crossing, and also show some time before it."""
 
 import math
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from hapkit_studio.quantity import Quantity
 
 
 class Level(NamedTuple):
-    """A signal with a level that can be crossed, declared in the signal's SI unit or its shown unit."""
+    """A signal whose level can be crossed; the level is given in the signal's SI unit or its shown unit."""
 
     channel: str
     parameter: Parameter
@@ -40,7 +40,7 @@ PARAMETERS: tuple[AnyParameter, ...] = (EVENT, *(level.parameter for level in LE
 
 
 def crossings(values: np.ndarray, level: float, rising: bool) -> np.ndarray:
-    """Return the indices of samples (n,) that cross a level upwards, or downwards if not rising."""
+    """Return the indices of the samples (n,) that cross a level upwards, or downwards if not ``rising``."""
     before, now = values[:-1], values[1:]
     crossed = (before < level) & (now >= level) if rising else (before > level) & (now <= level)
     return np.flatnonzero(crossed) + 1
@@ -52,9 +52,10 @@ def _has_contact(environment: Environment) -> bool:
 
 
 class Trigger(QObject):
-    """Searches new samples for its event and makes the view stop there.
+    """Searches new samples for an event and stops the view there.
 
-    Single: the first event after arming. Repeated: the next event each time the picture is complete.
+    In single mode it stops at the first event after arming. In repeated mode, it stops at the next event each
+    time the picture is complete.
     """
 
     changed = Signal()
@@ -62,7 +63,7 @@ class Trigger(QObject):
     def __init__(self, view: TimeView, parent: QObject | None = None):
         super().__init__(parent)
         self._view = view
-        self._from: float | None = None  # s: where to continue searching
+        self._from: float | None = None  # s: the search continues from this time
         self._environment: Environment | None = None
         self._event_chosen = False
         self.values = {parameter.key: parameter.default for parameter in PARAMETERS}
@@ -74,7 +75,7 @@ class Trigger(QObject):
 
     @property
     def level(self) -> Level | None:
-        """Return the level to be crossed; None: the trigger waits for contact."""
+        """Return the level to be crossed; None if the trigger waits for a contact."""
         index = int(self.values[EVENT.key])
         return LEVELS[index - 1] if index else None
 
@@ -92,7 +93,11 @@ class Trigger(QObject):
         return f"{level.parameter.key} {value} {shown.unit}"
 
     def set_environment(self, environment: Environment) -> None:
-        """Set the environment: the event is contact if it has any, else a position, unless one was chosen."""
+        """Set the environment.
+
+        Unless the user has chosen an event, the trigger waits for a contact if the environment has any,
+        otherwise for a position.
+        """
         if environment is not self._environment:
             self._environment = environment
             if not self._event_chosen:
@@ -112,7 +117,7 @@ class Trigger(QObject):
         self._emit()
 
     def disarm(self) -> None:
-        """Stop waiting; the picture does not change."""
+        """Stop waiting for the event; the plots do not change."""
         self._from = None
         self._emit()
 

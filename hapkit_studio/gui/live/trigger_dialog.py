@@ -1,4 +1,4 @@
-"""The trigger's settings: event, single or repeated, and time shown before the event."""
+"""The trigger's settings: the event, single or repeated mode, and the time that is shown before the event."""
 
 from PySide6.QtWidgets import QPushButton, QWidget
 
@@ -13,7 +13,7 @@ _ABOUT = (
 
 
 class TriggerDialog(FormDialog):
-    """Dialog of the trigger's settings; changes apply at once."""
+    """The dialog with the trigger's settings; changes apply at once."""
 
     def __init__(self, trigger: Trigger, parent: QWidget | None = None):
         super().__init__("Trigger", _ABOUT, parent)

@@ -1,1 +1,1 @@
-"""Plots: one file per plot, discovered by the name ``PLOT``."""
+"""The plots. Each file declares one plot, which is discovered by the name ``PLOT``."""

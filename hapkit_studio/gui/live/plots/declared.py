@@ -1,4 +1,4 @@
-"""Declarations of plots; a file in this folder that defines ``PLOT`` is discovered and shown."""
+"""Declarations of plots. A file in this folder that defines ``PLOT`` is discovered and its plot is shown."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,18 +12,18 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics.signals import BY_NAME
 
 OBJECT = "object"
-"""The channel of the second body: its position in m, NaN without one."""
-_BENT = 1e-6  # of the force's span: a smaller bend is rounding
+"""The channel with the position of the second body in m; NaN if there is no second body."""
+_BENT = 1e-6  # a bend is a rounding error if it is smaller than this fraction of the force's span
 
 Theory = Callable[[Environment, Mapping[str, float], float, float], Curve | None]
 
 
 @dataclass(frozen=True)
 class Trace:
-    """One line of a time plot: a signal of the row, or OBJECT, in a token's colour.
+    """One line of a time plot: a signal of the row, or OBJECT, and a colour token.
 
-    dash: lengths on and off in pixels along the line. A trace without a label is the environment's object,
-    which supplies the name and may be absent.
+    ``dash`` has the lengths on and off in pixels along the line. A trace without a label is the environment's
+    object; the object supplies the label and may be absent.
     """
 
     channel: str
@@ -41,9 +41,9 @@ class Trace:
 class TimePlot:
     """Signals over time in the unit of the last trace; ``reach`` is the minimum range shown, in this unit.
 
-    The last trace is drawn on top and gives the live value. share: percentage of the height. beside: shown
-    among the force plots, not below the other time plots. folds: order of folding if there is little height,
-    lowest first; 0: never.
+    The last trace is drawn on top and supplies the live value. ``share`` is the percentage of the height.
+    ``beside``: the plot is shown among the force plots, not below the other time plots. ``folds``: plots are
+    folded in this order if there is little height, the lowest first; 0 means that the plot is never folded.
     """
 
     key: str
@@ -61,20 +61,20 @@ class TimePlot:
 
     @property
     def unit(self) -> str:
-        """Return the unit shown."""
+        """Return the unit that the axis shows."""
         return BY_NAME[self.traces[-1].channel].shown_unit
 
     @property
     def scale(self) -> float:
-        """Return the number of shown units per SI unit."""
+        """Return the number of shown units in one SI unit."""
         return BY_NAME[self.traces[-1].channel].scale
 
 
 @dataclass(frozen=True)
 class PhasePlot:
-    """The applied force over another signal; theory returns the law's force from low to high, SI, or None.
+    """The applied force over another signal; ``theory`` returns the law's force over it in SI, or None.
 
-    The initial range is ±reach, extended up to ±most if the theory needs it.
+    The initial range is ±reach; it is extended up to ±most if the theory needs this.
     """
 
     key: str
@@ -90,12 +90,12 @@ class PhasePlot:
 
     @property
     def unit(self) -> str:
-        """Return the unit shown."""
+        """Return the unit that the axis shows."""
         return BY_NAME[self.channel].shown_unit
 
     @property
     def scale(self) -> float:
-        """Return the number of shown units per SI unit."""
+        """Return the number of shown units in one SI unit."""
         return BY_NAME[self.channel].scale
 
     @property
@@ -115,9 +115,10 @@ def _check_channel(name: str) -> None:
 
 
 def landmarks(x: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return the points of x (n,) where a branch of a law's force (m, n) bends or changes sign.
+    """Return the points of x (n,) at which a branch of a law's force (m, n) bends or changes sign.
 
-    For example a wall's surface or a spring's centre; every point of a curve without a straight part.
+    Examples are a wall's surface and a spring's centre. On a curve without a straight part, every point
+    bends.
     """
     found = np.zeros(x.shape, dtype=bool)
     for row in force:
@@ -129,7 +130,7 @@ def landmarks(x: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 @cache
 def time_plots(beside: bool = False) -> list[TimePlot]:
-    """Return the time plots shown one below the other, or (``beside``) those shown among the force plots."""
+    """Return the time plots that are shown below each other, or (``beside``) among the force plots."""
     found = declared(__package__, "PLOT", TimePlot)
     return sorted((plot for plot in found if plot.beside == beside), key=lambda plot: plot.order)
 

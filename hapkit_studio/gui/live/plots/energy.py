@@ -1,4 +1,4 @@
-"""Energy given to handle and hand over time, with the largest energy that a passive scene could give."""
+"""The energy given to handle and hand over time, and the largest energy that a passive scene could give."""
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 

@@ -1,4 +1,4 @@
-"""Force over time: asked below applied, so a single visible line means that both are equal."""
+"""Force over time. The applied force is drawn over the requested one, which is hidden if both are equal."""
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 

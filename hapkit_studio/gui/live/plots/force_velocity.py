@@ -1,4 +1,7 @@
-"""Force over velocity: here the theory of friction and of purely velocity-dependent laws is a curve."""
+"""Force over velocity.
+
+In this plot, the theory of a purely velocity-dependent law such as friction is a curve.
+"""
 
 from hapkit_studio.analysis import theory
 from hapkit_studio.gui.live.plots.declared import PhasePlot

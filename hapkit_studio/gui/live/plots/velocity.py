@@ -1,4 +1,4 @@
-"""Velocity over time, as the loop's estimator gives it."""
+"""Velocity over time, as the loop's estimator computes it."""
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 
