@@ -1,4 +1,4 @@
-"""A table of the differences between two settings."""
+"""A table that shows the differences between two settings."""
 
 from collections.abc import Iterable
 
@@ -10,11 +10,11 @@ from hapkit_studio.gui.widgets.table import Table
 
 
 class DifferenceTable(Table):
-    """One row per setting: its name with the unit, and both values."""
+    """Shows one row per setting: its name with the unit, and both values."""
 
     def __init__(self, old: str, new: str):
         super().__init__("What differs")
-        # Ctrl+C copies the table; Enter belongs to the buttons
+        # the focus is only for Ctrl+C, which copies the table; Enter belongs to the buttons
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._columns = (
             Column("Setting", lambda row: ", ".join(filter(None, (row.name, row.unit))), right=False),

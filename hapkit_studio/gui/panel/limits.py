@@ -1,4 +1,4 @@
-"""The stability limit of the current loop: its inputs, and its computation in a thread."""
+"""The stability limit of the current loop: the data it depends on, and its computation in a thread."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 JUDGING = "Judging…"
-"""Shown until the current settings are judged."""
+"""This text is shown until the verdict on the current settings is known."""
 DELAY_STEP, SHORT = 20e-6, 0.5e-3
-"""Rounding step of a delay in s, and the delay below which the step is half as large."""
+"""s: step to which a delay is rounded; below the delay SHORT the step is half as large."""
 _HYSTERESIS = 0.8
-"""Hysteresis, as a fraction of the step: half a step would not suppress flicker."""
+"""Hysteresis as a fraction of the step; half a step would still flicker."""
 _steady: "WeakKeyDictionary[Engine, dict[str, float]]" = WeakKeyDictionary()
 POINTS = 25
 
@@ -34,7 +34,7 @@ Points = tuple[tuple[float, float], ...]
 
 
 def coarse(delay: float, before: float | None) -> float:
-    """Return a delay in s on a coarse step; it keeps its previous value within the hysteresis."""
+    """Round a delay in s to a coarse step; within the hysteresis, return the previous value."""
     step = DELAY_STEP if delay >= SHORT else 0.5 * DELAY_STEP
     if before is not None and abs(delay - before) < _HYSTERESIS * step:
         return before
@@ -42,7 +42,7 @@ def coarse(delay: float, before: float | None) -> float:
 
 
 def steady_delay(engine: "Engine", where: str) -> float | None:
-    """Return the delay in s of one renderer as shown in the whole window; None if unknown."""
+    """Return one renderer's delay in s as the whole window shows it; None if it is unknown."""
     found = engine.delay_of(where)
     if found is None:
         return None
@@ -52,7 +52,10 @@ def steady_delay(engine: "Engine", where: str) -> float | None:
 
 
 class LoopFacts(QObject):
-    """Follows the studio; ``changed``: limits may have changed. The delay is None until measured."""
+    """Follows the studio's loop; ``changed`` is emitted when limits may have changed.
+
+    The delay is None until it is measured.
+    """
 
     changed = Signal()
 
@@ -67,14 +70,14 @@ class LoopFacts(QObject):
         studio.environment_changed.connect(self._follow)
 
     def setting(self, hand: str = "released") -> "LoopSettings | None":
-        """Return the current device and loop with a hand; None without a device or a known delay."""
+        """Return the current device and loop with a given hand; None without a device or a known delay."""
         engine = self._studio.engine
         if engine is None or self.delay is None:
             return None
         return engine.loop_of(COMPUTER if engine.decision().in_force is None else BOARD, self.delay, hand)
 
     def why_unknown(self) -> tuple[str, str]:
-        """Return what is missing for a setting, in a few words and in a sentence."""
+        """Return the reason why there is no setting, as a few words and as a sentence."""
         engine, link = self._studio.engine, self._studio.link
         if engine is None:
             known = link.state == "idle" and link.text
@@ -107,7 +110,7 @@ class LoopFacts(QObject):
         self.changed.emit()
 
     def _forget(self) -> None:
-        """Forget the previous device's delay; a device that measures none has only the added delay."""
+        """Discard the previous device's delay; a device that does not measure it has only the added delay."""
         opened, self._where = self._studio.opened, COMPUTER
         known = opened is not None and not opened.measures_delay
         self.delay = self._studio.loop.delay if known else None
@@ -116,7 +119,7 @@ class LoopFacts(QObject):
 
 @dataclass(frozen=True)
 class CardRequest:
-    """A scene to be judged, and the width of its map in N·s/m."""
+    """A scene whose stability is to be judged, and the width of its map in N·s/m."""
 
     asked: "VerdictInput"
     width: float
@@ -124,11 +127,11 @@ class CardRequest:
 
 @dataclass(frozen=True)
 class CardResult:
-    """The verdict, and the boundaries of the map as (damping, limit) points, for the verdict's worst hand.
+    """The verdict, and the map's boundaries as (damping, limit) points, for the hand with the worst verdict.
 
-    edge: the linear limit; friction: the limit up to which dry friction stops a knock of 1 mm;
-    unstable_ranges: ranges of each parameter beyond that. Empty if no limit is known; no boundaries if they
-    would be those of a different scene.
+    ``edge`` is the linear limit. ``friction`` is the limit up to which dry friction stops the motion after a
+    knock of 1 mm. ``unstable_ranges`` are each parameter's ranges beyond that limit. All are empty if no
+    limit is known; there are no boundaries if they would belong to a different scene.
     """
 
     question: CardRequest
@@ -140,7 +143,7 @@ class CardResult:
 
 @lru_cache(maxsize=256)
 def boundaries(setting: "LoopSettings", width: float) -> tuple[Points, Points]:
-    """Return both boundaries from no damping to a width in N·s/m."""
+    """Return both boundaries for damping from zero to a width in N·s/m."""
     from hapkit_studio.analysis.stability import kb_plane  # imported late to keep start-up fast
 
     across = np.linspace(0.0, width, POINTS)

@@ -37,7 +37,7 @@ def _words(keys: Iterable[str]) -> str:
 
 
 class ModelLine(QWidget):
-    """Shows which terms are modelled; emits ``chosen`` with one of MODELS."""
+    """Shows which terms are modelled; ``chosen`` is emitted with one of MODELS."""
 
     chosen = Signal(str)
 
@@ -48,10 +48,10 @@ class ModelLine(QWidget):
         vbox(self.words, self.switch, into=self, gap=4)
 
     def show_model(self, environment: Environment, values: Values, model: str, modelled: bool) -> None:
-        """Show the model in use; hidden for real hardware."""
+        """Show the current model; the line is hidden for real hardware."""
         self.setVisible(modelled)
         needs = environment.needed_at(values)
-        # (): not analysed, so everything is modelled
+        # an environment that was not analysed has no needs, so every term is modelled
         spare = [key for key in OPTIONAL if needs and key not in needs]
         left_out = {"everything": [], "frictionless": ["coulomb"]}.get(model, spare)
         terms = [key for key in MODELLED if key not in left_out]
@@ -61,7 +61,7 @@ class ModelLine(QWidget):
 
 
 def _model_tip(title: str, spare: list[str], judged: bool) -> str:
-    """Return the tooltip: which terms are left out, and why."""
+    """Return the tooltip, which says which terms are left out, and why."""
     all_of_it = _words(MODELLED)
     if not judged:
         return (
@@ -79,9 +79,9 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
 
 
 class LoopPanel(QWidget):
-    """Rows of the loop, foldable into one line; a second fold hides rarely changed rows.
+    """Shows the loop's rows, which can be folded into one line; a second fold hides rarely changed rows.
 
-    The folds are stored in the settings. ``opened(part)``: a part was unfolded.
+    The folds are stored in the settings. ``opened(part)`` is emitted when a part was unfolded.
     """
 
     opened = Signal(QWidget)
@@ -90,7 +90,7 @@ class LoopPanel(QWidget):
         super().__init__()
         self._studio, self._settings = studio, settings
         self.fold, self.more = QPushButton(autoDefault=True), QPushButton(autoDefault=True)
-        for link in (self.fold, self.more):  # Enter presses them; Space is Pause
+        for link in (self.fold, self.more):  # Enter presses these buttons, because Space pauses the plots
             link.setProperty("link", True)
         self.where, self.model = RenderingSwitch(studio), ModelLine()
         self.rate, self.delay = ParameterRow(RATE), ParameterRow(DELAY)
@@ -158,7 +158,7 @@ class LoopPanel(QWidget):
         self.grip.set_locked("The hand on this device is your own." if own_hand else "")
 
     def summary(self) -> str:
-        """Return the loop in one line that fits the panel, without the estimator's options."""
+        """Return a line that describes the loop and fits the panel, without the estimator's options."""
         spec, rate, board = self._studio.loop.estimator, f"{self._rate():,.0f} Hz", self._plan() is not None
         if board:
             from hapkit_studio.haptics.board_plan import spec_on_board  # imported late to keep start-up fast
@@ -170,12 +170,12 @@ class LoopPanel(QWidget):
         return f"Board {rate} · {name}" if board else f"{rate} · {delay} ms · {name}"
 
     def _plan(self) -> "BoardPlan | None":
-        """Return how the board renders; None if the computer renders."""
+        """Return the plan of the board's rendering; None if the computer renders."""
         engine = self._studio.engine
         return engine.decision().in_force if engine is not None else None
 
     def _rate(self) -> float:
-        """Return the rate in Hz as shown; a board's rate is rounded to whole hertz."""
+        """Return the rate in Hz that the panel shows; a board's rate is rounded to whole hertz."""
         engine, plan = self._studio.engine, self._plan()
         return float(round(plan.rate)) if plan is not None else (engine or self._studio).loop.rate
 

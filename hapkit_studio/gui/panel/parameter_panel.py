@@ -1,4 +1,4 @@
-"""The panel on the right: title, parameters, loop, warnings, stability."""
+"""The panel on the right: title, parameters, loop, warnings and stability."""
 
 import re
 
@@ -21,13 +21,15 @@ from hapkit_studio.gui.widgets.parts import SIDE, ScrollColumn, Sign, hbox, labe
 from hapkit_studio.gui.widgets.text import rich, show_formula
 from hapkit_studio.gui.widgets.theme import theme
 
-_SMALLEST = 14  # px: smaller titles wrap instead
-_UPPER = 200  # px: minimum height of title and first parameters; below it the stability map is hidden
-_CARD_WIDE, _CARD_GAP = 320, 8  # px: the card with the whole explanation, beside the panel
+_SMALLEST = 14  # px: a title that would need a smaller font is wrapped
+# px: minimum height of title and first parameters; if there is less, the stability map is hidden
+_UPPER = 200
+# px: size and gap of the card with the whole explanation, which is shown beside the panel
+_CARD_WIDE, _CARD_GAP = 320, 8
 
 
 class Title(QLabel):
-    """A title whose font shrinks if the line is too long."""
+    """A title whose font becomes smaller if the line is too long."""
 
     def __init__(self) -> None:
         super().__init__(textFormat=Qt.TextFormat.PlainText, wordWrap=True)
@@ -53,9 +55,9 @@ class Title(QLabel):
 
 
 class PanelTitle(QWidget):
-    """Icon, title, formula and first sentence of the explanation of the current environment.
+    """Shows icon, title, formula and first sentence of the explanation of the current environment.
 
-    "?" shows the whole explanation on a card beside the panel, so that no control moves.
+    The button "?" shows the whole explanation on a card beside the panel, so that the controls do not move.
     """
 
     def __init__(self, studio: Studio):
@@ -124,14 +126,14 @@ class PanelTitle(QWidget):
         self.card.hide()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the panel when the window's size changes, once the parts have their places."""
+        """Move with the panel when the window's size changes, after the layout is done."""
         if event.type() == QEvent.Type.Resize and self.help.isChecked():
             QTimer.singleShot(0, self, self._place_card)
         return super().eventFilter(watched, event)
 
 
 class ParameterRows(QWidget):
-    """One row per parameter of the current environment."""
+    """Shows one row for each parameter of the current environment."""
 
     def __init__(self, studio: Studio, anchor: QWidget):
         super().__init__()
@@ -156,7 +158,7 @@ class ParameterRows(QWidget):
         self.order()
 
     def show_values(self) -> None:
-        """Show the current values; lock rows without effect."""
+        """Show the current values; lock the rows that have no effect."""
         unused = self._studio.environment.unused(self._studio.values)
         for key, row in self.rows.items():
             row.show_value(self._studio.values[key])
@@ -170,7 +172,7 @@ class ParameterRows(QWidget):
                 row.show_ranges(self._studio.unstable_ranges.get(key, ()))
 
     def order(self) -> None:
-        """Set the tab order of the rows, after the anchor."""
+        """Set the tab order of the rows, which come after the anchor."""
         before = self._anchor
         for row in self.rows.values():
             for stop in row.tab_stops():
@@ -188,7 +190,7 @@ class ParameterRows(QWidget):
 
 
 class ParameterPanel(QWidget):
-    """The whole panel: A and B, warnings and verdict stay visible at the bottom, the rest scrolls.
+    """The whole panel. A and B, warnings and verdict stay visible at the bottom; the other parts scroll.
 
     The map below the verdict is hidden if the panel is too low.
     """
@@ -231,10 +233,10 @@ class ParameterPanel(QWidget):
         self._lay_out_now()
 
     def _lay_out_now(self) -> None:
-        """Lay out at once after a longer verdict: otherwise one frame would show it cut off."""
+        """Lay out immediately after a longer verdict; otherwise one frame would show only a part of it."""
         self.stability.show_map(True)
         upper = self.height() - self._foot.heightForWidth(self.width())
-        if self.two.isHidden():  # reserve its height, so that the map stays visible when A is stored
+        if self.two.isHidden():  # reserve this row's height, so that the map stays visible when A is stored
             upper -= self.two.sizeHint().height()
         self.stability.show_map(upper >= theme.px(_UPPER))
         for part in (*self.stability.verdict.lines, self.stability.verdict, self.stability, self._foot, self):

@@ -1,4 +1,4 @@
-"""The panel's preset row: name of the current preset, differences, save, restore, import."""
+"""The panel's row for presets: the current preset's name, its differences, and save, restore and import."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -35,7 +35,10 @@ _ABOUT = "Saves the values of {} under a name, in a file that others can import.
 
 
 class Presets(QObject):
-    """Applies, saves and compares presets; ``changed``: another preset was applied. Each is one undo step."""
+    """Applies, saves and compares presets; each change is one undo step.
+
+    ``changed`` is emitted when another preset was applied.
+    """
 
     changed = Signal()
 
@@ -46,7 +49,7 @@ class Presets(QObject):
 
     @property
     def chosen(self) -> str:
-        """Return the name of the preset chosen last for the current environment, "" for none."""
+        """Return the name of the preset chosen last for the current environment; "" if none was chosen."""
         return self._chosen.get(self._studio.environment.key, ("", {}))[0]
 
     @property
@@ -63,13 +66,13 @@ class Presets(QObject):
         """Restore the names of the presets chosen last, without applying them."""
         for key in names.keys() & self._studio.environments.keys():
             path = presets.found(key).get(str(names[key]))
-            with suppress(ParameterError):  # damaged meanwhile
+            with suppress(ParameterError):  # the preset's file was damaged meanwhile
                 if path is not None:
                     self._chosen[key] = path.stem, presets.read(path, self._studio.environments)
         self.changed.emit()
 
     def compared(self, path: Path) -> list[Difference]:
-        """Return what a preset would change; raise PresetError."""
+        """Return the settings that a preset would change; raise PresetError."""
         settings = presets.read(path, self._studio.environments)
         return differences(self._studio, settings_of(self._studio), settings)
 
@@ -89,7 +92,7 @@ class Presets(QObject):
         """Apply the preset chosen last again."""
         try:
             self._put(*self._chosen[self._studio.environment.key])
-        except ParameterError as error:  # the device does not allow it any more
+        except ParameterError as error:  # the device does not allow these settings any more
             self._show_message("Nothing was changed", [str(error)])
 
     def bring(self) -> None:
@@ -99,7 +102,7 @@ class Presets(QObject):
         )
 
     def import_file(self, path: Path) -> None:
-        """Apply a foreign file, and store a copy under its name if that is valid."""
+        """Apply a preset from another folder; if it is valid, store a copy under its name."""
         if settings := self.apply(path):
             try:
                 presets.write(self._studio.environments[settings[ENVIRONMENT]], path.stem, settings)
@@ -132,7 +135,7 @@ class Presets(QObject):
 
 
 class SavePresetDialog(FormDialog):
-    """Asks for a name, and whether to save the loop as well."""
+    """Asks for a preset's name, and whether the loop is saved, too."""
 
     def __init__(self, studio: Studio, presets_: Presets, parent: QWidget):
         environment = studio.environment
@@ -151,7 +154,7 @@ class SavePresetDialog(FormDialog):
         self._judge()
 
     def _judge(self) -> None:
-        """Show the effect of the entered name."""
+        """Show what saving under the entered name would do."""
         try:
             name = presets.checked_name(self.name.text())
         except ParameterError as error:
@@ -171,7 +174,7 @@ class SavePresetDialog(FormDialog):
 
 
 class CompareDialog(FormDialog):
-    """Shows what a preset would change; follows the settings, and closes with the environment."""
+    """Shows what a preset would change; it follows the settings, and closes if the environment changes."""
 
     def __init__(self, studio: Studio, presets_: Presets, parent: QWidget):
         title = studio.environment.title
@@ -193,7 +196,7 @@ class CompareDialog(FormDialog):
         self.compare()
 
     def compare(self) -> None:
-        """Show the current differences, or why there are none."""
+        """Show the current differences, or the reason why there are none."""
         found: list[Difference] = []
         words = "No preset is saved yet."
         if self._found:
@@ -209,7 +212,7 @@ class CompareDialog(FormDialog):
 
 
 class PresetRow(QWidget):
-    """Shows which preset is active; its menu applies, compares, saves and imports presets."""
+    """Shows the active preset; its menu applies, compares, saves and imports presets."""
 
     def __init__(self, studio: Studio, presets_: Presets):
         super().__init__()
@@ -227,7 +230,7 @@ class PresetRow(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the active preset, whether it was changed, or that there is none."""
+        """Show the active preset and whether it was changed, or that no preset is active."""
         studio, chosen = self._studio, self._presets.chosen
         self.setVisible(bool(studio.environment.parameters))
         words = DEFAULTS if studio.values == studio.environment.values() else OWN
@@ -256,7 +259,7 @@ class PresetRow(QWidget):
         self._add("Import…", presets_.bring)
 
     def _would_change(self, path: Path) -> str:
-        """Return the lines of what a preset would change, "Now" if nothing, or its errors."""
+        """Return the lines that describe a preset's changes: "Now" if there are none, or its errors."""
         try:
             return "\n".join(map(str, self._presets.compared(path))) or "Now"
         except ParameterError as error:

@@ -1,4 +1,4 @@
-"""Who computes the force, computer or board: the switch, and a table of both."""
+"""The switch between computer and board, which compute the force, and a table that compares both."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -33,7 +33,7 @@ ROWS = {
     "had no time",
     "Processor, %": "How busy the board's processor usually is. At most 80 % is allowed",
 }
-"""Rows of the table with their tooltips."""
+"""The table's rows with their tooltips."""
 _FIRST_ROWS = "Delay, ms", "Limit, N/m"
 UNKNOWN = "–"
 NAMES = "Computer", "Board"
@@ -46,7 +46,7 @@ TIP = (
 
 @dataclass(frozen=True)
 class RendererFacts:
-    """Delay, rate in Hz and processor load of computer or board, if known, and the setting of its limit."""
+    """Delay, rate in Hz and processor load of computer or board if known, and the setting for its limit."""
 
     delay: "MeasuredDelay | None"
     rate: float | None
@@ -55,7 +55,7 @@ class RendererFacts:
     share: float | None
 
     def texts(self, limit: float | None) -> tuple[str, ...]:
-        """Return the texts of its column in the order of ROWS; limit in N/m."""
+        """Return the texts of the renderer's column in the order of ROWS; ``limit`` is in N/m."""
         delay, share = self.delay, self.share
         return (
             f"{number(1e3 * delay.mean, 2)} ± {number(1e3 * delay.spread, 2)}" if delay else UNKNOWN,
@@ -67,7 +67,7 @@ class RendererFacts:
 
 
 def solve(question: tuple[list["LoopSettings | None"], float]) -> list[float | None]:
-    """Return each setting's exact stiffness limit in N/m at a damping in N·s/m; None without one."""
+    """Return each setting's exact stiffness limit in N/m at a damping in N·s/m; None if there is no limit."""
     from hapkit_studio.analysis.stability import kb_plane  # imported late to keep start-up fast
 
     settings, damping = question
@@ -82,7 +82,7 @@ def renderers(studio: "Studio") -> list[RendererFacts]:
     for where in RENDERERS:
         delay, steady = engine.delay_of(where), steady_delay(engine, where)
         if delay is not None and steady is not None:
-            delay = delay._replace(mean=steady)  # as shown and used everywhere in the window
+            delay = delay._replace(mean=steady)  # use the same delay as the rest of the window
         loop = engine.loop_of(where, steady or 0.0)
         setting = loop if delay is not None and loop is not None and loop.linear else None
         rate, share = loop.rate if loop is not None else None, None
@@ -93,7 +93,10 @@ def renderers(studio: "Studio") -> list[RendererFacts]:
 
 
 class Facts(QWidget):
-    """One row per fact, one column each for computer and board; the active one in the accent colour."""
+    """Shows one row per fact, with a column for the computer and one for the board.
+
+    The active one is coloured.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -116,12 +119,12 @@ class Facts(QWidget):
                 self._details += [head, *(labels[row] for labels in self.columns)]
 
     def set_folded(self, folded: bool) -> None:
-        """Show only the first facts, or all."""
+        """Show only the first facts, or all facts."""
         for part in self._details:
             part.setHidden(folded)
 
     def show_renderer(self, column: int, texts: tuple[str, ...], on: bool) -> None:
-        """Show one renderer's texts in the order of ROWS; on: it renders now."""
+        """Show one renderer's texts in the order of ROWS; ``on`` means that it renders now."""
         labels = self.columns[column]
         for part, text in zip(labels[1:], texts, strict=True):
             part.setText(text)
@@ -136,7 +139,7 @@ def _find(question: "RefusedRequest") -> "AlternativeResult":
 
 
 class RenderingSwitch(QWidget):
-    """Switch between computer and board. ``compare``: the user wants to compare both."""
+    """Switches between computer and board; ``compare`` is emitted when the user wants to compare both."""
 
     compare = Signal()
 
@@ -149,7 +152,7 @@ class RenderingSwitch(QWidget):
         self._renderers: list[RendererFacts] | None = None
         self._limits: list[float | None] = [None, None]
         self._cheaper: dict[str, Alternative] = {}
-        """By the refusal that it answers."""
+        """Alternatives that the board can render, by the refusal for which they were found."""
         self._message = ""
         self._folded = False
         name = label("Rendered by", wrap=False)
@@ -172,7 +175,7 @@ class RenderingSwitch(QWidget):
             signal.connect(self._clear_message)
         self.show_state()
 
-    # display
+    # methods that show the state
 
     def set_folded(self, folded: bool) -> None:
         """Show the short or the full form."""
@@ -188,7 +191,7 @@ class RenderingSwitch(QWidget):
             self._look_for_cheaper(engine)
 
     def set_busy(self, words: str) -> None:
-        """Show the progress of a comparison, "" when it has ended."""
+        """Show the progress of a comparison; "" means that it has ended."""
         self.switch.setEnabled(not words)
         self.button.setText("Cancel" if words else "Compare both")
         self.show_message(words)
@@ -199,7 +202,7 @@ class RenderingSwitch(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show who renders, or why the board cannot; unchanged until the board's answer is known."""
+        """Show who renders, or why the board cannot; until the board's answer is known, nothing changes."""
         engine = self._studio.engine
         board = engine is not None and engine.device.has_board
         self.setVisible(board)
@@ -225,7 +228,7 @@ class RenderingSwitch(QWidget):
         self._look_for_cheaper(engine)
 
     def _remark(self, engine) -> str:
-        """Return which settings the board ignores, and its processor load while the table is folded."""
+        """Return a remark on settings that the board ignores, and while folded, on its processor load."""
         from hapkit_studio.haptics import board_plan
 
         loop, parts, decision = self._studio.loop, [], engine.decision()
@@ -268,7 +271,7 @@ class RenderingSwitch(QWidget):
             self.facts.show_renderer(column, renderer.texts(limit), RENDERERS[column] == engine.where)
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
-        """Search for an option that the board can render if it refuses the current law."""
+        """If the board refuses the current law, search for an option that it can render."""
         decision, offer = engine.decision(), engine.driver.planner if engine.driver is not None else None
         if not decision.refusal or offer is None:
             self._finder.forget()

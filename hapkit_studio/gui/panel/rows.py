@@ -1,4 +1,4 @@
-"""One row per parameter: a number with box and slider, or a choice."""
+"""One row per parameter: a number with a box and a slider, or a choice between options."""
 
 import math
 import re
@@ -18,15 +18,19 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 from hapkit_studio.quantity import Quantity
 
-# limits of a segmented choice in a narrow panel; otherwise a combo box is used
+# maximum number of options and letters of a segmented control in a narrow panel; larger choices use a combo
+# box
 _MOST_SEGMENTS, _MOST_LETTERS = 3, 14
 BOX_WIDE, BOX_NARROW = 92, 72
-_WIDE = 260  # px: below this width of the row its box is narrow
-_UNIT = 42  # px: the longest unit
+_WIDE = 260  # px: in a row narrower than this, the box is narrow, too
+_UNIT = 42  # px: width of the longest unit
 
 
 class ChoiceRow(QWidget):
-    """Emits ``changed(key, index)`` when the user picks an option; ``value`` is the index."""
+    """A choice between options; ``changed(key, index)`` is emitted when the user selects an option.
+
+    ``value`` is the selected option's index.
+    """
 
     changed = Signal(str, float)
 
@@ -50,7 +54,7 @@ class ChoiceRow(QWidget):
         self.show_value(choice.default)
 
     def tab_stops(self) -> tuple[QWidget, ...]:
-        """Return the widgets at which Tab stops, in order."""
+        """Return the widgets at which the Tab key stops, in order."""
         return self.picker.buttons if isinstance(self.picker, Segmented) else (self.picker,)
 
     def show_value(self, value: float) -> None:
@@ -61,7 +65,7 @@ class ChoiceRow(QWidget):
         self.picker.setAccessibleName(f"{self.parameter.label}, {self.parameter.word(value)}")
 
     def set_locked(self, reason: str, padlock: bool = False) -> None:
-        """Disable the row and show why; "" enables it. padlock: it was locked by an instructor."""
+        """Disable the row and show the reason; "" enables it. ``padlock``: an instructor has locked it."""
         self.setEnabled(not reason)
         self.padlock.setVisible(padlock)
         self.setToolTip(tip((reason, self.parameter.help), self._formula))
@@ -80,7 +84,10 @@ def _label_text(parameter: Parameter) -> str:
 
 
 class ParameterRow(QWidget):
-    """Emits ``changed(key, SI value)`` for every accepted number; a rejected one stays in the box, marked."""
+    """A number with box and slider; ``changed(key, SI value)`` is emitted for every accepted number.
+
+    A rejected number stays in the box and is marked.
+    """
 
     changed = Signal(str, float)
 
@@ -108,29 +115,29 @@ class ParameterRow(QWidget):
 
     @property
     def value(self) -> float:
-        """Return the last accepted value, SI."""
+        """Return the last accepted value in SI."""
         return self._value / self.quantity.factor
 
     def show_value(self, value: float) -> None:
-        """Show an SI value; an unchanged value does not replace a rejected number in the box."""
+        """Show an SI value; if the value has not changed, a rejected number stays in the box."""
         if value != self.value:
             self._show(value * self.quantity.factor)
 
     def show_error(self, text: str) -> None:
-        """Mark the box and show the error below; the loop keeps the last accepted value."""
+        """Mark the box and show the error below it; the loop keeps the last accepted value."""
         self.error.setText(text)
         self.error.setVisible(bool(text))
         mark(self.box, "invalid", bool(text))
 
     def show_ranges(self, ranges: Sequence[tuple[float, float]]) -> None:
-        """Hatch the unstable ranges, in SI, of the slider."""
+        """Hatch the slider's unstable ranges, which are given in SI."""
         factor = self.quantity.factor
         self.slider.show_ranges([(low * factor, high * factor) for low, high in ranges])
 
     def set_locked(self, reason: str, padlock: bool = False) -> None:
-        """Disable the row and show why; "" enables it.
+        """Disable the row and show the reason; "" enables it.
 
-        padlock: it was locked by an instructor; the padlock replaces the reset button.
+        ``padlock``: an instructor has locked the row; the padlock replaces the reset button.
         """
         self.setEnabled(not reason)
         self.padlock.setVisible(padlock)
@@ -140,11 +147,11 @@ class ParameterRow(QWidget):
             widget.setToolTip(words)
 
     def tab_stops(self) -> tuple[QWidget, ...]:
-        """Return the widgets at which Tab stops, in order."""
+        """Return the widgets at which the Tab key stops, in order."""
         return self.box, self.reset, self.slider
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Narrow the box in a narrow panel."""
+        """Make the box narrower in a narrow panel."""
         super().resizeEvent(event)
         self.box.setFixedWidth(theme.px(BOX_WIDE if self.width() >= theme.px(_WIDE) else BOX_NARROW))
         self._grid.setColumnMinimumWidth(2, theme.px(_UNIT))
@@ -157,7 +164,7 @@ class ParameterRow(QWidget):
         self.changed.emit(self.parameter.key, self.quantity.si(value))
 
     def _show(self, value: float) -> None:
-        """Show an accepted value in the unit on the screen."""
+        """Show an accepted value in the displayed unit."""
         self._value = value
         self.box.show_value(value)
         self.slider.show_value(value)
@@ -187,7 +194,7 @@ class ParameterRow(QWidget):
         grid.addWidget(self.slider, 1, 0, 1, 4)
         grid.addWidget(self.error, 2, 0, 1, 4)
         grid.setColumnStretch(0, 1)
-        self.box.setFixedWidth(theme.px(BOX_NARROW))  # until the width is known
+        self.box.setFixedWidth(theme.px(BOX_NARROW))  # the box is narrow until the row's width is known
         self.error.hide()
 
 

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 LONG = 2e-3
-"""A longer delay in s is explained: two periods; a good link needs half a period."""
+"""s: a longer delay is explained. This value is two periods at 1 kHz; a good link needs half a period."""
 _BOARD = "render on the board"
 _FRAMES = "let Device, Set up my Hapkit… choose how frames are sent"
 _HEIGHT, _LEFT = 150, 68.0
-_RING = 9  # px: radius of the warning ring around the dot
+_RING = 9  # px: radius of the warning's ring around the dot
 ASK_MS = 50
 _LEAST_WIDTH = 4.0
 _REGIONS = (
@@ -38,7 +38,7 @@ _PALE = 0.35
 
 
 def delay_reason(device: "Device", delay: float) -> str:
-    """Return the likeliest reason for a delay in s and a remedy; "" for a short delay."""
+    """Return the most probable reason for a delay in s, and a remedy; "" for a short delay."""
     if not device.measures_delay or delay <= LONG:
         return ""
     if not device.usb_chip:
@@ -56,7 +56,10 @@ def latency_timer(device: "Device") -> str:
 
 
 class StabilityMap(Canvas):
-    """Paints the map of one answer; the dot is clipped to the frame. The unstable region is hatched."""
+    """Paints the map of one answer. The dot is moved into the frame if necessary.
+
+    The unstable region is hatched.
+    """
 
     paper, below = "side", 36
 
@@ -74,13 +77,14 @@ class StabilityMap(Canvas):
         """Apply the theme's colours and fonts."""
         super().recolor()
         self.setFixedHeight(theme.px(_HEIGHT))
-        self.left.setStyle(tickTextOffset=theme.px(_RING) + 3)  # a dot at zero damping is next to the numbers
+        # tick labels leave space for a dot at zero damping
+        self.left.setStyle(tickTextOffset=theme.px(_RING) + 3)
         for axis in (self.bottom, self.left):
             axis.label.setFont(theme.font("tick"))
             axis.label.setDefaultTextColor(theme.color("ink3"))
 
     def show_answer(self, answer: CardResult) -> None:
-        """Show another answer, scaled to dot and limit, and to the whole boundary if it is low."""
+        """Show another answer; the axes include the dot, the limit, and the whole boundary if it is low."""
         self._answer, self._opacity = answer, 1.0
         margin = answer.verdict.margins[answer.verdict.worst]
         highest = max([k for _, k in answer.edge if math.isfinite(k)], default=1.0)
@@ -89,7 +93,7 @@ class StabilityMap(Canvas):
         self.viewport().update()
 
     def fade(self) -> None:
-        """Paint the answer paler because it is out of date."""
+        """Paint the answer in paler colours, because it is out of date."""
         self._opacity = _PALE
         self.viewport().update()
 
@@ -133,20 +137,23 @@ class StabilityMap(Canvas):
 
 
 def details(answer: CardResult) -> str:
-    """Return the text below a verdict: the reason or the nearest limit, and the delay."""
+    """Return the text below a verdict: the reason or the nearest limit, then the delay."""
     verdict, setting = answer.verdict, answer.question.asked.setting
     delay = f"Delay: {number(setting.delay * 1e3, 2)} ms."
     return " ".join(part for part in (verdict.reason, delay, verdict.unknown) if part)
 
 
 def caption(answer: CardResult) -> str:
-    """Return which handle the map is valid for."""
+    """Return a sentence that says for which handle the map is valid."""
     whose = "after you let go" if answer.verdict.worst == RELEASED else "for a handle in your hand"
     return f"Valid {whose}. Hatched: it buzzes."
 
 
 class StabilityCard(QWidget):
-    """Emits ``judged(text, icon, token)`` for the status bar; passes unstable ranges to the studio."""
+    """Shows the verdict and the map; passes the unstable ranges to the studio.
+
+    ``judged(text, icon, token)`` is emitted for the status bar.
+    """
 
     judged = Signal(str, str, str)
 
@@ -190,10 +197,10 @@ class StabilityCard(QWidget):
         """Update the measured delay."""
         self.facts.note_health(health)
         if self._judged is None:
-            self._ask_soon()  # the reason for the missing verdict may have changed, e.g. after a fault
+            self._ask_soon()  # the reason for the missing verdict may have changed, for example after a fault
 
     def verdict_input(self) -> "VerdictInput | None":
-        """Return the scene shown, to be judged; None while the loop is unknown."""
+        """Return the shown scene as the input of a verdict; None while the loop is unknown."""
         # imported late to keep start-up fast
         from hapkit_studio.analysis.stability.verdict import VerdictInput
 
@@ -205,7 +212,7 @@ class StabilityCard(QWidget):
 
     @property
     def _hidden(self) -> str:
-        """Return why the verdict is not shown, "" if it is."""
+        """Return the reason why the verdict is hidden; "" if it is shown."""
         permissions = self._studio.permissions
         return permissions.hidden or (HIDDEN_BY_LESSON if "verdict" in permissions.left_out else "")
 
@@ -218,7 +225,7 @@ class StabilityCard(QWidget):
         return CardRequest(asked, nice_width(damping, least=_LEAST_WIDTH))
 
     def ask(self) -> None:
-        """Request a verdict, or show why none is possible."""
+        """Request a verdict, or show why there cannot be one."""
         question = self.question()
         if question is not None:
             self._worker.ask(question)
@@ -228,7 +235,7 @@ class StabilityCard(QWidget):
         self._show_no_verdict(*((self._hidden, "") if self._hidden else self.facts.why_unknown()))
 
     def show_judging(self) -> None:
-        """Clear the verdict of the previous scene."""
+        """Clear the verdict, which belongs to the previous scene."""
         self.map.fade()
         self._show_no_verdict(JUDGING)
 
@@ -253,7 +260,7 @@ class StabilityCard(QWidget):
         self._studio.note_ranges(answer.unstable_ranges)
 
     def show_map(self, room: bool) -> None:
-        """Show the map if it exists and there is room for it."""
+        """Show the map if there is one and enough space for it."""
         self._room = room
         for part in (self.map, self.caption):
             part.setVisible(room and self._mapped and "map" not in self._studio.permissions.left_out)
@@ -264,7 +271,7 @@ class StabilityCard(QWidget):
         self._worker.wait()
 
     def _why_late(self, answer: CardResult) -> str:
-        """Explain a long measured delay, ignoring a delay that was added on purpose."""
+        """Explain a long measured delay; a delay that the user has added is not counted."""
         engine = self._studio.engine
         if engine is None:
             return ""

@@ -1,4 +1,4 @@
-"""The E-stop."""
+"""The button for the E-stop."""
 
 from PySide6.QtWidgets import QWidget
 
@@ -8,7 +8,10 @@ from hapkit_studio.gui.widgets.style import mark
 
 
 class StopButton(ShortcutButton):
-    """The E-stop button: stops when pressed down, not when released; no effect while stopped."""
+    """The E-stop button. It stops the motor when pressed down, not when released.
+
+    While stopped it has no effect.
+    """
 
     word_role = "stop"
 
@@ -25,7 +28,7 @@ class StopButton(ShortcutButton):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show red while the force may act, hollow once stopped."""
+        """Show the button in red while the motor may give a force, and hollow once it is stopped."""
         stopped = self._studio.stopped
         mark(self, "latched", stopped)
         self.set_appearance(

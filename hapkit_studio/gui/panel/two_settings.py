@@ -1,4 +1,4 @@
-"""Two settings of an environment, A and B, switched with one key; the panel's row shows which is active."""
+"""Two settings of an environment, A and B. One key switches between them; the panel shows the active one."""
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QPushButton, QWidget
@@ -14,9 +14,10 @@ NAMES = "A", "B"
 
 
 class TwoSettings(QObject):
-    """Stores values, loop and grip of each environment as A and B. ``changed``: stored or active ones.
+    """Stores each environment's values, loop and grip as A and B.
 
-    Switching is no undo step: Ctrl+Z undoes the change before it.
+    ``changed`` is emitted when a stored setting or the active one changes. Switching is no undo step: Ctrl+Z
+    undoes the change before it.
     """
 
     changed = Signal()
@@ -35,13 +36,16 @@ class TwoSettings(QObject):
 
     @property
     def active(self) -> int | None:
-        """Return the index of the active settings; None if neither is active."""
+        """Return the index of the active setting; None if neither is active."""
         now = settings_of_scene(self._studio, with_loop=True)
         return self.stored.index(now) if now in self.stored else None
 
     @property
     def target(self) -> int:
-        """Return the index to switch to; if neither is active, the one that was active last."""
+        """Return the index of the setting to switch to.
+
+        If neither is active, it is the one that was active last.
+        """
         now = self.active
         return self._last if now is None else 1 - now
 
@@ -52,7 +56,7 @@ class TwoSettings(QObject):
 
     @property
     def comparable(self) -> bool:
-        """Return whether A and B differ only in values, so that a blind comparison is possible now."""
+        """Return whether A and B differ only in values, which a blind comparison requires."""
         if not self.differences or self._studio.temporary:
             return False
         a, b = self.stored
@@ -60,12 +64,12 @@ class TwoSettings(QObject):
 
     @property
     def next_text(self) -> str:
-        """Describe the effect of ``step``."""
+        """Describe what ``step`` would do."""
         count = len(self.stored)
         return f"Switch to {NAMES[self.target]}" if count == len(NAMES) else f"Store as {NAMES[count]}"
 
     def step(self) -> None:
-        """Store the current settings as A, then different ones as B, then switch between both."""
+        """Store the current settings as A; store different ones as B; after that, switch between A and B."""
         stored = self._stored.setdefault(self._studio.environment.key, [])
         if len(stored) == len(NAMES):
             target = self.target
@@ -86,7 +90,7 @@ class TwoSettings(QObject):
 
 
 class TwoSettingsRow(QWidget):
-    """Shows which of A and B is active once A is stored; its button does the same as the key."""
+    """Shows whether A or B is active, once A is stored; its button does the same as the key."""
 
     def __init__(self, two: TwoSettings):
         super().__init__()
@@ -99,7 +103,7 @@ class TwoSettingsRow(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the active settings."""
+        """Show which setting is active."""
         two, now = self._two, self._two.active
         self.setVisible(bool(two.stored))
         self.words.setText("Neither A nor B is active" if now is None else f"{NAMES[now]} is active")
@@ -108,7 +112,7 @@ class TwoSettingsRow(QWidget):
 
 
 class TwoSettingsDialog(FormDialog):
-    """Shows the differences between A and B. ``blind``: start a blind comparison."""
+    """Shows the differences between A and B; ``blind`` is emitted to start a blind comparison."""
 
     blind = Signal()
 
@@ -129,7 +133,7 @@ class TwoSettingsDialog(FormDialog):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the differences, or what is stored next."""
+        """Show the differences, or which setting is stored next."""
         two = self._two
         self.table.show_differences(two.differences)
         self.begin.setEnabled(two.comparable)

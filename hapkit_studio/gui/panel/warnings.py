@@ -1,4 +1,4 @@
-"""Warnings: what the current environment cannot render well with its settings, above the verdict."""
+"""Warnings above the verdict: they name effects that the current environment cannot render well."""
 
 import re
 
@@ -14,7 +14,7 @@ from hapkit_studio.workshop.own import switched_off
 
 
 class WarningLine(QWidget):
-    """A triangle and the first sentence of a warning; the tooltip shows all of it."""
+    """Shows a triangle and the first sentence of a warning; the tooltip shows the whole warning."""
 
     def __init__(self, text: str):
         super().__init__()
@@ -30,7 +30,7 @@ class WarningLine(QWidget):
 
 
 class WarningLines(QWidget):
-    """Asks the environment for warnings after changes of values, loop, device or handle speed."""
+    """Asks the environment for warnings when values, loop, device or the handle's speed change."""
 
     changed = Signal()
 
@@ -47,14 +47,14 @@ class WarningLines(QWidget):
 
     @property
     def conditions(self) -> Conditions | None:
-        """Return the conditions of rendering; None without a device or a known delay."""
+        """Return the conditions under which the loop renders; None without a device or a known delay."""
         setting, engine = self._facts.setting(), self._studio.engine
         if setting is None or engine is None:
             return None
         return Conditions(**{**vars(setting), "max_force": engine.max_force}, speed=self._speed)
 
     def watch(self, speed: float) -> None:
-        """Set the handle's recent highest speed in m/s; call at a few hertz."""
+        """Set the highest recent speed of the handle in m/s; the window calls this a few times per second."""
         self._speed = speed
         self.refresh()
 
