@@ -1,4 +1,4 @@
-"""An action of the window, and the set of all its actions as QActions."""
+"""An action of the window, and the set of all actions as QActions."""
 
 import re
 from collections.abc import Callable
@@ -14,12 +14,13 @@ Window = TypeVar("Window", bound=QWidget)
 
 @dataclass(frozen=True)
 class Action(Generic[Window]):
-    """A command of the window: menu entry, shortcut and entry of the command palette.
+    """A command of the window: an entry of a menu and of the command palette, and its shortcut.
 
-    key: menu name, a dot, and the action's name. checked: returns whether it has a check mark. filtered: the
-    window's event filter handles the shortcut. extra: further shortcuts. current_text: returns the present
-    menu text. exclusive: one entry of its submenu is checked. rule: preceded by a separator in the menu.
-    on_plots: in the context menu of plots.
+    ``key`` is the menu's name, a dot, and the action's name. ``checked`` returns whether the entry has a
+    check mark. ``filtered``: the window's event filter handles the shortcut. ``extra`` are further shortcuts.
+    ``current_text`` returns the present text of the entry. ``exclusive``: exactly one entry of the submenu is
+    checked. ``rule``: a separator precedes the entry. ``on_plots``: the entry is also in the plots' context
+    menu.
     """
 
     key: str
@@ -38,7 +39,7 @@ class Action(Generic[Window]):
 
     @property
     def menu(self) -> str:
-        """Return "Menu" or "Menu/Submenu"."""
+        """Return the menu's name as "Menu" or "Menu/Submenu"."""
         name = self.key.partition(".")[0].capitalize()
         return f"{name}/{self.submenu}" if self.submenu else name
 
@@ -49,17 +50,23 @@ class Action(Generic[Window]):
 
     @property
     def single(self) -> bool:
-        """Return whether a key without modifiers triggers it: ignored in text fields, can be switched off."""
+        """Return whether one of the shortcuts is a key without modifiers.
+
+        Such a shortcut is ignored in text fields, and the user can switch it off.
+        """
         return not self.filtered and any(len(k) == 1 or k == "Space" for k in self.keys)
 
 
 def native(key: str) -> str:
-    """Return a shortcut as the operating system writes it."""
+    """Return a shortcut in the operating system's notation."""
     return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
 def matches(sought: str, words: str) -> bool:
-    """Return whether each word sought occurs, or its letters occur in one word in this order."""
+    """Return whether ``words`` match each sought word.
+
+    A sought word matches if it occurs, or if its letters occur in this order in one word.
+    """
     return all(
         part in words.lower() or re.search(r"\b" + r"\w*?".join(map(re.escape, part)), words.lower())
         for part in sought.lower().split()
@@ -67,7 +74,7 @@ def matches(sought: str, words: str) -> bool:
 
 
 class ActionSet(QObject, Generic[Window]):
-    """The actions of one window as QActions."""
+    """All actions of one window as QActions."""
 
     def __init__(self, window: Window, entries: tuple[Action[Window], ...], single_keys: bool):
         super().__init__(window)
@@ -89,7 +96,7 @@ class ActionSet(QObject, Generic[Window]):
 
     @property
     def on_plots(self) -> list[QAction]:
-        """Return the actions of a plot's context menu."""
+        """Return the actions that are in a plot's context menu."""
         return [self.qt[entry.key] for entry in self.entries if entry.on_plots]
 
     def run(self, key: str) -> None:

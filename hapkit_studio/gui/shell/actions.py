@@ -1,4 +1,4 @@
-"""Table of all actions: key, text, shortcut, function, condition; menus and shortcuts derive from it."""
+"""The table of all actions: key, text, shortcut, function and condition; it defines menus and shortcuts."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -90,9 +90,9 @@ def _may_play(window: MainWindow) -> bool:
 
 
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
-    """Return all actions, one per environment among them."""
+    """Return all actions, including one for each environment."""
     views = [("live", "Live"), *((tab.key, tab.title) for tab in pages.discover().values())]
-    keys = [f"Ctrl+{place}" for place in range(1, 9)] + [""] * len(views)  # Ctrl+9 shows the law
+    keys = [f"Ctrl+{place}" for place in range(1, 9)] + [""] * len(views)  # Ctrl+9 is the shortcut of the law
     tabs = [(key, title, shortcut) for (key, title), shortcut in zip(views, keys, strict=False)]
     laws = [(e.key, e.title, e.shortcut) for e in environments]
     return (
@@ -125,7 +125,7 @@ def _one_of(
     prefix: str, options: Iterable[tuple[str, str, str]], choose: Callable[[MainWindow, str], object],
     chosen: Callable[[MainWindow], str], submenu: str = "",
 ) -> list[Action]:  # fmt: skip
-    """Return one action per option (key, text, shortcut), of which one is checked."""
+    """Return one action per option (key, text, shortcut); exactly one of them is checked."""
 
     def option(key: str, words: str, shortcut: str) -> Action:
         run, checked = lambda w: choose(w, key), lambda w: chosen(w) == key
@@ -138,7 +138,7 @@ def _one_of(
 
 
 def _sessions(window: MainWindow) -> "SessionsPage":
-    """Show the view *Sessions*, if views can be changed now, and return it."""
+    """Show the view *Sessions* if the view may be changed now, and return its page."""
     window.views.show("sessions")
     return cast("SessionsPage", window.views.page("sessions"))
 
@@ -431,7 +431,7 @@ _CLASSROOM = (
 
 
 def _lesson(window: MainWindow) -> "LessonsPage | None":
-    """Return the page with the open lesson, None while none is open."""
+    """Return the page with the open lesson; None if no lesson is open."""
     page = cast("LessonsPage | None", window.views.built("lessons"))
     return page if page is not None and page.stays else None
 

@@ -1,4 +1,4 @@
-"""Starts the application: theme, window, first picture, then the loop in the background."""
+"""Starts the application: theme, window and first frame, then the loop in the background."""
 
 import argparse
 import gc
@@ -27,18 +27,18 @@ from hapkit_studio.gui.widgets.theme import MODES, theme
 
 FIRST_SIZE = 1440, 900
 POLL_MS = 50
-REST_MS = 1000  # wait after the first sample before compiling what it did not need
+REST_MS = 1000  # ms: wait after the first sample before compiling functions that it did not need
 _REJECTED = "Some stored settings cannot be used. Their default values are used instead."
-_OFFERED = "tour_offered"  # setting: True after the tour was offered
+_OFFERED = "tour_offered"  # key of the setting that is True once the tour was offered
 SWITCH_SECONDS = 0.5e-3
 """Python's thread switch interval in s. While a thread translates a law for the board, a picture
 took 0.7 s with Python's default of 5 ms, and takes 0.09 s with this."""
 
 
 def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> int:
-    """Open the window and return the exit code; see ``window_parser`` for the options in argv.
+    """Open the window and return the exit code; see ``window_parser`` for the options in ``argv``.
 
-    preparing: program that compiles the loop, if it was started before Qt was imported.
+    ``preparing`` is a program that compiles the loop, if it was started before Qt was imported.
     """
     options = window_parser().parse_args(list(sys.argv[1:] if argv is None else argv))
     application = QApplication.instance() or QApplication(["hapkit-studio"])
@@ -57,22 +57,21 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
 
     def close(number: int, _frame: object) -> None:
         came.append(number)
-        # through the event loop: a signal may arrive during a paint event; closing sends a zero command to
-        # the motor
+        # close through the event loop, because a signal may arrive during a paint event
         QTimer.singleShot(0, window.close)
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, close)
-    gc.freeze()  # excludes modules and the window from garbage collection: they live until the end
+    gc.freeze()  # modules and the window live until the end, so garbage collection can ignore them
     QTimer.singleShot(0, lambda: begin(window, options, preparing))
     code = application.exec()
     return interrupts.INTERRUPTED if signal.SIGINT in came else code
 
 
 def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
-    """Give the window the requested size, else its stored size, else one that fits the screen."""
+    """Set the window's size to the requested one, else the stored one, else one that fits the screen."""
     if size is None and window.settings.geometry("geometry", window.restoreGeometry):
-        # Qt reserves space for a frame that this window manager does not draw
+        # Qt reserves space for a frame, but this window manager does not draw one
         frameless = window.settings.value("frameless")
         if isinstance(frameless, QRect) and window.screen().availableGeometry().contains(frameless):
             window.setGeometry(frameless)
@@ -81,9 +80,9 @@ def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
 
 
 def build(options: argparse.Namespace) -> MainWindow:
-    """Return the window without opening a device; exit with one line if an option is invalid.
+    """Return the window without opening a device; exit with a one-line message if an option is invalid.
 
-    A notice names the stored settings that could not be used.
+    A banner names the stored settings that cannot be used.
     """
     settings = StoredSettings()
     theme.set_mode(options.theme or settings.choice("theme", "system", MODES))
@@ -112,9 +111,9 @@ def build(options: argparse.Namespace) -> MainWindow:
 
 
 def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | None = None) -> None:
-    """Compile the loop if necessary, then open the device; the window is usable meanwhile.
+    """Compile the loop if necessary, then open the device; the user can use the window meanwhile.
 
-    The laws of the other environments are compiled next, then what a board needs.
+    After that, the other environments' laws are compiled, then the functions that a board needs.
     """
     window.live.start()
     if options.replay is not None:
@@ -126,10 +125,10 @@ def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | No
 
 
 def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Callable[[], None]) -> None:
-    """Compile the loop with its first environment, call ``done``, then compile everything else.
+    """Compile the loop with its first environment, call ``done``, then compile all other functions.
 
-    Looking up which other laws are compiled takes 0.1 s. The first sample does not wait for that, unless the
-    loop must be compiled, too.
+    It takes 0.1 s to find out which other laws are compiled. The first sample does not wait for this, unless
+    the loop must be compiled, too.
     """
 
     def expect() -> None:
@@ -140,7 +139,7 @@ def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Cal
         if preparing is not None:
             expect()
         yield [preparing]
-        # the program started earlier may have compiled another environment
+        # the program that was started earlier may have compiled another environment
         program = prepare.begin("loop", key)
         if program is not None:
             expect()
@@ -160,7 +159,10 @@ def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Cal
 
 
 class Preparation(QObject):
-    """Runs steps, each after the programs of the previous one have ended; stops with the window."""
+    """Runs steps one after the other; each waits until the programs of the previous step have ended.
+
+    The steps stop when the window closes.
+    """
 
     def __init__(self, window: MainWindow, steps: Iterator[Sequence[Popen | None]]):
         super().__init__(window)
@@ -171,7 +173,7 @@ class Preparation(QObject):
         window.closed.connect(self._cancel)
 
     def run(self) -> None:
-        """Take the next step if all programs have ended; called again by the timer."""
+        """Start the next step if all programs have ended; the timer calls this again."""
         while all(program.poll() is not None for program in self._programs):
             step = next(self._steps, None)
             if step is None:

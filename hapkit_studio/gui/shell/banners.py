@@ -1,4 +1,4 @@
-"""Banners below the header: a problem and what to do about it."""
+"""Banners below the header. Each shows a problem and its remedy."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ Button = tuple[str, Callable[[], object]]
 
 @dataclass(frozen=True)
 class Notice:
-    """One banner; lower ranks are shown first. tone: danger, warn or accent."""
+    """One banner; the banner with the lowest rank is shown first. ``tone`` is danger, warn or accent."""
 
     key: str
     rank: int
@@ -27,12 +27,15 @@ class Notice:
 
     @property
     def shape(self) -> tuple:
-        """Return everything but the texts; only a change of it rebuilds the banner, which flickers."""
+        """Return every field except the texts.
+
+        A banner is rebuilt only if this value changes, because rebuilding makes the banner flicker.
+        """
         return self.key, self.rank, self.tone, self.icon, [words for words, _ in self.buttons]
 
 
 class Banner(QWidget):
-    """Sign, title, one line, buttons."""
+    """A banner with a sign, a title, one line of text and buttons."""
 
     def __init__(self, notice: Notice, parent: QWidget | None = None):
         super().__init__(parent)
@@ -50,7 +53,7 @@ class Banner(QWidget):
         self.show_notice(notice)
 
     def show_notice(self, notice: Notice) -> None:
-        """Show the texts of a notice of the same shape."""
+        """Show the texts of another notice with the same ``shape``."""
         self.notice = notice
         self.title.setText(notice.title)
         self.text.setText(notice.text)
@@ -59,14 +62,17 @@ class Banner(QWidget):
     def _button(self, at: int, words: str) -> QPushButton:
         button = QPushButton(words)
         button.setProperty("tall", True)
-        # it disappears when clicked and must not take the focus with it
+        # the button disappears after a click and must not take the focus with it
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         button.clicked.connect(lambda: self.notice.buttons[at][1]())
         return button
 
 
 class BannerStack(QWidget):
-    """At most two banners, the most important first. ``changed``: their number changed."""
+    """Shows at most two banners, the most important one first.
+
+    ``changed`` is emitted when the number of banners has changed.
+    """
 
     changed = Signal()
 
@@ -79,7 +85,7 @@ class BannerStack(QWidget):
         self.hide()
 
     def set(self, key: str, notice: Notice | None) -> None:
-        """Add, change or (None) remove the banner of a key."""
+        """Add or change the banner with a key; None removes it."""
         if self._notices.get(key) == notice:
             return
         if notice is None:
@@ -99,7 +105,7 @@ class BannerStack(QWidget):
         self.set(key, Notice(key, rank, "warn", "triangle", title, text, (close,)))
 
     def get(self, key: str) -> Notice | None:
-        """Return the notice of a key, shown or waiting behind more important ones."""
+        """Return the notice with a key; it may be hidden because more important banners are shown."""
         return self._notices.get(key)
 
     def _worst(self) -> list[Notice]:

@@ -1,4 +1,4 @@
-"""Command palette (Ctrl+K): a searchable list of all actions."""
+"""The command palette (Ctrl+K): a list of all actions that can be searched."""
 
 from collections.abc import Callable
 
@@ -21,14 +21,14 @@ from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
 
 _WIDE, _HIGH, _ROW = 560, 420, 28
-_COLUMNS = {1: 120, 2: 150}  # px: menu path, keys
+_COLUMNS = {1: 120, 2: 150}  # px: width of the columns with menu path and keys
 _LIST_KEYS = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
-_KEY = Qt.ItemDataRole.UserRole + 1  # UserRole itself is the default role of setData
+_KEY = Qt.ItemDataRole.UserRole + 1  # UserRole itself is already the default role of setData
 _ENABLED = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 
 
 def _listed(actions: ActionSet, parent: QObject) -> QStandardItemModel:
-    """Return rows of text, menu path and keys; disabled actions cannot be selected."""
+    """Return a model with text, menu path and keys in each row; disabled actions cannot be selected."""
     model = QStandardItemModel(parent)
     for entry in actions.entries:
         action = actions.qt[entry.key]
@@ -44,7 +44,7 @@ def _listed(actions: ActionSet, parent: QObject) -> QStandardItemModel:
 
 
 class FindButton(QPushButton):
-    """The button at the right end of the menu bar: its text, and its shortcut as a key cap."""
+    """The button at the right end of the menu bar. It shows a text, and its shortcut as a key cap."""
 
     def __init__(self, opens: Callable[[], object], parent: QWidget):
         super().__init__(parent)

@@ -1,4 +1,4 @@
-"""Dialog that exports the current environment as an Arduino sketch: kit, rate and file."""
+"""The dialog that exports the current environment as an Arduino sketch; it asks for kit, rate and file."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ _SAVED = {True: ("check", "ok"), False: ("triangle", "warn")}
 
 
 class ExportDialog(FormDialog):
-    """Non-modal: the sketch is written with the values that the panel shows when saving."""
+    """Asks for kit, rate and file without blocking the window; the sketch uses the values at saving."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__("Export as sketch", _ABOUT, parent)
@@ -41,7 +41,7 @@ class ExportDialog(FormDialog):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the sketch's current settings."""
+        """Show the current settings of the sketch."""
         studio = self._studio
         self.what.setText(f"{studio.environment.title}, as tuned in the panel")
         usual = sketch.usual_rate(studio.environment, studio.values)
@@ -61,7 +61,7 @@ class ExportDialog(FormDialog):
         self.verdict.say(words, *(() if safe and not remarks else ("triangle", "warn")))
 
     def _limit(self) -> tuple[str, bool]:
-        """Return the limit and verdict as text, and whether the handle is calm."""
+        """Return a text with limit and verdict, and whether the handle is calm."""
         studio = self._studio
         kit, spec = self.kits.currentData(), spec_on_board(studio.loop.estimator)
         rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
@@ -69,7 +69,7 @@ class ExportDialog(FormDialog):
         return on_board.sketch_words(found, rate), found.calm
 
     def text(self) -> str:
-        """Return the sketch; raise ParameterError or LawError."""
+        """Return the sketch's text; raise ParameterError or LawError."""
         studio = self._studio
         return sketch.text(
             studio.environment,
@@ -82,7 +82,7 @@ class ExportDialog(FormDialog):
         )
 
     def write(self, wanted: str) -> None:
-        """Write the sketch into a folder of its name, as the Arduino IDE requires."""
+        """Write the sketch into a folder of the same name, as the Arduino IDE requires."""
         try:
             path = sketch.write_sketch(wanted, self.text(), over=True)
         except StudioError as error:

@@ -34,26 +34,26 @@ from hapkit_studio.gui.widgets.parts import label, vbox
 from hapkit_studio.gui.widgets.text import plain_tip
 from hapkit_studio.gui.widgets.theme import theme
 
-# by state: icon and text
+# icon and text for each state of a file
 _SIGNS = {"foreign": "lock", "broken": "triangle"}
 _LINES = {"foreign": "Not written by you", "broken": "Does not run yet", "checking": "Checking line by line…"}
 _PENCIL, _RING, _LEAST = 30, 28, 120
 
 
 def initials(title: str) -> str:
-    """Return up to two initials of a title: "My two walls" is MW."""
+    """Return up to two initials of a title, for example MW for "My two walls"."""
     words = [word for word in title.split() if word[0].isalnum()]
     return "".join(word[0] for word in (words[:1] + words[1:][-1:])).upper()
 
 
 class OwnRow(GalleryRow):
-    """One own environment; the pencil and the menu emit the gallery's signals."""
+    """A row for one of the user's own environments; its pencil and menu emit the gallery's signals."""
 
     def __init__(self, file: OwnFile, gallery: "Gallery"):
         self.file, self._gallery = file, gallery
         super().__init__("circle", file.title, "")
         self.pencil = QToolButton(self)
-        self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # the menu is available by keyboard
+        self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # by keyboard, the user edits through the menu
         self.setAccessibleDescription("Use the menu key to edit, show or delete its file.")
         self.pencil.clicked.connect(lambda: gallery.edit_pressed.emit(self.file.path))
         icons.bind(self.pencil, "pencil", "ink2", 18)
@@ -76,11 +76,11 @@ class OwnRow(GalleryRow):
         return f"{self.title}\n{self.summary}\n{self.file.path.name}"
 
     def sizeHint(self) -> QSize:
-        """Return a small size: long titles are cut, the tooltip shows them in full."""
+        """Return a small size, because long titles are cut and the tooltip shows them completely."""
         return super().sizeHint().boundedTo(QSize(_LEAST, theme.px(LEAST_ROW)))
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
-        """Draw a circle with initials if the file names no scene."""
+        """Draw a circle with the title's initials if the file names no scene."""
         if self.picture != "circle":
             super()._paint_icon(painter, color)
             return
@@ -116,7 +116,10 @@ class OwnRow(GalleryRow):
 
 
 class Gallery(QScrollArea):
-    """A click on an environment selects it at once; own environments can be edited, revealed and deleted."""
+    """Lists the environments; a click selects one immediately.
+
+    The user's own environments can also be edited, revealed in their folder, and deleted.
+    """
 
     new_pressed = Signal()
     edit_pressed = Signal(object)
@@ -160,7 +163,7 @@ class Gallery(QScrollArea):
         self._share_height()
 
     def show_state(self) -> None:
-        """Mark the current environment, whatever was clicked."""
+        """Mark the current environment, which may differ from the row that was clicked last."""
         row = self._present_row()
         if row is not None:
             row.setChecked(True)
@@ -171,7 +174,7 @@ class Gallery(QScrollArea):
         return self.rows.get(key) or self.own_rows.get(self._own.path_of(key))
 
     def show_readiness(self) -> None:
-        """Show which environments are being prepared or are locked; a click does not select these."""
+        """Show which environments are still being compiled or are locked; a click does not select these."""
         for key, row in self.rows.items():
             waiting = environment_library.WORDS.get(self._studio.readiness.state(key), "")
             for lock, why in self._studio.permissions.lasting_locks():
@@ -205,7 +208,7 @@ class Gallery(QScrollArea):
         self.order()
 
     def order(self) -> None:
-        """Set the tab order: library, own environments, new environment."""
+        """Set the tab order: the library, the user's own environments, then the row for a new environment."""
         before: QWidget = list(self.rows.values())[-1]
         for row in self.own_rows.values():
             QWidget.setTabOrder(before, row)
@@ -220,7 +223,7 @@ class Gallery(QScrollArea):
         least, most = map(theme.px, heights)
         above, seen = heading + own, len(rows)
         scrolls = self.height() - above < least * seen
-        if scrolls:  # the list ends with a complete row
+        if scrolls:  # cut the list after a complete row
             above, seen = heading, max((self.height() - heading) // least, 2)
         height = min(most, max(least, (self.height() - above) // seen))
         for row in rows:

@@ -1,4 +1,4 @@
-"""The header: device list, views, Pause, Record and, at the far right, the E-stop; the same in every view."""
+"""The header: device list, views, Pause, Record, and the E-stop at the far right. All views share it."""
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
@@ -14,7 +14,7 @@ from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.tabs import Tabs
 from hapkit_studio.gui.widgets.theme import theme
 
-_DOT = {"running": "ok", "failed": "danger"}  # other states: warn
+_DOT = {"running": "ok", "failed": "danger"}  # colour token by the link's state; other states use "warn"
 _WORDS = {
     "preparing": "Preparing…",
     "connecting": "Connecting…",
@@ -32,7 +32,7 @@ class StateDot(QWidget):
         self.token, self.filled = "warn", False
 
     def show_state(self, token: str, filled: bool) -> None:
-        """Show a colour token, filled or hollow."""
+        """Show the disc in a token's colour, filled or hollow."""
         self.token, self.filled = token, filled
         self.update()
 
@@ -77,7 +77,7 @@ class DeviceList(QPushButton):
         link = self._studio.link
         words = _WORDS.get(link.state, "{}").format(link.title.partition(": ")[0])
         if link.state in ("connecting", "idle") and link.text:
-            words = link.text  # what it waits for, or which program uses the port
+            words = link.text  # this text says what the link waits for, or which program uses the port
         self.word.setText(words)
         self.setToolTip(link.text or "Choose a device")
         self.setAccessibleName(f"Device: {words}")
@@ -96,7 +96,7 @@ def fill_menu(menu: QMenu, studio: Studio) -> None:
     """Fill a menu with all present devices; the one in use is checked."""
     menu.clear()
     own = studio.entry.key if studio.entry is not None else ""
-    if is_path(own) and studio.opened is not None:  # a reconnected board may have a different port
+    if is_path(own) and studio.opened is not None:  # a board that was reconnected may have a different port
         own = studio.opened.port
     for entry in studio.device.entries():
         action = QAction(entry.title, menu, checkable=True, checked=entry.key == own)
@@ -105,7 +105,11 @@ def fill_menu(menu: QMenu, studio: Studio) -> None:
 
 
 class Header(QWidget):
-    """Emits ``pause_pressed``, ``record_pressed`` and ``panel_pressed``; other actions go to the studio."""
+    """Shows the device, the views and the buttons.
+
+    ``pause_pressed``, ``record_pressed`` and ``panel_pressed`` are emitted; the studio handles the other
+    buttons.
+    """
 
     pause_pressed = Signal()
     record_pressed = Signal()
@@ -139,7 +143,10 @@ class Header(QWidget):
         self._on_projector = False
 
     def add_projector_parts(self, title: QWidget, leave: QWidget) -> None:
-        """Add the parts that a projector shows instead of device, views and Record; hidden by default."""
+        """Add the widgets that a projector shows in place of device, views and Record.
+
+        They are hidden by default.
+        """
         row = self._row
         row.insertWidget(0, title, 1)
         row.insertWidget(row.count() - 2, leave)
@@ -156,7 +163,7 @@ class Header(QWidget):
             part.setHidden(on)
 
     def show_paused(self, paused: bool) -> None:
-        """Show Resume instead of Pause while the picture is paused."""
+        """Show Resume in place of Pause while the plots are paused."""
         mark(self.pause, "resume", paused)
         self.pause.set_appearance(*(("play", "Resume", "accent") if paused else ("pause", "Pause", "ink")))
         self.pause.setAccessibleName("Resume the picture" if paused else "Pause the picture")

@@ -36,7 +36,7 @@ PAGES: Mapping[str, HelpPage] = {
 
 
 def page_dialog(key: str, parent: QWidget, word: str = "", section: str = "") -> PageDialog:
-    """Return the dialog of a page, at a section or at the first occurrence of a word."""
+    """Return the dialog of a page; it opens at a section or at the first occurrence of a word."""
     page = PAGES[key]
-    text = page.text().split("\n", 2)[2]  # the dialog has its own title
+    text = page.text().split("\n", 2)[2]  # omit the page's title, because the dialog has its own
     return PageDialog(page.title, text, parent, word, section)

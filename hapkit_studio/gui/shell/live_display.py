@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 _MAX_FORCE = 3.0
 _DRAWN = rows.POSITION, rows.APPLIED_FORCE, rows.FORCE, rows.HAND_TARGET
-_USUAL_S = 12.0  # typical duration of the first compile on two processors
-_NEARLY = 0.95  # where the progress bar stops if it takes longer
+_USUAL_S = 12.0  # s: typical duration of the first compilation on two processors
+_NEARLY = 0.95  # the progress bar stops at this fraction if compiling takes longer
 _BAR_MS = 250
-_RECORDED = ("position", "velocity", "force", "applied_force")  # signals of a Recording
+_RECORDED = ("position", "velocity", "force", "applied_force")  # signals that a Recording contains
 _WORDS = {
     "preparing": "Preparing the loop. This happens only once.",
     "connecting": "Connecting…",
@@ -39,9 +39,9 @@ _WORDS = {
 
 
 class LiveDisplay(QObject):
-    """Passes every frame, parameter and state to the widgets that draw them.
+    """Passes every frame, parameter and state to the widgets that show them.
 
-    ``releasing``: the user is about to release the handle where it is.
+    ``releasing`` is emitted when the user is about to release the handle at its current position.
     """
 
     releasing = Signal()
@@ -89,16 +89,16 @@ class LiveDisplay(QObject):
 
     @property
     def max_force(self) -> float:
-        """Return the current force limit in N; during a replay the recorded one."""
+        """Return the current force limit in N; during a replay, return the recorded limit."""
         engine, replayed = self._studio.engine, self._replay.max_force
         if replayed is not None:
             return replayed
         return engine.max_force if engine is not None else _MAX_FORCE
 
     def show_paused(self, paused: bool) -> None:
-        """Pause or resume scene, plots and numbers; the status bar stays live.
+        """Pause or resume scene, plots and numbers; the status bar is not paused.
 
-        A replay pauses its own position, which can still be moved.
+        During a replay, this pauses the replay position, which the user can still move.
         """
         self._show_oscillation()
         self._centre.scene.set_paused(paused)
@@ -108,7 +108,7 @@ class LiveDisplay(QObject):
 
     @property
     def _may_change(self) -> bool:
-        """Return whether the display may change: while paused only during a replay."""
+        """Return whether the display may change: while paused, it changes only during a replay."""
         return self._live.replaying or not self._live.paused
 
     def show_source(self) -> None:
@@ -129,7 +129,7 @@ class LiveDisplay(QObject):
             self.show_frame(row, clamped)
 
     def show_frame(self, row: np.ndarray, clamped: bool) -> None:
-        """Show a row everywhere; while paused only its force, in the status bar."""
+        """Show a row in all widgets; while paused, only the status bar shows its force."""
         if self._may_change:
             self._show_scene(row)
         if self._live.replaying:
@@ -151,18 +151,18 @@ class LiveDisplay(QObject):
         self._centre.scene.update_state(position, applied, asked, hand, clamped, stopped, state)
 
     def _update_acting_force(self) -> None:
-        """Store the newest force for the status bar, at a readable rate."""
+        """Store the newest force for the status bar, at a rate at which the user can read it."""
         last = self._live.last
         self._acting = float(last[rows.APPLIED_FORCE]) if self._live.paused and last is not None else None
 
     def hold_traces(self) -> None:
-        """Hold the plotted traces of the current environment, named by its settings."""
+        """Hold the plotted traces of the current environment; their name describes the settings."""
         view, words = self._centre.view, held.settings_name(self._studio.environment, self._studio.values)
         start, stop = view.stretch
         self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)
 
     def hold_recording(self, recording: "Recording", path: Path) -> None:
-        """Hold the end of a recording from a file, up to the longest time window."""
+        """Hold the end of a recording from a file; its length is at most the longest time window."""
         time = recording.time
         history = Samples.of(time, ((name, getattr(recording, name)) for name in _RECORDED))
         self._centre.held.hold(history, (max(time[0], time[-1] - KEPT_SECONDS), time[-1]), path.name)
@@ -175,14 +175,14 @@ class LiveDisplay(QObject):
         self._centre.view.follow()
 
     def release_here(self) -> None:
-        """Release the simulated handle at rest where it is, whatever holds or moves it."""
+        """Release the simulated handle at rest at its current position, whether it was held or moved."""
         self.releasing.emit()
         self._live.set_paused(False)
         self._studio.release_at_rest()
         self._centre.scene.release()
 
     def _own_rate(self) -> tuple[float | None, bool]:
-        """Return the nominal rate in Hz (None if unknown), and whether it is the board's own."""
+        """Return the nominal rate in Hz (None if unknown), and whether the board itself keeps this rate."""
         engine = self._studio.engine
         if engine is None or not engine.device.own_clock:
             return None, False
@@ -190,7 +190,7 @@ class LiveDisplay(QObject):
         return (engine.loop.rate, False) if plan is None else (float(plan.rate), True)
 
     def show_health(self, health: "Health") -> None:
-        """Show the loop's health in the status bar; if no frames arrive, repaint the plots as well."""
+        """Show the loop's health in the status bar; if no frames arrive, repaint the plots, too."""
         self._centre.view.keep_samples()
         self._measured_delay = health.delay
         self._show_delay()
@@ -225,7 +225,8 @@ class LiveDisplay(QObject):
         environment, values = self._studio.environment, self._studio.values
         left_out = self._studio.permissions.left_out
         self._centre.phase.hide_theory(bool(self._studio.hidden) or "theory" in left_out)
-        self._centre.toolbar.hold.setEnabled(not self._studio.hidden)  # its name would reveal the settings
+        # the environment's name would reveal the settings
+        self._centre.toolbar.hold.setEnabled(not self._studio.hidden)
         self._centre.scene.show_force(self._studio.hidden not in BARE_SCENE)
         if self._studio.hidden in BARE_SCENE:
             environment, values = self._studio.environments["free"], {}

@@ -1,4 +1,4 @@
-"""The menu bar: actions by menu, devices found, and the user's own environments."""
+"""The menu bar with all actions, the devices found, and the user's own environments."""
 
 from functools import partial
 

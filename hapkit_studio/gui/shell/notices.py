@@ -1,4 +1,4 @@
-"""Which banners are shown: stopped, fault, device disconnected, delay unknown."""
+"""Determines which banners are shown: stopped, fault, device disconnected, delay unknown."""
 
 from contextlib import suppress
 from functools import partial
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 _STOP, _FAULT, _DEVICE, _LIMIT = range(4)
 NO_DATA_MS = 2000
 NO_DELAY_MS = 2000
-"""The banner appears if forces were sent this long without a measured delay."""
+"""ms: the banner appears if forces were sent for this time without a measured delay."""
 STALE_SHOWN_MS = 2000
-"""How long the banner of a silent sensor stays, so that it is readable and moves the plots only once."""
+"""ms: the banner of a silent sensor stays for this time, so that it can be read and does not flicker."""
 _STOPPED = "Stopped. Force is zero.", "Release when the handle is free.", "Release E-stop", "danger"
 _WAITS = (
     "The motor is off until you press Render.",
@@ -30,7 +30,7 @@ _WAITS = (
     "Render",
     "warn",
 )
-# sections of assets/docs/troubleshooting.md
+# headings of sections in assets/docs/troubleshooting.md
 _NO_PORT, _NO_FORCE, _BUZZING, _SLOW = "No port", "No force", "Buzzing", "Slow link or computer"
 _SECTIONS = {
     arrays.OVER_SPEED: _BUZZING, arrays.RUNAWAY: _SLOW, arrays.SLOW_LAW: _SLOW, arrays.SLOW_LINK: _SLOW,
@@ -42,8 +42,8 @@ _STEPS = {"flash": "Flash firmware", "update": "Update firmware"}
 class Notices(QObject):
     """Watches studio and frames, and shows or removes banners.
 
-    ``flash``: the user wants to flash the device in use. ``help_wanted(section)``: open the page on
-    troubleshooting.
+    ``flash`` is emitted when the user wants to flash the current device. ``help_wanted(section)`` asks the
+    window to open the page on troubleshooting.
     """
 
     flash = Signal()
@@ -80,7 +80,7 @@ class Notices(QObject):
             self.show_fault()
 
     def on_health(self, health: "Health") -> None:
-        """Show faults, a silent sensor or an unmeasured delay, also while no rows arrive."""
+        """Show faults, a silent sensor or an unmeasured delay; this also works while no rows arrive."""
         self.show_fault()
         self.show_silence(health)
         self.show_unmeasured(health)
@@ -88,7 +88,7 @@ class Notices(QObject):
             self._stale.start()
             self._stale_reason = health.stale
         recent = self._stale.isValid() and self._stale.elapsed() < STALE_SHOWN_MS
-        # if the board never sent a sample, the banner of show_silence says what to do
+        # if the board has never sent a sample, the banner of show_silence already shows the remedy
         recent = recent and self._banners.get("silence") is None
         silent = recent and self._studio.fault is None and self._studio.link.state == "running"
         words = (
@@ -98,14 +98,14 @@ class Notices(QObject):
         self._show(silent, "stale", _FAULT, words, tone="danger", section=_NO_FORCE)
 
     def show_fault(self) -> None:
-        """Show the latched fault, unless the banner of a disconnected device explains it."""
+        """Show the latched fault, unless the banner of a disconnected device already explains it."""
         fault: Fault | None = self._studio.fault
         if fault is None or self._studio.link.state == "gone":
             self._banners.set("fault", None)
             return
         slow = fault.code == arrays.SLOW_LINK
         ways = (*(self._board_button() if slow else ()), ("Clear fault", self._studio.clear_fault))
-        self._banners.set("stale", None)  # remove the banner that says that the force comes back by itself
+        self._banners.set("stale", None)  # remove the banner that says that the force will return by itself
         section = _SECTIONS.get(fault.code, _NO_FORCE)
         self._show(True, "fault", _FAULT, (fault.text, fault.detail), ways, "danger", section=section)
 
@@ -122,7 +122,7 @@ class Notices(QObject):
         self._show(shown, "silence", _DEVICE, words, ways, icon="unplugged", section=_NO_FORCE)
 
     def show_unmeasured(self, health: "Health") -> None:
-        """Show that the delay, and therefore the limit, is unknown although forces are being sent."""
+        """Show that the delay, and therefore the limit, is unknown although the computer sends forces."""
         studio = self._studio
         measures = studio.opened is not None and studio.opened.measures_delay
         forces = health.running and self._heard and measures and studio.link.state == "running"
@@ -154,7 +154,7 @@ class Notices(QObject):
         self._banners.set(key, Notice(key, rank, tone, icon, *words, ways) if shown else None)
 
     def _board_button(self) -> tuple[Button, ...]:
-        """Return a button that moves a slow link's law to the board, if that is possible."""
+        """Return a button that moves the law to the board because the link is slow, if this is possible."""
         engine = self._studio.engine
         decision = None if engine is None else engine.decision()
         if decision is None or decision.where == "board" or not decision.plan or decision.refusal:
@@ -162,7 +162,8 @@ class Notices(QObject):
         return (("Render on the board", self._render_on_board),)
 
     def _render_on_board(self) -> None:
-        with suppress(ParameterError):  # a setting changed meanwhile; the switch in the panel shows why
+        # a setting has changed meanwhile, and the switch in the panel shows why the board cannot render
+        with suppress(ParameterError):
             self._studio.set_loop(where="board")
 
     def _listen(self) -> None:
@@ -175,7 +176,7 @@ class Notices(QObject):
             self._banners.set(key, None)
 
     def show_link(self) -> None:
-        """Show why no device is connected, with buttons for the next steps and the simulated device."""
+        """Show why no device is connected, with buttons for the remedies and for the simulated device."""
         link = self._studio.link
         title, _, rest = link.text.partition(". ")
         ways: list[Button] = []

@@ -1,4 +1,4 @@
-"""Screenshots of every environment: ``python -m hapkit_studio.gui.shell.portraits FOLDER``."""
+"""Saves screenshots of every environment: ``python -m hapkit_studio.gui.shell.portraits FOLDER``."""
 
 import argparse
 import sys
@@ -22,12 +22,12 @@ from hapkit_studio.gui.widgets.theme import theme
 
 FRAME_MS = 16
 RELEASED = "released"
-# a hand's movement is repeated after six taps or two strokes, so that the plots show one-time actions again
+# s: a hand's movement is repeated after six taps or two strokes, so that the plots show its effect again
 AGAIN_SECONDS = 4.8
 
 
 def options(argv: Sequence[str] | None = None) -> argparse.Namespace:
-    """Return the checked options."""
+    """Parse and check the command-line options."""
     parser = LineParser(prog="python -m hapkit_studio.gui.shell.portraits", description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument(
@@ -40,7 +40,7 @@ def options(argv: Sequence[str] | None = None) -> argparse.Namespace:
 
 
 def usual_hand(environment: Environment) -> str:
-    """Return the first hand declared by an environment that moves it."""
+    """Return the first of the environment's declared hands that moves the handle."""
     return next((hand for hand in environment.hands if hand != RELEASED), "stroke")
 
 
@@ -64,7 +64,7 @@ class Portraits(QObject):
     def _move(self) -> None:
         environment = self._window.studio.environment
         if environment.key != self._keys[0]:
-            return  # its law is still being compiled
+            return  # the environment's law is still being compiled
         if not self._begun:
             self._window.live.history.clear()
             self._begun, self._hand = time.monotonic(), SCRIPTS[usual_hand(environment)]
@@ -84,7 +84,7 @@ class Portraits(QObject):
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Show the window, prepare the loop, save every screenshot, quit."""
+    """Show the window, prepare the loop, save every screenshot, and quit."""
     chosen = options(argv)
     chosen.folder.mkdir(parents=True, exist_ok=True)
     application = QApplication.instance() or QApplication(["hapkit-studio"])

@@ -1,4 +1,4 @@
-"""Switches the window between its usual view and the projector's."""
+"""Switches the window between its usual view and the projector view."""
 
 from PySide6.QtCore import QObject, QSettings, Qt
 from PySide6.QtWidgets import QMainWindow, QToolButton
@@ -16,7 +16,7 @@ THEME = "contrast"
 
 
 class Projector(QObject):
-    """Switches to the projector's view, and back to the previous view, theme and window state."""
+    """Switches to the projector view, and back to the previous view, theme and window state."""
 
     on: bool
 
@@ -47,7 +47,7 @@ class Projector(QObject):
         centre.add_values_card(self.card)
 
     def toggle(self) -> None:
-        """Switch the projector's view on, or restore the previous view."""
+        """Switch the projector view on, or restore the previous view."""
         window = self._window
         self.on = not self.on
         if self.on:
@@ -61,13 +61,13 @@ class Projector(QObject):
             self._layout.set_scale()
             if self.on:
                 theme.set_mode(THEME)
-            elif theme.mode == THEME:  # otherwise another theme was chosen meanwhile
+            elif theme.mode == THEME:  # keep another theme that the user has chosen meanwhile
                 theme.set_mode(mode)
         self._views.show(LIVE if self.on else view)
         window.setWindowState(window.windowState() | Qt.WindowState.WindowFullScreen if self.on else state)
         self._layout.share()
 
     def end(self) -> None:
-        """Leave the projector's view if it is on."""
+        """Leave the projector view if it is on."""
         if self.on:
             self.toggle()

@@ -1,4 +1,4 @@
-"""Names of the environments beside the narrow gallery, shown at the first start as a hint."""
+"""The environments' names beside the narrow gallery; they are a hint at the first start."""
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt
 from PySide6.QtGui import QFontMetricsF, QMouseEvent, QPainter, QPaintEvent
@@ -11,8 +11,8 @@ from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.widgets.gallery_row import GalleryRow
 from hapkit_studio.gui.widgets.theme import theme
 
-_PAD = 10  # px, horizontal padding of the names
-_CHOSEN = "environment_chosen"  # setting: True after an environment was selected once
+_PAD = 10  # px: horizontal padding of the names
+_CHOSEN = "environment_chosen"  # key of the setting that is True once the user has selected an environment
 
 
 class RailNames(QWidget):
@@ -36,7 +36,7 @@ class RailNames(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the names beside the gallery if they are needed."""
+        """Show the names beside the gallery if the hint is still needed."""
         gallery, window = self._gallery, self.window()
         shown = self._wanted and self._views.key == LIVE and gallery.rail and gallery.isVisible()
         if shown:
@@ -55,12 +55,12 @@ class RailNames(QWidget):
 
     def _forget(self) -> None:
         """Hide the names permanently after the user selects an environment."""
-        if self.window().isVisible():  # otherwise the start restored the stored environment
+        if self.window().isVisible():  # the window is hidden while the start restores the stored environment
             self._settings.setValue(_CHOSEN, True)
             self.dismiss()
 
     def _places(self) -> list[tuple[GalleryRow, QRect]]:
-        """Return the rows and the boxes of their names."""
+        """Return the gallery's rows and the boxes of their names."""
         return [
             (row, QRect(0, row.mapTo(self._gallery, QPoint()).y(), self.width() - 1, row.height()))
             for row in self._gallery.rows.values()

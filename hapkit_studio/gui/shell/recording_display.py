@@ -17,13 +17,13 @@ from hapkit_studio.sessions.folder import chosen_folder, folder
 if TYPE_CHECKING:
     from hapkit_studio.sessions.recorder import Progress
 
-MESSAGE_MS = 5000  # how long the status bar shows what was written
+MESSAGE_MS = 5000  # ms: the status bar shows a message for this time
 _RANK = 5
-_WHOLE_S = 1.0  # s: tolerance of the displayed length, because the stored past ends with a chunk
+_WHOLE_S = 1.0  # s: tolerance of the displayed length, because the stored samples end with a whole chunk
 
 
 class RecordingDisplay(QObject):
-    """Shows a recording in the header, the stored past in the status bar, and failures as a banner."""
+    """Shows a recording in the header, the stored samples in the status bar, and failures in a banner."""
 
     def __init__(
         self,
@@ -34,7 +34,7 @@ class RecordingDisplay(QObject):
         banners: BannerStack,
         show: Callable[[], Any],
     ):
-        """show: shows the view *Sessions*."""
+        """``show`` shows the view *Sessions*."""
         super().__init__(recording)
         self._recording, self._live = recording, live
         self._header, self._status, self._banners = header, status, banners
@@ -52,7 +52,7 @@ class RecordingDisplay(QObject):
             self.show_failure(f"Recordings go into {folder()}.", str(error))
 
     def show_state(self) -> None:
-        """Show the recording's duration, the length of the stored past, or what was written last."""
+        """Show the recording's duration, the length of the stored samples, or the last written file."""
         progress = self._recording.progress
         time = clock(progress.seconds) if progress is not None else ""
         self._header.show_recording(time, self._recording.possible)
@@ -61,7 +61,7 @@ class RecordingDisplay(QObject):
             self._banners.set("recording", None)
 
     def _status_field(self, progress: "Progress | None") -> tuple:
-        """Return text, sign, token, and whether the sessions are offered, for the status bar."""
+        """Return text, sign and colour token for the status bar, and whether it offers the sessions."""
         lost, newest = self._live.lost, self._recording.newest
         paused = "Paused. " if self._live.paused else ""
         if progress is not None:
@@ -78,18 +78,19 @@ class RecordingDisplay(QObject):
 
     def _show_newest(self, show: Callable[[], Any]) -> None:
         show()
-        self._recording.newest = None  # seen: the status bar shows the stored past again
+        # the user has seen the message, so the status bar shows the stored samples again
+        self._recording.newest = None
         self.show_state()
 
     def show_message(self, words: str) -> None:
-        """Show what was done in the status bar for MESSAGE_MS."""
+        """Show a message on a completed action in the status bar for MESSAGE_MS."""
         self._message = words
         self._quiet.start()
         self._banners.set("recording", None)
         self.show_state()
 
     def show_failure(self, what: str, why: str) -> None:
-        """Show a banner that says what was not done, and why."""
+        """Show a banner that says which action failed, and why."""
         self._banners.warn("recording", what, why, _RANK)
 
 

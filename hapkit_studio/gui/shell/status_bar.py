@@ -1,4 +1,4 @@
-"""The status bar: whether the loop is in time, details on a click, clamp light, stability, recording."""
+"""The status bar: the loop's timing with details on a click, clamp light, stability, and recording."""
 
 import math
 import time
@@ -16,7 +16,7 @@ from hapkit_studio.haptics.health import WINDOW_SECONDS
 CLAMP_SHOWN_S = 0.5
 _MARGIN, _SPACING = 14, 12
 _RATE_OFF = 0.02
-_MOST_MISSED = 1e-3  # fraction of recent ticks: fewer missed ticks are not felt
+_MOST_MISSED = 1e-3  # the user does not feel missed ticks if they are below this fraction of recent ticks
 _JUMPS = "How often the board's clock went back, stopped or jumped ahead since the device was connected"
 _MISSED = (
     "Ticks whose force came too late or not at all, and frames lost on the USB line, since the "
@@ -29,16 +29,17 @@ _PRIORITY_WORDS = ("Normal priority, late up to 88.8 ms.",)
 
 
 class Field(QWidget):
-    """A sign and a text, with a line before them unless ``edged`` is off; as wide as the text.
+    """Shows a sign and a text, and a line on their left unless ``edged`` is False; as wide as the text.
 
-    longest: texts for which there is always room, so that a link at the right of the text does not move.
+    There is always space for each of the texts ``longest``, so that a link to the right of the text does not
+    move.
     """
 
     def __init__(self, name: str, edged: bool = True, longest: tuple[str, ...] = ()):
         super().__init__()
         self._name, self._longest = name, longest
         self.sign, self.words = Sign(16), label("…", "status", wrap=False)
-        self.link = QPushButton(autoDefault=True)  # Enter presses it; Space is Pause
+        self.link = QPushButton(autoDefault=True)  # Enter presses this button, because Space pauses the plots
         self.link.setProperty("link", True)
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.link.hide()
@@ -56,11 +57,11 @@ class Field(QWidget):
 
     def _reserve(self) -> None:
         """Reserve the width of the longest text in the current font."""
-        metrics = QFontMetricsF(theme.font("label"))  # the widest style of the text
+        metrics = QFontMetricsF(theme.font("label"))  # "label" is the widest style of the text
         self.words.setMinimumWidth(math.ceil(max(map(metrics.horizontalAdvance, self._longest))))
 
     def show_text(self, words: str, sign: str = "", token: str = "ink2") -> None:
-        """Show a text with a sign before it, both in the colour of a token."""
+        """Show a text after a sign, both in a token's colour."""
         if words != self.words.text():
             self.words.setText(words)
             self.words.setVisible(bool(words))
@@ -72,18 +73,18 @@ class Field(QWidget):
 
 
 def late(microseconds: float) -> str:
-    """Format a lateness in ms with two decimals, or one from 10 ms on."""
+    """Format a lateness in ms with two decimals; from 10 ms on, with one decimal."""
     value = microseconds / 1000.0
     return f"{number(value, 2 if value < 9.95 else 1)} ms"
 
 
 def _is_off(rate: float, nominal: float | None) -> bool:
-    """Return whether a rate in Hz (0: unknown) differs from the nominal rate."""
+    """Return whether a rate in Hz differs from the nominal rate; a rate of 0 is unknown."""
     return bool(rate) and nominal is not None and abs(rate - nominal) > _RATE_OFF * nominal
 
 
 def rate_words(rate: float, nominal: float | None, on_board: bool) -> str:
-    """Format a measured rate in Hz; if it differs from the nominal rate, both."""
+    """Format a measured rate in Hz; if it differs from the nominal rate, the text contains both."""
     measured = f"{rate:,.0f} Hz" if rate else "– Hz"
     if nominal is None:
         return measured
@@ -95,9 +96,9 @@ def rate_words(rate: float, nominal: float | None, on_board: bool) -> str:
 
 
 class StatusBar(QWidget):
-    """Fields from left to right; in a narrow window the less important ones are hidden.
+    """Shows fields from left to right; in a narrow window, less important fields are hidden.
 
-    ``figures`` is a card above the bar that a click on the loop's field shows and hides.
+    ``figures`` is a card above the bar; a click on the loop's field shows or hides it.
     """
 
     how_to_fix = Signal()
@@ -140,7 +141,8 @@ class StatusBar(QWidget):
     def _reserve_loop(self) -> None:
         """Reserve the width of the loop's longest text, so that the clamp light does not move."""
         link, metrics = self.loop.link, QFontMetricsF(theme.font("strong"))
-        beside = theme.px(14) + 4 + 2 * theme.px(5)  # chevron, its gap, the button's padding and border
+        # width of the chevron and its gap, and of the button's padding and border
+        beside = theme.px(14) + 4 + 2 * theme.px(5)
         link.setMinimumWidth(math.ceil(max(map(metrics.horizontalAdvance, (_LATE, _IN_TIME)))) + beside)
 
     def show_nothing(self, words: str) -> None:
@@ -160,9 +162,10 @@ class StatusBar(QWidget):
     def show_health(
         self, health, nominal: float | None = None, on_board: bool = False, compute: float = math.nan
     ) -> None:
-        """Show the loop's health; nominal: nominal rate in Hz, on_board: it is the board's own rate.
+        """Show the loop's health.
 
-        compute: computing time of the newest tick in s.
+        ``nominal`` is the nominal rate in Hz, which is the board's own rate if ``on_board``. ``compute`` is
+        the time in s that the newest tick needed for its computation.
         """
         us = health.lateness_us
         self.rate.show_text(rate_words(health.rate, nominal, on_board), "", "ink")
@@ -192,9 +195,9 @@ class StatusBar(QWidget):
         self._hide_least_important()
 
     def show_clamp(self, clamped: bool, limit: float, acting: float | None = None) -> None:
-        """Show the clamp light; it stays lit for half a second so that it is visible.
+        """Show the clamp light; it stays lit for half a second so that it can be seen.
 
-        acting: the current force in N if nothing else in the window shows it.
+        ``acting`` is the current force in N if no other widget shows it.
         """
         now = time.monotonic()
         if clamped:
@@ -206,12 +209,15 @@ class StatusBar(QWidget):
             self.clamp.show_text(f"{now_acts} {number(limit, 1)} N", "circle")
 
     def show_margin(self, words: str, sign: str, token: str) -> None:
-        """Show the verdict on stability, with a sign (may be empty) and a token."""
+        """Show the verdict on stability with a colour token and a sign, which may be ""."""
         self.margin.show_text(words, sign, token)
         self._hide_least_important()
 
     def show_energy(self, words: str, tip: str = "", token: str = "ink2", remedy: bool = False) -> None:
-        """Show a message about excess energy, "" for none; remedy: offer to switch the controller on."""
+        """Show a message about excess energy; "" removes it.
+
+        ``remedy``: offer to switch the controller on.
+        """
         self.energy.show_text(words, "triangle" if token == "warn" else "circle", token)
         self.energy.setToolTip(tip)
         self.energy.link.setVisible(remedy)
@@ -219,7 +225,10 @@ class StatusBar(QWidget):
         self._hide_least_important()
 
     def show_kept(self, words: str, sign: str = "", token: str = "ink2", written: bool = False) -> None:
-        """Show the recording or the stored past; written: offer to show the sessions."""
+        """Show the state of the recording, or the length of the stored samples.
+
+        ``written``: a session was written, so the field offers to show the sessions.
+        """
         self.kept.show_text(words, sign, token)
         self.kept.link.setVisible(written)
         self._hide_least_important()
@@ -230,13 +239,13 @@ class StatusBar(QWidget):
         self._place_figures()
 
     def _place_figures(self) -> None:
-        """Place the card of figures above the bar, in its natural size."""
+        """Place the card with the loop's figures above the bar, in its natural size."""
         self.figures.resize(self.figures.sizeHint())
         self.figures.move(_MARGIN, self.y() - self.figures.height() - 4)
         self.figures.raise_()
 
     def _hide_least_important(self) -> None:
-        """Hide the least important fields until the others fit."""
+        """Hide the least important fields until the other fields fit."""
         fields = (
             self.loop,
             self.clamp,

@@ -47,7 +47,7 @@ class Text(NamedTuple):
 
 
 def texts() -> list[Text]:
-    """Return all texts, each with the first place that shows it."""
+    """Return all texts of the window, each with the first place that shows it."""
     application = QApplication.instance() or QApplication(["hapkit-studio"])
     assert isinstance(application, QApplication)
     style.apply(application)
@@ -82,7 +82,7 @@ def _in_window(window: MainWindow) -> Iterator[Text]:
 
 
 def _of_dialogs(place: str, window: MainWindow) -> Iterator[Text]:
-    """Yield the texts of the visible dialogs, and close these."""
+    """Yield the texts of the visible dialogs, and close these dialogs."""
     for dialog in window.findChildren(QDialog):
         if dialog.isVisible():
             if isinstance(dialog, QFileDialog):
@@ -125,7 +125,7 @@ def _demos() -> Iterator[Text]:
 
 
 def messages() -> Iterator[Text]:
-    """Yield the texts of several words in the source, except docstrings and style sheets."""
+    """Yield texts of several words from the source, except docstrings and style sheets."""
     top = Path(str(files("hapkit_studio")))
     for path in sorted(path for folder in _FOLDERS for path in (top / folder).rglob("*.py")):
         tree = ast.parse(path.read_text("utf-8"))

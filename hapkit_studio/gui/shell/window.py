@@ -1,4 +1,4 @@
-"""The main window: its parts, their layout and their connections."""
+"""The main window with its parts, their layout and their connections."""
 
 import gc
 from pathlib import Path
@@ -81,7 +81,7 @@ _PRESS, _OVERRIDE, _RELEASE = QEvent.Type.KeyPress, QEvent.Type.ShortcutOverride
 
 
 class MainWindow(QMainWindow):
-    """The main window; its menus offer the given actions. ``closed``: it is about to close."""
+    """The main window; its menus offer the given actions. ``closed`` is emitted before it closes."""
 
     closed = Signal()
     studio: Studio
@@ -190,7 +190,7 @@ class MainWindow(QMainWindow):
         self._connect()
         self._keep_actions_fresh()
 
-    # called by the actions
+    # methods that the actions call
 
     @property
     def panel_open(self) -> bool:
@@ -225,12 +225,12 @@ class MainWindow(QMainWindow):
             canvas.viewport().update()
 
     def quit(self) -> None:
-        """Close the window; ask first if a law is not saved."""
+        """Close the window; if a law is not saved, ask the user first."""
         if self.editor.ask_to_quit(self.close):
             self.close()
 
     def show_keys(self) -> None:
-        """Open the dialog of keys and words."""
+        """Open the dialog with the keys and the glossary."""
         KeysDialog(self.actions_by_key.entries, self).show()
 
     def show_law_language(self, word: str = "") -> None:
@@ -239,7 +239,7 @@ class MainWindow(QMainWindow):
 
     def show_help(self, page: str, word: str = "", section: str = "") -> None:
         """Open a page of the menu Help at a word or a section."""
-        from hapkit_studio.gui.shell.help import page_dialog  # imported late: its layout takes time
+        from hapkit_studio.gui.shell.help import page_dialog  # imported late because its layout takes time
 
         page_dialog(page, self, word, section).show()
 
@@ -247,18 +247,18 @@ class MainWindow(QMainWindow):
         """Open a lesson in the view of lessons."""
         self.views.show("lessons")
         page = cast("LessonsPage", self.views.page("lessons"))
-        if self.views.key == "lessons":  # a quiz or an experiment may keep its own view
+        if self.views.key == "lessons":  # a quiz or an experiment may prevent the change of view
             page.open(key)
 
     def _forget_undo_of_lesson(self) -> None:
-        """Clear the undo list where a lesson begins or ends: its steps belong to other settings."""
+        """Clear the undo list when a lesson begins or ends, because its steps belong to other settings."""
         page = self.views.built("lessons")
         if page is not None and page.stays != self._in_lesson:
             self._in_lesson = page.stays
             self.history.forget()
 
     def offer_tour(self) -> None:
-        """Offer the tour in a banner; both of its buttons close the banner."""
+        """Offer the tour in a banner; each of its buttons closes the banner."""
 
         def close(begin: bool) -> None:
             self.banners.set("tour", None)
@@ -279,7 +279,7 @@ class MainWindow(QMainWindow):
             priority_dialog(self.studio.engine.health().priority, self).show()
 
     def show_marker(self) -> None:
-        """Open a dialog that adds a marker at this moment."""
+        """Open a dialog that adds a marker at the current time."""
         MarkerDialog(self.studio.recording, self.live, self).show()
 
     def show_lock(self) -> None:
@@ -301,7 +301,7 @@ class MainWindow(QMainWindow):
         ExportDialog(self.studio, self).show()
 
     def play_demo(self, path: str | Path) -> None:
-        """Play a demo in the Live view, or show what is wrong with its file."""
+        """Play a demo in the Live view, or show the error in its file."""
         try:
             self.demos.play(read_demo(path, self.studio.environments))
         except ParameterError as error:
@@ -381,7 +381,7 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.replay.shut()
-        self.views.end()  # first: an open lesson puts the settings back that are saved next
+        self.views.end()  # do this first, because an open lesson restores the settings that are saved next
         self.closed.emit()
         fills_screen = self.isMaximized() or self.isFullScreen()
         frameless = self.geometry() == self.frameGeometry() and not fills_screen
@@ -417,7 +417,8 @@ class MainWindow(QMainWindow):
         self.status.how_to_fix.connect(self.show_priority)
         for signal in (self.history.changed, self.studio.hidden_changed):
             signal.connect(lambda: self.banners.set("undo", None))
-        for signal in (self.history.refused, self.studio.refused):  # shown until the next change of a setting
+        # such a message is shown until a setting changes
+        for signal in (self.history.refused, self.studio.refused):
             signal.connect(lambda why: self.banners.warn("undo", "Nothing was changed.", why))
         for taken in (self.centre.scene.grabbed, self.display.releasing):
             taken.connect(self.demos.end)
@@ -436,7 +437,7 @@ class MainWindow(QMainWindow):
         application.installEventFilter(self.stop_filter)
 
     def _keep_actions_fresh(self) -> None:
-        """Refresh the actions after every change that they depend on."""
+        """Refresh the actions after every change on which they depend."""
         studio = self.studio
         for signal in (
             studio.environment_changed, studio.stop_changed, studio.link_changed, studio.hidden_changed,
@@ -448,12 +449,12 @@ class MainWindow(QMainWindow):
 
 
 class StopFilter(QObject):
-    """Application-wide event filter; it sees every event, so it rejects most after one comparison.
+    """An event filter for the whole application; it sees every event, and ignores most after one comparison.
 
-    Every Esc stops first and then has its usual effect. Only with the simulated device, which has no motor,
-    an Esc that closes a dialog or popup does not stop. Space on a button of the window is ignored: it is the
-    pause key and must not press the focused button while the motor pushes. Every press and release starts a
-    new gesture, whose changes become a separate undo step.
+    Every Esc first stops the motor and then has its usual effect. With the simulated device, which has no
+    motor, an Esc that closes a dialog or popup does not stop. Space on a button of the window is ignored,
+    because Space is the pause key and must not press the focused button while the motor pushes. Every press
+    and release starts a new gesture, whose changes become a separate undo step.
     """
 
     def __init__(self, studio: Studio, history: UndoHistory, window: QWidget):
@@ -479,7 +480,7 @@ class StopFilter(QObject):
         return False
 
     def _stop_unless_closed(self, front: QWidget) -> None:
-        # a dialog may refuse to close, e.g. while it writes to a board
+        # a dialog may refuse to close, for example while it writes to a board
         if isValid(front) and front.isVisible():
             self._studio.stop()
 
@@ -501,7 +502,7 @@ class Collector(QObject):
 
 
 def collect() -> None:
-    """Collect the oldest generation that is due."""
+    """Collect the oldest generation whose collection is due."""
     for generation in (2, 1, 0):
         if gc.get_count()[generation] > gc.get_threshold()[generation]:
             gc.collect(generation)

@@ -30,11 +30,11 @@ HAND_KEYS = (
     ("Code: the law language", "F1"),
 )
 _SHEET_WIDE, _SHEET_HIGH = 520, 440
-_LONGEST = 40  # letters of a marker: fits beside its divider
+_LONGEST = 40  # maximum number of letters of a marker, so that it fits beside its divider
 
 
 class KeysDialog(TextDialog):
-    """All keys, grouped by menu, and the window's terms; a search field filters the lines."""
+    """Shows all keys, grouped by menu, and the window's terms; a search field filters the lines."""
 
     def __init__(self, actions: Iterable[Action], parent: QWidget | None = None):
         super().__init__("Keys", parent)
@@ -104,7 +104,7 @@ def about_dialog(parent: QWidget) -> TextDialog:
 
 
 class MarkerDialog(WordsDialog):
-    """Adds a marker at the moment at which it was opened, however long typing takes."""
+    """Adds a marker at the time at which the dialog was opened, even if typing takes long."""
 
     def __init__(self, recording: Recording, live: Live, parent: QWidget | None = None):
         super().__init__("Marker", "A few words, or none", _LONGEST, self._note, parent)

@@ -1,4 +1,4 @@
-"""Layout of the window's parts."""
+"""The layout of the window's parts."""
 
 from PySide6.QtWidgets import QMainWindow, QSplitter, QStackedWidget, QWidget
 
@@ -11,9 +11,9 @@ from hapkit_studio.gui.widgets.theme import theme
 
 
 class WindowLayout(QWidget):
-    """Header, gallery | centre | panel in a splitter, status bar; in a small window the panel is a drawer.
+    """Arranges header, status bar and, in a splitter between them, gallery, centre and panel.
 
-    The borders can be dragged; their positions are stored.
+    In a small window the panel is a drawer. The borders can be dragged, and their positions are stored.
     """
 
     def __init__(self, window: QMainWindow, settings: StoredSettings):
@@ -24,7 +24,7 @@ class WindowLayout(QWidget):
         self.projected = self.side_fixed = False
         self._gallery_width = settings.pixels("gallery_width", breakpoints.GALLERY)
         self._panel_width = settings.pixels("panel_width", breakpoints.PANEL)
-        # each part is created inside its final parent: moving it would style it twice
+        # create each part inside its final parent, because moving it would style it twice
         self.borders = QSplitter(self)
         self._left, self.side = QWidget(self.borders), QStackedWidget(self.borders)
         self.inner = QSplitter(self._left)
@@ -40,7 +40,7 @@ class WindowLayout(QWidget):
         status: QWidget,
         banners: QWidget,
     ) -> None:
-        """Put the parts, each created inside this widget, in their places."""
+        """Place the parts, each of which was created inside this widget."""
         self._header, self._gallery, self._centre, self._banners = header, gallery, centre, banners
         self._panel = panel
         self.side.addWidget(panel)
@@ -53,22 +53,22 @@ class WindowLayout(QWidget):
         self.borders.splitterMoved.connect(self._panel_dragged)
 
     def open_drawer(self, on: bool) -> None:
-        """Show or hide the panel, whatever the window's size."""
+        """Show or hide the panel, independent of the window's size."""
         self._drawer_open = on
         self.share()
 
     def show_side(self, side: QWidget | None, fixed: bool = False) -> None:
-        """Show a page's side panel, or (None) the parameter panel; fixed: it cannot be hidden."""
+        """Show a page's side panel, or the parameter panel (None). ``fixed``: the user cannot hide it."""
         self.side_fixed = fixed
         shown = side or self._panel
         if self.side.indexOf(shown) < 0:
             self.side.addWidget(shown)
         self.side.setCurrentWidget(shown)
         self.share()
-        shown.resize(self.side.size())  # at once: a page reads its side panel's width next
+        shown.resize(self.side.size())  # resize now, because the page reads its side panel's width next
 
     def show_beside(self, page: QWidget | None) -> None:
-        """Show a page in the gallery's place, None for the gallery."""
+        """Show a page in place of the gallery; None shows the gallery."""
         if page is self._beside_page:
             return
         if self._beside_page is not None:
@@ -79,7 +79,7 @@ class WindowLayout(QWidget):
         self.share()
 
     def set_scale(self) -> None:
-        """Set the scale of all drawing for the window's size."""
+        """Set the theme's scale for the window's size."""
         window = self._window
         if self.projected:
             theme.set_scale(breakpoints.projected_scale(window.width(), window.height()), breakpoints.FRAME)
@@ -87,7 +87,7 @@ class WindowLayout(QWidget):
             theme.set_scale(breakpoints.scale(window.width(), window.height()))
 
     def share(self) -> None:
-        """Lay out the window; hide parts that do not fit."""
+        """Lay out the window; hide parts for which there is no space."""
         self.set_scale()
         window, wide, px = self._window, self._window.width(), theme.px
         page = None if self.projected else self._beside_page
@@ -105,7 +105,7 @@ class WindowLayout(QWidget):
         self._header.panel.setVisible(small and not self.projected and not self.side_fixed)
         self.side.setVisible(opened)
         self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)
-        self._column.activate()  # at once: otherwise one frame would show parts of two sizes
+        self._column.activate()  # do this now, otherwise one frame would show parts of two sizes
         usual = breakpoints.gallery_width(wide / theme.scale, self._gallery_width, self._panel_width)
         narrow = usual == breakpoints.RAIL != self._gallery_width
         if page is not None:
@@ -121,7 +121,7 @@ class WindowLayout(QWidget):
         self._centre.lay_out()
 
     def _gallery_dragged(self, place: int, _handle: int) -> None:
-        """Snap to a width that shows all titles, or to the narrow rail."""
+        """Snap the gallery to a width that shows all titles, or to the narrow rail."""
         half, usual = (breakpoints.RAIL + breakpoints.GALLERY) / 2, place / theme.scale
         self._gallery_width = breakpoints.RAIL if usual < half else max(usual, breakpoints.GALLERY)
         gallery = theme.px(self._gallery_width)
@@ -133,7 +133,10 @@ class WindowLayout(QWidget):
         self._settings.setValue("panel_width", self._panel_width)
 
     def _place_banners(self, across: bool) -> None:
-        """Put the banners beside the panel, so that a dragged slider does not move; across if narrow."""
+        """Place the banners beside the panel, so that a dragged slider does not move.
+
+        If ``across``, above all parts.
+        """
         if across:
             self._column.insertWidget(1, self._banners)
         else:

@@ -1,4 +1,4 @@
-"""Saves the window's state at closing and restores it at the next start."""
+"""Saves the window's state when it closes and restores it at the next start."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -17,7 +17,7 @@ from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.parameters import AnyParameter, Choice
 
 _ENVIRONMENT, _VALUES, _LOOP, _VIEW, _PRESETS = "environment", "values", "loop", "view", "presets"
-_FORMER_VIEWS = {"chain": "accuracy", "fidelity": "accuracy"}  # views that were merged into another one
+_FORMER_VIEWS = {"chain": "accuracy", "fidelity": "accuracy"}  # views that were merged into another view
 _TRIGGER = "trigger"
 
 
@@ -45,7 +45,7 @@ class WindowState:
         settings.setValue(_TRIGGER, json.dumps(_by_name(trigger.PARAMETERS, self._trigger.values)))
 
     def restore(self) -> None:
-        """Restore everything stored and valid, including locked settings; a motor waits for *Render*."""
+        """Restore all stored settings that are valid, including locked ones; a motor waits for *Render*."""
         with self._studio.temporarily():
             self._restore()
 
@@ -76,7 +76,7 @@ class WindowState:
 
 
 def _by_name(parameters: Iterable[AnyParameter], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of parameters, choices by the names of their options."""
+    """Return the parameters' values; a choice is given by the name of its option."""
     known = [p for p in parameters if p.key in values]
     return {p.key: p.text(values[p.key]) if isinstance(p, Choice) else values[p.key] for p in known}
 
@@ -87,7 +87,7 @@ def _rejection(settings: StoredSettings, name: str, place: str = "") -> Reject:
 
 
 def _table(given: object, reject: Reject) -> Mapping[str, Any]:
-    """Return a stored table; {} and a report if it is not one."""
+    """Return a stored table; if the stored value is not a table, report this and return {}."""
     if isinstance(given, dict):
         return given
     reject(ParameterError("it must be a table of names and values."))
