@@ -1,49 +1,53 @@
-"""Breakpoints: which parts of the window are hidden or reduced in a small window, in this order.
+"""Breakpoints: the window sizes below which parts are hidden or made smaller, in this order.
 
-All sizes are device-independent pixels at scale 1; in a large window everything grows by one factor.
+All sizes are device-independent pixels at scale 1; in a large window, all parts grow by one factor.
 """
 
-# a window larger than LARGE in both directions is scaled up in steps; one smaller than SMALL, as on a
-# small screen with a scale of 150 or 200 %, is scaled down
+# A window that is larger than LARGE in both directions is scaled up in steps. A window that is smaller than
+# SMALL, for example on a small screen with a scale of 150 or 200 %, is scaled down.
 LARGE, SMALL, _STEPS, _LARGEST, _SMALLEST = (1600, 900), (800, 560), 10, 2.5, 0.6
 
-# projector: doubled on a screen of this size; fraction of the height for the scene
+# The projector view is drawn at twice the size on a screen of the size PROJECTED. The last value is the
+# scene's fraction of the height.
 PROJECTED, _TWICE, _PROJECTED_LARGEST, _PROJECTED_SCENE = (1920, 1080), 2.0, 4.0, 0.367
 _FREE_FOR_FEW_PLOTS = 230
 PROJECTED_PHASE, PROJECTED_VALUES = 0.32, 0.21
-"""Fractions of the width: force–position plot, card of values."""
+"""Fractions of the projector's width for the force–position plot and the card of values."""
 FRAME = 2
-"""px: width of thin lines on a projector."""
+"""px: width of thin lines in the projector view."""
 
 GAP = 12
-"""px between cards, and around them."""
+"""px: distance between cards, and margin around them."""
 
 HEADER_HEIGHT, BANNER_HEIGHT = 52, 54
-BANNERS = 2  # maximum number shown
+BANNERS = 2  # maximum number of banners shown at a time
 
-# 1. a centre narrower than this reduces the gallery to a rail of icons and keys, and narrows the panel
+# 1. If the centre is narrower than this, the gallery becomes a rail of icons and keys, and the panel becomes
+# narrower.
 CENTRE = 880
 GALLERY, RAIL, GALLERY_MOST = 228, 64, 320
 PANEL, PANEL_NARROW, PANEL_MOST = 300, 272, 440
 
-# in a window narrower than LESSON_WINDOW, a lesson (in the gallery's place) and the panel are narrower
+# In a window narrower than LESSON_WINDOW, the lesson (in place of the gallery) and the panel are narrower.
 LESSON, LESSON_NARROW, LESSON_WINDOW = 340, 300, 1440
 
-# 2. scene height, given this free height below the banners
+# 2. The scene's minimum height, and the height of a low scene, in px.
 SCENE_LEAST, SCENE_LOW = 150, 180
 _FREE_FOR_SCENE, _FREE_FOR_LOW_SCENE = 680, 480
-# in a wide window the scene grows with its width if the plots keep this height
+# In a wide window the scene grows with its width, provided that the plots keep this height.
 _USUAL_CENTRE, _FREE_FOR_PLOTS = 910, 430
 
-# 3. header width: below KEY_CAPS key caps are hidden, tabs are closer and the device list is as wide as
-# its text; below HEADER_ICONS icons are hidden
+# 3. In a header narrower than KEY_CAPS, key caps are hidden, tabs are closer together, and the device list is
+# as wide as its text. In a header narrower than HEADER_ICONS, icons are hidden, too.
 KEY_CAPS, HEADER_ICONS = 1440, 1180
 
-# 4. a centre narrower than this shows the force–position plot behind a switch; beside a law it needs more
+# 4. If the centre is narrower than this, a switch selects the time plots or the force–position plot. Beside a
+# law, the plot needs a wider centre.
 PLOTS_BESIDE, LAW_BESIDE = 720, 1240
 PHASE, _PHASE_SHARE, _PHASE_MOST = 348, 0.32, 680
 
-# 5. a window smaller than this has its panel in a drawer; in a narrower one banners take the whole width
+# 5. If the window is smaller than this, its panel is a drawer. In a narrower window, banners take the whole
+# width.
 DRAWER_WIDTH, DRAWER_HEIGHT = 1280, 640
 BANNERS_BESIDE_PANEL = 1100
 
@@ -57,30 +61,33 @@ def scale(width: int, height: int) -> float:
 
 
 def projected_scale(width: int, height: int) -> float:
-    """Return the scale factor of a projector's picture of this size in px."""
+    """Return the scale factor of a projector view of this size in px."""
     room = _TWICE * min(width / PROJECTED[0], height / PROJECTED[1])
     return min(max(int(_STEPS * room + 1e-6) / _STEPS, 1.0), _PROJECTED_LARGEST)
 
 
 def projected_scene(window: int, free: int) -> int:
-    """Return the scene's height on a projector, given the height of the window and the free height."""
+    """Return the scene's height in the projector view for the window's height and the free height."""
     return max(min(round(_PROJECTED_SCENE * window), free - _FREE_FOR_FEW_PLOTS), SCENE_LEAST)
 
 
 def gallery_width(window: float, gallery: float, panel: float) -> float:
-    """Return the gallery's width for the preferred widths of gallery and panel: a rail if space is short."""
+    """Return the gallery's width for preferred widths of gallery and panel.
+
+    It is a rail if there is little space.
+    """
     return RAIL if window - max(gallery, GALLERY) - max(panel, PANEL) < CENTRE else gallery
 
 
 def lesson_width(window: float) -> int:
-    """Return the width of a lesson in the gallery's place."""
+    """Return the width of a lesson, which takes the place of the gallery."""
     return LESSON if window >= LESSON_WINDOW else LESSON_NARROW
 
 
 def scene_height(usual: int, width: int, free: int, law: bool | None) -> int:
     """Return the scene's height in a centre of this width and free height.
 
-    law: None: no page replaces the plots; True: the law does; False: another page does.
+    ``law`` is True if the law replaces the plots, False if another page does, and None if they are visible.
     """
     if law is not None:
         return SCENE_LOW if free >= _FREE_FOR_SCENE and law else SCENE_LEAST

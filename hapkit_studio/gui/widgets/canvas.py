@@ -1,4 +1,4 @@
-"""Base of plots: ticks, axes, frame, grid and mapping to pixels; subclasses paint the data."""
+"""Base class of plots: ticks, axes, frame, grid and mapping to pixels. Subclasses paint the data."""
 
 import math
 from typing import TypeVar
@@ -13,20 +13,22 @@ from hapkit_studio.formatting import tick_labels
 from hapkit_studio.gui.widgets.text import paint_words
 from hapkit_studio.gui.widgets.theme import theme
 
-# fractions of the range: distance at which data count as on the frame; margin beyond the data
+# fractions of the range: data closer than this are on the frame; margin beyond the data
 _EDGE, _MARGIN = 0.04, 0.12
-_LOOSE = 1.15  # fitted range as a multiple of the data's range
-_OVERHANG = 40  # px by which a label may extend beyond the frame
-_TICKS = {"left": (5, 15.0), "bottom": (6, 56.0)}  # maximum number; px between labels
+_LOOSE = 1.15  # an axis is fitted to this multiple of the data's range
+_OVERHANG = 40  # px: a label may extend beyond the frame by this much
+# maximum number of labels on an axis; minimum distance between them in px
+_TICKS = {"left": (5, 15.0), "bottom": (6, 56.0)}
 Numbers = TypeVar("Numbers", float, np.ndarray)
-LABEL = 12  # px at scale 1: half of the last label
-RIGHT = 16  # px beside the frame for the last label and the mark of now
+LABEL = 12  # px at scale 1: half of the last label's size
+RIGHT = 16  # px: space beside the frame for the last label and the mark of the current time
 
 
 def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> list[float]:
-    """Return the multiples in [low, high] of the smallest step 1, 2, 5 × 10ⁿ with at most ``most`` ticks.
+    """Return the ticks in [low, high]: multiples of a step 1, 2 or 5 × 10ⁿ.
 
-    gaps: maximum number of steps in the range, for a minimum distance of labels.
+    The step is the smallest with at most ``most`` ticks. ``gaps`` is the maximum number of steps in the
+    range, from which a minimum distance of the labels follows.
     """
     span = max(high - low, 1e-12)
     least = span / gaps
@@ -40,9 +42,9 @@ def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> lis
 
 
 def widened(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
-    """Return the range extended to show [low, high], with a margin on extended sides.
+    """Return the range extended to show [low, high], with a margin on each extended side.
 
-    It is extended before a line reaches the frame.
+    The range is extended before a line reaches the frame.
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return shown
@@ -54,13 +56,16 @@ def widened(shown: tuple[float, float], low: float, high: float) -> tuple[float,
 
 
 def fitted(low: float, high: float, least: float) -> tuple[float, float]:
-    """Return the range for [low, high] with a margin, at least ``least`` on each side of its middle."""
+    """Return [low, high] with a margin.
+
+    The range extends at least by ``least`` on each side of its middle.
+    """
     middle, half = (low + high) / 2, max((high - low) / 2 * _LOOSE, least)
     return middle - half, middle + half
 
 
 def with_nearest(low: float, high: float, places: np.ndarray) -> tuple[float, float]:
-    """Return the range [low, high], extended to the nearest of some values (n,) unless it contains one."""
+    """Return [low, high] if it contains one of some values (n,); otherwise extend it to the nearest one."""
     if not len(places):
         return low, high
     nearest = float(places[np.argmin(np.maximum(low - places, places - high))])
@@ -68,7 +73,7 @@ def with_nearest(low: float, high: float, places: np.ndarray) -> tuple[float, fl
 
 
 class Axis(pg.AxisItem):
-    """Tick labels only: at most five, true minus, the last one with the unit if given."""
+    """An axis with tick labels only: at most five, with a true minus sign; the last one may have the unit."""
 
     def __init__(self, orientation: str, unit: str = ""):
         super().__init__(orientation, maxTickLength=0)
@@ -88,14 +93,17 @@ class Axis(pg.AxisItem):
         return ticks(low, high, most, max(size / theme.px(room), 1.0))
 
     def resizeEvent(self, ev=None):
-        """Rebuild the labels: update() alone would reuse Qt's cached picture of the old height."""
+        """Rebuild the labels, because update() alone would use Qt's cached picture of the old height."""
         super().resizeEvent(ev)
         mode = self.cacheMode()
         self.setCacheMode(pg.QtWidgets.QGraphicsItem.CacheMode.NoCache)
         self.setCacheMode(mode)
 
     def generateDrawSpecs(self, p):
-        """Omit the tick lines, as there is a grid; keep labels at the edge complete."""
+        """Omit the tick lines, because there is a grid.
+
+        Shift labels at the edge so that they are complete.
+        """
         specs = super().generateDrawSpecs(p)
         return specs and (specs[0], [], [(self._inside(box), *rest) for box, *rest in specs[2]])
 
@@ -115,19 +123,22 @@ class Axis(pg.AxisItem):
 
 
 class Canvas(pg.GraphicsView):
-    """A plot without legend, menu or autoscale; ``paint_under`` and ``paint_over`` draw the data."""
+    """A plot without legend, menu or autoscale.
+
+    Subclasses draw the data in ``paint_under`` and ``paint_over``.
+    """
 
     fit_wanted = Signal()
     pointed = Signal(object)
-    paper = "surface"  # token of the background around the frame
-    below = 22  # px for the labels below the frame
+    paper = "surface"  # colour token of the background around the frame
+    below = 22  # px: space for the labels below the frame
 
     def __init__(self, bottom: bool, unit: str = "", left_width: float = 44.0):
         super().__init__()
         self.bottom, self.left = Axis("bottom", unit), Axis("left")
         self._left_width = left_width
         self.bottom.setVisible(bottom)
-        # pyqtgraph's PlotItem would create a hundred menu widgets each
+        # pyqtgraph's PlotItem is not used, because each one would create a hundred menu widgets
         ground = self._ground = pg.GraphicsWidget()
         self.view = pg.ViewBox(parent=ground, enableMenu=False)
         grid = QGraphicsGridLayout(ground)
@@ -177,7 +188,7 @@ class Canvas(pg.GraphicsView):
         self._box = None
 
     def measure(self) -> QRectF:
-        """Update mapping and grid if axes or size changed; return the plot's rectangle."""
+        """Update mapping and grid if axes or size have changed; return the plot's rectangle."""
         if self._box is not None:
             return self._box
         box = self._box = self.view.sceneBoundingRect()
@@ -192,16 +203,16 @@ class Canvas(pg.GraphicsView):
         return box
 
     def to_pixels(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
-        """Map data to pixels with the last ``measure``; painting calls it first."""
+        """Map data to pixels with the mapping of the last ``measure``; painting calls that first."""
         left, across, bottom, up = self._map
         return left + x * across, bottom + y * up
 
     def pixel(self, x: float, y: float) -> QPointF:
-        """Map one point to pixels with the last ``measure``."""
+        """Map one point to pixels with the mapping of the last ``measure``."""
         return QPointF(*self.to_pixels(x, y))
 
     def to_x(self, pixel: float) -> float:
-        """Map a pixel column to the x axis."""
+        """Map a pixel's column to a value on the x axis."""
         self.measure()
         return (pixel - self._map[0]) / self._map[1]
 
@@ -232,7 +243,7 @@ class Canvas(pg.GraphicsView):
         painter.drawRect(box)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint data and marks."""
+        """Paint the data, then the marks."""
         box = self.measure()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
         painter.save()
@@ -252,22 +263,22 @@ class Canvas(pg.GraphicsView):
     # pointer ------------------------------------------------------------------------------------
 
     def mouseMoveEvent(self, event) -> None:
-        """Emit the pointer's x value."""
+        """Emit the x value at the pointer."""
         super().mouseMoveEvent(event)
         place = event.position()
         self.pointed.emit(self.to_x(place.x()) if self.measure().contains(place) else None)
 
     def leaveEvent(self, event) -> None:
-        """Emit that the pointer has left."""
+        """Emit that the pointer has left the plot."""
         super().leaveEvent(event)
         self.pointed.emit(None)
 
     def mouseDoubleClickEvent(self, event) -> None:
-        """Request fitting of the axes."""
+        """Emit the request to fit the axes."""
         self.fit_wanted.emit()
 
     def contextMenuEvent(self, event) -> None:
-        """Show the added actions."""
+        """Show a menu with the added actions."""
         menu = QMenu(self)
         menu.addActions(self.actions())
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

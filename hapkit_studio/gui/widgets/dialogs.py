@@ -1,4 +1,4 @@
-"""Non-modal dialogs: texts, one-line questions, forms."""
+"""Non-modal dialogs for texts, one-line questions and forms."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     pass
 
 _LINE = 20
-FRAME = QSize(0, 40)  # size of the window manager's frame, which is unknown before the window is shown
+# assumed size of the window manager's frame, which is unknown before the window is shown
+FRAME = QSize(0, 40)
 
 
 def on_screen(widget: QWidget, size: tuple[int, int]) -> QSize:
@@ -24,7 +25,7 @@ def on_screen(widget: QWidget, size: tuple[int, int]) -> QSize:
 
 
 class TextDialog(QDialog):
-    """A non-modal dialog, because the motor keeps running; it replaces an open one with the same title."""
+    """A non-modal dialog, because the motor keeps running. It replaces an open dialog with the same title."""
 
     def __init__(self, title: str, parent: QWidget | None = None):
         super().__init__(parent)
@@ -41,7 +42,7 @@ class TextDialog(QDialog):
 
 
 def text_dialog(title: str, paragraphs: list[str], parent: QWidget | None = None) -> TextDialog:
-    """Return a dialog of paragraphs that can be selected and copied."""
+    """Return a dialog with paragraphs that the user can select and copy."""
     dialog = TextDialog(title, parent)
     for paragraph in paragraphs:
         words = label(paragraph)
@@ -53,7 +54,7 @@ def text_dialog(title: str, paragraphs: list[str], parent: QWidget | None = None
 
 
 class WordsDialog(TextDialog):
-    """Asks for at most ``most`` characters and passes them to ``take``; ``button`` names what that does."""
+    """Asks for at most ``most`` characters and passes them to ``take``; the button's text is ``button``."""
 
     def __init__(
         self,
@@ -83,7 +84,7 @@ class WordsDialog(TextDialog):
 
 
 class FormDialog(TextDialog):
-    """Parts are added from top to bottom; ``verdict`` is the answer line."""
+    """A dialog to which widgets are added from top to bottom; ``verdict`` is the line with the answer."""
 
     def __init__(self, title: str, about: str, parent: QWidget | None = None):
         super().__init__(title, parent)
@@ -93,7 +94,7 @@ class FormDialog(TextDialog):
         self.column.addWidget(words)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Open below the window's banners, so that a fault and its button stay visible."""
+        """Open the dialog below the window's banners, so that a fault and its button stay visible."""
         super().showEvent(event)
         parent = self.parentWidget()
         if parent is not None and not event.spontaneous():
@@ -103,7 +104,7 @@ class FormDialog(TextDialog):
                 self.move(self.x(), top)
 
     def add_fields(self, fields: Iterable[tuple[str, QWidget, QWidget | None]]) -> None:
-        """Add rows of a label, a widget, and an optional widget on the right."""
+        """Add rows that consist of a label, a widget, and an optional widget on the right."""
         form = QFormLayout()
         form.setHorizontalSpacing(12)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)

@@ -1,4 +1,7 @@
-"""A row of the gallery: icon, title, summary and shortcut; on a narrow rail icon and shortcut only."""
+"""A row of the gallery with icon, title, summary and shortcut.
+
+On a narrow rail, with icon and shortcut only.
+"""
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QFont, QFontMetrics, QKeyEvent, QPainter, QPaintEvent, QPen
@@ -8,7 +11,7 @@ from hapkit_studio.gui.widgets import breakpoints, icons
 from hapkit_studio.gui.widgets.text import plain_tip
 from hapkit_studio.gui.widgets.theme import theme
 
-ROW, RAIL_ROW = 51, 42  # px: height
+ROW, RAIL_ROW = 51, 42  # px: height of a row in the gallery and on the rail
 LEAST_ROW, LEAST_RAIL_ROW = 42, 34
 _ICON, _LEFT, _RIGHT = 10, 41, 30  # px: left edges of icon and text; width of the shortcut
 _EDGES = 2
@@ -17,28 +20,34 @@ _TIGHT = -0.5
 
 
 def icon_name(scene: str) -> str:
-    """Return the icon of a scene, a plain one for environments of other packages."""
+    """Return the icon of a scene; environments of other packages have a plain icon."""
     return scene if scene in icons.names() else "circle"
 
 
 class GalleryRow(QAbstractButton):
-    """A row of the gallery, checked while its environment is active. color: token of icon and title."""
+    """A row of the gallery; it is checked while its environment is active.
+
+    ``color`` is the colour token of icon and title.
+    """
 
     def __init__(self, icon: str, title: str, summary: str, key: str = "", color: str = "ink"):
         super().__init__()
         self.key, self.color = key, color
         self.rail, self.waiting = False, ""
         self.setCheckable(True)
-        # TabFocus: after a click the arrow keys still belong to the scene, where they move the hand
+        # With TabFocus, a click leaves the focus to the scene, where the arrow keys move the hand.
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)  # titles may be truncated
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)  # a title may be truncated
         self.setFixedHeight(ROW)
         self.set_words(icon, title, summary)
         theme.changed.connect(self.update)
 
     def set_words(self, icon: str, title: str, summary: str, waiting: str = "") -> None:
-        """Set icon and texts; waiting: why it is not available yet, in faded colours."""
+        """Set icon and texts. ``waiting`` says why the environment is not available yet.
+
+        Its colours are faded then.
+        """
         self.picture, self.title, self.summary, self.waiting = icon, title, summary, waiting
         words = waiting or summary
         self.setAccessibleName(f"{title}: {words}" if words else title)
@@ -46,7 +55,7 @@ class GalleryRow(QAbstractButton):
         self.update()
 
     def set_rail(self, rail: bool, height: int) -> None:
-        """Show icon and key only, with title and summary as a tooltip; or everything."""
+        """Show only icon and key, with title and summary as a tooltip; or show all parts."""
         self.rail = rail
         self.setFixedHeight(height)
         self._show_tip()
@@ -67,7 +76,7 @@ class GalleryRow(QAbstractButton):
         return QSize(wide + 2 + theme.px(_LEFT + (_RIGHT if self.key else 8)), theme.px(LEAST_ROW))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Choose with Enter: Space is the pause key."""
+        """Choose the environment with Enter, because Space is the pause key."""
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.click()
         else:
@@ -109,7 +118,7 @@ class GalleryRow(QAbstractButton):
             lines = [("body", color, self.title, 0, self.height())]
         for role, token, words, top, height in lines:
             font = theme.font(role)
-            if QFontMetrics(font).horizontalAdvance(words) > room:  # otherwise it would be truncated
+            if QFontMetrics(font).horizontalAdvance(words) > room:  # otherwise the text would be truncated
                 font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, _TIGHT)
             painter.setPen(theme.color(token))
             painter.setFont(font)

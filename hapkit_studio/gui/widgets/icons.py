@@ -1,4 +1,4 @@
-"""Icons: assets/icons/*.svg on a 24 grid, drawn in any token's colour at the screen's own resolution."""
+"""Icons: assets/icons/*.svg on a grid of 24 px, drawn in a token's colour at the screen's resolution."""
 
 import tempfile
 from functools import cache, lru_cache
@@ -30,7 +30,7 @@ def _source(name: str) -> str:
 
 
 def pixmap(name: str, size: int = 24, color: str = "ink", ratio: float = 1.0) -> QPixmap:
-    """Return an icon as a square pixmap of size device-independent pixels."""
+    """Return an icon as a square pixmap; ``size`` is in device-independent pixels."""
     return QPixmap(_drawn(svg(name, color), size, ratio))
 
 
@@ -47,7 +47,7 @@ def _drawn(text: str, size: int, ratio: float) -> QPixmap:
 
 
 def icon(name: str, color: str = "ink", size: int = 20) -> QIcon:
-    """Return an icon of size px in the theme's scale, crisp on every screen."""
+    """Return an icon of ``size`` px in the theme's scale; it is sharp on every screen."""
     result, size = QIcon(), theme.px(size)
     ratios = {1.0, 2.0} | {s.devicePixelRatio() for s in QGuiApplication.screens()}
     for ratio in sorted(ratios):
@@ -57,7 +57,7 @@ def icon(name: str, color: str = "ink", size: int = 20) -> QIcon:
 
 
 class _Binding(QObject):
-    """Keeps one target's icon in the theme's colours; lives as long as the target."""
+    """Redraws a widget's icon in the theme's colours; it is deleted together with the widget."""
 
     def __init__(self, target: QAbstractButton, name: str, color: str, size: int):
         super().__init__(target)
@@ -79,7 +79,7 @@ _folder = tempfile.TemporaryDirectory(prefix="hapkit-icons-")
 
 
 def file(name: str, color: str) -> str:
-    """Return the path of a coloured SVG file, as style sheets cannot use pictures in memory."""
+    """Return the path of a coloured SVG file, because style sheets cannot use pictures in memory."""
     path = Path(_folder.name) / f"{name}-{theme.color(color).name()[1:]}.svg"
     path.write_text(svg(name, color), encoding="utf-8")
     return path.as_posix()

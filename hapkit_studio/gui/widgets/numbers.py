@@ -1,4 +1,4 @@
-"""Number fields: a quantity in display units, with a spin box and a slider."""
+"""Number fields: a spin box and a slider for a quantity in display units."""
 
 import math
 import re
@@ -28,14 +28,14 @@ _THOUSANDS = re.compile(r"-?[1-9]\d{0,2}(,\d{3})+(\.\d+)?")
 _BEYOND = 1e9
 _HEIGHT = 20
 _THUMB = 16.0
-_END = 11.0  # px from the thumb at a limit to the slider's end, for its focus ring
+_END = 11.0  # px: distance from the thumb at a limit to the slider's end, for the focus ring
 _GROOVE = 4.0
 
 
 def _number(text: str) -> float | None:
-    """Return a text as a number, None if it is not one.
+    """Return a text as a number, or None if it is not a number.
 
-    Accepts a true minus, thousands separators and a decimal comma.
+    A true minus sign, thousands separators and a decimal comma are accepted.
     """
     plain = text.strip().replace("−", "-")
     plain = plain.replace(",", "" if _THOUSANDS.fullmatch(plain) else ".")
@@ -43,9 +43,9 @@ def _number(text: str) -> float | None:
 
 
 class NumberBox(QDoubleSpinBox):
-    """Emits ``entered`` with a finished number in display units, possibly out of range.
+    """A spin box; ``entered`` is emitted with a complete number in display units, which may be out of range.
 
-    Thousands separators are hidden while it has the focus, as typing would displace them.
+    Thousands separators are hidden while the box has the focus, because typing would displace them.
     """
 
     entered = Signal(float)
@@ -68,7 +68,8 @@ class NumberBox(QDoubleSpinBox):
         self._typed = False
         with QSignalBlocker(self):
             self.setValue(value)
-            if self.lineEdit().text() != self.textFromValue(value):  # otherwise the cursor would move
+            # setting an equal text would move the cursor
+            if self.lineEdit().text() != self.textFromValue(value):
                 self.lineEdit().setText(self.textFromValue(value))
 
     def textFromValue(self, value: float) -> str:
@@ -92,7 +93,7 @@ class NumberBox(QDoubleSpinBox):
         self.entered.emit(value)
 
     def event(self, event: QEvent) -> bool:
-        """Pass Ctrl+Z to the window unless a text is being edited."""
+        """Leave Ctrl+Z to the window, unless the user is editing the text."""
         override = event.type() == QEvent.Type.ShortcutOverride and not self._typed
         if override and isinstance(event, QKeyEvent) and (event.matches(_UNDO) or event.matches(_REDO)):
             event.ignore()
@@ -100,7 +101,7 @@ class NumberBox(QDoubleSpinBox):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Use Home and End for the limits unless a text is being edited."""
+        """Use Home and End to go to the limits, unless the user is editing the text."""
         ends = {Qt.Key.Key_Home: self._quantity.low, Qt.Key.Key_End: self._quantity.high}
         if event.key() in ends and not self._typed:
             self.show_value(ends[Qt.Key(event.key())])
@@ -109,7 +110,7 @@ class NumberBox(QDoubleSpinBox):
         super().keyPressEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Ignore the wheel without focus, so that scrolling the panel changes nothing."""
+        """Ignore the wheel without the focus, so that scrolling the panel does not change values."""
         if self.hasFocus():
             super().wheelEvent(event)
         else:
@@ -134,7 +135,7 @@ class NumberBox(QDoubleSpinBox):
 
 
 class ValueSlider(QSlider):
-    """Emits ``picked`` with a value in display units; keys move it by steps."""
+    """A slider; ``picked`` is emitted with a value in display units. Keys move it by steps."""
 
     picked = Signal(float)
 
@@ -158,14 +159,14 @@ class ValueSlider(QSlider):
         return QSize(60, theme.px(_HEIGHT))
 
     def show_value(self, value: float) -> None:
-        """Set an exact value, also between steps, without emitting a signal."""
+        """Set an exact value, which may lie between steps, without emitting a signal."""
         self._exact = value
         with QSignalBlocker(self):
             self.setValue(self._quantity.index(value))
         self.update()
 
     def show_ranges(self, ranges: Sequence[tuple[float, float]]) -> None:
-        """Hatch unstable ranges of values."""
+        """Hatch the ranges of unstable values."""
         if self._ranges != ranges:
             self._ranges = ranges
             self.update()
@@ -182,7 +183,7 @@ class ValueSlider(QSlider):
         self._pick(self._quantity.default)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Ignore the wheel without focus, so that scrolling the panel changes nothing."""
+        """Ignore the wheel without the focus, so that scrolling the panel does not change values."""
         if self.hasFocus():
             super().wheelEvent(event)
         else:
@@ -194,7 +195,7 @@ class ValueSlider(QSlider):
         middle, thumb = self.height() / 2.0, self._place(self._exact)
         radius, thick = theme.px(_THUMB) / 2, theme.px(_GROOVE)
         enabled = self.isEnabled()
-        # in high contrast a filled groove would hide the end of the accent
+        # in the high-contrast theme a filled groove would hide the end of the coloured part
         outlined = theme.name == "contrast"
         painter.setPen(QPen(theme.color("edge"), 1) if outlined else Qt.PenStyle.NoPen)
         painter.setBrush(theme.color("surface" if outlined else "line"))

@@ -7,18 +7,18 @@ from hapkit_studio.gui.widgets.dialogs import TextDialog
 from hapkit_studio.gui.widgets.parts import hbox
 from hapkit_studio.gui.widgets.theme import theme
 
-_WIDE, _HIGH = 860, 480  # px
-_BESIDE = 200  # px for the dialog's other parts and the header of a small window
+_WIDE, _HIGH = 860, 480  # px: size of the dialog
+_BESIDE = 200  # px: height of the dialog's other widgets and of the header of a small window
 _MARGIN, _PADDING, _ABOVE_HEADING, _APART = 12, 4, 18, 8
 
 
 class PageDialog(TextDialog):
-    """A documentation page with a search field; it opens at a section or a word's first occurrence."""
+    """A documentation page with a search field; it opens at a section or at a word's first occurrence."""
 
     def __init__(
         self, title: str, text: str, parent: QWidget | None = None, word: str = "", section: str = ""
     ):
-        """Show a text in Markdown, without the page's title."""
+        """``text`` is Markdown without the page's title."""
         super().__init__(title, parent)
         self.field = QLineEdit(placeholderText="Find in this page; Enter: next place")
         self.field.setAccessibleName("Find in this page")
@@ -32,7 +32,7 @@ class PageDialog(TextDialog):
         self.field.textChanged.connect(self.find_first)
         self.field.returnPressed.connect(self.find_next)
         theme.changed.connect(self._format)
-        self.leave.setAutoDefault(False)  # Enter belongs to the search field
+        self.leave.setAutoDefault(False)  # Enter starts a search and must not close the dialog
         self.column.addWidget(self.field)
         self.column.addWidget(self.page)
         self.column.addLayout(hbox(None, self.leave))
@@ -41,7 +41,7 @@ class PageDialog(TextDialog):
         self.field.setText(word)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Scroll to the section, which needs the page's final width."""
+        """Scroll to the section; this needs the page's final width."""
         super().showEvent(event)
         document = self.page.document()
         block = document.begin()
@@ -53,12 +53,12 @@ class PageDialog(TextDialog):
             block = block.next()
 
     def find_first(self, word: str) -> None:
-        """Select the first occurrence of a word, if any."""
+        """Select the first occurrence of a word if there is one."""
         self.page.moveCursor(QTextCursor.MoveOperation.Start)
         self.page.find(word)
 
     def find_next(self) -> None:
-        """Select the next occurrence, wrapping around."""
+        """Select the next occurrence; after the last one, start again at the top."""
         if not self.page.find(self.field.text()):
             self.find_first(self.field.text())
 

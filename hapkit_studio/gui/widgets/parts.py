@@ -1,4 +1,4 @@
-"""Building blocks of pages and dialogs: rows, columns, labels, signs, a line with an answer."""
+"""Building blocks of pages and dialogs: rows, columns, labels, signs, and a line with an answer."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
@@ -31,9 +31,9 @@ _Box = TypeVar("_Box", bound=QBoxLayout)
 def hbox(
     *parts: Part, into: QWidget | None = None, margins: Margins = (0, 0, 0, 0), gap: int = 8
 ) -> QHBoxLayout:
-    """Return a row of parts: a number is a space in px, None a stretch, (part, n) a part with stretch n.
+    """Return a row of widgets. A number is a space in px, None a stretch, (part, n) a part with stretch n.
 
-    into: the widget that gets the layout.
+    ``into`` is the widget that gets the layout.
     """
     return _filled(QHBoxLayout(into) if into else QHBoxLayout(), parts, margins, gap)
 
@@ -41,7 +41,7 @@ def hbox(
 def vbox(
     *parts: Part, into: QWidget | None = None, margins: Margins = (0, 0, 0, 0), gap: int = 0
 ) -> QVBoxLayout:
-    """Return a column of parts, as in ``hbox``."""
+    """Return a column of widgets; the arguments are those of ``hbox``."""
     return _filled(QVBoxLayout(into) if into else QVBoxLayout(), parts, margins, gap)
 
 
@@ -62,7 +62,7 @@ def _filled(box: _Box, parts: tuple[Part, ...], margins: Margins, gap: int) -> _
 
 
 def refill(box: QBoxLayout, parts: Iterable[QWidget]) -> None:
-    """Replace the widgets of a row or column; the old ones are deleted."""
+    """Replace the widgets of a row or column and delete the old ones."""
     while item := box.takeAt(0):
         if old := item.widget():
             old.hide()
@@ -72,7 +72,10 @@ def refill(box: QBoxLayout, parts: Iterable[QWidget]) -> None:
 
 
 class Words(QLabel):
-    """Label that wraps neither between number and unit nor within a unit; ``text`` is as set."""
+    """A label that does not wrap between a number and its unit, nor within a unit.
+
+    ``text`` returns the text without the changes for this.
+    """
 
     def __init__(self, text: str):
         super().__init__(textFormat=Qt.TextFormat.PlainText)
@@ -95,12 +98,12 @@ def label(text: str = "", role: str = "", wrap: bool = True) -> QLabel:
 
 
 def hint(text: str = "") -> QLabel:
-    """Return a label for a hint."""
+    """Return a label in the style of a hint."""
     return label(text, "hint")
 
 
 def rule() -> QFrame:
-    """Return a horizontal hairline."""
+    """Return a thin horizontal line."""
     line = QFrame()
     line.setProperty("rule", True)
     line.setFixedHeight(1)
@@ -108,14 +111,14 @@ def rule() -> QFrame:
 
 
 def keep_size_when_hidden(widget: QWidget) -> None:
-    """Reserve a hidden widget's space, so that nothing moves when it appears."""
+    """Reserve a hidden widget's space, so that no other widget moves when it appears."""
     policy = widget.sizePolicy()
     policy.setRetainSizeWhenHidden(True)
     widget.setSizePolicy(policy)
 
 
 class Sign(QLabel):
-    """An icon in a token's colour of the current theme; empty without a name."""
+    """An icon in the colour of a token; without a name it is empty."""
 
     def __init__(self, size: int = 18, name: str = "", token: str = "ink2"):
         super().__init__()
@@ -137,7 +140,7 @@ class Sign(QLabel):
 
 
 class AnswerLine(QWidget):
-    """A sign and the answer in one sentence; before that, an instruction."""
+    """A sign and one sentence with the answer; before there is an answer, the sentence is an instruction."""
 
     def __init__(self, text: str = "", margins: Margins = (0, 0, 0, 0)):
         super().__init__()
@@ -146,13 +149,13 @@ class AnswerLine(QWidget):
         self.say(text)
 
     def say(self, text: str, sign: str = "circle", token: str = "ink2") -> None:
-        """Show text with a sign, a neutral one by default."""
+        """Show a text with a sign; the default sign is neutral."""
         self.words.setText(text)
         self.sign.show_sign(sign, token)
 
 
 class AnswerLines(QWidget):
-    """Answers, one per line, each with a sign; warnings and dangers in their colour."""
+    """Shows one answer per line, each with a sign; warnings and dangers are coloured."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -161,7 +164,7 @@ class AnswerLines(QWidget):
 
     @property
     def text(self) -> str:
-        """Return the texts, one per line."""
+        """Return the texts, separated by line breaks."""
         return "\n".join(line.words.text() for line in self.lines if not line.isHidden())
 
     def say(self, *answers: tuple[str, str, str]) -> None:
@@ -177,7 +180,7 @@ class AnswerLines(QWidget):
 
 
 def rows_of(column: QWidget) -> Iterator[QWidget]:
-    """Yield the visible parts of a column, and of each column or form inside."""
+    """Yield the visible widgets of a column, including those of each column or form inside."""
     for part in column.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly):
         if part.isVisibleTo(column):
             if isinstance(part.layout(), QVBoxLayout) or part.property("form"):
@@ -190,9 +193,9 @@ SIDE = 16
 
 
 class ScrollColumn(QScrollArea):
-    """A scrolling column; the scroll bar is in its margin, so that nothing moves.
+    """A scrolling column. The scroll bar is in its margin, so that it does not move the widgets.
 
-    A row cut by the bottom edge is hidden unless it is half as tall as the view.
+    A row that the bottom edge cuts is hidden, unless it is at least half as tall as the view.
     """
 
     def __init__(self, top: int = 12, gap: int = 8):
@@ -205,7 +208,7 @@ class ScrollColumn(QScrollArea):
         self.body.setObjectName("panelBody")
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         bar = self.verticalScrollBar()
-        bar.ensurePolished()  # its width comes from the style sheet
+        bar.ensurePolished()  # the bar's width comes from the style sheet
         beside = max(SIDE - bar.sizeHint().width(), 0)
         self.column = vbox(None, into=self.body, margins=(SIDE, top, beside, top), gap=gap)
         self._cover = QWidget(self)
@@ -216,23 +219,23 @@ class ScrollColumn(QScrollArea):
         bar.valueChanged.connect(self._cover_cut_row)
 
     def _show_bar_if_needed(self, _low: int, high: int) -> None:
-        self.verticalScrollBar().setEnabled(high > 0)  # a disabled bar is invisible
+        self.verticalScrollBar().setEnabled(high > 0)  # a disabled scroll bar is invisible
 
     def add(self, *parts: QWidget) -> None:
-        """Add parts at the bottom."""
+        """Add widgets at the bottom."""
         for part in parts:
             self.column.insertWidget(self.column.count() - 1, part)
 
     def lay_out(self) -> None:
-        """Update the layout immediately, so that no frame shows changed texts cut off."""
+        """Update the layout immediately, so that a longer text is complete in the next frame."""
         for part in (*reversed(self.body.findChildren(QWidget)), self.body, self):
             if part is self or part.layout() is not None:
                 QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))
 
     def reveal(self, part: QWidget) -> None:
-        """Scroll to a part that has just grown, as far as it fits."""
+        """Scroll to a widget that has just grown, to show as much of it as possible."""
         grown: QWidget | None = part
-        while grown is not None and grown is not self:  # lay out at once to know its size
+        while grown is not None and grown is not self:  # lay out now, because the sizes are needed below
             QCoreApplication.sendEvent(grown, QEvent(QEvent.Type.LayoutRequest))
             grown = grown.parentWidget()
         bar, top = self.verticalScrollBar(), part.mapTo(self.body, QPoint()).y()
@@ -240,7 +243,7 @@ class ScrollColumn(QScrollArea):
         bar.setValue(max(bar.value(), min(top, bottom - self.viewport().height())))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the column, as Qt's own scroll area does, and the rows in it."""
+        """Resize with the column, as Qt's own scroll area does, and with the rows in it."""
         done = super().eventFilter(watched, event)
         if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
             self._cover_cut_row()
@@ -251,7 +254,7 @@ class ScrollColumn(QScrollArea):
         self._cover_cut_row()
 
     def _cover_cut_row(self) -> None:
-        """Cover the row that the bottom edge cuts, and a rule with nothing below it."""
+        """Cover a row that the bottom edge cuts, and a line that has no visible row below it."""
         view = self.viewport()
         end = edge = self.verticalScrollBar().value() + view.height()
         spans = [(part.mapTo(self.body, QPoint()).y(), part.height()) for part in rows_of(self.body)]
@@ -265,7 +268,7 @@ class ScrollColumn(QScrollArea):
 
 
 def primary(button: QPushButton) -> QPushButton:
-    """Mark a button as the primary one of its window."""
+    """Style a button as the primary button of its window."""
     button.setProperty("primary", True)
     return button
 
@@ -278,7 +281,10 @@ def choose_file(
     save_as: str = "",
     folder: bool = False,
 ) -> QFileDialog:
-    """Open a non-modal file dialog; save_as: proposed name for saving; folder: choose a folder."""
+    """Open a non-modal file dialog.
+
+    ``save_as`` is the proposed name of a file to be saved. ``folder``: the user chooses a folder.
+    """
     dialog = QFileDialog(parent, title, QDir.homePath(), kinds)
     modes = QFileDialog.FileMode
     dialog.setFileMode(modes.Directory if folder else modes.AnyFile if save_as else modes.ExistingFile)

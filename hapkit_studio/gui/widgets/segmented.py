@@ -1,4 +1,4 @@
-"""A segmented control: two or three options side by side, one of them chosen."""
+"""A segmented control: two or three options side by side, of which one is selected."""
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QButtonGroup, QPushButton, QWidget
@@ -7,7 +7,10 @@ from hapkit_studio.gui.widgets.parts import hbox
 
 
 class Segmented(QWidget):
-    """Emits ``chosen`` with the index of the option that the user picked; arrow keys change it."""
+    """Two or three options side by side; ``chosen`` is emitted with the index that the user selects.
+
+    The arrow keys change the selected option.
+    """
 
     chosen = Signal(int)
 
@@ -28,7 +31,7 @@ class Segmented(QWidget):
 
     @property
     def index(self) -> int:
-        """Return the chosen option's index."""
+        """Return the selected option's index."""
         return self._group.checkedId()
 
     @property
@@ -48,7 +51,7 @@ class Segmented(QWidget):
         self._lead_tab()
 
     def _lead_tab(self) -> None:
-        """Make Tab stop at the chosen option only."""
+        """Let the Tab key stop at the selected option only."""
         for button in self._group.buttons():
             policy = Qt.FocusPolicy.StrongFocus if button.isChecked() else Qt.FocusPolicy.ClickFocus
             button.setFocusPolicy(policy)

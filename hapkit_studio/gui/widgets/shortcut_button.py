@@ -1,4 +1,4 @@
-"""A button with icon, text and the cap of its shortcut key."""
+"""A button with an icon, a text, and its shortcut as a key cap."""
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QLabel, QPushButton, QWidget
@@ -10,7 +10,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 
 class ShortcutButton(QPushButton):
-    """A push button laid out from parts, so that its size follows them."""
+    """A push button that contains a layout, so that its size follows from the widgets in it."""
 
     word_role = "button"
 
@@ -32,7 +32,7 @@ class ShortcutButton(QPushButton):
         self.refresh()
 
     def set_appearance(self, icon: str, text: str, color: str, cap_color: str = "ink3") -> None:
-        """Set icon, text, their colour token and that of the key cap."""
+        """Set the icon, the text and their colour token, and the colour token of the key cap."""
         self._icon, self._color, self._cap_color = icon, color, cap_color
         self.word.setText(text)
         self.refresh()
@@ -44,7 +44,7 @@ class ShortcutButton(QPushButton):
 
     def refresh(self) -> None:
         """Apply the current theme to the parts."""
-        scale = min(theme.scale, 1.0)  # saves width in a projector's header
+        scale = min(theme.scale, 1.0)  # a scale of at most 1 saves width in a projector's header
         self._row.setContentsMargins(round(14 * scale), 0, round(12 * scale), 0)
         self._row.setSpacing(round(8 * scale))
         self.picture.setPixmap(icons.pixmap(self._icon, theme.px(18), self._color, self.devicePixelRatioF()))

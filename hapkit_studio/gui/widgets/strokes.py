@@ -1,4 +1,4 @@
-"""Fast painting of long lines: Qt draws separate segments 20 times faster than a path."""
+"""Fast painting of long lines; Qt draws separate segments 20 times faster than a path."""
 
 import numpy as np
 from pyqtgraph.Qt import internals
@@ -7,19 +7,20 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from hapkit_studio.gui.widgets.theme import theme
 
-ON, PERIOD = 5.0, 8.5  # px
-_LEAST_STEP = 0.8  # px
-_FINE = 1.4  # device pixel ratio from which square joints are visible
-_TREMOR, _NOISY = 0.25, 0.2  # px²: area of a visible turn; fraction of such turns in noise
-_LONG = 5.0  # px between points from which noise fills an area
-_DENSE = 2.5  # dashes per length above which a dashed line becomes a scribble
-_ARROWS_APART = 12.0  # px
-_HEAD = 8.0  # px, length of an arrow head
-_HAZE = 40.0  # dashes per length above which a dashed line becomes a haze
+ON, PERIOD = 5.0, 8.5  # px: length of a dash, and distance from one dash to the next
+_LEAST_STEP = 0.8  # px: points closer than this to the previous point are omitted
+_FINE = 1.4  # square joints are visible at this device pixel ratio and above
+# px²: area of a visible turn of the line; a line with a larger fraction of such turns is noise
+_TREMOR, _NOISY = 0.25, 0.2
+_LONG = 5.0  # px: noise whose points are farther apart than this fills an area
+_DENSE = 2.5  # above this ratio of dashes to length a dashed line cannot be told from a scribble
+_ARROWS_APART = 12.0  # px: minimum distance between arrow heads
+_HEAD = 8.0  # px: length of an arrow head
+_HAZE = 40.0  # above this ratio of dashes to length a dashed line looks like a grey area
 
 
 def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:
-    """Return a pen with flat ends, dashed in units of its width if given; widths follow the theme's scale."""
+    """Return a pen with flat ends; dashes are in units of its width, and widths follow the theme's scale."""
     result = QPen(color, width * theme.scale, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
     if dash:
         result.setDashPattern(dash)
@@ -33,7 +34,7 @@ def level(painter: QPainter, box: QRectF, y: float, token: str, dash: list[float
 
 
 def segments(painter: QPainter, ends: np.ndarray) -> None:
-    """Draw separate segments (n, 4): x1, y1, x2, y2 in pixels, with the painter's pen."""
+    """Draw separate segments (n, 4), given as x1, y1, x2, y2 in pixels, with the painter's pen."""
     if len(ends):
         store = internals.PrimitiveArray(QLineF, 4)
         store.resize(len(ends))
@@ -42,7 +43,7 @@ def segments(painter: QPainter, ends: np.ndarray) -> None:
 
 
 def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width: float = 2.0) -> None:
-    """Draw a line, smoothed unless it is noise, with round joints on high-resolution screens."""
+    """Draw a line; it is smoothed unless it is noise, and has round joints on high-resolution screens."""
     rise = np.diff(y)
     noise = np.count_nonzero(rise[1:] * rise[:-1] < -_TREMOR) > _NOISY * len(rise)
     haze = noise and np.nansum(np.abs(rise)) > _LONG * len(rise)
@@ -55,7 +56,7 @@ def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width:
 
 
 def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a line without points closer than a step along it to the previous one."""
+    """Return a line without the points that are closer than a step, along the line, to the previous one."""
     steps = np.nan_to_num(np.hypot(np.diff(x), np.diff(y)), nan=10.0 * _LEAST_STEP)
     whole = np.floor(np.concatenate([[0.0], np.cumsum(steps)]) / _LEAST_STEP)
     kept = np.concatenate([[True], np.diff(whole) > 0])
@@ -64,13 +65,13 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def joined(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the segments (n, 4) between neighbours, with gaps at NaN."""
+    """Return the segments (n, 4) between neighbouring points; there are gaps at NaN."""
     ends = np.column_stack([x[:-1], y[:-1], x[1:], y[1:]])
     return ends[np.isfinite(ends).all(axis=1)]
 
 
 def patterned(x: np.ndarray, y: np.ndarray, dash: tuple[float, ...]) -> np.ndarray:
-    """Return the dashes (n, 4) along a line, with on and off lengths in pixels; dense lines are solid."""
+    """Return the dashes (n, 4) along a line for on and off lengths in pixels; a dense line is solid."""
     along = np.nansum(np.hypot(np.diff(x), np.diff(y)))
     if len(x) > 1 and along > _DENSE * max(np.nanmax(x) - np.nanmin(x), 1.0):
         return joined(x, y)
@@ -82,9 +83,9 @@ def patterned(x: np.ndarray, y: np.ndarray, dash: tuple[float, ...]) -> np.ndarr
 def dashed(
     x: np.ndarray, y: np.ndarray, on: float = ON, period: float = PERIOD, lead: float = 0.0
 ) -> np.ndarray:
-    """Return the dashes (n, 4) along a line, by default 5 on and 3.5 off, the first after ``lead`` px.
+    """Return the dashes (n, 4) along a line; by default 5 px are on and 3.5 px off.
 
-    Each run after a NaN restarts the pattern.
+    The first dash starts after ``lead`` px. The pattern restarts after each NaN.
     """
     good = np.isfinite(x) & np.isfinite(y)
     edges = np.flatnonzero(np.diff(good.astype(np.int8), prepend=0, append=0)).reshape(-1, 2)
@@ -93,7 +94,8 @@ def dashed(
     if not len(edges) or along[-1] > _HAZE * max(np.nanmax(x) - np.nanmin(x), 1.0):
         return joined(x, y)
     lengths = along[edges[:, 1] - 1] - along[edges[:, 0]]
-    ends = np.cumsum(np.ceil(lengths / period) * period)  # concatenate the runs at multiples of the period
+    # each run starts at a multiple of the period in the concatenated line
+    ends = np.cumsum(np.ceil(lengths / period) * period)
     begins = np.concatenate([[0.0], ends[:-1]])
     start = np.arange(0.0, ends[-1] - 0.5 * period, period)
     run = np.searchsorted(ends, start, side="right")
@@ -107,7 +109,7 @@ def dashed(
 
 
 def arrows(painter: QPainter, box: QRectF, x: np.ndarray, y: np.ndarray, color: QColor) -> None:
-    """Draw arrow heads, not too close together, where a line (n,) in px leaves a frame."""
+    """Draw arrow heads where a line (n,) in px leaves a frame; they keep a minimum distance."""
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(color)
     for edge, beyond, inwards in ((box.top(), y < box.top(), 1.0), (box.bottom(), y > box.bottom(), -1.0)):
@@ -122,7 +124,7 @@ def arrows(painter: QPainter, box: QRectF, x: np.ndarray, y: np.ndarray, color: 
 
 
 def mark(painter: QPainter, at: QPointF, token: str, radius: float = 4.0, shape: str = "dot") -> None:
-    """Draw a dot or a diamond in a token's colour with a rim in the card's colour."""
+    """Draw a dot or a diamond in a token's colour; its rim has the colour of the card."""
     radius *= theme.scale
     painter.setPen(QPen(theme.color("surface"), 1.5))
     painter.setBrush(theme.color(token))

@@ -1,4 +1,4 @@
-"""The application's style sheet and its selector properties; both follow the theme."""
+"""The application's style sheet and the properties that its selectors use; both follow the theme."""
 
 import importlib.util
 import re
@@ -15,7 +15,7 @@ _THIN = 3  # px
 
 
 def apply(app: QApplication) -> None:
-    """Apply theme and style sheet to the application, and keep both up to date."""
+    """Apply theme and style sheet to the application, and update both after changes."""
     if app.property("styled") is None:
         app.setProperty("styled", True)
         if not QFontInfo(app.font()).family():
@@ -25,7 +25,7 @@ def apply(app: QApplication) -> None:
 
 
 def add_fonts() -> None:
-    """Use matplotlib's fonts on a computer without fonts."""
+    """Use matplotlib's fonts if the computer has no fonts."""
     spec = importlib.util.find_spec("matplotlib")
     if spec is not None and spec.origin is not None:
         for file in sorted(Path(spec.origin).parent.glob("mpl-data/fonts/ttf/DejaVuSans*.ttf")):
@@ -35,7 +35,7 @@ def add_fonts() -> None:
 def stylesheet() -> str:
     """Return assets/style.qss with the current theme's tokens (@name) and icons (%name%).
 
-    Sizes in px follow the theme's scale, thin lines its frame width.
+    Sizes in px follow the theme's scale; thin lines have the width of the theme's frame.
     """
     text = resources.path("style.qss").read_text(encoding="utf-8")
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
@@ -49,7 +49,7 @@ def _grown(size: int) -> int:
 
 
 def mark(widget: QWidget, name: str, value: object) -> None:
-    """Set a property used by style-sheet selectors, and restyle the widget if it changed."""
+    """Set a property that style-sheet selectors use, and restyle the widget if its value has changed."""
     if widget.property(name) != value:
         widget.setProperty(name, value)
         widget.style().unpolish(widget)

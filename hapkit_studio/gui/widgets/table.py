@@ -1,4 +1,4 @@
-"""A table of results: one row each, sorted by a click on a heading, copied with Ctrl+C."""
+"""A table of results. A click on a heading sorts its rows, and Ctrl+C copies it."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -31,14 +31,14 @@ from hapkit_studio.formatting import printable
 from hapkit_studio.gui.widgets.theme import theme
 
 _ROW, _GAP, _MARKER = 28, 8, 12.0  # px
-_PART = 6  # maximum fraction 1/_PART of a list's width for a column of texts; a tooltip shows cut-off texts
+_PART = 6  # a column of texts takes at most 1/_PART of a list's width; a tooltip shows texts that are cut off
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 Index = QModelIndex | QPersistentModelIndex
 
 
 def _marker_picture(marker: str, token: str) -> QPixmap:
-    """Return a matplotlib marker as a picture, in a color of the theme."""
+    """Return a matplotlib marker as a picture in a colour of the theme."""
     from matplotlib.markers import MarkerStyle
 
     style, ratio = MarkerStyle(marker), 2.0
@@ -58,7 +58,7 @@ def _marker_picture(marker: str, token: str) -> QPixmap:
 
 
 class Rows(QAbstractTableModel):
-    """The table's rows in the current order."""
+    """The model of the table's rows in their current order."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -66,7 +66,7 @@ class Rows(QAbstractTableModel):
         self.rows: list[Any] = []
 
     def show(self, columns: Iterable[Column], rows: Iterable[Any]) -> None:
-        """Show these rows under these columns."""
+        """Show these rows with these columns."""
         self.beginResetModel()
         self.columns, self.rows = tuple(columns), list(rows)
         self.endResetModel()
@@ -107,10 +107,11 @@ class Rows(QAbstractTableModel):
 
 
 class Table(QTableView):
-    """Emits ``chosen`` with the selected row, or None when a second click deselects it.
+    """A table whose rows can be selected.
 
-    cells: cells are selected instead of rows (``cell_chosen`` with row and column), and the table fills the
-    available height. scrolls: one line per row; the table fills the available height.
+    ``chosen`` is emitted with the selected row, or with None when a second click deselects it. ``cells``: the
+    user selects cells instead of rows (``cell_chosen`` is emitted with row and column), and the table fills
+    the available height. ``scrolls``: each row has one line, and the table fills the available height.
     """
 
     chosen = Signal(object)
@@ -132,7 +133,7 @@ class Table(QTableView):
         self.setFrameShape(QFrame.Shape.NoFrame)
         up = QSizePolicy.Policy.Expanding if self._tall else QSizePolicy.Policy.Fixed
         self.setSizePolicy(QSizePolicy.Policy.Expanding, up)
-        if not self._tall:  # as tall as its rows
+        if not self._tall:  # the table's height is that of its rows
             self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.horizontalHeader().setMinimumSectionSize(_GAP)
         self.horizontalHeader().setHighlightSections(cells)
@@ -144,7 +145,7 @@ class Table(QTableView):
         self.show_rows((), ())
 
     def show_rows(self, columns: Iterable[Column], rows: Iterable[Any]) -> None:
-        """Show rows in the given order; the first column gets the remaining width."""
+        """Show rows in the given order; the first column takes the remaining width."""
         self.setSortingEnabled(False)
         self.content.show(columns, rows)
         head = self.horizontalHeader()
@@ -160,7 +161,7 @@ class Table(QTableView):
         """Fit the width of each column to its texts."""
         metrics = QFontMetrics(theme.font("hint"))
         for index, column in enumerate(self.content.columns):
-            wide = metrics.size(0, column.head).width() + _GAP  # also enough for the sort arrow
+            wide = metrics.size(0, column.head).width() + _GAP  # this also leaves space for the sort arrow
             width = max(wide, self.sizeHintForColumn(index))
             cut = self._lists and not column.right
             self.setColumnWidth(index, min(width, self.viewport().width() // _PART) if cut else width)
@@ -174,7 +175,7 @@ class Table(QTableView):
             self._fit()
 
     def _fit(self) -> None:
-        """Fit the height to all rows, with text wrapped in narrow columns."""
+        """Fit the table's height to all rows; text is wrapped in narrow columns."""
         lines = self.sizeHintForRow(0) if self._cells and self.content.rows else 0
         self.verticalHeader().setMinimumSectionSize(max(theme.px(_ROW), lines))
         if self._tall:
@@ -190,7 +191,7 @@ class Table(QTableView):
         return [tuple(c.head for c in columns), *(tuple(c.text(row) for c in columns) for row in rows)]
 
     def copy(self) -> None:
-        """Copy the table to the clipboard: one line per row, columns separated by tabs."""
+        """Copy the table to the clipboard with one line per row and tabs between the columns."""
         lines = ["\t".join(text.replace("\n", " ") for text in row) for row in self.texts()]
         QGuiApplication.clipboard().setText("\n".join(lines))
 

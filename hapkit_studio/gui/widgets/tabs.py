@@ -1,4 +1,4 @@
-"""A tab bar that moves tabs without room to a menu at its end."""
+"""A tab bar. Tabs for which there is no space are in a menu at its end."""
 
 from functools import partial
 
@@ -9,12 +9,12 @@ from hapkit_studio.gui.widgets import icons
 
 
 class Tabs(QTabBar):
-    """A row of tabs. The last ones move to a menu, never the first, the current, or the ``kept`` one.
+    """A row of tabs. Its last tabs move to a menu, except the first, the current and the ``kept`` tab.
 
-    kept: a tab's data.
+    ``kept`` is the data of a tab.
     """
 
-    _fitting = True  # until construction is complete
+    _fitting = True  # True until the construction is complete
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent, drawBase=False, expanding=False, usesScrollButtons=False)
@@ -51,7 +51,7 @@ class Tabs(QTabBar):
         return [self.tabSizeHint(index).width() for index in range(self.count())]
 
     def _fit(self) -> None:
-        """Show as many tabs as fit, and offer the others in the menu."""
+        """Show as many tabs as there is space for; the menu offers the others."""
         if self._fitting:  # showing or hiding a tab triggers a layout
             return
         self._fitting = True

@@ -1,4 +1,4 @@
-"""Text for labels, tooltips and painters: plain, restricted HTML, or cached pictures."""
+"""Text for labels, tooltips and painters as plain text, restricted HTML, or cached pictures."""
 
 import html
 import math
@@ -24,7 +24,7 @@ def rich(words: str) -> str:
 
 
 def show_formula(label: QLabel, formula: str) -> None:
-    """Show a formula; only its parts in <i> are italic."""
+    """Show a formula; only its parts in <i> are in italics."""
     upright = theme.font("formula")
     upright.setItalic(False)
     label.setFont(upright)
@@ -32,19 +32,22 @@ def show_formula(label: QLabel, formula: str) -> None:
 
 
 def plain(label: QLabel) -> QLabel:
-    """Make a label show plain text; return it."""
+    """Make a label show plain text, and return it."""
     label.setTextFormat(Qt.TextFormat.PlainText)
     return label
 
 
 def plain_tip(words: str) -> str:
-    """Return text for a tooltip, which has no plain format: escaped if Qt would detect HTML."""
+    """Return text for a tooltip.
+
+    It is escaped if Qt would take it for HTML, because tooltips have no plain format.
+    """
     words = printable(words)
     return Rich.convertFromPlainText(words) if Rich.mightBeRichText(words) else words
 
 
 def tip(sentences: Iterable[str], formula: str) -> str:
-    """Return the non-empty sentences, each with its full stop, and the formula below, as HTML."""
+    """Return the non-empty sentences, each with its full stop, and the formula below them, as HTML."""
     words = unbroken(" ".join(sentence.rstrip(".") + "." for sentence in sentences if sentence))
     return "".join(f"<p>{rich(part)}</p>" for part in (words, formula) if part)
 
@@ -59,7 +62,10 @@ def paint_words(
     rim: float,
     ratio: float,
 ) -> None:
-    """Draw text from x on base line y; tokens: of text and background; rim: halo in px."""
+    """Draw text at x on the base line y.
+
+    ``tokens`` are the colour tokens of text and background; ``rim`` is the width of the halo in px.
+    """
     room = math.ceil(rim + 1.0)
     colors = tuple(theme.color(token).name() for token in tokens)
     picture, ascent = _picture(text, font.key(), colors, rim, ratio, room)

@@ -1,4 +1,4 @@
-"""The current theme: colours by token, fonts by role, scale; follows the system."""
+"""The current theme: colours by token, fonts by role, and the scale. It can follow the system's theme."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from hapkit_studio.palette import table
 __all__ = ["MINUS", "MODES", "ROLES", "Theme", "number", "theme"]
 
 MODES = ("system", "light", "dark", "contrast")
-# by role: pixels, weight
+# size in pixels and weight for each role
 ROLES = {
     "tick": (12, 400),
     "hint": (12, 400),
@@ -29,9 +29,9 @@ ROLES = {
 
 
 class Theme(QObject):
-    """Holds the current mode and its ``tokens`` as "#RRGGBB"; ``changed`` is emitted after a switch.
+    """The current mode and its ``tokens`` as "#RRGGBB"; ``changed`` is emitted after the theme has changed.
 
-    scale: size factor; frame: width of thin lines in px; grid: show grids in plots.
+    ``scale`` is the size factor. ``frame`` is the width of thin lines in px. ``grid``: plots show a grid.
     """
 
     changed = Signal()
@@ -42,36 +42,36 @@ class Theme(QObject):
         self.name = "light"
         self.scale, self.frame, self.grid = 1.0, 1, True
         self.refreshing = False
-        """True while Qt restyles all widgets; none may be deleted meanwhile."""
+        """True while Qt restyles all widgets; no widget may be deleted meanwhile."""
         self._together = self._pending = False
         self.tokens = table("light")
         self._fonts: dict[str, QFont] = {}
         self._app: QApplication | None = None
 
     def color(self, token: str, alpha: float = 1.0) -> QColor:
-        """Return a token's colour; alpha 0..1."""
+        """Return a token's colour with an opacity ``alpha`` from 0 to 1."""
         color = QColor(self.tokens[token])
         if alpha < 1.0:
             color.setAlphaF(alpha)
         return color
 
     def paler(self, token: str, ground: str, share: float) -> QColor:
-        """Return an opaque mixture, ``share`` of a token's colour on the background's."""
+        """Return an opaque mixture of two tokens' colours; ``share`` is the fraction of the first one."""
         over, under = self.color(token), self.color(ground)
         parts = (over.redF(), under.redF()), (over.greenF(), under.greenF()), (over.blueF(), under.blueF())
         return QColor.fromRgbF(*(share * a + (1.0 - share) * b for a, b in parts))
 
     def apply(self, app: QApplication) -> None:
-        """Apply this theme to the application, and follow the system's from now on."""
+        """Apply this theme to the application; from now on it follows the system's theme."""
         if self._app is None:
             self._app = app
             app.setStyle("Fusion")
             app.styleHints().colorSchemeChanged.connect(self._follow)
-            self.name = ""  # force the first switch
+            self.name = ""  # an empty name forces the first change of theme
         self.set_mode(self.mode)
 
     def set_mode(self, mode: str) -> None:
-        """Choose one of MODES; raise ValueError for another."""
+        """Choose one of MODES; raise ValueError for any other mode."""
         if mode not in MODES:
             raise ValueError(f"The theme is one of {', '.join(MODES)}, not {mode!r}.")
         self.mode = mode
@@ -84,7 +84,7 @@ class Theme(QObject):
             self._refresh()
 
     def px(self, size: float) -> int:
-        """Return a size in scaled px, rounded down so that text fits."""
+        """Return a size in scaled px; it is rounded down so that texts fit."""
         return int(self.scale * size + 1e-6)
 
     def _system(self) -> str:
@@ -105,7 +105,7 @@ class Theme(QObject):
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """Restyle the widgets once for all changes made inside; one restyling takes 0.4 s."""
+        """Restyle the widgets only once for all changes made in the block, because restyling takes 0.4 s."""
         self._together, self._pending = True, False
         try:
             yield
@@ -127,7 +127,7 @@ class Theme(QObject):
         self.refreshing = False
 
     def palette(self) -> QPalette:
-        """Return the palette for elements not covered by the style sheet."""
+        """Return the palette for elements that the style sheet does not style."""
         palette = QPalette()
         role = QPalette.ColorRole
         pairs = {
@@ -143,7 +143,7 @@ class Theme(QObject):
         return palette
 
     def font(self, role: str) -> QFont:
-        """Return the font of a role in ROLES, with tabular figures if available."""
+        """Return the font of a role in ROLES; it has tabular figures if they are available."""
         if role not in self._fonts:
             pixels, weight = ROLES[role]
             font = QFont(_family())
@@ -159,7 +159,7 @@ class Theme(QObject):
 
 
 def _family() -> str:
-    """Return Inter if installed, else the system's font."""
+    """Return Inter if it is installed, otherwise the system's font."""
     installed = QFontDatabase.families() if QApplication.instance() else []
     if "Inter" in installed:
         return "Inter"
