@@ -1,1 +1,1 @@
-"""Set up my Hapkit, and Test my Hapkit: dialogs that work on the board itself."""
+"""The dialogs *Set up my Hapkit* and *Test my Hapkit*, which work on the board itself."""

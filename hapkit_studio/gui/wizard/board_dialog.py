@@ -1,4 +1,4 @@
-"""A dialog that owns the board: it has an E-stop, Esc stops, and closing returns the board."""
+"""A dialog that owns the board. It has an E-stop, Esc stops the motor, and closing returns the board."""
 
 import math
 from dataclasses import dataclass
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 FRAME_MS = 50
 NEUTRAL = ("circle", "ink3")
 SIGNS = {PASS: ("check", "ok"), WARN: ("triangle", "warn"), FAIL: ("triangle", "danger"), SKIP: NEUTRAL}
-"""Icon and colour of a result's level."""
+"""Icon and colour token for each level of a result."""
 LONG_SECONDS = 5.0
-"""s from which on a run shows its progress."""
+"""s: a run that takes at least this long shows its progress."""
 _EVERY = 5
-"""One of this many samples is drawn."""
+"""Every n-th sample is drawn, where n is this number."""
 
 
 @dataclass(frozen=True)
 class Recent:
-    """The last ten seconds of a board: time s (n,), reading (n,), position m (n,); the current force in N."""
+    """The last ten seconds of a board: time in s (n,), reading (n,), position in m (n,), force in N."""
 
     time: np.ndarray
     raw: np.ndarray
@@ -42,7 +42,7 @@ class Recent:
 
 
 class BoardDialog(QDialog):
-    """Takes the board from the loop while it is open, and returns it. Non-modal."""
+    """A non-modal dialog that takes the board from the loop while it is open, and returns it."""
 
     title = ""
 
@@ -57,7 +57,7 @@ class BoardDialog(QDialog):
         assert entry is not None
         self.board = BoardThread(entry.make, self.prepare, self)
         self.stop, self.release = StopButton(studio), QPushButton("Release E-stop")
-        self.released = False  # in this dialog, since the last E-stop
+        self.released = False  # True if the user has released the E-stop in this dialog
         self.close_button = QPushButton("Close")
         self.close_button.clicked.connect(self.close_or_cancel)
         self.column = vbox(self._header(), into=self)
@@ -69,7 +69,7 @@ class BoardDialog(QDialog):
 
     @classmethod
     def open_over(cls, studio: "Studio", window: QWidget, closed: SignalInstance) -> "BoardDialog":
-        """Open the dialog over the window, or raise the one that owns the board; the window closes it."""
+        """Open the dialog over the window, or raise the one that owns the board; the window will close it."""
         for dialog in window.findChildren(BoardDialog):
             if dialog.isVisible():
                 dialog.raise_()
@@ -81,22 +81,22 @@ class BoardDialog(QDialog):
         made.begin()
         return made
 
-    # for subclasses
+    # methods for subclasses
 
     @staticmethod
     def prepare(runner: "BoardRunner") -> Any:
-        """Return the argument of jobs, made from the open board in the board's thread."""
+        """Return the argument of jobs; it is made from the open board in the board's thread."""
         return runner
 
     def show_recent(self, recent: Recent) -> None:
-        """Draw the board's reports, twenty times per second."""
+        """Draw the board's samples; this is called twenty times per second."""
 
     # the board
 
     def begin(self) -> None:
-        """Take the board over."""
+        """Take the board from the loop."""
         self.studio.device.release_port(self.windowTitle())
-        self.setFocus()  # not the E-stop: an accidental Enter would latch it
+        self.setFocus()  # the E-stop must not have the focus, because an accidental Enter would latch it
         self.board.start()
         self._frames.start()
 
@@ -112,7 +112,7 @@ class BoardDialog(QDialog):
         samples = list(runner.recent) if runner is not None else []
         if runner is None or not samples:
             return
-        # drawing every sample would delay the thread that answers them
+        # drawing every sample would delay the thread that answers the board
         shown = samples[(len(samples) - 1) % _EVERY :: _EVERY]
         clock, raw, count = np.array([(s.time_us, s.raw, s.count) for s in shown]).T
         time = 1e-6 * np.cumsum(np.diff(clock, prepend=clock[0]) % 2**32)
@@ -123,7 +123,8 @@ class BoardDialog(QDialog):
     def _release(self) -> None:
         """Release the E-stop for the board in this dialog, and for the loop that follows."""
         self.released = True
-        self.studio.stop_state.restored = False  # the user has released it: the loop needs no Render
+        # the user has released the E-stop, so the loop does not wait for Render
+        self.studio.stop_state.restored = False
         self.studio.release_stop()
 
     def _stop_changed(self) -> None:
@@ -135,14 +136,14 @@ class BoardDialog(QDialog):
             self.board.release()
 
     def _link_changed(self) -> None:
-        """Release the board if another device was chosen."""
+        """Release the board if the user has chosen another device."""
         if self.studio.link.state != "idle" and self.isVisible():
             self.close()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Stop the motor on Esc; on Enter press only the focused button.
 
-        Neither typing a number nor key repeat may start the motor.
+        Neither a typed number nor key repeat may start the motor.
         """
         if event.key() == Qt.Key.Key_Escape:
             self.studio.stop()
@@ -178,7 +179,7 @@ class BoardDialog(QDialog):
 
 
 class ResultBox(QFrame):
-    """An icon, the result, the remedy below it; a progress bar at the bottom."""
+    """Shows an icon, the result and its remedy; a progress bar is at the bottom."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -191,7 +192,7 @@ class ResultBox(QFrame):
         self.bar.hide()
         text = vbox(None, self.words, self.remedy, None, gap=4)
         vbox((hbox(self.sign, (text, 1), gap=12), 1), self.bar, into=self, margins=(14, 7, 14, 4), gap=2)
-        self.setMinimumHeight(66)  # two lines, so that most results move nothing
+        self.setMinimumHeight(66)  # two lines are reserved, so that most results do not move other widgets
 
     def show_text(self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL) -> None:
         """Show text and remedy with an icon and its colour."""
@@ -211,11 +212,11 @@ class ResultBox(QFrame):
         self.show_text(words, remedy, SIGNS[WARN])
 
     def show_working(self, words: str) -> None:
-        """Show the activity."""
+        """Show what the board is doing now."""
         self.show_text(words, "", ("circle", "accent"))
 
     def show_progress(self, passed: float, seconds: float) -> None:
-        """Show the progress of a run of ``seconds``; nothing for a short or endless one."""
+        """Show the progress of a run of ``seconds``; a short or endless run shows no progress."""
         shown = LONG_SECONDS <= seconds < math.inf
         if shown:
             self.bar.setValue(round(100 * passed / seconds))

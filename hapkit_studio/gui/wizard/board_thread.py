@@ -1,4 +1,4 @@
-"""The thread that owns the board for a dialog: one job at a time, samples in between."""
+"""The thread that owns the board for a dialog. It runs one job at a time and reads samples in between."""
 
 import queue
 import threading
@@ -12,21 +12,21 @@ from hapkit_studio.devices.board_runner import BoardRunner
 from hapkit_studio.errors import DeviceError, PortBusyError, StudioError
 
 BUSY_SECONDS = 5.0
-"""s, time-out for the studio's own loop to release the port."""
+"""s: time-out for the application's own loop to release the port."""
 JOIN_SECONDS = 5.0
 _RETRY_SECONDS = 0.05
 POLL_MS = 15
-"""ms between the window's checks for reports."""
+"""ms: interval at which the window checks for reports."""
 
 Job = Callable[[Any], object]
 
 
 class BoardThread(QObject):
-    """Opens a board in its own thread; ``run_job`` gives it a job on the result of ``prepare``.
+    """Opens a board in a thread of its own; ``run_job`` runs a job with the result of ``prepare``.
 
-    Signals are emitted in the window's thread. ``refused``: a job ended without a result, the board is still
-    there. ``failed``: the board is lost; nothing runs until ``start``. ``progressed``: the argument of
-    ``report_progress`` in a job.
+    Signals are emitted in the window's thread. ``refused``: a job ended without a result, and the board is
+    still connected. ``failed``: the board is lost; no job runs until ``start`` is called. ``progressed`` has
+    the argument of ``report_progress`` in a job.
     """
 
     opened = Signal(object)
@@ -50,11 +50,11 @@ class BoardThread(QObject):
         self._reports: queue.SimpleQueue[tuple[str, Any]] = queue.SimpleQueue()
         self._timer = QTimer(self, interval=POLL_MS)
         self._timer.timeout.connect(self._read_reports)
-        self.destroyed.connect(self._quit.set)  # ends the thread with its owner
+        self.destroyed.connect(self._quit.set)  # the thread ends together with its owner
         self._thread = threading.Thread()
 
     def start(self) -> None:
-        """Open the board; after a failure again, without earlier state."""
+        """Open the board; after a failure, open it again without earlier state."""
         if self._thread.ident is not None:
             self._thread.join(JOIN_SECONDS)
         if self._quit.is_set():
@@ -69,7 +69,10 @@ class BoardThread(QObject):
         self._timer.start()
 
     def run_job(self, job: Job, after: Callable[[Any], object]) -> bool:
-        """Run a job on the subject, then ``after(result)`` here; return False if busy or without board."""
+        """Run a job, then call ``after(result)`` in the window's thread.
+
+        Return False if busy or without a board.
+        """
         if self.busy or self.runner is None:
             return False
         self.runner.begin_job()
@@ -80,38 +83,38 @@ class BoardThread(QObject):
 
     @property
     def job_running(self) -> bool:
-        """Return True if a job was started and has not ended."""
+        """Return True while a job runs."""
         return self._after is not None
 
     def cancel(self) -> None:
-        """End the job at the next sample, with the motor off."""
+        """End the job at the next sample, and switch the motor off."""
         if self.runner is not None and self.job_running:
             self.runner.cancel()
 
     def stop(self) -> None:
-        """E-stop at the next sample; also before the board is open."""
+        """Latch the E-stop at the next sample; this is also possible before the board is open."""
         self._stopped = True
         if self.runner is not None:
             self.runner.stop()
 
     def release(self) -> None:
-        """End the E-stop."""
+        """Release the E-stop."""
         self._stopped = False
         if self.runner is not None:
             self.runner.release()
 
     @property
     def has_hand(self) -> bool:
-        """Return True if the window moves the board's hand, as for the virtual board."""
+        """Return True if the window moves the board's hand, which is possible on the virtual board."""
         return self.runner is not None and bool(self.runner.board.simulated_hand)
 
     def move_hand(self, place: float | None) -> None:
-        """Hold the virtual board's hand at a position in m; None releases it."""
+        """Hold the virtual board's hand at a position in m; None releases the handle."""
         if self.runner is not None and self.has_hand:
             self.runner.board.move_hand(place)
 
     def end(self) -> None:
-        """Switch the motor off, release the board and wait for that; may be called twice."""
+        """Switch the motor off, release the board, and wait for this; a second call does nothing."""
         self._quit.set()
         self._timer.stop()
         if self.runner is not None:
@@ -120,7 +123,7 @@ class BoardThread(QObject):
         if self._thread.ident is not None:
             self._thread.join(JOIN_SECONDS)
 
-    # in the thread, which does not use Qt: the window may be destroyed at any moment
+    # methods that run in the thread; they do not use Qt, because the window may be destroyed at any moment
 
     def _run(self) -> None:
         runner = None
@@ -143,7 +146,7 @@ class BoardThread(QObject):
                 runner.close()
 
     def _open(self) -> BoardRunner:
-        """Return an open board, waiting until the loop has released the port; raise DeviceError."""
+        """Wait until the loop has released the port, and return an open board; raise DeviceError."""
         deadline = time.monotonic() + BUSY_SECONDS
         while True:
             runner = BoardRunner(self._make_board())
@@ -165,14 +168,14 @@ class BoardThread(QObject):
             self._reports.put(("done", job(self.subject)))
         except StudioError as error:
             self._reports.put(("refused", str(error)))
-        except OSError as error:  # a file error; port errors are DeviceError
+        except OSError as error:  # an error of a file, because errors of the port are DeviceError
             self._reports.put(("refused", f"{error.strerror}: {error.filename}."))
 
     def report_progress(self, what: object) -> None:
-        """Emit ``progressed`` in the window's thread; a job calls this."""
+        """Emit ``progressed`` in the window's thread; jobs call this."""
         self._reports.put(("progressed", what))
 
-    # in the window's thread again
+    # methods that run in the window's thread
 
     def _read_reports(self) -> None:
         while not self._reports.empty():

@@ -1,4 +1,4 @@
-"""Test my Hapkit: runs all checks and shows results and remedies; changes nothing on the board."""
+"""The dialog *Test my Hapkit*. It runs all checks and shows results and remedies; it changes no setting."""
 
 from typing import TYPE_CHECKING
 
@@ -23,7 +23,7 @@ _BEGIN = (
 
 
 class CheckDialog(BoardDialog):
-    """One row per check, and a line with the overall result."""
+    """Shows one row per check, and a line with the overall result."""
 
     title = "Test my Hapkit"
 
@@ -45,7 +45,7 @@ class CheckDialog(BoardDialog):
         self.box.show_working("Starting the board…")
 
     def run(self) -> None:
-        """Run every check."""
+        """Run all checks."""
         for check in CHECKS:
             sign, words = self.rows[check.key]
             sign.show_sign("", "ink2")
@@ -93,7 +93,7 @@ class CheckDialog(BoardDialog):
     def _show_ready(
         self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL, button: str = "Test again"
     ) -> None:
-        """Show the state, and enable Test."""
+        """Show a state, and enable the button that starts the test."""
         self.box.show_text(words, remedy, look)
         self.test.setText(button)
         self.test.setEnabled(True)

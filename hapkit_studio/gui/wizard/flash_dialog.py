@@ -1,4 +1,4 @@
-"""Dialog that flashes the firmware: port, avrdude, progress, and the board's answer."""
+"""The dialog that flashes the firmware and shows progress and the board's answer."""
 
 from functools import partial
 
@@ -19,7 +19,7 @@ STAGES = (CONNECTING, WRITING, VERIFYING)
 _WORDS = ("Looking for the boot loader…", "Writing…", "Verifying…")
 _WHOLE = 100
 PATIENCE = 5.0
-"""s to wait until the studio's own loop has released the port."""
+"""s: maximum wait until the application's own loop has released the port."""
 _ABOUT = (
     "Writes the firmware to the board and verifies it. The calibration of the kit is kept. Close "
     "other programs that use the port. The motor is off meanwhile."
@@ -27,7 +27,10 @@ _ABOUT = (
 
 
 class FlashDialog(FormDialog):
-    """Non-modal; while writing it cannot be closed, and the window has released the port."""
+    """A non-modal dialog that flashes a board.
+
+    It cannot be closed while it writes; during this time the window has released the port.
+    """
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__("Flash firmware", _ABOUT, parent)
@@ -46,7 +49,7 @@ class FlashDialog(FormDialog):
     # actions of the user
 
     def refresh(self) -> None:
-        """List the ports, with the one in use selected, and find avrdude."""
+        """List the ports and select the one in use; find avrdude."""
         self.ports.clear()
         self.write.setText("Flash")
         own = self._own_port()
@@ -81,7 +84,7 @@ class FlashDialog(FormDialog):
     # events
 
     def _find(self) -> None:
-        """Show where avrdude is, or how to get it; enable Flash if everything is available."""
+        """Show where avrdude is, or how to get it; enable the button if all requirements are met."""
         try:
             found = str(avrdude.find(self._program).program)
         except AvrdudeMissingError as error:
@@ -108,7 +111,7 @@ class FlashDialog(FormDialog):
         self.bar.setValue(max(done - _WHOLE, 0))
 
     def _written(self, result: Flashed) -> None:
-        """Open the board again; its answer arrives with the link."""
+        """Open the board again; its answer arrives together with the link."""
         self._flashed = result
         self.write.setText("Flash")
         self._show_busy(False)
@@ -120,7 +123,7 @@ class FlashDialog(FormDialog):
         )
 
     def _show_answer(self) -> None:
-        """Show the flashed board's answer, or why there is none."""
+        """Show the flashed board's answer, or the reason why there is none."""
         link, engine = self._studio.link, self._studio.engine
         if self._flashed is None or link.state in ("connecting", "idle", "preparing"):
             return
@@ -128,7 +131,7 @@ class FlashDialog(FormDialog):
         if link.state != "running":
             self.verdict.say(f"{wrote} {link.text}", "triangle", "warn")
         elif engine is None:
-            return  # the engine's own signal follows
+            return  # the engine will emit its signal again
         else:
             found = engine.device.about()
             words = f"The board answers: build {found['firmware']}, protocol version {found['protocol']}."
@@ -151,14 +154,14 @@ class FlashDialog(FormDialog):
             self.bar.show()
 
     def _own_port(self) -> str:
-        """Return the port of the device in use, "" if it is not a board on a port."""
+        """Return the port of the current device; "" if the device is not a board on a port."""
         engine, entry = self._studio.engine, self._studio.entry
         key = entry.key if entry is not None else ""
         path = engine.device.flash_port if engine is not None else key
         return path if serial_ports.is_path(path) else ""
 
     def reject(self) -> None:
-        """Do not close while writing: half a firmware would not work."""
+        """Refuse to close while writing, because incomplete firmware would not work."""
         if not self.job.running:
             super().reject()
 

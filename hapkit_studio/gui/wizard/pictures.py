@@ -1,4 +1,4 @@
-"""Pictures of the steps: the kit, the handle on its rail, and a value over the last ten seconds."""
+"""Pictures of the steps: the kit, the handle on its rail, and a plot of the last ten seconds."""
 
 import re
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ _PARTS = ("upright", "plugged", "unplugged", "scale", "spring", "side_down", "em
 
 
 class KitDrawing(QSvgWidget):
-    """Drawing of the kit with USB plugged in; supply: the motor's supply is plugged in, too."""
+    """A drawing of the kit with USB plugged in; with ``supply`` the motor's supply is plugged in, too."""
 
     def __init__(self, supply: bool) -> None:
         super().__init__()
@@ -35,15 +35,15 @@ class KitDrawing(QSvgWidget):
         self._show(self._plug, "upright")
 
     def show_weight(self, grams: str) -> None:
-        """Show the kit on its side, with a weight in grams at its handle; "0" for none."""
+        """Show the kit on its side, with a weight in grams at its handle; "0" means no weight."""
         self._show("side_down", "empty" if grams == "0" else "weight", grams=grams)
 
     def show_scale(self) -> None:
-        """Show the upright kit with a kitchen scale on the right of its handle."""
+        """Show the kit upright, with a kitchen scale to the right of its handle."""
         self._show("upright", self._plug, "scale")
 
     def show_spring(self) -> None:
-        """Show the upright kit with a spring between its handle and a post on the left."""
+        """Show the kit upright, with a spring between its handle and a post on the left."""
         self._show("upright", self._plug, "spring")
 
     def sizeHint(self) -> QSize:
@@ -60,20 +60,21 @@ class KitDrawing(QSvgWidget):
         self.renderer().setAspectRatioMode(Qt.AspectRatioMode.KeepAspectRatio)
 
 
-_PER_NEWTON = 90.0  # px
-_BESIDE = 8  # px between the button and the edges
+_PER_NEWTON = 90.0  # px per newton of the force's arrow
+_BESIDE = 8  # px: distance between the button and the edges
 
 
 class HandleView(SceneView):
-    """Draws the handle on its rail, the motor's force (optional), and marks.
+    """Draws the handle on its rail, marks and, optionally, the motor's force.
 
-    marks: positions in m, and whether each is taken. A simulated hand holds the handle where it was dragged,
-    so that the user can press a button meanwhile; the button *Let go* releases it.
+    ``marks`` are positions in m, each with whether its mark was taken. A simulated hand holds the handle
+    where it was dragged, so that the user can press a button meanwhile; the button *Let go* releases the
+    handle.
     """
 
     def __init__(self, with_force: bool) -> None:
         super().__init__()
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # during a job the keyboard focus belongs to the E-stop
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # during a job the keyboard focus stays on the E-stop
         self.marks: Mapping[float, bool] = {}
         self._with_force, self._known = with_force, False
         self.let_go = QPushButton("Let go", self)
@@ -101,10 +102,10 @@ class HandleView(SceneView):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         self._dragging = False
-        self.set_hand_enabled(self._hand_enabled)  # shows the open hand again
+        self.set_hand_enabled(self._hand_enabled)  # this shows the open hand again
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        event.ignore()  # the page scrolls
+        event.ignore()  # the page scrolls with this event
 
     def _move_hand(self, target: float) -> None:
         super()._move_hand(target)
@@ -115,7 +116,7 @@ class HandleView(SceneView):
         self._place_button()
 
     def _place_button(self) -> None:
-        """Place the button below the knob, on the side where it does not cover the hand."""
+        """Place the button below the knob, on the side on which it does not cover the hand."""
         size, stage = self.let_go.sizeHint(), self._layout()
         ends = self.width() - size.width() - _BESIDE, _BESIDE
         hand = stage.x(1e3 * (self._target or 0.0))
@@ -146,7 +147,7 @@ class HandleView(SceneView):
             stage.write("Drag: virtual hand", [(10, y, 1), (self.width() - 10, y, -1)], "accent")
 
     def _play_handle(self, stage: Stage) -> None:
-        """Draw handle, hand and force, and keep labels off them."""
+        """Draw handle, hand and force, and place labels so that they do not overlap these."""
         motion = self._motion
         if base.beyond(stage, motion):
             return
@@ -160,11 +161,11 @@ class HandleView(SceneView):
 
 SECONDS = 10.0
 _MOST_POINTS = 1500
-_JUMP = 64.0  # counts: smaller steps are motion, never the sensor's wrap-around
+_JUMP = 64.0  # counts: the sensor's wrap-around is larger than this; smaller steps are motion
 
 
 class RecentPlot(pg.PlotWidget):
-    """Plots values (n,) over board times (n,) in s, the newest on the right, with dashed horizontal lines."""
+    """Plots values (n,) over board times (n,) in s, the newest on the right, with dashed lines."""
 
     def __init__(self, title: str, lines: list[pg.InfiniteLine], token: str) -> None:
         super().__init__(enableMenu=False)
@@ -189,12 +190,15 @@ class RecentPlot(pg.PlotWidget):
         return self.minimumSize()
 
     def set_scale(self, ticks: tuple[float, ...], margin: float = 0.0) -> None:
-        """Show the range from the first to the last tick, plus a margin."""
+        """Show the range from the first to the last tick, with a margin."""
         self.setYRange(ticks[0] - margin, ticks[-1] + margin, padding=0.02)
         self.getAxis("left").setTicks([[(tick, number(tick, 0)) for tick in ticks]])
 
     def show_values(self, time: np.ndarray, values: np.ndarray) -> None:
-        """Show values (n,) over board times (n,) in s; jumps of nearly the whole range are not connected."""
+        """Show values (n,) over board times (n,) in s.
+
+        The line is interrupted at jumps over nearly the whole range.
+        """
         self.values = values
         step = max(1, len(time) // _MOST_POINTS)
         shown = values[::step]
@@ -219,7 +223,7 @@ class RecentPlot(pg.PlotWidget):
 
 
 class SensorPlot(RecentPlot):
-    """Plots sensor readings with lowest and highest value; the sawtooth is the sensor's wrap-around."""
+    """Plots sensor readings with their lowest and highest value; a sawtooth is the sensor's wrap-around."""
 
     def __init__(self) -> None:
         place = [{"position": 0.1, "anchors": [(0, y), (0, y)]} for y in (0, 1)]
@@ -228,7 +232,7 @@ class SensorPlot(RecentPlot):
         self.set_scale((0, 512, 1023))
 
     def show_readings(self, time: np.ndarray, raw: np.ndarray, bottom: int, top: int) -> None:
-        """Show readings (n,) over board times (n,) in s, with the scale's ends."""
+        """Show readings (n,) over board times (n,) in s, and the limits of the scale."""
         self.set_scale((bottom, round(0.5 * (bottom + top)), top))
         self.show_values(time, raw)
         for line, word, value in zip(self.lines, ("lowest", "highest"), (raw.min(), raw.max()), strict=True):
@@ -237,11 +241,11 @@ class SensorPlot(RecentPlot):
 
 
 class PositionPlot(RecentPlot):
-    """Plots positions relative to the handle's start, with the limits of a sweep, ± 25 mm."""
+    """Plots positions relative to the handle's start, with a sweep's limits at ± 25 mm."""
 
     LIMIT = 25.0
     start: float | None = None
-    """Reference position in m; None: the next sample."""
+    """The reference position in m; None means that the next sample becomes the reference."""
 
     def __init__(self) -> None:
         lines = [pg.InfiniteLine(angle=0, pos=side * self.LIMIT) for side in (-1, 1)]

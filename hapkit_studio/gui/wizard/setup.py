@@ -1,4 +1,4 @@
-"""Set up my Hapkit: seven steps on the board; every step can be skipped."""
+"""The dialog *Set up my Hapkit*: seven steps on the board, each of which can be skipped."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -38,14 +38,20 @@ _WORDS = {_BACK: "Back", _NEXT: "Next", _SKIP: "Skip", _AGAIN: "Try again"}
 
 
 class _Pages(QWizard):
-    """Passes keys to its dialog: Esc stops the motor, Enter presses the focused button."""
+    """The pages.
+
+    Keys are passed to the dialog, where Esc stops the motor and Enter presses the focused button.
+    """
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         event.ignore()
 
 
 class SetupDialog(BoardDialog):
-    """Back, Next and Skip, or any step from the list; every action needs a button press."""
+    """Shows the steps with Back, Next, Skip and a list.
+
+    Every action of the board needs the press of a button.
+    """
 
     title = "Set up my Hapkit"
 
@@ -67,13 +73,13 @@ class SetupDialog(BoardDialog):
         self.column.addWidget(self.pages, 1)
         self._connect()
         self.pages.restart()
-        around = self.list.parentWidget()  # made by QWizard, with a margin
+        around = self.list.parentWidget()  # QWizard made this widget, which has a margin
         around.layout().setContentsMargins(0, 0, 0, 0)  # type: ignore[union-attr]
         self._show_opening()
 
     @staticmethod
     def prepare(runner: "BoardRunner") -> Calibration:
-        """Return a calibration; for a USB chip that delays frames, measure the gain of padding."""
+        """Return a calibration; for a USB chip that delays frames, measure how much padding helps."""
         work = Calibration(runner)
         if runner.board.usb_chip:
             work.padding = measure_padding(runner.board)
@@ -83,7 +89,7 @@ class SetupDialog(BoardDialog):
 
     @property
     def index(self) -> int:
-        """Return the number of the visible step, from 0."""
+        """Return the index of the visible step, counted from 0."""
         return self.pages.currentId()
 
     @property
@@ -99,12 +105,12 @@ class SetupDialog(BoardDialog):
             self.pages.back()
 
     def skip_step(self) -> None:
-        """Skip a step, and state the assumption."""
+        """Skip a step, and say what is assumed instead."""
         self._skipped[self.index] = CheckResult(SKIP, f"Skipped. Assumed: {self.step.if_skipped}.")
         self.pages.next()
 
     def try_again(self) -> None:
-        """Open the board again and start with the first step, without earlier results."""
+        """Open the board again and start with the first step; earlier results are discarded."""
         self.board.start()
         self.reset()
         self._show_opening()
@@ -130,7 +136,7 @@ class SetupDialog(BoardDialog):
             self.step.box.show_progress(*self.board.runner.progress)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Return a board with changed settings in the stopped state: its handle may be inside a wall.
+        """If settings have changed, return the board in the stopped state: the handle may be inside a wall.
 
         If the user has released the E-stop in this dialog, the motor is not stopped again.
         """
@@ -145,7 +151,7 @@ class SetupDialog(BoardDialog):
     # events
 
     def _entered(self, index: int) -> None:
-        """Start the step that has become visible; index: -1 while the wizard restarts."""
+        """Start the step that has become visible; the index is −1 while the wizard restarts."""
         if index < 0:
             return
         for step in self.steps:
@@ -161,7 +167,7 @@ class SetupDialog(BoardDialog):
     def _focus(self) -> None:
         """Move the focus to Next if the step is done, otherwise to the step's first button.
 
-        If that button starts the motor, the page itself gets the focus: Enter then does nothing.
+        If that button starts the motor, the page itself gets the focus, so that Enter has no effect.
         """
         done = self.step.result is not None and self.step.result.good
         on = self.close_button if self.step is self.save_step else self.next
@@ -189,7 +195,7 @@ class SetupDialog(BoardDialog):
             self._focus()
 
     def _failed(self, words: str) -> None:
-        """Show the failure on every page; only Try again and Close remain."""
+        """Show the failure on every page; only the buttons Try again and Close remain."""
         for step in self.steps:
             step.box.show_text(words, "Motor off. Check the cable, then try again.", ("unplugged", "warn"))
         self._show_state()
@@ -197,22 +203,22 @@ class SetupDialog(BoardDialog):
         self.again.setFocus()
 
     def _undone(self) -> None:
-        """Restart the steps: all results have been undone."""
+        """Restart the steps, because all results have been undone."""
         self.reset()
         words = "The board has its old settings again. Nothing is left to save."
         self.step.box.show_text(words, look=SIGNS[PASS])
 
     def _changed(self) -> None:
-        """Show a step's result, and move the focus on if it is done."""
+        """Show a step's result; if the step is done, move the focus to Next."""
         tried, work = self.direction_step, self.board.subject
         if tried.result is not None and work is not None and work.direction is None:
-            tried.reset()  # later changes have reversed force or position
+            tried.reset()  # force or position has been reversed since this test
         self._show_state()
         if self.step.result is not None and self.step.result.good:
             self._focus()
 
     def _show_state(self) -> None:
-        """Show the state of the steps, the possible actions, and the meaning of Skip."""
+        """Show the state of the steps, the possible actions, and what Skip would do."""
         for index, step in enumerate(self.steps):
             result, row = step.result or self._skipped.get(index), self.list.item(index)
             words = result.words if result is not None else "not done yet"
@@ -233,7 +239,8 @@ class SetupDialog(BoardDialog):
 
     def _make_pages(self) -> QWizard:
         pages = _Pages(self)
-        pages.setWindowFlags(Qt.WindowType.Widget)  # part of this dialog, no separate window
+        # the pages are a part of this dialog, not a separate window
+        pages.setWindowFlags(Qt.WindowType.Widget)
         pages.setWizardStyle(QWizard.WizardStyle.ModernStyle)
         pages.setOption(QWizard.WizardOption.IndependentPages)
         pages.setOption(QWizard.WizardOption.NoDefaultButton)

@@ -1,4 +1,4 @@
-"""Connect: USB only, and the kind of kit."""
+"""The step Connect: USB only, and the kind of kit."""
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox
@@ -14,7 +14,7 @@ from hapkit_studio.protocol.messages import Origin
 
 
 class ConnectStep(StepPage):
-    """Connect USB only, and choose the kit; if skipped, the board's settings do not change."""
+    """The user connects USB only, and chooses the kit; if skipped, the board's settings do not change."""
 
     padding_chosen = Signal(int)
     name = "Connect"
@@ -42,7 +42,7 @@ class ConnectStep(StepPage):
         self._show_note()
 
     def enter(self) -> None:
-        """Show the board's current kit; start padding frames if that is faster."""
+        """Show the board's current kit; pad frames from now on if that makes them arrive earlier."""
         if self.calibration is None or self.result is not None:
             return
         now, found = self.calibration.original, self.calibration.padding
@@ -60,7 +60,7 @@ class ConnectStep(StepPage):
         self.enter()
 
     def use_kit(self) -> None:
-        """Apply the kit's numbers."""
+        """Apply the numbers of the chosen kit."""
         kit = profiles.named(self.kits.currentData())
         if kit is profiles.numbered(self.calibration.board.profile):
             self.finish(passed(f"The board is already set to this kit: {kit.title}."))

@@ -1,4 +1,4 @@
-"""Direction: motor pulses test whether force and position have the same sign."""
+"""The step Direction: motor pulses test whether force and position have the same sign."""
 
 from hapkit_studio.analysis.calibrate.result import CheckResult
 from hapkit_studio.gui.wizard.board_thread import BoardThread
@@ -7,7 +7,7 @@ from hapkit_studio.gui.wizard.step_page import StepPage
 
 
 class DirectionStep(StepPage):
-    """Switch the motor's supply on; small pulses test whether force and position agree."""
+    """The user switches on the motor's supply; small pulses test whether force and position agree."""
 
     pushes = True
     name = "Direction"

@@ -1,4 +1,4 @@
-"""Friction: a slow sweep measures mass, damping and dry friction."""
+"""The step Friction: a slow sweep measures mass, damping and dry friction."""
 
 from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.paddle import SweepResult
@@ -14,7 +14,7 @@ _ESTIMATES = {"mass": "Mass", "viscous": "Damping", "coulomb": "Dry friction"}
 
 
 class FrictionStep(StepPage):
-    """A slow sweep measures mass, damping, dry friction, and a dead band of the motor."""
+    """A slow sweep measures mass, damping, dry friction, and the motor's dead band."""
 
     pushes = needs_direction = True
     name = "Friction"
@@ -52,7 +52,7 @@ class FrictionStep(StepPage):
             value.setText("–")
 
     def start(self) -> None:
-        """Sweep."""
+        """Start the sweep."""
         self.plot.start = None  # limits are relative to the handle's current position
         self.run_job("Sweeping. Hands off…", lambda work: work.sweep(), self._swept)
 

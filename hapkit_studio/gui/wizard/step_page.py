@@ -1,4 +1,4 @@
-"""Base of a step's page: texts, pictures, buttons, and the result below."""
+"""The base class of a step's page: texts, pictures, buttons, and the result below them."""
 
 from collections.abc import Callable
 from typing import Any
@@ -21,12 +21,13 @@ _SIDE, _SPACE = 24, 12
 
 
 class StepPage(QWizardPage):
-    """One step. It is complete once it has a result; until then it may only be skipped.
+    """One step. It is complete once it has a result; until then the user can only skip it.
 
-    name: in the list of steps; heading, words: on the page; begin: initial text of the box; if_skipped: the
-    assumption then; pushes: the motor pushes; needs_direction: requires the direction test; first: the button
-    with the initial focus, never one that starts the motor. ``job_started``: a job is running; ``changed``:
-    the result changed.
+    ``name`` is shown in the list of steps, ``heading`` and ``words`` on the page. ``begin`` is the initial
+    text of the result's box. ``if_skipped`` is the assumption if the step is skipped. ``pushes``: the motor
+    pushes in this step. ``needs_direction``: the step requires the direction test. ``first`` is the button
+    with the initial focus; it never starts the motor. ``job_started`` is emitted when a job starts,
+    ``changed`` when the result has changed.
     """
 
     job_started, changed = Signal(), Signal()
@@ -66,7 +67,7 @@ class StepPage(QWizardPage):
     def isComplete(self) -> bool:
         return self.result is not None and not self.board.busy
 
-    # for subclasses
+    # methods for subclasses
 
     def enter(self) -> None:
         """Update the page when it becomes visible or the board is opened."""
@@ -77,7 +78,7 @@ class StepPage(QWizardPage):
                 self.box.show_warning(NO_DIRECTION)
 
     def show_recent(self, recent: Recent) -> None:
-        """Draw the board's reports, twenty times per second while visible."""
+        """Draw the board's samples; this is called twenty times per second while the page is visible."""
         if self.handle is not None:
             self.handle.show_handle(float(recent.position[-1]), recent.force)
 
@@ -89,17 +90,20 @@ class StepPage(QWizardPage):
     # building blocks
 
     def add_text(self, words: str = "") -> QLabel:
-        """Add an instruction; return its label."""
+        """Add an instruction and return its label."""
         made = label(words)
         self.column.addWidget(made)
         return made
 
     def add_row(self, *parts: QWidget) -> None:
-        """Add parts side by side, left-aligned."""
+        """Add widgets side by side, aligned to the left."""
         self.column.addLayout(hbox(*parts, None, gap=10))
 
     def add_handle(self, picture: QWidget | None = None) -> None:
-        """Add a picture of the handle, with a draggable hand if the board has one, beside another picture."""
+        """Add a picture of the handle beside another picture.
+
+        The user can drag its hand if the board has one.
+        """
         view = self.handle = HandleView(with_force=self.pushes)
         view.hand_moved.connect(self.board.move_hand)
         view.hand_released.connect(lambda: self.board.move_hand(None))
@@ -117,9 +121,9 @@ class StepPage(QWizardPage):
         motor: bool = False,
         ready: Callable[[], bool] = lambda: True,
     ) -> QPushButton:
-        """Return a button of the step, disabled during a job or if it is not ready.
+        """Return a button of the step; it is disabled during a job, or if ``ready()`` is False.
 
-        One that starts the motor requires the direction test if the step needs it.
+        A button that starts the motor requires the direction test if the step needs that test.
         """
         made = as_primary(QPushButton(words)) if primary else QPushButton(words)
         made.setProperty("tall", True)
@@ -133,11 +137,11 @@ class StepPage(QWizardPage):
     def job_button(
         self, words: str, says: str, job: Job, after: Callable[[Any], object], **options: Any
     ) -> QPushButton:
-        """Return a button that runs a job without typed input; options: as of ``button``."""
+        """Return a button that runs a job without typed input; ``options`` are those of ``button``."""
         return self.button(words, lambda: self.run_job(says, job, after), **options)
 
     def run_job(self, words: str, job: Job, after: Callable[[Any], object]) -> None:
-        """Run a job in the board's thread, show its activity, then call after(result)."""
+        """Run a job in the board's thread and show what it does, then call ``after(result)``."""
         if self.board.run_job(job, after):
             self.box.show_working(words)
             self.job_started.emit()
@@ -149,11 +153,14 @@ class StepPage(QWizardPage):
         self.changed.emit()
 
     def show_refusal(self, words: str, remedy: str = "") -> None:
-        """Show why a job ended without a result, and the remedy."""
+        """Show the reason why a job ended without a result, and the remedy."""
         self.box.show_warning(words, remedy)
 
     def enable_buttons(self) -> None:
-        """Enable the buttons that are ready, and Next; none during a job or without a board."""
+        """Enable the buttons that are ready, and Next.
+
+        During a job or without a board, enable none of them.
+        """
         free = not self.board.busy and self.calibration is not None
         for button, ready in self._buttons:
             button.setEnabled(free and ready())
@@ -161,7 +168,7 @@ class StepPage(QWizardPage):
 
 
 class ThousandthsBox(QDoubleSpinBox):
-    """A number box in mm or g, with its value in SI units."""
+    """A number box in mm or g; its value is also available in SI units."""
 
     def __init__(self, name: str, unit: str, low: float, high: float, decimals: int) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Save: changes, the kit's name, and storing on the board and in a file."""
+"""The step Save: it shows the changes, asks for the kit's name, and stores them on board and disk."""
 
 import math
 from collections.abc import Callable
@@ -22,14 +22,17 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.calibrate.calibration import Calibration
 
 Notes = dict[str, tuple[bool, str]]
-"""By step name: whether it is done, and its result or assumption."""
+"""For each step's name: whether the step is done, and its result or assumption."""
 _NEAR_KIT = 0.2
-"""Relative deviation from a known kit's scale up to which a scale is saved without confirmation."""
+"""A scale needs no confirmation if its relative deviation from a known kit's scale is at most this."""
 _UNSAVED = "Not saved yet: the board will lose these settings at its next start."
 
 
 class SaveStep(StepPage):
-    """Complete once the board has stored its settings. ``undone``: the old ones are restored."""
+    """This step is complete once the board has stored its settings.
+
+    ``undone`` is emitted when the old settings are restored.
+    """
 
     undone = Signal()
     name = "Save"
@@ -68,7 +71,7 @@ class SaveStep(StepPage):
             "Undo it all", "Restoring…", lambda work: work.undo(), lambda _none: self.undone.emit()
         )
         self.keep = self.button("Keep", self.keep_everything)
-        self.foot.insertWidget(0, self.confirm)  # in sight, however long the table is
+        self.foot.insertWidget(0, self.confirm)  # the box must stay in sight even if the table is long
         buttons = self.save, self.undo, self.undo_all, self.keep
         self.foot.insertLayout(1, hbox(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
         self.file = self.add_text()
@@ -94,7 +97,7 @@ class SaveStep(StepPage):
         self.label.clear()
         self.file.hide()
 
-    # scale
+    # confirming the scale
 
     def _scale_plausible(self) -> bool:
         """Return True if the scale is near that of a known kit."""
@@ -105,7 +108,7 @@ class SaveStep(StepPage):
         return self.calibration.board.quantum == self._confirmed
 
     def _confirm_scale(self, on: bool) -> None:
-        """Confirm the current scale; another one must be confirmed again."""
+        """Confirm the current scale; a different scale must be confirmed again."""
         self._confirmed = self.calibration.board.quantum if on else math.nan
         self.keep_everything()
         self.enable_buttons()
@@ -137,7 +140,7 @@ class SaveStep(StepPage):
         self.finish(passed(f"Saved on the board and in {Path(path).name}. {self._next_start()}"))
 
     def _next_start(self) -> str:
-        """Return where the handle must be when the board is switched on, for a correct zero."""
+        """Return the handle's position for a correct zero when the board is switched on."""
         board = self.calibration.board
         if board.sensor == Sensor.QUADRATURE:
             return (
@@ -151,7 +154,7 @@ class SaveStep(StepPage):
     # undoing
 
     def ask(self) -> None:
-        """Ask before discarding all results."""
+        """Ask the user before all results are discarded."""
         self._show_question(True)
         self.box.show_warning(
             "Restore the settings that the board had when this window opened?",
@@ -160,7 +163,7 @@ class SaveStep(StepPage):
         self.keep.setFocus()
 
     def keep_everything(self) -> None:
-        """Cancel the undo."""
+        """Cancel the undo and keep all results."""
         self._show_question(False)
         if self.result is not None:
             self.box.show_result(self.result)

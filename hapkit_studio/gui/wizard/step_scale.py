@@ -1,4 +1,4 @@
-"""Zero and scale from marks at which the handle is held, checked against the radii."""
+"""The step Scale: zero and scale follow from marks at which the handle is held; the radii are a check."""
 
 from PySide6.QtWidgets import QLabel
 
@@ -11,10 +11,10 @@ from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.step_page import StepPage, ThousandthsBox
 
 REACH = 0.050
-"""m on either side within which marks are allowed."""
+"""m: marks are allowed within this distance on either side."""
 PLACES = (0.0, -0.020, 0.020, 0.0)
 _SAME = 6e-6
-"""m; differences in a radius that are rounding of the display."""
+"""m: smaller differences in a radius are due to the rounding of the display."""
 _RADII = (
     ("handle_radius", "Axis to handle, rh"),
     ("pulley_radius", "Pulley, rp"),
@@ -23,7 +23,7 @@ _RADII = (
 
 
 class ScaleStep(StepPage):
-    """Complete once the scale is applied."""
+    """This step is complete once the scale is applied."""
 
     name = "Zero and scale"
     heading = "Zero and scale: hold the handle at marks"
@@ -73,7 +73,7 @@ class ScaleStep(StepPage):
     # marks
 
     def take_mark(self) -> None:
-        """Take the mark at which the handle is held."""
+        """Take the mark at which the user holds the handle now."""
         place = self.place.si
         self.run_job("Hold still…", lambda work: work.take_mark(place), self._mark_taken)
 
@@ -109,7 +109,7 @@ class ScaleStep(StepPage):
         self.first = self.apply if scale.result.good else None
 
     def show_refusal(self, words: str, remedy: str = "") -> None:
-        """Show a refusal, in red if all marks are taken and give no scale."""
+        """Show a refusal; it is red if all marks are taken but give no scale."""
         if len(self._marks) >= len(PLACES) and self.calibration.scale is None:
             self.box.show_text(words, remedy, SIGNS[FAIL])
         else:
@@ -120,12 +120,12 @@ class ScaleStep(StepPage):
         self.finish(result)
 
     def _scale_usable(self) -> bool:
-        """Return True if all marks are taken and do not contradict each other or the step Sensor."""
+        """Return True if all marks are taken and agree with each other and with the step Sensor."""
         found = self.calibration.scale if self.calibration is not None else None
         return len(self._marks) >= len(PLACES) and found is not None and found.result.level != FAIL
 
     def _offer_mark(self) -> None:
-        """Show the next mark."""
+        """Show the instruction for the next mark."""
         taken = [mark.place for mark in self._marks]
         left = PLACES[len(taken) :]
         self.place.show_si(left[0] if left else 0.0)
@@ -148,7 +148,7 @@ class ScaleStep(StepPage):
         self.result = None
         self.changed.emit()
         if len(self._marks) >= len(PLACES):
-            self._fit()  # shows at once whether the existing marks agree
+            self._fit()  # this shows at once whether the existing marks agree with the radii
         else:
             words = "The board now uses these radii. Take the marks to check them."
             self.box.show_text(words, look=SIGNS[PASS])

@@ -1,4 +1,4 @@
-"""Sensor: the handle is moved from end to end, and the sensor is checked."""
+"""The step Sensor: the user moves the handle from end to end, and the sensor is checked."""
 
 from hapkit_studio.gui.wizard.board_dialog import Recent
 from hapkit_studio.gui.wizard.board_thread import BoardThread
@@ -12,7 +12,7 @@ _SCALES = {Sensor.AS5048A: (0, 16383), Sensor.QUADRATURE: (-100, 100)}
 
 
 class SensorStep(StepPage):
-    """Move the handle from end to end and check the sensor."""
+    """The user moves the handle from end to end, and the sensor is checked."""
 
     name = "Sensor"
     heading = "Sensor: move the handle from end to end"
@@ -39,5 +39,5 @@ class SensorStep(StepPage):
     def show_recent(self, recent: Recent) -> None:
         super().show_recent(recent)
         bottom, top = _SCALES.get(Sensor(self.calibration.board.sensor), _USUAL)
-        most = int(abs(recent.raw).max())  # an encoder's range is that of the handle
+        most = int(abs(recent.raw).max())  # an encoder's range is the range of the handle
         self.plot.show_readings(recent.time, recent.raw, min(bottom, -most) if bottom else 0, max(top, most))

@@ -1,4 +1,4 @@
-"""Strength: the motor constant from weights, a kitchen scale, or two springs."""
+"""The step Strength: the motor constant follows from weights, a kitchen scale, or two springs."""
 
 import threading
 
@@ -23,10 +23,10 @@ from hapkit_studio.gui.wizard.step_page import StepPage, ThousandthsBox
 
 MASSES = (0.0, 0.050, 0.100)
 PUSH = 1.0
-"""N, force on the kitchen scale."""
+"""N: force on the kitchen scale."""
 PUSH_SECONDS = 20.0
 SPRING = 100.0
-"""N/m of the first spring by default."""
+"""N/m: default stiffness of the first spring."""
 _WEIGHTS = (
     "Lay the kit on its left side. Hold the handle in the middle, press Carry, and let go slowly after a "
     "second. First without a mass, then with 50 g, then with 100 g (for example weighed coins)."
@@ -44,7 +44,10 @@ _SPRINGS = (
 
 
 class StrengthStep(StepPage):
-    """Complete once a motor constant was measured; if skipped, the profile's stays."""
+    """This step is complete once a motor constant was measured.
+
+    If skipped, the profile's constant is used.
+    """
 
     name = "Strength"
     heading = "Strength: the force that the motor really gives"
@@ -68,7 +71,7 @@ class StrengthStep(StepPage):
             ready=lambda: self.calibration.weighed,
         )  # fmt: skip
         self.push = self.button("Push", self.start_pushing, primary=True, motor=True)
-        self.enough = QPushButton("Enough")  # the only enabled button while the motor pushes
+        self.enough = QPushButton("Enough")  # this is the only enabled button while the motor pushes
         self.enough.setProperty("tall", True)
         self.enough.clicked.connect(self._pushed_enough.set)
         self.reading = ThousandthsBox("Reading", "g", 0.0, 500.0, 1)
@@ -101,7 +104,7 @@ class StrengthStep(StepPage):
 
     def enable_buttons(self) -> None:
         super().enable_buttons()
-        self.method.setEnabled(not self.board.busy)  # the button that ends a push stays visible
+        self.method.setEnabled(not self.board.busy)  # the button that ends a push must stay visible
 
     def _show_method(self, index: int) -> None:
         self.how.setText((_WEIGHTS, _SCALE, _SPRINGS)[index])
@@ -130,7 +133,7 @@ class StrengthStep(StepPage):
     # weights
 
     def start_carrying(self) -> None:
-        """Carry the mass at the handle."""
+        """Let the motor carry the mass at the handle."""
         mass = self.mass.si
         self.run_job(
             "Carrying. Let go slowly. The handle moves slowly up and down for 6 s.",
@@ -151,7 +154,7 @@ class StrengthStep(StepPage):
     # kitchen scale
 
     def start_pushing(self) -> None:
-        """Push on the scale until Enough is pressed."""
+        """Push on the scale until the user presses Enough."""
         self._pushed_enough.clear()
         words = f"Pushing with {PUSH:g} N. Read the scale, then press Enough."
         enough = self._pushed_enough.is_set
@@ -170,7 +173,7 @@ class StrengthStep(StepPage):
     # springs
 
     def start_pulling(self) -> None:
-        """Pull the attached spring."""
+        """Let the motor pull the attached spring."""
         stiffness = self.stiffness.value()
         self.run_job("Pulling, hands off…", lambda work: (stiffness, work.pull(stiffness)), self._pulled)
 
