@@ -1,4 +1,4 @@
-"""Text editor of a law: line numbers, colours, indentation, and problems marked at their lines."""
+"""The text editor of a law: line numbers, colours, indentation, and messages at the lines with problems."""
 
 import keyword
 import re
@@ -15,7 +15,7 @@ from hapkit_studio.gui.widgets.theme import theme
 STEP = 4
 _LEAVES = re.compile(r"\s*(return|break|continue|pass|raise)\b")
 _OPENS = re.compile(r".*:\s*(#.*)?$")
-# by kind: token, weight, italic
+# colour token, weight and italics by kind
 KINDS = {
     "keyword": ("asked", 600, False),
     "comment": ("ink3", 400, True),
@@ -55,14 +55,14 @@ def _depth(text: str) -> int:
 
 
 def newline(cursor: QTextCursor) -> None:
-    """Break the line and indent the next one: deeper after a colon, less after a return."""
+    """Break the line and indent the next one: more after a colon, less after a return."""
     before = cursor.block().text()[: cursor.positionInBlock()]
     deeper = STEP if _OPENS.match(before) else -STEP if _LEAVES.match(before) else 0
     cursor.insertText("\n" + " " * (_depth(before) + deeper))
 
 
 def indent(cursor: QTextCursor) -> None:
-    """Move the selected lines one step to the right, or fill up to the next step."""
+    """Indent the selected lines by one step, or fill the current line with spaces up to the next step."""
     if cursor.hasSelection():
         _shift_lines(cursor, STEP)
     else:
@@ -70,7 +70,7 @@ def indent(cursor: QTextCursor) -> None:
 
 
 def backspace(cursor: QTextCursor) -> bool:
-    """Delete one indentation step if only spaces precede the cursor; return True if done."""
+    """Delete one indentation step if only spaces precede the cursor; return True if this was done."""
     place = cursor.positionInBlock()
     if cursor.hasSelection() or place == 0 or cursor.block().text()[:place].strip(" "):
         return False
@@ -81,7 +81,7 @@ def backspace(cursor: QTextCursor) -> bool:
 
 
 def _shift_lines(cursor: QTextCursor, steps: int) -> None:
-    """Indent the selected lines by ``steps`` spaces, negative to unindent, as one undo step."""
+    """Indent the selected lines by ``steps`` spaces (negative: unindent) as one undo step."""
     document = cursor.document()
     first, last = document.findBlock(cursor.selectionStart()), document.findBlock(cursor.selectionEnd())
     if last != first and cursor.selectionEnd() == last.position():
@@ -98,7 +98,7 @@ def _shift_lines(cursor: QTextCursor, steps: int) -> None:
 
 
 class Highlighter(QtGui.QSyntaxHighlighter):
-    """Syntax highlighter in the theme's tokens."""
+    """A syntax highlighter in the theme's colours."""
 
     def __init__(self, document: QtGui.QTextDocument):
         super().__init__(document)
@@ -107,7 +107,7 @@ class Highlighter(QtGui.QSyntaxHighlighter):
         self._recolour()
 
     def highlightBlock(self, text: str) -> None:
-        """Colour one line; the block's state is the triple quote still open after it."""
+        """Colour one line; the block's state is the triple quote that is still open at its end."""
         self.setCurrentBlockState(_PLAIN)
         at = 0
         if self.previousBlockState() in (0, 1):
@@ -120,7 +120,10 @@ class Highlighter(QtGui.QSyntaxHighlighter):
                 self._colour(match, text)
 
     def _inside(self, text: str, start: int, at: int, quote: int) -> int:
-        """Colour a multi-line string up to its closing quotes or the line's end; return where it stops."""
+        """Colour a multi-line string up to its closing quotes or the line's end.
+
+        Return the end's position.
+        """
         end = text.find(_QUOTES[quote], at)
         if end < 0:
             self.setCurrentBlockState(quote)
@@ -148,7 +151,7 @@ class Highlighter(QtGui.QSyntaxHighlighter):
 
 
 class Gutter(QWidget):
-    """Line numbers, and a column of figures, scrolled with the text."""
+    """Shows line numbers and a column of figures, which scroll with the text."""
 
     def __init__(self, code: "CodeEdit"):
         super().__init__(code)
@@ -157,7 +160,7 @@ class Gutter(QWidget):
 
     @property
     def wanted_width(self) -> int:
-        """Return the width for the last line's number and the column of figures."""
+        """Return the width that the last line's number and the column of figures need."""
         column = 2 * _SIDE + QFontMetrics(self._code.font()).horizontalAdvance(_FIGURE)
         return self._numbers + (0 if self._code.counts is None else column)
 
@@ -193,7 +196,7 @@ class Gutter(QWidget):
             block = block.next()
 
     def _paint_figure(self, painter: QPainter, box: QRectF, value: float, most: float) -> None:
-        """Paint a figure with a bar behind it, proportional to the largest one."""
+        """Paint a figure; the bar behind it is proportional to the figure and longest for the largest one."""
         column = box.adjusted(self._numbers, 0, -_SIDE, 0)
         bar = column.adjusted(column.width() * (1.0 - value / most), 1, _SIDE / 2, -1)
         painter.fillRect(bar, theme.color("accentsoft"))
@@ -217,7 +220,7 @@ def code_font() -> QFont:
 
 
 _Note = tuple[QTextCursor, str, Any]
-"""A note on a line: a cursor in it, its text at that time, and the message or figure."""
+"""A note on a line: a cursor in the line, the line's text at that time, and the message or figure."""
 
 
 def _note(block: QtGui.QTextBlock, content: Any) -> _Note:
@@ -225,12 +228,12 @@ def _note(block: QtGui.QTextBlock, content: Any) -> _Note:
 
 
 def _unchanged(notes: Iterable[_Note]) -> Iterator[tuple[QtGui.QTextBlock, Any]]:
-    """Yield the lines whose text is unchanged, with their notes."""
+    """Yield the lines whose text has not changed, with their notes."""
     return ((cursor.block(), content) for cursor, text, content in notes if cursor.block().text() == text)
 
 
 class CodeEdit(QPlainTextEdit):
-    """Plain-text editor with marks and remarks by line (from 1), kept until the line changes."""
+    """A plain-text editor with marks and remarks by line (from 1); each stays until its line changes."""
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
@@ -256,33 +259,36 @@ class CodeEdit(QPlainTextEdit):
 
     @property
     def marks(self) -> dict[int, str]:
-        """Return problems by current line number, from 1."""
+        """Return the problems by current line number, from 1."""
         return {block.blockNumber() + 1: words for block, words in _unchanged(self._marks)}
 
     @property
     def remarks(self) -> dict[int, str]:
-        """Return advice by line, as ``marks``."""
+        """Return the remarks by line, as in ``marks``."""
         return {block.blockNumber() + 1: words for block, words in _unchanged(self._remarks)}
 
     def mark(self, problems: Iterable[tuple[int, str]], remarks: Iterable[tuple[int, str]] = ()) -> None:
-        """Replace all marks; a line beyond the text is its last one, line 0 marks nothing."""
+        """Replace all marks. A line after the end of the text means its last line; line 0 marks no line."""
         self._marks, self._remarks = (
             [_note(self.block(line), words) for line, words in given if line > 0]
             for given in (problems, remarks)
         )
         self._show_lines()
-        self.viewport().update()  # messages may change while the coloured lines stay
+        self.viewport().update()  # a message may change although the coloured lines do not
         self.gutter.update()
 
     @property
     def counts(self) -> dict[int, float] | None:
-        """Return figures by current line number, without changed lines; None: no column."""
+        """Return the figures by current line number, except those of changed lines.
+
+        None if there is no column.
+        """
         if self._counts is None:
             return None
         return {block.blockNumber() + 1: value for block, value in _unchanged(self._counts)}
 
     def count(self, by_line: Mapping[int, float] | None) -> None:
-        """Show a figure beside each of these lines until it changes; None: no column."""
+        """Show a figure beside each of these lines until the line changes; None removes the column."""
         self._counts = None
         if by_line is not None:
             blocks = ((self.document().findBlockByNumber(line - 1), value) for line, value in by_line.items())
@@ -291,7 +297,7 @@ class CodeEdit(QPlainTextEdit):
         self.gutter.update()
 
     def block(self, line: int) -> QtGui.QTextBlock:
-        """Return a line's block, or the last one."""
+        """Return the block of a line, or the last block if there is no such line."""
         return self.document().findBlockByNumber(min(max(line, 1), self.blockCount()) - 1)
 
     def box(self, block: QtGui.QTextBlock) -> QRectF:
@@ -345,10 +351,10 @@ class CodeEdit(QPlainTextEdit):
                     middle = box.top() + (box.height() + metrics.capHeight()) / 2
                     painter.drawText(QPointF(left, middle), text)
 
-    # typing
+    # keyboard events
 
     def keyPressEvent(self, event: QtGui.QKeyEvent) -> None:
-        """Indent as Python requires; other keys as usual."""
+        """Indent as Python requires; other keys have their usual effect."""
         key, cursor = event.key(), self.textCursor()
         plain = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.KeypadModifier
         if self.isReadOnly() or event.modifiers() & ~plain:
@@ -365,7 +371,7 @@ class CodeEdit(QPlainTextEdit):
             return
         self.setTextCursor(cursor)
 
-    # room for the line numbers
+    # space for the line numbers
 
     def _place_gutter(self) -> None:
         inside, width = self.contentsRect(), self.gutter.wanted_width
@@ -376,4 +382,4 @@ class CodeEdit(QPlainTextEdit):
         super().resizeEvent(event)
         self._place_gutter()
         if self.hasFocus():
-            self.ensureCursorVisible()  # a banner above reduces the height
+            self.ensureCursorVisible()  # the height becomes smaller when a banner appears above

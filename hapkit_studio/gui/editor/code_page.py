@@ -1,4 +1,4 @@
-"""The page for editing a law: name, text, draft, and a message line below."""
+"""The page on which a law is edited: name, text, draft, and a message line below."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -19,7 +19,7 @@ from hapkit_studio.workshop.source import MOST_BYTES
 Button = tuple[str, Callable[[], object]]
 
 _HEIGHT = 40
-# tone: sign, colour of sign and words
+# for each tone: the sign, and the colour token of sign and words
 _TONES = {"": ("", "ink2"), "ok": ("check", "ok"), "warn": ("info", "warn"), "danger": ("cross", "danger")}
 DRAFT_MS = 800
 CYCLES, CYCLES_KEY = "Cycles per line", "Ctrl+Shift+C"
@@ -31,12 +31,12 @@ _CYCLES_TIP = (
 
 
 def draft_path(path: Path) -> Path:
-    """Return the path of a file's draft, its unsaved text."""
+    """Return the path of a file's draft, which contains the unsaved text."""
     return path.with_name(path.name + ".draft")
 
 
 def load_draft(path: Path) -> str | None:
-    """Return a file's draft, None without one."""
+    """Return a file's draft; None if it has no draft."""
     try:
         return read_text(draft_path(path), MOST_BYTES)
     except FileError:
@@ -68,7 +68,7 @@ class MessageLine(QWidget):
         self.say("")
 
     def say(self, words: str, tone: str = "", buttons: Sequence[Button] = (), busy: bool = False) -> None:
-        """Show a message in a tone ("", ok, warn, danger), with buttons, or with a progress bar."""
+        """Show a message in a tone ("", ok, warn, danger), with buttons, or (``busy``) a progress bar."""
         self.tone = tone
         self.words.setText(words)
         self.busy.setVisible(busy)
@@ -83,7 +83,8 @@ class MessageLine(QWidget):
         mark(self.words, "ink", color)
 
     def _button(self, words: str, run: Callable[[], object]) -> QPushButton:
-        button = QPushButton(words, autoDefault=True)  # Enter presses it: Space is the pause key
+        # Enter presses this button, because Space pauses the plots
+        button = QPushButton(words, autoDefault=True)
         button.clicked.connect(lambda: run())
         self._row.addWidget(button)
         button.show()
@@ -91,10 +92,12 @@ class MessageLine(QWidget):
 
 
 class CodePage(QWidget):
-    """Emits ``save_pressed`` and ``close_pressed``; ``unsaved_changed`` when the marker changes.
+    """Shows the text of one law.
 
-    ``opened``: another file's text, or none, is shown. ``count``: checked to show cycles.
-    ``help_pressed(word)``: open the law language at the word under the cursor.
+    ``save_pressed`` and ``close_pressed`` are emitted by its buttons, ``unsaved_changed`` when the mark for
+    unsaved text changes, and ``opened`` when another text is shown or the page is empty. The check box
+    ``count`` shows cycles. ``help_pressed(word)`` asks for the page on the law language at the word under the
+    cursor.
     """
 
     opened = Signal()
@@ -145,11 +148,11 @@ class CodePage(QWidget):
 
     @property
     def counting(self) -> bool:
-        """Return True if cycles are to be shown beside the lines."""
+        """Return True if cycles are shown beside the lines."""
         return self.count.isChecked()
 
     def show_cycles(self, by_line: Mapping[int, float] | None, words: str) -> None:
-        """Show cycles beside their lines and a message on the whole law; None removes them."""
+        """Show cycles beside their lines and a message on the whole law; None removes the cycles."""
         self.code.count(by_line)
         self.say_cycles(words)
 
@@ -160,11 +163,11 @@ class CodePage(QWidget):
 
     @property
     def unsaved(self) -> bool:
-        """Return True if the text differs from the file."""
+        """Return True if the text differs from that of the file."""
         return self.path is not None and self.code.document().isModified()
 
     def open(self, path: Path, text: str) -> None:
-        """Show a file's text; its draft is restored, marked as unsaved."""
+        """Show a file's text; if there is a draft, show the draft and mark it as unsaved."""
         self.keep_draft()
         draft = load_draft(path)
         self.path = path
@@ -181,13 +184,13 @@ class CodePage(QWidget):
         else:
             delete_draft(path)
             self.message.say("")
-        # the first line inside the law, which is changed most often
+        # go to the first line inside the law, because users change it most often
         heads = (n for n, line in enumerate(self.text.splitlines(), 1) if line.startswith("def force("))
         self.code.go_to(next(heads, 0) + 1)
         self.opened.emit()
 
     def leave(self) -> None:
-        """Clear the page; keep a draft if there is one."""
+        """Clear the page; a draft is kept."""
         self.keep_draft()
         self.path = None
         self.code.setPlainText("")
@@ -199,14 +202,14 @@ class CodePage(QWidget):
         self.code.document().setModified(False)
 
     def keep_draft(self) -> None:
-        """Write unsaved text to the draft at once."""
+        """Write unsaved text to the draft immediately."""
         self._draft.stop()
         if self.path is not None and self.unsaved:
-            with suppress(OSError):  # ignored on a full or read-only disk
+            with suppress(OSError):  # on a full or read-only disk there is no draft
                 draft_path(self.path).write_text(self.text, encoding="utf-8")
 
     def event(self, event: QEvent) -> bool:
-        """Handle F1 here; the window's F1 explains its keys."""
+        """Handle F1 here, because the window's F1 explains the window's keys."""
         if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_F1:
             if event.type() == QEvent.Type.KeyPress:
                 cursor = self.code.textCursor()

@@ -30,7 +30,7 @@ _LINE = re.compile(r"\bline (\d+)")
 
 
 def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
-    """Return a trial's outcome as text with its tone; unsaved: the text has changed since."""
+    """Return a trial's outcome as a text with its tone; ``unsaved``: the text has changed since the trial."""
     since = [_SINCE] if unsaved else []
     if verdict.problems:
         return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"
@@ -40,12 +40,12 @@ def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
 
 
 def write_error(error: OSError) -> str:
-    """Return why a file could not be written."""
+    """Return a sentence that says why a file could not be written."""
     return f"Not saved: {error.strerror or error}. What you typed is still here."
 
 
 class EditorController(QObject):
-    """Opens and saves laws. ``shown(bool)``: show or hide the editor."""
+    """Opens and saves laws; ``shown(bool)`` is emitted to show or hide the editor."""
 
     shown = Signal(bool)
     own: OwnEnvironments
@@ -73,13 +73,13 @@ class EditorController(QObject):
 
     @property
     def path(self) -> Path | None:
-        """Return the path of the open law, None without one."""
+        """Return the path of the open law; None if no law is open."""
         return self.page.path
 
     # opening and saving a file
 
     def begin_new(self) -> None:
-        """Show the templates."""
+        """Show the templates for a new law."""
         self.editor.setCurrentWidget(self.editor.chooser)
         self.shown.emit(True)
         self.editor.chooser.begin([file.title for file in self.own.files])
@@ -96,7 +96,7 @@ class EditorController(QObject):
         self._open(source)
 
     def edit(self, path: Path) -> None:
-        """Open a file's law; an untrusted one is only shown."""
+        """Open a file's law; an untrusted law is shown without being executed."""
         source = self._read(path)
         if source is not None:
             (self._open if is_trusted(source) else self.ask)(source)
@@ -113,7 +113,7 @@ class EditorController(QObject):
         self.page.code.setFocus()
 
     def save(self) -> None:
-        """Save the open law and try it; the old one keeps running."""
+        """Save the open law and try it; the previous version runs until the trial has succeeded."""
         if self.path is None:
             return
         try:
@@ -132,14 +132,14 @@ class EditorController(QObject):
         self.editor.source.leave.setFocus()
 
     def bring(self, path: Path) -> None:
-        """Open any file: one of the folder directly, others after asking."""
+        """Open any file; one in the user's folder is opened directly, others after a question."""
         if path in folder.own_files():
             self.own.choose(path)
         elif (source := self._read(path)) is not None:
             self.ask(source)
 
     def _read(self, path: Path) -> Source | None:
-        """Return a file's content; report an error and return None if it cannot be read."""
+        """Return a file's content; if it cannot be read, report the error and return None."""
         try:
             return read(path)
         except LawError as error:
@@ -147,14 +147,14 @@ class EditorController(QObject):
             return None
 
     def forget(self, path: Path) -> None:
-        """Handle the deletion of a file."""
+        """Close the law of a file that was deleted."""
         code_page.delete_draft(path)
         if path == self.path:
             self.discard()
         self.own.refresh()
 
     def agree(self, source: Source) -> None:
-        """Trust the text that was shown, copy it into the folder, and try it."""
+        """Trust the text that the user has read, copy it into the folder, and try it."""
         path = source.path
         try:
             if path in folder.own_files():
@@ -172,16 +172,16 @@ class EditorController(QObject):
         self.page.keep_draft()
 
     def _write(self, path: Path, text: str) -> Source:
-        """Save a text, which counts as consent; return its Source; raise OSError."""
+        """Save a text and trust it, because the user has saved it; return its Source; raise OSError."""
         source = typed(path, text)
         folder.save(path, text)
         trust_source(source)
         return source
 
-    # unsaved text: asked about in the page's message line
+    # unsaved text: the page's message line asks the user about it
 
     def close(self) -> None:
-        """Close the law, after asking if it is unsaved."""
+        """Close the law; if its text is unsaved, ask the user first."""
         if self.page.unsaved:
             self._ask(("Save", lambda: self._save_and(self._leave)), ("Discard", self.discard))
         else:
@@ -222,14 +222,17 @@ class EditorController(QObject):
         self.shown.emit(False)
 
     def _back(self) -> None:
-        """Return from a page to the open law, if any."""
+        """Return from a page to the open law if there is one."""
         if self.path is None:
             self.shown.emit(False)
         else:
             self.editor.setCurrentWidget(self.page)
 
     def _leave_for_the_library(self) -> None:
-        """Close another person's source if a library environment was selected; a running trial continues."""
+        """Close another person's source when the user selects a library environment.
+
+        A running trial continues.
+        """
         if self.own.active is None:
             self._leave_source()
 
@@ -260,13 +263,13 @@ class EditorController(QObject):
 
 
 class FileActions:
-    """File dialogs, which never block the window while the motor is on."""
+    """Opens file dialogs; they never block the window, because the motor may be on."""
 
     def __init__(self, controller: EditorController, window: QWidget):
         self._controller, self._window = controller, window
 
     def open(self) -> None:
-        """Choose any file; its source is shown first."""
+        """Ask for any file; its source is shown before it is executed."""
         words = "Open an environment", "Python files (*.py)"
         choose_file(self._window, *words, lambda name: self._controller.bring(Path(name)))
 
@@ -275,12 +278,12 @@ class FileActions:
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.parent)))
 
     def delete(self, path: Path) -> None:
-        """Ask, then move a file to the trash."""
+        """Ask for confirmation, then move a file to the trash."""
         DeleteDialog(path, self._controller.forget, self._window).show()
 
 
 class DeleteDialog(TextDialog):
-    """Asks before deleting a file, and calls ``forget`` afterwards; the safe answer has the focus."""
+    """Asks before deleting a file, and calls ``forget`` afterwards; the focus is on the safe answer."""
 
     def __init__(self, path: Path, forget: Callable[[Path], object], parent: QWidget):
         super().__init__(f"Delete {path.name}?", parent)
@@ -306,7 +309,7 @@ class DeleteDialog(TextDialog):
 
 
 class FileWatcher(QObject):
-    """Reports file changes to the page of the open law."""
+    """Reports changes of files to the page of the open law."""
 
     def __init__(self, studio: Studio, controller: EditorController, parent: QObject | None = None):
         super().__init__(parent)
@@ -321,7 +324,7 @@ class FileWatcher(QObject):
         self._watch()
 
     def check_files(self) -> None:
-        """Check for external changes; the open law is reloaded unless it has unsaved changes."""
+        """Detect changes by other programs; the open law is read again unless it has unsaved changes."""
         controller = self._controller
         controller.own.refresh()
         self._watch()
@@ -338,7 +341,7 @@ class FileWatcher(QObject):
             )
 
     def _watch(self) -> None:
-        """Watch the folder and its files; without a folder, its nearest existing parent."""
+        """Watch the folder and its files; if the folder does not exist, watch its nearest existing parent."""
         files = [file.path for file in self._controller.own.files]
         wanted = {str(path) for path in (folder.existing(), *files)}
         heard = {*self._files.directories(), *self._files.files()}
@@ -348,7 +351,7 @@ class FileWatcher(QObject):
             self._files.addPaths(sorted(wanted - heard))
 
     def on_row(self, row: np.ndarray, _clamped: bool) -> None:
-        """Mark the line of a fault of the open law, once."""
+        """Mark the line that caused a fault of the open law, once per fault."""
         if not int(row[rows.FLAGS]) & rows.FAULT:
             self._fault = ""
             return
@@ -360,6 +363,7 @@ class FileWatcher(QObject):
         controller = self._controller
         if line is None or controller.path is None or controller.path != controller.own.active:
             return
-        if not controller.page.unsaved:  # otherwise line numbers differ from the law in the loop
+        # in unsaved text the line numbers may differ from those of the running law
+        if not controller.page.unsaved:
             controller.page.code.mark([(int(line[1]), fault.text.removeprefix("Fault: "))])
         controller.message.say(fault.text, "danger")

@@ -1,4 +1,4 @@
-"""Cycles of a law on the board, line by line, computed in the background while they are shown."""
+"""Counts a law's cycles on the board line by line, in the background while they are shown."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class CycleRequest:
 
 @dataclass(frozen=True)
 class Count:
-    """Cycles by line from 1, and one line on cycles per call and the possible rate."""
+    """The cycles by line (from 1), and a sentence on cycles per call and the possible rate."""
 
     question: CycleRequest
     by_line: Mapping[int, float]
@@ -39,8 +39,8 @@ class Count:
 
 
 def count(question: CycleRequest) -> Count:
-    """Count a law's cycles, also if the board would reject it."""
-    from hapkit_studio.haptics import board_plan  # imported late: slow
+    """Count a law's cycles, even if the board would reject the law."""
+    from hapkit_studio.haptics import board_plan  # imported late because it takes a while
     from hapkit_studio.laws import board
 
     offer, request = question.offer, question.request
@@ -62,7 +62,7 @@ def count(question: CycleRequest) -> Count:
 
 
 class Cycles(QObject):
-    """Counts the open law, as last loaded, with its current values."""
+    """Counts the cycles of the open law as it was last loaded, with its current values."""
 
     def __init__(self, studio: Studio, own: OwnEnvironments, page: CodePage, parent: QObject | None = None):
         super().__init__(parent)
@@ -78,8 +78,8 @@ class Cycles(QObject):
         own.judged.connect(lambda _path, _verdict: self._soon.start())
 
     def refresh(self) -> None:
-        """Recount the open law if its cycles are shown; for an invalid law the old figures stay."""
-        self._worker.forget()  # an equal request may refer to a reopened text
+        """Count the open law again if its cycles are shown; for an invalid law the previous figures stay."""
+        self._worker.forget()  # an equal request may belong to a text that was opened again
         if not self._page.counting:
             self._page.show_cycles(None, "")
             return

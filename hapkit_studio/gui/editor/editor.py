@@ -1,4 +1,7 @@
-"""The editor, which replaces the plots: pages for a new law, for code, for another person's file."""
+"""The editor, which replaces the plots.
+
+It has pages for a new law, for code, and for another person's file.
+"""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -24,7 +27,7 @@ _ASK = (
 
 
 class Chooser(QWidget):
-    """Emits ``made(template, title)`` or ``left``."""
+    """The page with the templates; emits ``made(template, title)`` or ``left``."""
 
     made = Signal(object, str)
     left = Signal()
@@ -52,7 +55,7 @@ class Chooser(QWidget):
         self.begin()
 
     def begin(self, taken: Iterable[str] = ()) -> None:
-        """Reset to the first template; ``taken`` titles are not proposed."""
+        """Select the first template; do not propose a title in ``taken``."""
         self._taken = tuple(taken)
         self.group.button(0).setChecked(True)
         self.title.setModified(False)
@@ -62,7 +65,7 @@ class Chooser(QWidget):
         self.title.selectAll()
 
     def _propose(self, index: int) -> None:
-        """Propose the template's name until the user has entered one."""
+        """Propose the template's name, unless the user has entered a name."""
         if not self.title.isModified():
             self.title.setText(folder.free_title(f"My {self._templates[index].title.lower()}", self._taken))
 
@@ -88,7 +91,7 @@ class Chooser(QWidget):
 
 
 class SourcePage(QWidget):
-    """Emits ``run_pressed`` with the source that was shown, or ``left``."""
+    """The page with another person's file; emits ``run_pressed`` with the shown source, or ``left``."""
 
     run_pressed = Signal(object)
     left = Signal()
@@ -119,7 +122,7 @@ class SourcePage(QWidget):
 
 
 class Editor(QtWidgets.QStackedWidget):
-    """Shows one page at a time."""
+    """Shows one of its pages at a time."""
 
     def __init__(self, templates: Sequence[Template], parent: QWidget | None = None):
         super().__init__(parent)
