@@ -53,7 +53,7 @@ _OTHER_COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
 
 
 class Hang(BaseException):
-    """Exception: a command took too long."""
+    """Raised when a command takes too long."""
 
 
 @contextmanager

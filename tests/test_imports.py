@@ -6,7 +6,7 @@ from scipy.sparse.csgraph import connected_components
 
 
 def test_no_module_imports_itself_through_others():
-    """This includes imports within functions, and those for annotations only."""
+    """Imports within functions, and imports for annotations only, count too."""
     graph = grimp.build_graph("hapkit_studio", exclude_type_checking_imports=False)
     names = sorted(graph.modules)
     number = {name: index for index, name in enumerate(names)}

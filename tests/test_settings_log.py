@@ -109,7 +109,7 @@ def test_the_settings_of_one_long_json_line_are_read_and_other_comments_ignored(
 
 
 def test_every_setting_of_the_studio_has_its_own_name():
-    """Unknown settings would be written as "setting.…"."""
+    """A setting without a name would be written as "setting.…"."""
     run = hs.simulate(
         "wall", hand=hs.Hand(0.1, 1.0, 100.0), estimator=("iir", {"cutoff": 20.0}), seconds=0.01
     )

@@ -71,7 +71,7 @@ class Held(Executor):
 
 
 class Lost(Exception):
-    """The exception of a chunk whose workers are gone."""
+    """Raised for a chunk whose workers are gone."""
 
 
 class Forgetful(Serial):

@@ -37,7 +37,7 @@ def telemetry(first: int, count: int) -> np.ndarray:
 
 
 class Ours:
-    """The studio's own widgets."""
+    """The plots and the scene drawn by the studio's own widgets."""
 
     def __init__(self, grid: QGridLayout):
         self.history = LiveHistory(SPAN)
@@ -58,7 +58,7 @@ class Ours:
 
 
 class Reference:
-    """Pyqtgraph's curves over the same minute, processed again in every frame."""
+    """The same minute drawn by pyqtgraph's curves, which process it again in every frame."""
 
     def __init__(self, grid: QGridLayout):
         self.data, self.end = np.zeros((rows.FLAGS, int(4 * SPAN * RATE))), 0

@@ -71,7 +71,7 @@ def test_the_force_limit_is_drawn_if_visible(max_force, shown):
 
 
 def test_a_stiff_law_leaves_room_for_the_data():
-    """5,000 N/m over 5 mm give 25 N, but the axis ends at 1.35 times the limit of 3 N."""
+    """A wall of 5,000 N/m has 25 N at 5 mm, but the axis ends at 1.35 times the limit of 3 N."""
     run = hs.simulate("wall", {"stiffness": 5000.0}, hand=hs.Prescribed(lambda t: 0.01 * t), seconds=1.0)
     _, axes = drawn(run)
     assert curve(axes)[1].min() < -24.0

@@ -18,7 +18,7 @@ def path(name):
 
 @pytest.mark.parametrize("name", MOVEMENTS)
 def test_movements_start_at_the_centre_at_human_speeds(name):
-    """They do not jump, stay within the paddle's 40 mm, and are never faster than 1 m/s."""
+    """Movements do not jump, stay within the paddle's 40 mm, and are never faster than 1 m/s."""
     x = path(name)
     assert x[0] == pytest.approx(0.0, abs=1e-9)
     assert np.abs(x).max() <= 0.040

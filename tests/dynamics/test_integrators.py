@@ -122,7 +122,10 @@ def test_the_energy_of_a_bounce_agrees_with_the_table(method):
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_friction_stops_it_permanently(method):
-    """It stops after m v / F_c = 20 ms and v^2 m / (2 F_c) = 1 mm, and rests exactly under less than F_c."""
+    """The mass stops after m v / F_c = 20 ms and v^2 m / (2 F_c) = 1 mm.
+
+    A force below F_c does not move the mass again.
+    """
     world = World(m=0.1, f=0.0)
     x, v, before, seen = 0.0, 0.1, 0.0, []
     for _ in range(40):

@@ -63,7 +63,7 @@ def test_without_damping_motion_stays_bounded_up_to_the_limit(method, limit):
 @pytest.mark.parametrize("step", [0.1, 1000.0])
 @pytest.mark.parametrize("method", ["implicit_euler", "trapezoid", "exact"])
 def test_implicit_and_exact_integrators_never_grow(method, step, ratio):
-    """Their energy never increases with any step."""
+    """With these integrators, the energy never increases, whatever the step."""
     given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "x0": 1.0, "v0": 0.3}
     _, x, v = hs.integrate(method, dt=step, seconds=2000 * step, **given)
     energy = x * x + v * v

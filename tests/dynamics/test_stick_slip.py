@@ -144,7 +144,7 @@ def nothing(seconds, dt):
 
 @pytest.mark.parametrize("model", STOPPING)
 def test_a_slide_to_a_stop_agrees_with_the_closed_form(model):
-    """It takes m v / F_c = 10 ms and m v^2 / (2 F_c) = 0.5 mm; then the velocity is exactly 0."""
+    """The slide takes m v / F_c = 10 ms and m v^2 / (2 F_c) = 0.5 mm; then the velocity is exactly 0."""
     options = {"band": 1e-4} if model == "karnopp_band" else {}
     t, x, v = slide(
         model, nothing(0.05, 1e-6), mass=0.05, static=0.5, kinetic=0.5, v0=0.1, dt=1e-6, **options
@@ -216,7 +216,7 @@ def test_friction_by_the_sign_of_the_velocity_chatters_and_creeps():
 
 @pytest.mark.parametrize("model", MODELS)
 def test_every_model_brakes_a_free_mass_and_never_drives_it(model):
-    """It stops within 2 mm plus the elastic strain.
+    """The mass stops within 2 mm plus the elastic strain.
 
     A strained anchor without damping may keep oscillating.
     """

@@ -68,7 +68,10 @@ def test_models_with_stiction_stick_without_drift(model):
 
 
 def test_bristles_creep_under_a_tremor():
-    """They creep at 3.5 mm/s under a vibrating pull of 0.6 N, and slower as the hand's spring shortens."""
+    """Bristles creep at 3.5 mm/s under a vibrating pull of 0.6 N.
+
+    The creep slows as the hand's pull falls.
+    """
     turn = math.log(1.0 - (0.18 / 0.6) ** 2) - math.log(1.0 - (0.42 / 0.6) ** 2)
     most = 5.0 * 0.6 / 500.0 * turn
     assert 0.5 * most < drift(trembling("lugre")) < most
@@ -76,7 +79,7 @@ def test_bristles_creep_under_a_tremor():
 
 @pytest.mark.parametrize("model", ["coulomb", "smoothed"])
 def test_models_by_speed_alone_do_not_stick(model):
-    """Under the same pull the handle moves towards the hand's 15 mm."""
+    """Under the same pull, these models let the handle move towards the hand's target at 15 mm."""
     held, loose = (np.mean(trembling(m, 6.0).true_position[-1000:]) for m in ("tether", model))
     assert held < 1e-3
     assert loose > 5e-3

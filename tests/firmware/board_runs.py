@@ -24,7 +24,7 @@ Filter = tuple[Estimator, float, float]
 
 
 class Refused(Exception):
-    """The exception of a law that the board rejects."""
+    """Raised if the board rejects a law."""
 
 
 @dataclass

@@ -218,7 +218,7 @@ class Run:
 
 
 class Session:
-    """The host's side over all of its connections."""
+    """The computer's side of a run, over all of its connections."""
 
     def __init__(self, turns: Turns, board: bool):
         self.turns, self.board = turns, board

@@ -276,7 +276,7 @@ def test_no_verdict_is_given_on_a_handle_whose_law_is_too_slow(monkeypatch):
 
 @pytest.mark.slow
 def test_an_interrupt_ends_compiled_loops_at_once():
-    """Python writes a byte when a signal arrives; only a new call of ``listen`` removes it."""
+    """Python writes a byte to a socket when a signal arrives; only a new call of ``listen`` removes it."""
     interrupts.listen()
     interrupts._ends[1].send(b"\2")
     r, body = scene({"beyond": 1.0}).prepare()

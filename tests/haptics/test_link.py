@@ -215,7 +215,7 @@ def test_telemetry_after_a_clock_jump_continues_at_its_own_rate(rendering):
 
 
 def test_the_boards_counters_are_summed(rendering):
-    """They count refused forces, unreadable frames, and motors switched off while the board renders."""
+    """Counters are of refused forces, unreadable frames, and motors switched off while the board renders."""
     setup = rendering()
     setup.sample = {"stale": 250, "rx_errors": 9}
     setup.run(2)

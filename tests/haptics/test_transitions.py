@@ -122,7 +122,7 @@ def test_a_block_being_written_is_read_in_the_next_tick():
 
 @pytest.mark.parametrize("change", [("difference", "iir"), ("iir", "difference")])
 def test_a_change_of_estimator_causes_no_jump_in_the_velocity(change):
-    """At a constant speed, the estimate stays constant when the method changes."""
+    """While the handle moves at a constant speed, a change of method leaves the estimate constant."""
     speed = 0.1
     harness = LoopHarness(CONSTANT, level(1.0), estimator=change[0])
     before = harness.run(1e-3 * speed * np.arange(200))

@@ -29,11 +29,11 @@ MOST_WAYS = 32
 
 
 class Unclear(Exception):
-    """Exception: rounding alone could cause a fault, another integer, or an overflow."""
+    """Raised if rounding alone could cause a fault, another integer, or an overflow."""
 
 
 class Fault(Exception):
-    """Exception: a division by zero or an index out of range ends the law."""
+    """Raised if a division by zero, or an index out of range, ends the law."""
 
 
 def compile_unrounded(law, values, period, room=0) -> board.Program:

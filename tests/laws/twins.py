@@ -17,7 +17,7 @@ from tests.laws.machine_pc import Machine
 
 
 class NoNumber(Exception):
-    """Exception: plain Python raised where compiled code continues with inf or NaN."""
+    """Raised where plain Python fails and compiled code continues with inf or NaN."""
 
 
 class Compiled:
@@ -113,7 +113,7 @@ class _Row:
 
 
 class Apart(AssertionError):
-    """Exception: board and law differ by more than rounding errors."""
+    """Raised if board and law differ by more than rounding errors."""
 
 
 def compare(

@@ -246,7 +246,7 @@ def test_a_name_with_control_characters_is_one_line_of_the_list(path, capsys):
 
 
 def test_the_data_of_a_recording_pass_the_checks():
-    """This holds for every environment, with its defaults and with every choice."""
+    """Recordings are made in every environment, with its defaults and with every choice."""
     for environment in environments.discover().values():
         values = environment.values()
         for parameter in environment.parameters:
@@ -313,7 +313,7 @@ def test_a_value_larger_than_any_chunk_is_not_read(path):
 
 
 def test_a_value_is_checked_again_if_only_its_type_changes(tmp_path):
-    """1 == true in Python, but a flag must be true or false."""
+    """Python considers 1 equal to True, but a flag in a file must be true or false."""
     path, made = tmp_path / "flags.hapkit", table(100)
     with SessionWriter.whole(path) as writer:
         for flag in (True, True, 1, False, 0, True):

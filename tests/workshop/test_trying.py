@@ -119,7 +119,7 @@ def test_calls_end_at_the_first_failure(tmp_path):
     "body", [FULL, "return 1.0 / (x - x)", "for i in range(2000000000):\n    pass\nreturn x"]
 )
 def test_a_law_does_not_write_beyond_its_memory(tmp_path, body):
-    """The memory belongs to the studio, but the law to the user: it must not write beyond the memory."""
+    """The studio owns the memory of the state, and a user's law must not write beyond it."""
     law = law_of(tmp_path, body)
     fault = np.full(16, 77)
     fault[: own.FAULT_WORDS] = 0

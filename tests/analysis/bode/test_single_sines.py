@@ -62,7 +62,7 @@ def test_damping_has_the_sign_and_size_of_the_work_per_cycle(seed):
 
 
 def test_one_way_damping_is_half_of_the_damping_minus_the_holds_energy():
-    """It is B/2 − K T/2 at low frequencies: 0.875 N·s/m for 2 N·s/m and 250 N/m at 1 kHz."""
+    """The damping at low frequencies is B/2 − K T/2: 0.875 N·s/m for 2 N·s/m and 250 N/m at 1 kHz."""
     values = WALL.values({"damping": 2.0})
     (ideal,) = simulation.measure(WALL, values, [LoopSettings(quantum=0.0)]).curves
     assert ideal.measured.damping[0] == pytest.approx(0.875, rel=1e-3)

@@ -420,7 +420,7 @@ def test_a_frequency_needs_four_cycles_in_the_last_half(cycles, told, monkeypatc
 
 @pytest.mark.parametrize("stiffness", [600.0, 1100.0, 1600.0])
 def test_drift_is_removed_from_an_oscillation(stiffness):
-    """A bare tether, 1 ms late, drifts by millimetres per second while it oscillates."""
+    """A tether without viscous friction, 1 ms late, drifts by millimetres per second while it oscillates."""
     values = {"model": "tether", "tether_stiffness": stiffness, "viscous": 0.0}
     said = said_of("friction", values, LoopSettings(1000.0, 1e-3), coulomb=0.0)
     device = SimulatedHapkit(coulomb_force=0.0, initial_velocity=0.1)
@@ -439,7 +439,7 @@ def test_drift_is_removed_from_an_oscillation(stiffness):
 
 
 def test_it_waits_for_returning_objects():
-    """With explicit Euler at a contact, the handle rests for tenths of a second between two contacts."""
+    """With explicit Euler, the handle rests for tenths of a second between two contacts with the object."""
     values = {
         "mass": 2.0, "damping": 4.12, "stiffness": 43.1, "contact_stiffness": 1496.0,
         "contact_damping": 48.7, "rest_position": 0.0337, "integrator": "explicit_euler",

@@ -176,7 +176,7 @@ def test_the_dots_label_covers_no_line_and_stays_inside(stiffness, damping, tmp_
 
 
 def test_a_picture_of_pure_damping_has_its_limits_in_their_own_unit(drawn):
-    """It has the limits of damping, and no lines of stiffness."""
+    """The picture has the limits of damping, and no lines of stiffness."""
     found = plane(LoopSettings(viscous=0.18), 0.0, 2.0)
 
     def below(**more):

@@ -270,7 +270,7 @@ def own_seconds(compute):
 
 @pytest.mark.alone
 def test_it_is_fast_enough_for_a_status_bar():
-    """It takes at most the time of 100,000 squares in Python.
+    """Computing the limit takes at most the time of 100,000 squares in Python.
 
     With 100 ms of delay at 10 kHz it takes at most five times that time.
     """
