@@ -35,7 +35,7 @@ def scenes() -> dict[str, tuple[VerdictInput, str]]:
 
 
 def motion(asked: VerdictInput, push: float) -> np.ndarray:
-    """Return the position (n,) in m of a handle released at rest at a push in m, in the setting's hand."""
+    """Return the positions (n,) in m of a handle released at rest ``push`` m away, in the setting's hand."""
     scene, grip = asked.scene, grip_named(asked.setting.hand)
     scene = replace(scene, device=replace(scene.device, initial_position=push))
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None

@@ -15,7 +15,7 @@ LIBRARY = environments.discover()
 
 
 def call(environment, values, x, v, state=None):
-    """Return (force, state, fault code) of the compiled law."""
+    """Return (force, state, fault code) of one call of the compiled law, by default in its initial state."""
     law = environment.force.compiled()
     p = np.array([values[q.key] for q in environment.parameters] + [0.0])
     s = np.append(law.initial_state, 0.0) if state is None else state

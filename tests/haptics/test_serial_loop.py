@@ -44,7 +44,7 @@ def test_each_chunk_gets_one_answer_to_its_newest_sample(stepped):
 def test_of_a_backlog_only_samples_with_time_for_the_law_are_rendered_and_always_the_newest(
     stepped, law_time, shown
 ):
-    """The loop knows the law's duration, skips the oldest samples, and counts them."""
+    """From the law's duration, the loop computes how many of the oldest samples to skip, and counts them."""
     board, engine = stepped(environment=CONSTANT)
     board.say(sample(0, 1000))
     engine.arrays.tick.law_time = law_time
