@@ -31,7 +31,7 @@ def main(roots: list[str]) -> None:
         place = Path(name) / "Über Labor"  # the path has a space and an umlaut
         with tarfile.open(ARCHIVE) as file:
             file.extractall(place, filter="fully_trusted")
-        os.chmod(name, 0o755)  # for other users, too
+        os.chmod(name, 0o755)  # other users must be able to read it, too
         bundle = place / "hapkit-studio"
         subprocess.run(["chmod", "-R", "a-w", place], check=True)
         try:

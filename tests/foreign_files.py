@@ -205,7 +205,7 @@ def mutated_ini(text: str, rng: random.Random) -> str:
     at = rng.choice([at for at, line in enumerate(lines) if "=" in line])
     name, _, value = lines[at].partition("=")
     if value.startswith('"{') and rng.random() < 0.7:
-        with suppress(ValueError):  # damaged by an earlier change
+        with suppress(ValueError):  # an earlier change may have damaged it
             lines[at] = f'{name}="{_ini_quoted(literal_in_json(json.loads(value), rng))}"'
     else:
         value = rng.choice(INI_VALUES)
@@ -229,7 +229,7 @@ def mutate_sqlite(path: Path, rng: random.Random) -> None:
         key = columns[0] if columns[0] in ("id", "row") else "rowid"
         at = rng.randrange(len(columns))
         if isinstance(values[at], str) and values[at].startswith(("[", "{")) and rng.random() < 0.8:
-            with suppress(ValueError):  # damaged by an earlier change
+            with suppress(ValueError):  # an earlier change may have damaged it
                 values[at] = literal_in_json(values[at], rng)
         elif isinstance(values[at], bytes) and rng.random() < 0.3:
             values[at] = values[at][: rng.randrange(len(values[at]) + 1)] + rng.randbytes(rng.randrange(9))

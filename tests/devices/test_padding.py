@@ -126,7 +126,7 @@ def measured(latency):
 @needs_board
 def test_padding_saves_the_latency_timers_delay():
     direct = measured(0.0)
-    rest = direct.plain - FRAME * BYTE  # everything except the frame's time on the wire
+    rest = direct.plain - FRAME * BYTE  # ``rest`` is everything except the frame's time on the wire
     behind = measured(0.016)
     # the padding of a frame completes its packet
     filling = (PACKET - FRAME) * FILLING

@@ -51,7 +51,7 @@ def test_kits_are_first_and_other_devices_last(monkeypatch):
         info("/dev/ttyUSB0", FT232, "AB0LB3DQ", "1-2", "FT232R USB UART"),
         info("/dev/ttyACM2", (0x1234, 0x5678), product="Strange device"),
         info("/dev/ttyACM3", (0x2341, 0x0042)),  # this is a different product of the same vendor
-        info("/dev/cu.debug-console"),  # this port is one of macOS
+        info("/dev/cu.debug-console"),  # macOS lists this port
         nothing,
     )
     assert [(entry.key, entry.title) for entry in hapkit.entries()] == [

@@ -41,7 +41,7 @@ class Measured:
     on_while_off: float  # s before END in which the motor was on again, although it must be off
     back: float  # s after END until the full force was back
     rows: int
-    wrong_rows: int  # number of rows with a wrong position that are not marked as gaps
+    wrong_rows: int  # number of rows that have a wrong position and no gap mark
     unmarked_gaps: int
     foreign: int  # number of log rows with a force that was never sent (falsely accepted)
     lost: int

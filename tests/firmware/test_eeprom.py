@@ -74,7 +74,7 @@ def test_the_enables_of_both_boards_are_held_low(memory, tmp_path, pins):
     assert ports["ddrb"] & 0x08
     assert not ports["portd"] & 0x68
     assert not ports["portb"] & 0x08
-    assert bool(ports["ddrb"] & 0x10) == (pins == Pins.D3_D12)  # D12 is an output for this motor shield only
+    assert bool(ports["ddrb"] & 0x10) == (pins == Pins.D3_D12)  # D12 is an output only with these pins
 
 
 def test_damage_is_reported_and_defaults_are_used(memory):

@@ -316,13 +316,13 @@ def test_a_user_can_have_every_term(started):
     assert engine.modelled == SimulatedHapkit()
     reader = engine.reader()
     engine.move_hand(0.0123)
-    # friction stops it within 0.36 mm of its rest position, depending on its path
+    # friction stops the handle within 0.36 mm of its rest position, depending on its path
     found = read(reader, lambda found: abs(found[-1, rows.TRUE_POSITION] - 0.0088) < 4e-4)
     counts = found[-1, rows.POSITION] / 20.7e-6
     assert counts == pytest.approx(round(counts), abs=1e-6)
     engine.set_loop(
         model="scene"
-    )  # without friction it rests where hand and spring balance, within a sensor step
+    )  # without friction the handle rests where hand and spring balance, within a sensor step
     hand, spring = grip_named(engine.grip).stiffness, SPRING.values()["stiffness"]
     balance = 0.0123 * hand / (hand + spring)
     read(reader, lambda found: np.ptp(found[-400:, rows.TRUE_POSITION]) < 1e-9)

@@ -93,7 +93,7 @@ def test_excessive_functions_are_disabled_with_a_one_line_message(tmp_path, how)
     assert own.check(VALUES) == ""
     begin = time.monotonic()
     run = hs.simulate(own, {"stiffness": 123.5}, hand="press", seconds=0.3)
-    assert time.monotonic() - begin < PATIENCE  # without a time limit it would take hours
+    assert time.monotonic() - begin < PATIENCE  # without a time limit the run would take hours
     assert run.warnings == (OFF,)
     assert np.allclose(run.force, -123.5 * run.position)
     assert own.check({**VALUES, "stiffness": 123.5}) == ""

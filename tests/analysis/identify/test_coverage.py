@@ -73,7 +73,7 @@ def test_identified_values_are_true():
     assert everything.mean() >= 0.90
     assert all(np.mean([holds for _, holds in one]) >= 0.8 for one in found.values() if len(one) >= 9)
     assert max(ratio for one in found.values() for ratio, _ in one) < 3.0
-    # motions with enough excitation must be identified; rejecting all of them would also pass the test above
+    # motions with enough excitation must be identified, not rejected
     for hand in ("shake", "rub", "tap"):
         assert len(found[hand]) >= 12
 

@@ -97,7 +97,7 @@ WALL = environments.named("wall")
 
 @pytest.mark.parametrize(("rate", "viscous"), [(500, 0.3), (1000, 0.5), (2000, 0.5)])
 def test_the_limit_of_a_sketch_is_that_of_a_force_with_a_period_of_delay(rate, viscous):
-    # energy increases if the delays by hold (T / 2) and sketch (T) exceed the handle's damping: 2 b / 3 T
+    # the limit is 2 b / (3 T), because the hold delays the force by T / 2, and the sketch by T
     limit = 2.0 * viscous * rate / 3.0
     found = on_board.sketch_verdict(WALL, WALL.values(), replace(BOARD, viscous=viscous), rate, "difference")
     assert found.limit == pytest.approx(limit, rel=0.01)

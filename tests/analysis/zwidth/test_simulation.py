@@ -208,7 +208,7 @@ def test_result_is_the_bands_lower_end():
     assert point.stiffness in tried
     assert not point.clamped, "the wall named did not need the motor's limit"
     assert 1020.0 / 1.01 < point.last_held < 1020.0
-    # a wall passes only if ten walls in a row do
+    # the band ends where ten walls in a row pass, and where ten in a row fail
     assert min(tried) == pytest.approx(point.first_failed / 1.01**10)
     assert max(tried) == pytest.approx(point.last_held * 1.01**10)
 
