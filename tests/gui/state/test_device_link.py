@@ -27,7 +27,7 @@ FAILURES = [
     (errors.NoFirmwareError("ttyUSB0 does not answer.", step="flash"), "ttyUSB0 does", ["Flash firmware"]),
     (
         errors.WrongProtocolError("The firmware has protocol version 1.", step="update"),
-        "Firm",
+        "The firm",
         ["Update firmware"],
     ),
     (errors.PortPermissionError(NO_RIGHT, command=COMMAND), NO_RIGHT, ["Copy command"]),
