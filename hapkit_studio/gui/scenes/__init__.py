@@ -1,4 +1,4 @@
-"""Scenes: drawings of the environments, one file per drawing, discovered by the name ``SCENE``."""
+"""Scenes: drawings of the environments. Each file declares one drawing, discovered by the name ``SCENE``."""
 
 from hapkit_studio.gui.scenes.view import SceneView
 

@@ -1,4 +1,4 @@
-"""Declaration of a scene, and the parts of every scene: handle, hand, and their motion."""
+"""The declaration of a scene, and the parts that every scene has: handle, hand, and their motion."""
 
 import math
 from collections import defaultdict, deque
@@ -17,13 +17,13 @@ from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
 RING = 7.5  # px at u = 1: radius of the hand's ring
-_LARGEST = 1e6  # limit of a state value: larger values draw the same
+_LARGEST = 1e6  # larger values of the state are clipped to this, which draws the same picture
 Values = Mapping[str, float]
 
 
 @dataclass
 class Motion:
-    """The newest row for drawing, in mm, mm/s and N; the numbers in texts are updated less often."""
+    """The newest row for drawing, in mm, mm/s and N; numbers in texts are updated less often."""
 
     position: float = 0.0
     velocity: float = 0.0
@@ -40,7 +40,7 @@ class Motion:
 
 
 class Zone(NamedTuple):
-    """A target range for the handle in m; token is its colour."""
+    """A target range for the handle in m; ``token`` is the token of its colour."""
 
     low: float
     high: float
@@ -60,7 +60,10 @@ def draw_zone(stage: Stage, zone: Zone) -> None:
 
 
 def handle(stage: Stage, mm: float, tip: float | None = None, alpha: float = 1.0) -> None:
-    """Draw knob, stem and foot at a position; with ``tip`` the stem ends there, with a mark on the rail."""
+    """Draw knob, stem and foot at a position.
+
+    With ``tip``, the stem ends in this row and the rail has a mark.
+    """
     u, x, p = stage.u, stage.x(mm), stage.p
     p.setOpacity(alpha)
     bottom = stage.rail if tip is None else tip
@@ -88,9 +91,10 @@ def knob(stage: Stage, mm: float) -> QRectF:
 def point_out(
     stage: Stage, left: float, right: float, row: float, tokens: tuple[str, str], text: str
 ) -> bool:
-    """Draw an arrow with a text at the edge for an object outside the picture (columns left to right).
+    """Draw an arrow with a text at the edge if an object is outside the picture.
 
-    tokens: colours of the arrow's fill and outline. Return False while the object is visible.
+    ``left`` and ``right`` are the object's columns; ``tokens`` are the colours of the arrow's fill and
+    outline. Return False while the object is visible.
     """
     if right >= 0.0 and left <= stage.width:
         return False
@@ -104,14 +108,14 @@ def point_out(
 
 
 def beyond(stage: Stage, motion: Motion) -> bool:
-    """Draw an arrow for a handle outside the picture; return False while it is visible."""
+    """Draw an arrow if the handle is outside the picture; return False while the handle is visible."""
     x = stage.x(motion.position)
     text = f"handle at {number(motion.position_text, 1)} mm, {motion.force_text}"
     return point_out(stage, x, x, stage.knob_middle, ("handle", "handle"), text)
 
 
 def ring_place(stage: Stage, hand: float) -> float:
-    """Return the ring's column: at the hand, but inside the picture."""
+    """Return the ring's column, which is that of the hand if it is inside the picture."""
     return min(max(stage.x(hand), 11 * stage.u), stage.width - 11 * stage.u)
 
 
@@ -122,7 +126,10 @@ def apart(stage: Stage, motion: Motion) -> bool:
 
 
 def hand_ring(stage: Stage, motion: Motion) -> None:
-    """Draw the hand's ring at its target with a dotted line to the knob, or around the knob if they meet."""
+    """Draw the hand's ring at its target with a dotted line to the knob.
+
+    If both are close, draw it around the knob.
+    """
     if motion.hand is None:
         return
     u, y = stage.u, stage.knob_middle
@@ -161,7 +168,7 @@ def hand_label(stage: Stage, motion: Motion) -> None:
 
 
 def preparing(stage: Stage, fraction: float | None) -> None:
-    """Show that the loop is being prepared, with a progress bar."""
+    """Show with a progress bar that the loop is being prepared."""
     width, height = 210.0, 6.0
     left, top = stage.width / 2 - width / 2, stage.top + stage.band * 0.45
     stage.write(
@@ -183,13 +190,14 @@ def _nothing(*_given: object) -> None:
 
 @dataclass(frozen=True)
 class Scene:
-    """One environment's drawing; without an environment only the handle is drawn.
+    """The drawing of one environment; without an environment only the handle is drawn.
 
-    A user's environment may name it although its parameters and state differ. fixed is painted once per
-    size, theme and parameters, including marks below the rail; moving is painted behind the handle in every
-    frame; labels is painted last, when the occupied areas are known. per_newton: the arrow's length in px at
-    u = 1; tip: the row in px where the stem ends on a surface; height: preferred height of the card in px;
-    widest: maximum width of the picture as a multiple of its height.
+    A user's environment may name this scene although its parameters and state differ. ``fixed`` is painted
+    once for each size, theme and set of parameters, and includes marks below the rail. ``moving`` is painted
+    behind the handle in every frame. ``labels`` is painted last, when the occupied areas are known.
+    ``per_newton`` is the arrow's length in px at u = 1. ``tip`` returns the row in px where the stem ends on
+    a surface. ``height`` is the preferred height of the card in px. ``widest`` is the maximum width of the
+    picture as a multiple of its height.
     """
 
     environment: Environment | None = None
@@ -202,7 +210,7 @@ class Scene:
     widest: float = math.inf
 
     def values(self, given: Values) -> Values:
-        """Return each parameter within its limits, or its default if it is missing or not finite."""
+        """Return each parameter clamped to its limits, or its default if it is missing or not finite."""
         parameters = self.environment.parameters if self.environment else ()
         values = {p.key: given.get(p.key, math.nan) for p in parameters}
         return {
@@ -211,7 +219,7 @@ class Scene:
         }
 
     def state(self, row: np.ndarray) -> Values:
-        """Return the law's state (n,) by name; missing or non-finite values are 0."""
+        """Return the law's state (n,) by name; a missing or non-finite value becomes 0."""
         names = self.environment.state_names if self.environment else ()
         known = zip(names, row.tolist(), strict=False)
         numbers = {name: min(max(v, -_LARGEST), _LARGEST) for name, v in known if math.isfinite(v)}
@@ -220,10 +228,10 @@ class Scene:
 
 @cache
 def discover() -> dict[str, Scene]:
-    """Return every scene of this folder by its environment's key."""
+    """Return all scenes of this folder by the key of their environment."""
     return {s.environment.key: s for s in declared(__package__, "SCENE", Scene) if s.environment}
 
 
 def named(key: str) -> Scene:
-    """Return a scene; an environment without a drawing gets only the handle."""
+    """Return a scene; for an environment without a drawing, it shows only the handle."""
     return discover().get(key) or Scene()

@@ -1,4 +1,4 @@
-"""Button: a cap on a snapping dome in front of a fixed base; clicks are counted."""
+"""Button: a cap on a snapping dome in front of a fixed base. Clicks are counted."""
 
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
@@ -10,8 +10,8 @@ from hapkit_studio.gui.scenes.stage import Stage
 
 CAP, NUB = 3.6, 3.4  # mm: thickness of cap and nub
 _SHOULDER, _DIMPLE = 1.8, 0.6  # mm: minimum height of the snapped dome above base and nub
-_DOME = 0.42  # of the band: half the height of the dome
-_PLATE, _PIN = 0.33, 0.09  # of the band: half the heights of cap and nub
+_DOME = 0.42  # half the height of the dome, as a fraction of the band
+_PLATE, _PIN = 0.33, 0.09  # half the heights of cap and nub, as fractions of the band
 
 
 def _surface(values: Values) -> float:
@@ -26,9 +26,10 @@ def fixed(stage: Stage, values: Values) -> None:
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw base, dome and cap."""
     cap = max(motion.position, _surface(values))
-    stop = _surface(values) + 1e3 * values["travel"] + CAP + NUB  # position of the nub at full travel
+    stop = _surface(values) + 1e3 * values["travel"] + CAP + NUB  # position of the cap's face at full travel
     tip = stage.x(cap + CAP + NUB)
-    face = stage.x(max(stop, cap + CAP + NUB))  # pushed back when pressed beyond the full travel
+    # the base is pushed back if the cap moves beyond its full travel
+    face = stage.x(max(stop, cap + CAP + NUB))
     block(stage, face, stage.x(50.0))
     if tip > stage.x(stop):
         surface_line(stage, stage.x(stop))
@@ -64,7 +65,7 @@ def _cap(stage: Stage, cap: float) -> None:
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Write the number of clicks in and out in front of the button."""
+    """Write the number of clicks (pressed and released) in front of the button."""
     downs, ups = motion.state["downs"], motion.state["ups"]
     if downs + ups > 0:
         occupy_stem(stage, motion, stage.rail)

@@ -1,4 +1,4 @@
-"""The cat: stroked by a pad; its hairs lie with the nap, flatten under the pad, and bristle against it.
+"""The cat, which a pad strokes. Its hairs lie with the nap, flatten under the pad, and bristle against it.
 
 The picture is assets/scenes/cat.svg; each of its groups is painted according to mood and breath.
 """
@@ -20,7 +20,7 @@ from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import MODES
 
-# part: light, dark, high contrast
+# colours of each part in the light, the dark and the high-contrast theme
 COAT: dict[str, tuple[str, str, str]] = {
     "fur": ("#E7A75F", "#D98F48", "#E7A75F"),
     "stripe": ("#C57F3C", "#AD6A2E", "#B56E2C"),
@@ -32,26 +32,27 @@ COAT: dict[str, tuple[str, str, str]] = {
     "dark": ("#2B1A0C", "#2B1A0C", "#1B0D02"),
     "whisker": ("#8C5321", "#F2E6D6", "#5A2F0B"),
 }
-_PER_MM, _HIGH = 2.5, 78.0  # units of the picture: per mm along the rail; height of the cat
-# pivots of the parts: mm along the rail, fraction of the cat's height
+_PER_MM, _HIGH = 2.5, 78.0  # units of the picture per mm along the rail; height of the cat in units
+# pivots of the parts: mm along the rail, and fraction of the cat's height
 _GROUND, _ROOT, _FACE, _EYES = (0.0, 0.0), (34.0, 0.20), (-38.5, 0.62), (-38.5, 0.63)
 _PAW, _SHOULDER, _WORD = (-35.5, 0.075), (-31.0, 0.24), (-28.5, 0.95)
-_TAIL_LONG, _SWING = 62.0, 14.0  # units from the root to the tip; degrees
-_BREATH = 0.012  # of the body's height, amplitude
-_CONTENT, _FULL_BEND = 0.1, 3.0  # mm: hairs bent by this much are drawn fully bent
-_ASIDE, _AWAY = 1.9, -2.4  # units: how far a pupil moves to follow the hand, and to avoid it
-_FARTHEST = 2.0  # mm: reach of the paw
+# length of the tail in units from root to tip; amplitude of its swing in degrees
+_TAIL_LONG, _SWING = 62.0, 14.0
+_BREATH = 0.012  # amplitude of the breath, as a fraction of the body's height
+_CONTENT, _FULL_BEND = 0.1, 3.0  # mm: hairs that are bent by this much are drawn fully bent
+_ASIDE, _AWAY = 1.9, -2.4  # units: distance by which a pupil moves to follow the hand, and to avoid it
+_FARTHEST = 2.0  # mm: maximum reach of the paw
 _MM = np.arange(-60.0, 60.1, 0.2)
-_FIRST, _LAST = -27.0, 35.0  # mm: extent of the hair
+_FIRST, _LAST = -27.0, 35.0  # mm: positions of the first and the last hair
 _FLAT, _BACKWARDS, _LIES, _BRISTLES = np.radians((8.0, 158.0, 38.0, 30.0))
-_REACH = 4.5  # mm: radius in which the pad bends the hairs
+_REACH = 4.5  # mm: the pad bends the hairs within this radius
 _TUFT = 3
 _PAD_WIDE, _PAD_HIGH = 34.0, 11.0
 
 
 @dataclass(frozen=True)
 class Mood:
-    """Contentment −1..1, breath in rad, remaining seconds of swat and sulk, bend of the hairs −1..1."""
+    """Contentment −1..1, breath in rad, remaining seconds of swat and sulk, and bend of the hairs −1..1."""
 
     contentment: float = 0.0
     breath: float = 0.0
@@ -69,36 +70,36 @@ class Mood:
 
     @property
     def anger(self) -> float:
-        """Return 0..1: 0 above a contentment of −0.1, 1 where it swats."""
+        """Return the anger 0..1: 0 above a contentment of −0.1, and 1 when the cat swats."""
         return (
             1.0 if self.swat > 0.0 else float(np.interp(-self.contentment, (_CONTENT, -SWATS_BELOW), (0, 1)))
         )
 
     @property
     def eyes(self) -> float:
-        """Return 0..1: opening of the eyes; they are closed while it purrs."""
+        """Return the opening of the eyes 0..1; they are closed while the cat purrs."""
         if self.sulk > 0.0 and self.swat <= 0.0:
             return 0.5
         return float(np.interp(self.contentment, (0.0, PURRS_ABOVE), (1.0, 0.0)))
 
     @property
     def reach(self) -> float:
-        """Return 0..1: extension of the paw."""
+        """Return the extension of the paw 0..1."""
         return math.sin(math.pi * min(1.0, self.swat / SWAT_TIME)) if self.swat > 0.0 else 0.0
 
     @property
     def chest(self) -> float:
-        """Return the body's height relative to its mean; largest at the start of breathing out."""
+        """Return the body's height relative to its mean; it is largest when the cat starts to breathe out."""
         return 1.0 + _BREATH * math.cos(self.breath)
 
     @property
     def tail(self) -> float:
-        """Return −1..1: position of the tail, three times as fast and far in anger."""
+        """Return the position of the tail −1..1; in anger it swings three times as fast and as far."""
         return 0.25 * math.sin(self.breath) * (1.0 - self.anger) + self.anger * math.sin(3.0 * self.breath)
 
 
 def read(motion: Motion) -> Mood:
-    """Return the mood of the newest row."""
+    """Return the mood that the newest row contains."""
     state = motion.state
     bent = (motion.position - 1e3 * state["anchor"]) / _FULL_BEND if state["started"] else 0.0
     contentment, bend = min(1.0, max(-1.0, state["contentment"])), min(1.0, max(-1.0, bent))
@@ -115,7 +116,7 @@ def color(part: str) -> QColor:
 
 @lru_cache(maxsize=3)
 def _drawing(_theme: str) -> QSvgRenderer:
-    """Return the picture in the current theme's colours; ``_theme`` is the cache key."""
+    """Return the picture in the current theme's colours; ``_theme`` is only the cache key."""
     text = resources.path("scenes", "cat.svg").read_text(encoding="utf-8")
     colors = {name: color(name).name() for name in COAT}
     return QSvgRenderer(re.sub(r"@(\w+)", lambda m: colors.get(m[1]) or theme.tokens[m[1]], text).encode())
@@ -125,7 +126,7 @@ def _drawing(_theme: str) -> QSvgRenderer:
 def _picture(
     names: tuple[str, ...], across: float, up: float, ratio: float, theme_name: str
 ) -> tuple[QPointF, QPixmap]:
-    """Return painted groups at a scale in px per unit, and their upper left corner in units."""
+    """Return groups painted at a scale in px per unit, and their upper left corner in units."""
     drawing, box = _drawing(theme_name), QRectF()
     for name in names:
         box |= drawing.boundsOnElement(name)
@@ -147,7 +148,7 @@ def part(
     stage: Stage, names: tuple[str, ...], pivot: tuple[float, float], scale: tuple[float, float],
     at: QPointF | None = None, turn: float = 0.0, stretch: float = 1.0,
 ) -> None:  # fmt: skip
-    """Paint groups with their pivot at a point, rotated in degrees and stretched vertically."""
+    """Paint groups with their pivot at a point, rotated by ``turn`` degrees and stretched vertically."""
     corner, picture = _picture(names, *scale, stage.ratio, theme.name)
     stage.p.save()
     stage.p.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
@@ -161,7 +162,7 @@ def part(
 
 @cache
 def _outline(*names: str) -> np.ndarray:
-    """Return the upper outline (n,) of groups over _MM, as a fraction of the cat's height."""
+    """Return the upper outline (n,) of groups at the positions _MM, as a fraction of the cat's height."""
     image = QImage(2 * int(_PER_MM * 120) + 1, 220, QImage.Format.Format_Alpha8)
     image.fill(0)
     painter = QPainter(image)
@@ -177,7 +178,7 @@ def _outline(*names: str) -> np.ndarray:
 
 @cache
 def _path_of_the_pad() -> np.ndarray:
-    """Return the pad's height (n,) over _MM as a fraction: over back and head, and beside the cat."""
+    """Return the pad's height (n,) at the positions _MM as a fraction; the pad moves over back and head."""
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(_outline("body", "head"), 10), 21).max(axis=1)
     return np.convolve(np.pad(beside, 10, "edge"), np.full(21, 1.0 / 21.0), "valid")
 
@@ -197,7 +198,7 @@ def _at(stage: Stage, mm: float, share: float) -> QPointF:
 
 
 def _unit(stage: Stage) -> float:
-    """Return px per unit for head, paw and hair: scaled with the height, limited by the width."""
+    """Return px per unit for head, paw and hair; this grows with the height and is limited by the width."""
     return min(stage.band / _HIGH, stage.per_mm / _PER_MM)
 
 
@@ -225,7 +226,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _head(stage: Stage, mood: Mood, pad: float) -> None:
-    """Draw the head; pad: position in mm that the eyes follow."""
+    """Draw the head; the eyes follow ``pad``, a position in mm."""
     scale = (_unit(stage),) * 2
     cross = mood.swat > 0.0 or mood.sulk > 0.0
     ears = "ears_back" if cross or mood.contentment < SWATS_BELOW else "ears_up"
@@ -248,7 +249,7 @@ def _head(stage: Stage, mood: Mood, pad: float) -> None:
 
 
 def angles(place: np.ndarray, mood: Mood, pad: float) -> np.ndarray:
-    """Return each hair's angle in rad to the back: 0 flat towards the tail, π flat towards the head."""
+    """Return each hair's angle in rad to the back: 0 lies towards the tail, π towards the head."""
     near = np.exp(-(((place - pad) / _REACH) ** 2))
     pressed = _FLAT + max(0.0, -mood.bend) * (_BACKWARDS - _FLAT)
     return (_LIES + _BRISTLES * mood.anger) * (1.0 - near) + pressed * near
@@ -278,7 +279,7 @@ def _hair(stage: Stage, mood: Mood, pad: float) -> None:
         x + long * np.cos(angle), low - long * np.sin(angle),
         bow_x + half_x, bow_y + half_y, x + half_x, low + half_y,
     )).tolist()  # fmt: skip
-    for i in range(0, len(points), _TUFT):  # a few per path: a single long path is slow
+    for i in range(0, len(points), _TUFT):  # a path has only a few hairs, because a long path is slow
         path = QPainterPath()
         path.setFillRule(Qt.FillRule.WindingFill)
         for a, b, c, d, e, f, g, h, k, m in points[i : i + _TUFT]:
@@ -296,7 +297,7 @@ def _pad(stage: Stage, row: float, x: float) -> None:
 
 
 def _arm(stage: Stage, mood: Mood, pad: float) -> None:
-    """Draw the foreleg reaching for the hand, and its paw."""
+    """Draw the foreleg, which reaches for the hand, and its paw."""
     s, reached = _unit(stage), min(pad - 3.0, _FARTHEST)
     shoulder, rest = _at(stage, *_SHOULDER), _at(stage, *_PAW)
     hand = rest + (_at(stage, reached, pad_height(reached, mood) - 0.02) - rest) * mood.reach

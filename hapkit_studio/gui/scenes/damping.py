@@ -1,4 +1,4 @@
-"""Damping: the stem in a liquid, with a bow wave and a wake that grow with the speed."""
+"""Damping: the stem moves in a liquid; a bow wave and a wake grow with its speed."""
 
 import math
 
@@ -10,9 +10,9 @@ from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-_WALL = 47.0  # mm
-_FAST = 150.0  # mm/s: speed of the largest wave
-_STEP = 4.0  # px between points of the surface near the stem
+_WALL = 47.0  # mm: distance of the tank's walls from the centre
+_FAST = 150.0  # mm/s: the wave is largest from this speed on
+_STEP = 4.0  # px: distance between points of the surface near the stem
 
 
 def _level(stage: Stage) -> float:
@@ -20,7 +20,7 @@ def _level(stage: Stage) -> float:
 
 
 def _swing(motion: Motion) -> float:
-    """Return -1..1: strength and direction of the wave."""
+    """Return strength and direction of the wave, from −1 to 1."""
     return max(-1.0, min(1.0, motion.velocity / _FAST))
 
 

@@ -1,4 +1,4 @@
-"""Detents: wells in the ground; a ball at the stem's end settles in the nearest one."""
+"""Detents: the ground has wells; a ball at the stem's end settles in the nearest well."""
 
 import numpy as np
 
@@ -7,14 +7,14 @@ from hapkit_studio.gui.scenes.base import Scene, Values
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, saturating
 from hapkit_studio.gui.scenes.stage import Stage
 
-_LEVEL, _ROOM = 0.52, 0.42  # of the band
-_ENERGY = 1.1e-3  # J: a well of this energy takes 63 % of the room
-_STEEPEST = 1.6  # maximum ratio of a well's depth to half its width, so that the ball fits
-_LEAST_BALL = 3.2  # px at u = 1
+_LEVEL, _ROOM = 0.52, 0.42  # fractions of the band: the level of the ground, and the largest depth of a well
+_ENERGY = 1.1e-3  # J: a well of this energy takes 63 % of the largest depth
+_STEEPEST = 1.6  # maximum ratio of a well's depth to half its width, so that the ball fits into the well
+_LEAST_BALL = 3.2  # px at u = 1: minimum radius of the ball
 
 
 def relief(stage: Stage, values: Values) -> Relief:
-    """Return the ground: a parabola around each multiple of the pitch, like a spring's energy."""
+    """Return the ground, a parabola around each multiple of the pitch, like a spring's energy."""
     pitch, half = 1e3 * values["pitch"], 1e3 * values["half_width"]
     energy = 0.5 * values["stiffness"] * (1e-3 * half) ** 2
     depth = min(saturating(energy, _ENERGY, _ROOM * stage.band), _STEEPEST * half * stage.per_mm)
@@ -28,7 +28,7 @@ def relief(stage: Stage, values: Values) -> Relief:
 
 
 def _radius(stage: Stage, values: Values) -> float:
-    """Return the ball's radius in px, small enough for its well."""
+    """Return the ball's radius in px; the ball must fit into a well."""
     half = 1e3 * values["half_width"] * stage.per_mm
     return max(min(BALL * stage.u, 0.5 * half), _LEAST_BALL * stage.u)
 

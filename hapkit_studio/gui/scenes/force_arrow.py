@@ -1,4 +1,4 @@
-"""The force arrow beside the knob, with the number at its tip."""
+"""The force arrow beside the knob, with a number at its tip."""
 
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QRectF
@@ -9,19 +9,22 @@ from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
 LEAST_ARROW = 16.0
-_DECIMALS = 2  # of a force in N
+_DECIMALS = 2  # decimals of a force in N
 HEAD, HEAD_HALF, SHAFT_HALF = 12.0, 8.0, 2.6
 EACH_MS = 100
-_SEEN = 0.02, 0.1  # N, mm: a written number differing by more from the drawing is updated at once
+_SEEN = 0.02, 0.1  # N, mm: a number that differs by more than this from the drawing is updated at once
 
 
 def direction(force: float) -> int:
-    """Return the sign of a force, 0 if it is displayed as zero."""
+    """Return the sign of a force; 0 if the force is displayed as zero."""
     return int(np.sign(round(force, _DECIMALS)))
 
 
 def force(stage: Stage, motion: Motion, per_newton: float) -> None:
-    """Draw the force as an arrow from the knob with its number at the tip; a bar marks clamping."""
+    """Draw the force as an arrow from the knob with a number at its tip.
+
+    A bar shows that the force is clamped.
+    """
     u, y, x = stage.u, stage.knob_middle, stage.x(motion.position)
     base, half = y + 4.8 * u, stage.knob_width / 2
     stage.occupied.append(knob(stage, motion.position).adjusted(-2, 0, 2, 0))
@@ -36,7 +39,7 @@ def force(stage: Stage, motion: Motion, per_newton: float) -> None:
     if motion.hand is not None and apart(stage, motion):
         ring = ring_place(stage, motion.hand)
         if 0.0 < d * (ring - start) < d * (tip - start) - (HEAD + RING) * u:
-            ring_alone(stage, ring)  # above the shaft, but never above the head
+            ring_alone(stage, ring)  # the ring may be drawn over the shaft, but not over the head
     if motion.clamped:
         stage.line(tip + d * 5 * u, y - 11 * u, tip + d * 5 * u, y + 11 * u, stage.pen("applied", 3.2))
         tip += d * 7 * u
@@ -52,7 +55,7 @@ def force(stage: Stage, motion: Motion, per_newton: float) -> None:
 
 
 def _arrow_ends(stage: Stage, motion: Motion, per_newton: float) -> tuple[float, float]:
-    """Return the arrow's columns, limited to the picture; at the edge it starts above the knob."""
+    """Return the arrow's columns, limited to the picture; at the edge the arrow starts above the knob."""
     u, d, x = stage.u, direction(motion.force), stage.x(motion.position)
     start = stage.knob_width / 2 + 7 * u
     room = (stage.width - x if d > 0 else x) - (16 if motion.clamped else 6) * u
@@ -75,18 +78,18 @@ def force_words(newtons: float) -> str:
 
 
 class ReadOut:
-    """Updates the numbers shown ten times a second, and at once if the drawing would contradict them."""
+    """Updates the shown numbers ten times per second, and at once if the drawing would contradict them."""
 
     def __init__(self) -> None:
         self._clock = QElapsedTimer()
         self._force = 0.0
 
     def invalidate(self) -> None:
-        """Update all numbers at the next refresh."""
+        """Request an update of all numbers at the next refresh."""
         self._clock.invalidate()
 
     def refresh(self, motion: Motion) -> bool:
-        """Set the shown numbers from the row drawn if they are due; return whether they changed."""
+        """If an update is due, set the shown numbers from the drawn row; return whether they changed."""
         due = not self._clock.isValid() or self._clock.elapsed() >= EACH_MS or self._contradicts(motion)
         if due:
             self._clock.start()

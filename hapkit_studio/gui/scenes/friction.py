@@ -1,4 +1,4 @@
-"""Friction: a brush on rough ground; its bristles lean by the deflection of the friction model."""
+"""Friction: a brush on rough ground. The lean of its bristles is the friction model's deflection."""
 
 import math
 
@@ -12,12 +12,12 @@ from hapkit_studio.gui.scenes.parts import ground
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-_LEVEL = 0.34  # of the band
+_LEVEL = 0.34  # level of the ground, as a fraction of the band
 _GRAINS = np.random.default_rng(4).uniform(-1.0, 1.0, 101)
 _BRISTLES = 9
-_HEIGHT = 15.0  # px at u = 1: from the pad to the ground
-_REACH = 22.0  # px at u = 1: bristles lie flat at this deflection
-_STILL = 2.0  # mm of motion in the last frames: slow enough to read a label
+_HEIGHT = 15.0  # px at u = 1: distance from the pad to the ground
+_REACH = 22.0  # px at u = 1: at this deflection the bristles lie flat
+_STILL = 2.0  # mm: if the motion in the last frames is smaller, the user can read a label
 
 
 def _row(stage: Stage) -> float:
@@ -30,7 +30,7 @@ def _pad(stage: Stage, motion: Motion) -> QRectF:
 
 
 def fixed(stage: Stage, values: Values) -> None:
-    """Draw the ground, rougher for stronger friction."""
+    """Draw the ground; it is rougher if the friction is stronger."""
     places = np.linspace(-50.0, 50.0, 101)
     height = 3.0 * min(1.6, values["kinetic_force"] / 0.4) ** 0.5 * stage.u
     ground(stage, lambda mm: stage.band * _LEVEL + height * np.interp(mm, places, _GRAINS))
@@ -42,9 +42,9 @@ def _sticks(values: Values, motion: Motion) -> bool:
 
 
 def stretch(values: Values, motion: Motion) -> float:
-    """Return the offset in mm from the handle to the anchor of the bristles."""
+    """Return the offset in mm from the handle to the point where the bristles touch the ground."""
     slides = motion.state["slides"]
-    if slides and values["model"] in (PROJECTION, TETHER):  # the anchor lags behind
+    if slides and values["model"] in (PROJECTION, TETHER):  # while the brush slides, this point lags behind
         return 1e3 * math.copysign(values["kinetic_force"] / values["tether_stiffness"], slides)
     return 1e3 * motion.state["anchor"] - motion.position if motion.state["started"] > 0.5 else 0.0
 
@@ -55,7 +55,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
     lean = stretch(values, motion) * stage.per_mm
     bent = max(-_REACH * u, min(_REACH * u, lean))
     _bristles(stage, pad, bent)
-    if bent != lean:  # draw a tether to an anchor beyond the bristles' reach
+    if bent != lean:  # the bristles do not reach the anchor, so a line is drawn to it
         y, anchor = _row(stage) - 2 * u, pad.center().x() + lean
         stage.line(pad.center().x() + bent, y, anchor, y, stage.pen("objline", 1.6))
         stage.p.setBrush(theme.color("obj"))
@@ -87,7 +87,7 @@ def _anchor(stage: Stage, x: float) -> None:
 
 
 def labels(stage: Stage, values: Values, motion: Motion) -> None:
-    """Write "sticks" while the motion is slow enough to read it."""
+    """Write "sticks" while the motion is slow enough for the user to read it."""
     slow = not motion.trail or max(motion.trail) - min(motion.trail) < _STILL
     if slow and _sticks(values, motion):
         pad, u = _pad(stage, motion), stage.u
@@ -96,7 +96,7 @@ def labels(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def tip(stage: Stage, values: Values, motion: Motion) -> float:
-    """Return the row where the stem ends, in the pad."""
+    """Return the row in which the stem ends, in the pad."""
     return _pad(stage, motion).top() + stage.u
 
 

@@ -1,4 +1,4 @@
-"""Mass–spring–damper: a block at its true position, connected to a fixed post and pushed by the handle."""
+"""Mass–spring–damper: a block at its true position. A fixed post holds it, and the handle pushes it."""
 
 from PySide6.QtCore import QPointF, QRectF
 
@@ -9,9 +9,9 @@ from hapkit_studio.gui.scenes.parts import label, mark, on_object, surface_line,
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number
 
-_POST = 47.0  # mm
+_POST = 47.0  # mm: position of the post
 _TURNS = 7
-_COIL, _DASHPOT = 0.28, 0.74  # of the block's height, from its top
+_COIL, _DASHPOT = 0.28, 0.74  # fractions of the block's height, measured from its top
 
 
 def _rest(values: Values) -> float:
@@ -24,12 +24,12 @@ def place(values: Values, motion: Motion) -> float:
 
 
 def width(values: Values) -> float:
-    """Return the block's width in mm: 15, or less if post and rest position are close."""
+    """Return the block's width in mm; it is 15, or less if post and rest position are close."""
     return min(15.0, max(5.0, 0.5 * (_POST - 8.0 - _rest(values))))
 
 
 def _body(stage: Stage, values: Values, motion: Motion) -> QRectF:
-    """Return the block: higher for a larger mass, its face compressed by the handle."""
+    """Return the block's rectangle; it is higher for a larger mass, and the handle compresses it."""
     high = stage.band * min(0.9, max(0.6, 0.8 * (values["mass"] / 2.0) ** (1.0 / 3.0)))
     face = place(values, motion)
     right = stage.x(face + width(values))
@@ -66,7 +66,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _dashpot(stage: Stage, left: float, right: float, y: float) -> None:
-    """Draw a piston on the block's side in a cylinder on the post's side."""
+    """Draw a dashpot: its piston is on the block's side, its cylinder on the post's side."""
     length, half = right - left, 8 * stage.u
     mouth, bottom, piston = left + 0.30 * length, left + 0.72 * length, left + 0.42 * length
     cylinder = [(mouth, y - half), (bottom, y - half), (bottom, y + half), (mouth, y + half)]

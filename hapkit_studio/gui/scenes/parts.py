@@ -1,4 +1,4 @@
-"""Parts shared by several scenes: solid blocks, reliefs with a ball on them, labels on a colour."""
+"""Parts that several scenes share: solid blocks, reliefs with a ball on them, labels on a background."""
 
 import math
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from hapkit_studio.gui.widgets.text import paint_words
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import luminance
 
-BALL = 6.5  # px at u = 1, including half the outline
+BALL = 6.5  # px at u = 1: radius of the ball including half the outline
 _OUTLINE = 1.2
 
 # maps positions (n,) in mm to heights (n,) in px above the rail
@@ -46,7 +46,7 @@ def block(stage: Stage, face: float, end: float, token: str = "mat", hatched: bo
 
 
 def surface_line(stage: Stage, x: float, token: str = "matline") -> None:
-    """Draw a dashed line where the face would be if it were not pressed in."""
+    """Draw a dashed line where the face would be if the handle did not press it in."""
     stage.line(x, stage.top + 2 * stage.u, x, stage.rail, stage.pen(token, 1.6, (4, 4)))
 
 
@@ -63,7 +63,7 @@ def label(
     stage: Stage, text: str, x: float, y: float, tokens: tuple[str, str], size: float = 12.0,
     weight: int = 600,
 ) -> None:  # fmt: skip
-    """Write a centred label on a coloured background; tokens: colours of text and background."""
+    """Write a centred label on a coloured background; ``tokens`` are the colours of text and background."""
     font, metrics = stage.font(size, weight)
     wide, high = metrics.horizontalAdvance(text), metrics.capHeight() + 6
     box = QRectF(x - wide / 2, y - high + 3, wide, high)
@@ -73,7 +73,7 @@ def label(
 
 
 def on_object() -> str:
-    """Return the text colour for labels on moving objects: the one with more contrast."""
+    """Return the colour of labels on moving objects, which is the one with more contrast."""
     ground = luminance(theme.tokens["obj"]) + 0.05
     ratios = {token: (luminance(theme.tokens[token]) + 0.05) / ground for token in ("ink", "scene")}
     return max(ratios, key=lambda token: max(ratios[token], 1.0 / ratios[token]))
@@ -88,7 +88,7 @@ def text_width(stage: Stage, text: str, size: float = 12.0, weight: int = 600) -
 
 
 def sampled(stage: Stage, relief: Relief) -> Relief:
-    """Return a relief tabulated once per pixel, for fast evaluation."""
+    """Return the relief as a table with one value per pixel, so that it can be evaluated fast."""
     columns = _columns(stage)
     heights = relief(columns)
     return lambda mm: np.interp(mm, columns, heights)
@@ -100,7 +100,7 @@ def _columns(stage: Stage) -> np.ndarray:
 
 
 def ribbon(x: np.ndarray, y: np.ndarray, width: float) -> QPainterPath:
-    """Return a line through points (n,) in px as a filled area: much faster than a wide stroke."""
+    """Return a line through points (n,) in px as an area; Qt draws this faster than a wide stroke."""
     slope = np.gradient(y, x)
     across = 0.5 * width / np.sqrt(1.0 + slope**2)
     edges = [(x - slope * across * side, y + across * side) for side in (-1.0, 1.0)]
@@ -114,7 +114,7 @@ def ribbon(x: np.ndarray, y: np.ndarray, width: float) -> QPainterPath:
 
 
 def ground(stage: Stage, relief: Relief, fine: bool = False) -> None:
-    """Fill and outline a relief along the rail; a fine one with a hairline."""
+    """Fill and outline a relief along the rail; a ``fine`` one has a thin outline."""
     columns = _columns(stage)
     x, rows = stage.width / 2 + columns * stage.per_mm, stage.rail - relief(columns)
     left, right, low = float(x[0]), float(x[-1]), stage.rail
@@ -132,7 +132,7 @@ def ground(stage: Stage, relief: Relief, fine: bool = False) -> None:
 
 
 def resting(stage: Stage, relief: Relief, mm: float, radius: float) -> float:
-    """Return the row of the centre of a ball of a radius in px that rests on the relief."""
+    """Return the row of the centre of a ball that rests on the relief; its radius is in px."""
     reach = radius * np.linspace(-1.0, 1.0, 41)
     under = stage.rail - relief(mm + reach / stage.per_mm)
     return float(np.min(under - np.sqrt(radius**2 - reach**2)))
@@ -141,7 +141,7 @@ def resting(stage: Stage, relief: Relief, mm: float, radius: float) -> float:
 def riding(
     relief: Callable[[Stage, Values], Relief], radius: Callable[[Stage, Values], float]
 ) -> tuple[Callable[[Stage, Values, Motion], None], Callable[[Stage, Values, Motion], float]]:
-    """Return ``moving`` and ``tip`` of a scene whose stem ends in a ball of a radius in px."""
+    """Return ``moving`` and ``tip`` of a scene whose stem ends in a ball with a radius in px."""
 
     def moving(stage: Stage, values: Values, motion: Motion) -> None:
         stage.use(None, "handle")
@@ -155,11 +155,11 @@ def riding(
 
 
 def occupy_stem(stage: Stage, motion: Motion, low: float) -> None:
-    """Keep labels off the stem, from below the knob down to a row."""
+    """Reserve the area of the stem, from below the knob down to a row, so that no label is written there."""
     x, half = stage.x(motion.position), 6 * stage.u
     stage.occupied.append(QRectF(x - half, stage.top, 2 * half, low - stage.top))
 
 
 def saturating(value: float, reference: float, room: float) -> float:
-    """Return a height that saturates: 63 % of the room at the reference value, never more than the room."""
+    """Return a height that saturates at ``room``; at the reference value it is 63 % of ``room``."""
     return room * (1.0 - math.exp(-max(value, 0.0) / reference))

@@ -1,4 +1,4 @@
-"""Puck: a disc of true size between two walls, with a velocity arrow and echoes."""
+"""Puck: a disc of true size between two walls, with an arrow for its velocity and pale copies."""
 
 from PySide6.QtCore import QRectF, Qt
 
@@ -9,14 +9,16 @@ from hapkit_studio.gui.scenes.parts import block
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
-RADIUS, WALL = 1e3 * law.RADIUS, 1e3 * (law.REACH + law.RADIUS)  # mm
+# mm: radius of the puck, and distance of the walls from the centre
+RADIUS, WALL = 1e3 * law.RADIUS, 1e3 * (law.REACH + law.RADIUS)
 _LEAST_WIDTH = 2.0  # mm: minimum width of a compressed puck
-_ECHOES = ((3, 0.12), (2, 0.20), (1, 0.32))  # steps back, opacity
-_STEP = 0.03  # s
-_SLOW = 0.01  # m/s: below this speed there are no arrow and no echoes
-_PER_SPEED = 130.0  # px of the arrow per m/s at u = 1
+_ECHOES = ((3, 0.12), (2, 0.20), (1, 0.32))  # age in steps and opacity of each pale copy
+_STEP = 0.03  # s: duration of a step
+_SLOW = 0.01  # m/s: below this speed no arrow and no copies are drawn
+_PER_SPEED = 130.0  # px at u = 1: length of the arrow per m/s
 _LONGEST = 46.0
-_WIDEST = 4.6  # width of the picture over its height: a wider one leaves no height for a round puck
+# maximum ratio of the picture's width to its height; a wider picture is too low for a round puck
+_WIDEST = 4.6
 
 
 def place(motion: Motion) -> float:
@@ -25,7 +27,7 @@ def place(motion: Motion) -> float:
 
 
 def outline(stage: Stage, motion: Motion) -> QRectF:
-    """Return the puck's outline, compressed by handle or wall, and flattened in a low scene."""
+    """Return the puck's outline; handle or wall compress it, and a low scene flattens it."""
     middle, side = place(motion), motion.state["side"]
     left = max(middle - RADIUS, min(-WALL, middle + RADIUS - _LEAST_WIDTH))
     right = min(middle + RADIUS, max(WALL, middle - RADIUS + _LEAST_WIDTH))
@@ -45,7 +47,7 @@ def fixed(stage: Stage, values: Values) -> None:
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw echoes, puck and arrow."""
+    """Draw the copies, the puck and the arrow."""
     shape, speed = outline(stage, motion), motion.state["object_velocity"]
     if abs(speed) > _SLOW:
         _echoes(stage, motion, shape, speed)
@@ -58,7 +60,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _echoes(stage: Stage, motion: Motion, shape: QRectF, speed: float) -> None:
-    """Draw earlier positions at the current speed that lie between walls and handle."""
+    """Draw copies at earlier positions, computed from the current speed, between walls and handle."""
     stage.p.setPen(Qt.PenStyle.NoPen)
     side = motion.state["side"]
     low = max(-WALL, motion.position if side > 0.0 else -WALL) + RADIUS
@@ -81,7 +83,7 @@ def _arrow(stage: Stage, shape: QRectF, speed: float) -> None:
 
 
 def labels(stage: Stage, values: Values, motion: Motion) -> None:
-    """Point to a puck outside the picture."""
+    """Point with an arrow to a puck that is outside the picture."""
     shape = outline(stage, motion)
     text = f"puck at {number(place(motion), 1)} mm"
     point_out(stage, shape.left(), shape.right(), shape.center().y(), ("obj", "objline"), text)

@@ -7,7 +7,7 @@ from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.parts import mark
 from hapkit_studio.gui.scenes.stage import Stage
 
-_POST = -46.0  # mm
+_POST = -46.0  # mm: position of the post
 _TURNS = 11
 
 

@@ -1,7 +1,8 @@
-"""Geometry of a scene, ±50 mm on a rail, and drawing functions common to all scenes.
+"""The geometry of a scene (±50 mm on a rail), and drawing functions for all scenes.
 
-Lengths are in pixels, positions on the rail in mm. u scales all fixed sizes (1.0 at a height of 150, 1.32 at
-236). widest: maximum width of the picture as a multiple of its height; the rest is empty.
+Lengths are in pixels, positions on the rail in mm. ``u`` scales all fixed sizes (1.0 at a height of 150, 1.32
+at 236). ``widest`` is the maximum width of the picture as a multiple of its height; the space beside it is
+empty.
 """
 
 import math
@@ -17,9 +18,9 @@ from hapkit_studio.gui.widgets.theme import number, theme
 T = TypeVar("T")
 Place = tuple[float, float]
 
-HALF_TRAVEL = 50.0  # mm
-_BESIDE = 4.0  # px between labels
-_FAR = 1000.0  # mm: positions are clipped here, outside the picture
+HALF_TRAVEL = 50.0  # mm: the rail extends this far on each side of the centre
+_BESIDE = 4.0  # px: minimum distance between labels
+_FAR = 1000.0  # mm: positions are clipped to this value, which is outside the picture
 _CORNER = 8.0  # px: corner radius of a card
 
 
@@ -47,7 +48,7 @@ class Stage:
         self._made: dict[str, tuple[object, Any]] = {}
 
     def begin(self, painter: QPainter) -> None:
-        """Use this painter from now on; the occupied areas are reset to those of the fixed parts."""
+        """Use this painter from now on; only the areas of the fixed parts are occupied again."""
         self.p = painter
         self.occupied, self.texts = list(self._kept), list(self._kept_texts)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -57,7 +58,7 @@ class Stage:
         self._kept, self._kept_texts = list(self.occupied), list(self.texts)
 
     def cached(self, name: str, make: Callable[[], T], of: object = None) -> T:
-        """Return the cached result of ``make``; it is made again if ``of`` has changed.
+        """Return the cached result of ``make``; call ``make`` again if ``of`` has changed.
 
         Parameters, size and theme do not change during a stage's life.
         """
@@ -76,7 +77,7 @@ class Stage:
     # strokes and fills --------------------------------------------------------------------------
 
     def pen(self, token: str, width: float = 1.5, dash: tuple[float, ...] = (), alpha: float = 1.0) -> QPen:
-        """Return a pen with round joins; width and dash in units of u."""
+        """Return a pen with round joins; ``width`` and ``dash`` are in units of u."""
         cap = Qt.PenCapStyle.FlatCap if dash else Qt.PenCapStyle.RoundCap
         pen = QPen(theme.color(token, alpha), width * self.u, Qt.PenStyle.SolidLine, cap)
         pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
@@ -90,7 +91,7 @@ class Stage:
         self.p.drawLine(QPointF(x1, y1), QPointF(x2, y2))
 
     def use(self, pen: QPen | None, fill: str = "") -> None:
-        """Set pen (None: no outline) and fill colour ("": no fill) for the following shapes."""
+        """Set the pen (None: no outline) and the fill colour ("": no fill) of the following shapes."""
         self.p.setPen(pen or Qt.PenStyle.NoPen)
         self.p.setBrush(theme.color(fill) if fill else Qt.BrushStyle.NoBrush)
 
@@ -118,7 +119,7 @@ class Stage:
     # text -----------------------------------------------------------------------------------------
 
     def font(self, size: float, weight: int) -> tuple[QFont, QFontMetricsF]:
-        """Return the scene's font and its metrics; size as at u = 1."""
+        """Return the scene's font and its metrics; ``size`` is that at u = 1."""
         if (size, weight) not in self._fonts:
             font = theme.font("body")
             font.setPixelSize(round(max(11.5, size * self.text_scale)))
@@ -132,8 +133,8 @@ class Stage:
     ) -> bool:  # fmt: skip
         """Write a text at the first free place (x, base line, side); return whether it was written.
 
-        must: if no place is free, use the first one inside the scene. wipe: clear the background, so that
-        nothing shows between the letters.
+        ``must``: if no place is free, use the first one inside the scene. ``wipe``: clear the background, so
+        that no other drawing is visible between the letters.
         """
         font, metrics = self.font(size, weight)
         wide, high = metrics.horizontalAdvance(text), metrics.capHeight() + 6
@@ -176,7 +177,7 @@ class Stage:
             self.line(self.x(mm), self.rail, self.x(mm), self.rail + length, self.pen("rail", 1.2))
         for mm in range(-40, 41, 20):
             unit = " mm" if mm == 40 else ""
-            # centres the number, not its unit, at the tick
+            # the number is centred at the tick, without its unit
             x = self.x(mm) + 0.5 * self.font(11.5, 400)[1].horizontalAdvance(unit)
             self.write(number(mm, 0) + unit, [(x, self.rail + 22 * self.u, 0)], "ink3", 11.5, 400)
 

@@ -1,4 +1,4 @@
-"""Texture: damping bands, ridges or sandpaper, true to scale along the rail, with a mark for λ."""
+"""Texture: damping bands, ridges or sandpaper, drawn to scale along the rail, with a mark for λ."""
 
 import math
 
@@ -12,16 +12,16 @@ from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, occupy_stem, ri
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-_LEVEL, _ROOM = 0.40, 0.22  # of the band
-_RIDGE = 6.5  # px at u = 1: half the height of a ridge of 0.25 N every 5 mm
-_CLOSE = 10.0  # px between ridges: closer ones are outlined by a hairline
-_FINEST = 3.5  # px between ridges: finer ones are drawn as one strip
-_WIDE = 14.0  # px at u = 1: a wider λ is marked; otherwise ten are marked together
-_LEAST_BALL = 3.2  # px at u = 1
+_LEVEL, _ROOM = 0.40, 0.22  # fractions of the band: the level of the ground, and the largest height above it
+_RIDGE = 6.5  # px at u = 1: half the height of a ridge for 0.25 N and λ = 5 mm
+_CLOSE = 10.0  # px: ridges that are closer than this have a thin outline
+_FINEST = 3.5  # px: ridges that are closer than this are drawn as one strip
+_WIDE = 14.0  # px at u = 1: a λ wider than this is marked; if it is narrower, ten of them are marked together
+_LEAST_BALL = 3.2  # px at u = 1: minimum radius of the ball
 
 
 def _wave(values: Values) -> float:
-    """Return λ in mm."""
+    """Return the wavelength λ in mm."""
     return 1e3 * values["wavelength"]
 
 
@@ -34,7 +34,7 @@ def _flat(stage: Stage, values: Values) -> bool:
 
 
 def height(stage: Stage, values: Values) -> float:
-    """Return half a ridge's height in px; it grows with force and λ and is limited to fit."""
+    """Return half a ridge's height in px; it grows with force and λ, and is limited by the space."""
     if values["kind"] == BANDS:
         return 0.0
     ratio = values["amplitude"] / 0.25 * _wave(values) / 5.0
@@ -42,7 +42,7 @@ def height(stage: Stage, values: Values) -> float:
 
 
 def relief(stage: Stage, values: Values) -> Relief:
-    """Return the ground: flat for bands, otherwise the potential energy of the force."""
+    """Return the ground: it is flat for bands, otherwise it is the force's potential energy."""
     return stage.cached("relief", lambda: sampled(stage, _relief(stage, values)))
 
 
@@ -85,7 +85,7 @@ def _shade(stage: Stage, left: float, right: float, high: float, low: float) -> 
 
 
 def _bands(stage: Stage, values: Values) -> None:
-    """Shade every damping band, half a wavelength each; very fine ones become one shallow strip."""
+    """Shade the damping bands, each half a wavelength wide; very fine bands become one shallow strip."""
     wave, deep = _wave(values), -_LEVEL * stage.band + 2.5 * stage.u
     if _fine(stage, values):
         _shade(stage, -HALF_TRAVEL, HALF_TRAVEL, 0.0, 0.4 * deep)
@@ -97,9 +97,9 @@ def _bands(stage: Stage, values: Values) -> None:
 
 
 def _measure(stage: Stage, values: Values) -> tuple[float, float, float, int]:
-    """Return the ends and the row of the λ mark above the ground, and the number of λ it spans.
+    """Return the ends and the row of the mark for λ above the ground, and how many λ it spans.
 
-    It spans one λ, or ten if one is too short to be visible.
+    The mark spans one λ, or ten if one λ is too short to be visible.
     """
     wave = _wave(values)
     count = 1 if wave * stage.per_mm > _WIDE * stage.u else 10
@@ -128,7 +128,7 @@ def labels(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _radius(stage: Stage, values: Values) -> float:
-    """Return the ball's radius in px: small enough to fit between ridges, large enough to be visible."""
+    """Return the ball's radius in px: the ball must fit between ridges and be large enough to be visible."""
     fits = BALL * stage.u if height(stage, values) == 0.0 else 0.2 * _wave(values) * stage.per_mm
     return max(min(BALL * stage.u, fits), _LEAST_BALL * stage.u)
 

@@ -1,4 +1,4 @@
-"""The scene widget: the handle on its rail, the environment around it, and the mouse as the hand."""
+"""The scene's widget: the handle on its rail, the environment around it, and the mouse as the hand."""
 
 from collections.abc import Mapping
 
@@ -24,8 +24,8 @@ from hapkit_studio.gui.scenes.force_arrow import ReadOut, force
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
-REACH = 0.06  # m: limit of the simulated hand
-COARSE, FINE = 1e-3, 1e-4  # m per arrow key
+REACH = 0.06  # m: maximum distance of the simulated hand from the centre
+COARSE, FINE = 1e-3, 1e-4  # m: the hand moves by this much per arrow key, and with Shift
 FARTHEST, STRONGEST = 1.0, 1e3  # m, N: larger values are clipped for drawing
 _SMOOTHING = 0.25
 _KEYS = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}
@@ -42,11 +42,11 @@ def _within(value: float, most: float) -> float:
 
 
 class SceneView(QWidget):
-    """Paints one environment at the measured position; the pointer or the arrow keys are the hand.
+    """Paints one environment at the measured position; the pointer or the arrow keys move the hand.
 
-    Pressing the mouse button grabs the handle, releasing the button releases it. An arrow key grabs it at
-    its current position and holds it, so that fine steps add up, until ↓ is pressed or the pointer takes
-    over. ``grabbed``: the hand has grabbed the handle.
+    Pressing the mouse button grabs the handle, releasing the button releases it. An arrow key grabs the
+    handle at its current position and holds it, so that fine steps add up, until the user presses ↓ or the
+    pointer takes over. ``grabbed`` is emitted when the hand has grabbed the handle.
     """
 
     grabbed = Signal()
@@ -92,12 +92,12 @@ class SceneView(QWidget):
         self.set_values(values)
 
     def show_force(self, on: bool) -> None:
-        """Show the force arrow and its number, or hide them where they would reveal hidden values."""
+        """Show the force arrow and its number; hide them if they would reveal hidden values."""
         self._shows_force = on
         self.update()
 
     def set_zone(self, zone: Zone | None) -> None:
-        """Mark a range to move into; None: no range."""
+        """Mark a range to which the handle is to be moved; None removes the mark."""
         if zone != self._zone:
             self._zone = zone
             self.update()
@@ -122,7 +122,7 @@ class SceneView(QWidget):
         stopped: bool,
         state: np.ndarray,
     ) -> None:
-        """Show the newest row: position in m, forces in N, hand_target in m or None if released.
+        """Show the newest row: ``position`` in m, forces in N, ``hand_target`` in m or None if released.
 
         The hand is drawn at ``hand_target``, or at the pointer if the row has no target.
         """
@@ -147,7 +147,7 @@ class SceneView(QWidget):
         self.update()
 
     def set_hand_enabled(self, enabled: bool) -> None:
-        """Set whether pointer and keys are the hand (simulated device); on a real board they are not."""
+        """Set whether pointer and keys move the hand (simulated device) or not (real board)."""
         self._hand_enabled = enabled
         if not enabled:
             self.release()
@@ -155,12 +155,12 @@ class SceneView(QWidget):
         self.setToolTip(_HELP if enabled else "The handle at its measured position")
 
     def set_hint(self, on: bool) -> None:
-        """Show or hide the hint beside the knob; it disappears when the handle is dragged."""
+        """Show or hide the hint beside the knob; the hint disappears when the user drags the handle."""
         self._hint = on
         self.update()
 
     def set_paused(self, paused: bool) -> None:
-        """Show that the picture is paused, with the numbers of its row, or running."""
+        """Show whether the picture is paused; a paused picture keeps the numbers of its row."""
         self._paused = paused
         self._words.invalidate()
         self._words.refresh(self._motion)
@@ -172,7 +172,7 @@ class SceneView(QWidget):
         self.update()
 
     def set_preparing(self, preparing: bool, fraction: float | None = None) -> None:
-        """Show progress instead of the scene; fraction 0..1, None if unknown."""
+        """Show progress in place of the scene; ``fraction`` is 0..1, or None if unknown."""
         changed = preparing != self._preparing
         self._preparing, self._fraction = preparing, fraction
         if changed:
@@ -184,7 +184,7 @@ class SceneView(QWidget):
         return float(np.clip(self._layout().mm(x) / 1e3, -REACH, REACH))
 
     def text_boxes(self) -> list[QRectF]:
-        """Return the boxes of the texts in the picture painted last."""
+        """Return the boxes of the texts in the picture that was painted last."""
         return list(self._layout().texts)
 
     # painting -----------------------------------------------------------------------------------
@@ -257,7 +257,7 @@ class SceneView(QWidget):
     # the hand -----------------------------------------------------------------------------------
 
     def mousePressEvent(self, event) -> None:
-        """Grab the handle: the hand goes to the pointer."""
+        """Grab the handle: the hand moves to the pointer."""
         if self._hand_enabled and not self._preparing and event.button() == Qt.MouseButton.LeftButton:
             self._dragging, self._hint = True, False
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
@@ -278,7 +278,7 @@ class SceneView(QWidget):
         super().focusInEvent(event)
 
     def wheelEvent(self, event) -> None:
-        """Ignore the wheel."""
+        """Ignore the wheel, because it does not move the hand."""
         event.accept()
 
     def keyPressEvent(self, event) -> None:
@@ -303,7 +303,7 @@ class SceneView(QWidget):
         self.update()
 
     def release(self) -> None:
-        """Release the handle; a pointer that is still pressed does not move it any more."""
+        """Release the handle; a mouse button that is still pressed does not move it any more."""
         if self._dragging:
             self._dragging = False
             self.setCursor(Qt.CursorShape.OpenHandCursor)

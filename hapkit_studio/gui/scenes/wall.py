@@ -1,4 +1,4 @@
-"""Wall: a hatched block whose face moves with the handle, a dashed surface line, and the depth."""
+"""Wall: a hatched block whose face moves with the handle, a dashed line for the surface, and the depth."""
 
 from hapkit_studio.environments.wall import ENVIRONMENT
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
@@ -12,7 +12,7 @@ def _side(values: Values) -> int:
 
 
 def depth(values: Values, position: float) -> float:
-    """Return the depth in mm of a position in mm behind the surface; negative outside."""
+    """Return the depth in mm behind the surface of a position in mm; it is negative outside the wall."""
     return _side(values) * (position - 1e3 * values["position"])
 
 
@@ -22,7 +22,7 @@ def fixed(stage: Stage, values: Values) -> None:
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw the block from its face, pushed by the handle, to the end of the rail."""
+    """Draw the block from its face to the end of the rail; the handle pushes the face."""
     side = _side(values)
     surface, inside = stage.x(1e3 * values["position"]), depth(values, motion.position) > 0
     face = stage.x(motion.position) + side * 2.2 * stage.u if inside else surface
