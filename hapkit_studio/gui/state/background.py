@@ -1,4 +1,4 @@
-"""Background work: long jobs with progress and cancel, and quick answers to the newest request."""
+"""Background work: long jobs with progress and cancel, and answers to the newest of quick requests."""
 
 import threading
 import time
@@ -18,15 +18,16 @@ Work = Callable[[Progress], Any]
 _PROGRESS_SECONDS = 0.05
 _POLL_SECONDS = 0.05
 LATE_MS = 100
-"""After this many ms without an answer, ``late`` is emitted and the previous answer is shown as stale."""
+"""ms: after this time without an answer, ``late`` is emitted, and the previous answer is shown as stale."""
 
 
 class Job(QObject):
-    """Runs one job at a time in its own thread; a new job replaces the running one.
+    """Runs one job at a time in a thread; a new job replaces the running one.
 
-    work(progress) returns the result; it must call progress(done, of) often, which raises once the job is
-    cancelled. needs: the part that must be compiled before, "" for none; ``preparing``: it is still being
-    compiled. must_finish: ``end`` waits instead of cancelling, as half a written file is useless.
+    ``work(progress)`` returns the result. It must call ``progress(done, of)`` often; this call raises once
+    the job is cancelled. ``needs`` is the part that must be compiled before, "" for none; ``preparing`` is
+    emitted while it is being compiled. ``must_finish``: ``end`` waits and does not cancel, because an
+    incomplete file is useless.
     """
 
     preparing = Signal()
@@ -49,7 +50,7 @@ class Job(QObject):
         return self._wanted is not None
 
     def start(self, work: Work) -> None:
-        """Start a job; cancel the running one."""
+        """Start a job; a running job is cancelled."""
         token = self._wanted = object()
         thread = threading.Thread(target=self._work, args=(work, token), name="measuring", daemon=True)
         self._threads = [*(one for one in self._threads if one.is_alive()), thread]
@@ -63,7 +64,7 @@ class Job(QObject):
             self.running_changed.emit(False)
 
     def wait(self) -> None:
-        """Wait until the thread has ended (for tests and closing)."""
+        """Wait until the thread has ended; tests and closing need this."""
         while self._threads:
             self._threads.pop().join()
 
@@ -92,12 +93,12 @@ class Job(QObject):
             pass
         except StudioError as error:
             self._done.emit(token, None, str(error))
-        except Exception as error:  # a defect: report it and keep the window running
+        except Exception as error:  # this is a defect: report it and keep the window running
             traceback.print_exc()
             self._done.emit(token, None, f"An error occurred: {error}")
 
     def _prepare(self, token: object) -> None:
-        """Wait until a program has compiled the needed part: a compile in a thread freezes the window."""
+        """Wait until a program has compiled the needed part; compiling in a thread freezes the window."""
         program = prepare.begin(self._needs) if self._needs else None
         if program is None:
             return
@@ -121,9 +122,9 @@ class Job(QObject):
 
 
 class LatestResult(QObject):
-    """Answers the newest request in a thread and emits ``answered``; a new request replaces the old one.
+    """Answers the newest request in a thread and emits ``answered``; a new request replaces a waiting one.
 
-    ``late``: no answer for LATE_MS, so that the result shown is out of date.
+    ``late`` is emitted if there is no answer after LATE_MS, so that the shown result is out of date.
     """
 
     answered = Signal(object)
@@ -152,7 +153,7 @@ class LatestResult(QObject):
         self._job.add_done_callback(self._done.emit)
 
     def forget(self) -> None:
-        """Drop the pending request."""
+        """Discard the waiting request."""
         self._waiting.stop()
         self._drop()
 
@@ -166,19 +167,19 @@ class LatestResult(QObject):
         self._worker.submit(int).result()
 
     def end(self) -> None:
-        """Drop the pending request and end the thread."""
+        """Discard the waiting request and end the thread."""
         self.forget()
         self._worker.shutdown(wait=True)
 
     def _deliver(self, job: Future[Any]) -> None:
         if job is self._job:
             self._waiting.stop()
-            if not isinstance(job.exception(), StudioError):  # a law that is too slow gives no answer
+            if not isinstance(job.exception(), StudioError):  # a law that is too slow has no answer
                 self.answered.emit(job.result())
 
 
 def end_all(owner: QObject) -> None:
-    """End the background work of an owner and its children, so that no thread outlives them."""
+    """End the background work of an owner and of its children, so that no thread outlives them."""
     for job in owner.findChildren(Job):
         job.end()
     for answer in owner.findChildren(LatestResult):

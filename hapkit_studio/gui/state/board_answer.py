@@ -1,4 +1,4 @@
-"""Polls how the board renders the current settings, or why it refuses, while laws are compiled."""
+"""Polls the board's plan for the current settings, or its refusal, while laws are being compiled."""
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -8,7 +8,7 @@ POLL_MS = 30
 
 
 class BoardAnswer(QObject):
-    """``changed``: the board's rate, its processor load or its refusal has changed."""
+    """Emits ``changed`` when the board's rate, its processor load or its refusal has changed."""
 
     changed = Signal()
 
@@ -21,11 +21,11 @@ class BoardAnswer(QObject):
         device.engine_changed.connect(self.poll_soon)
 
     def poll_soon(self) -> None:
-        """Poll after POLL_MS because a setting was changed."""
+        """A setting has changed: poll after POLL_MS."""
         self._timer.start()
 
     def poll(self) -> None:
-        """Emit ``changed`` if the answer is known and differs from the last one; otherwise poll again."""
+        """Poll once. If the answer is known and new, emit ``changed``; if it is unknown, poll again later."""
         engine = self._device.engine
         if engine is None or not engine.device.has_board:
             return

@@ -1,4 +1,4 @@
-"""The device in use: opened and closed in a thread, and reconnected after a loss."""
+"""The current device: it is opened and closed in a thread, and reconnected after it was lost."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 Build = Callable[["DeviceEntry"], "Engine"]
 RETRY_MS = 1000
 TRIES = 3
-"""Refusals of a reconnected port before they are reported: its access rights come with a delay."""
+"""Number of refusals of a reconnected port before they are reported, because access rights arrive late."""
 
 
 @dataclass(frozen=True)
 class LinkStatus:
     """State of the connection: preparing, connecting, running, idle, gone or failed.
 
-    step, command: next step and command line of a DeviceError.
+    ``step`` and ``command`` are the next step and the command line of a DeviceError.
     """
 
     state: str
@@ -37,16 +37,17 @@ class LinkStatus:
 
 def build_engine(entry: "DeviceEntry") -> "Engine":
     """Make an entry's device and an engine for it; raise DeviceError."""
-    from hapkit_studio.haptics.engine import Engine  # imports numba: only after the first picture
+    # imports numba, which must wait until the first frame is visible
+    from hapkit_studio.haptics.engine import Engine
 
     return Engine(entry.make())
 
 
 class DeviceLink(QObject):
-    """Keeps the device in use open and reconnects it after a loss; ``engine`` is None meanwhile.
+    """Keeps the current device open and reconnects it after a loss; ``engine`` is None meanwhile.
 
-    Engines are opened and closed in a thread, and only the newest request counts. before_start(engine) runs
-    in that thread, configure(engine) in the window's thread after the start.
+    Engines are opened and closed in a thread, and only the newest request counts. ``before_start(engine)``
+    runs in that thread, ``configure(engine)`` in the window's thread after the start.
     """
 
     engine_changed = Signal()
@@ -79,7 +80,7 @@ class DeviceLink(QObject):
         self._again.timeout.connect(self._retry)
 
     def open(self, entry: "DeviceEntry") -> None:
-        """Close the device in use and open another one in the worker; the force is zero meanwhile."""
+        """Close the current device and open another one in the worker; the force is zero meanwhile."""
         self.entry = entry
         self._again.stop()
         self._refusals = 0
@@ -91,12 +92,12 @@ class DeviceLink(QObject):
         self.open(next(entry for entry in self.entries() if entry.key == "simulated"))
 
     def reconnect(self) -> None:
-        """Close and open the device in use."""
+        """Close the current device and open it again."""
         if self.entry is not None:
             self.open(self.entry)
 
     def release_port(self, user: str = "") -> None:
-        """Close the device so that others can use its port; ``reconnect`` opens it again."""
+        """Close the device so that another program can use its port; ``reconnect`` opens it again."""
         self._again.stop()
         text = f"In use: {user}" if user else ""
         self._set_link(LinkStatus("idle", self.entry.title if self.entry else "", text))
@@ -105,7 +106,10 @@ class DeviceLink(QObject):
             self._submit(old.close)
 
     def set_padding(self, size: int) -> None:
-        """Set the number of bytes to which a board pads its frames, 0 for none; takes effect at once."""
+        """Set the number of bytes to which a board pads its frames (0: no padding).
+
+        This takes effect at once.
+        """
         self.padding = size
         if self.engine is not None:
             self.engine.device.pad_frames(size)
@@ -129,7 +133,7 @@ class DeviceLink(QObject):
         while self._started:
             self._started.pop().close()
 
-    # opening, in the worker
+    # opening, in the worker's thread
 
     def _open(self, entry: "DeviceEntry") -> None:
         self._submit(self._start, entry, self._detach(), self._request + 1)
@@ -177,7 +181,7 @@ class DeviceLink(QObject):
             self._adopt(engine)
 
     def _retry(self) -> None:
-        """Try to reconnect, unless an attempt is running: a board that is starting would be reset again."""
+        """Try to reconnect, unless an attempt is running: that would reset a board that is just starting."""
         if self.entry is not None and self._served == self._request:
             self._open(self.entry)
 
@@ -188,7 +192,7 @@ class DeviceLink(QObject):
         return old
 
     def _note_waiting(self, request: int, words: str) -> None:
-        """Show what opening waits for; a lost board is present again by then."""
+        """Show what the opening is waiting for; at this stage a lost board is present again."""
         link = self.link
         if request != self._request:
             return
@@ -210,7 +214,7 @@ class DeviceLink(QObject):
         self.engine_changed.emit()
 
     def _fail(self, error: DeviceError) -> None:
-        """Show why there is no device; keep reconnecting to a lost device or a busy port."""
+        """Show why there is no device; still try to reconnect to a lost device or a busy port."""
         if self.link.state in ("gone", "failed") and self._again.isActive():
             if not self._should_report(error):
                 return
@@ -220,7 +224,10 @@ class DeviceLink(QObject):
         self._set_link(LinkStatus("failed", title, error.brief, error.step, error.command))
 
     def _should_report(self, error: DeviceError) -> bool:
-        """Return whether a failed retry is to be reported; busy and permission errors are retried further."""
+        """Return whether to report a failed attempt.
+
+        After busy and permission errors, more attempts follow.
+        """
         if isinstance(error, PortGoneError):
             self._refusals = 0
             self._set_link(replace(self.link, text=error.brief, step="", command=""))

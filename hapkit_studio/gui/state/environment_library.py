@@ -1,4 +1,4 @@
-"""The environments that can be chosen, their values, and which of them are compiled."""
+"""The environments that the user can choose, their values, and which of them are compiled."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from subprocess import Popen
@@ -11,19 +11,19 @@ from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.parameters import AnyParameter, Choice
 
 POLL_MS = 100
-# shown in the gallery instead of the summary
+# the gallery shows these texts in place of the summary
 WORDS = {"preparing": "Preparing…", "next": "Preparing, comes next…", "broken": "Its law cannot be compiled"}
 
 
 class EnvironmentLibrary:
-    """Every available environment and its last values, by key; values are SI."""
+    """All available environments and their last values in SI, by key."""
 
     def __init__(self, library: Mapping[str, Environment]):
         self.environments = dict(library)
         self.values = {key: environment.values() for key, environment in library.items()}
 
     def put(self, environment: Environment) -> None:
-        """Add an environment; it takes over the values of an older version with the same key."""
+        """Add an environment; it keeps the values of an older version with the same key."""
         key = environment.key
         kept = carried(self.environments[key], self.values[key], environment) if key in self.values else {}
         self.values[key] = usable(environment, kept)
@@ -36,7 +36,7 @@ class EnvironmentLibrary:
 
 
 def carried(old: Environment, values: Mapping[str, float], new: Environment) -> dict[str, object]:
-    """Return an older version's values that are still valid, except those at their defaults."""
+    """Return the values of an older version that are still valid, except those equal to their defaults."""
     before = {p.key: p for p in old.parameters}
     kept: dict[str, object] = {}
     for parameter in new.parameters:
@@ -51,7 +51,7 @@ def checked(
     given: Mapping[str, object],
     reject: Reject = ignore,
 ) -> dict[str, float]:
-    """Return the valid values among those given, by key; ``reject`` receives the error of each other one."""
+    """Return the valid values among those given, by key; pass the errors of the others to ``reject``."""
     kept: dict[str, float] = {}
     for parameter in parameters:
         if parameter.key in given:
@@ -67,7 +67,10 @@ def usable(
     given: Mapping[str, object],
     reject: Reject = ignore,
 ) -> dict[str, float]:
-    """Return an environment's values, updated with the valid ones given; the defaults if they disagree."""
+    """Return an environment's values, updated with the valid ones of those given.
+
+    If these values are invalid in combination, return the defaults.
+    """
     try:
         return environment.values(checked(environment.parameters, given, reject))
     except ParameterError as error:
@@ -78,9 +81,9 @@ def usable(
 class Readiness(QObject):
     """Knows each environment's state: "ready", "preparing", "next" (requested) or "broken".
 
-    Polling stops once everything is ready. If the compiling programs have ended and a law is still missing,
-    it is compiled in the window when it is chosen. ``changed``: a state has changed; ``request_ready(key)``:
-    the requested environment is compiled.
+    Polling stops once all environments are ready. If the compiling programs have ended and a law is still
+    missing, the law is compiled in the window when the user chooses it. ``changed`` is emitted when a state
+    has changed, ``request_ready(key)`` when the requested environment is compiled.
     """
 
     changed = Signal()
@@ -98,7 +101,7 @@ class Readiness(QObject):
 
     @property
     def waiting(self) -> tuple[str, ...]:
-        """Return the keys of the environments still being compiled."""
+        """Return the keys of the environments that are still being compiled."""
         return tuple(self._waiting)
 
     def state(self, key: str) -> str:
@@ -110,7 +113,10 @@ class Readiness(QObject):
         return "ready"
 
     def expect(self, library: Mapping[str, Environment], soon: Collection[str]) -> None:
-        """Start waiting for all environments that are not compiled, except those compiled with the loop."""
+        """Start waiting for all environments that are not compiled.
+
+        Those compiled with the loop are excluded.
+        """
         self._waiting = {k: e for k, e in library.items() if k not in soon and not e.force.is_compiled()}
         if self._waiting:
             self._watch.start()
@@ -122,7 +128,7 @@ class Readiness(QObject):
         self.refresh()
 
     def request(self, key: str) -> bool:
-        """Return whether an environment is ready; if not, request it instead of an earlier request."""
+        """Return whether an environment is ready; if not, request it in place of an earlier request."""
         environment = self._late.pop(key, None)
         if environment is not None:
             try:
@@ -136,7 +142,7 @@ class Readiness(QObject):
         return ready
 
     def drop_request(self) -> None:
-        """Drop the request: another environment was selected."""
+        """Discard the request, because the user has selected another environment."""
         if self.requested is not None:
             self.requested = None
             self.changed.emit()
@@ -146,7 +152,7 @@ class Readiness(QObject):
         self._watch.stop()
 
     def refresh(self) -> None:
-        """Update the states; announce the requested environment once it is compiled."""
+        """Update the states; if the requested environment is compiled, emit ``request_ready``."""
         done = self._programs is not None and all(p.poll() is not None for p in self._programs)
         ready = [key for key, e in self._waiting.items() if e.force.is_compiled()]
         for key in ready:

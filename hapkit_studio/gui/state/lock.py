@@ -1,6 +1,7 @@
-"""The settings locked by an instructor, and the code that unlocks them.
+"""The settings that an instructor has locked, and the code that unlocks them.
 
-It is no protection against an attack: whoever owns the machine can delete its entry in the stored settings.
+The lock does not protect against an attack: a user who owns the machine can delete the lock's entry in the
+stored settings.
 """
 
 import hashlib
@@ -15,19 +16,19 @@ from hapkit_studio.errors import FileError
 from hapkit_studio.files import checked_table, parse_json
 
 Place = tuple[str, ...]
-"""A setting: ("environment", key), ("value", environment, parameter), LOOP with the grip, or DEVICE."""
+"""A setting: ("environment", key), ("value", environment, parameter), LOOP (with the grip), or DEVICE."""
 LOOP, GRIP, DEVICE = ("loop",), ("grip",), ("device",)
 ENTRY = "lock"
-"""Name of its entry in the stored settings."""
+"""Name of the lock's entry in the stored settings."""
 _COST = {"n": 2**14, "r": 8, "p": 1}
-_SALT, _DIGEST = 16, 64  # bytes
-# lengths of places by their first element
+_SALT, _DIGEST = 16, 64  # numbers of bytes of salt and digest
+# length of a place, by its first element
 _LENGTHS = {"environment": 2, "value": 3, "loop": 1, "grip": 1, "device": 1}
 
 
 @dataclass(frozen=True)
 class Lock:
-    """The locked settings and the salted hash of the code; without settings it is open."""
+    """The locked settings and the salted hash of the code; a lock without settings is open."""
 
     places: frozenset[Place] = frozenset()
     salt: bytes = b""
@@ -35,7 +36,7 @@ class Lock:
 
     @classmethod
     def closed(cls, places: Iterable[Place], code: str) -> "Lock":
-        """Return a lock for some settings with a new salt."""
+        """Return a lock for some settings; it has a new salt."""
         salt = secrets.token_bytes(_SALT)
         return cls(frozenset(places), salt, _digest(code, salt))
 
@@ -45,12 +46,13 @@ class Lock:
 
     def covers(self, place: Place) -> bool:
         """Return whether a setting is locked."""
-        hand = place in (GRIP, ("loop", "hand"))  # the grip can be locked separately, and with the loop
+        # the grip can be locked separately, or together with the loop
+        hand = place in (GRIP, ("loop", "hand"))
         own = place in self.places or place[:1] in self.places
         return own or (hand and bool({GRIP, LOOP} & set(self.places)))
 
     def text(self) -> str:
-        """Return the lock as a string for the stored settings, "" for an open lock."""
+        """Return the lock as a string for the stored settings; "" for an open lock."""
         if not self.places:
             return ""
         places = sorted(self.places)
@@ -58,7 +60,7 @@ class Lock:
 
     @classmethod
     def read(cls, text: object) -> "Lock":
-        """Return the lock stored by ``text``; raise FileError if the entry is damaged."""
+        """Return the lock from a string that ``text`` has made; raise FileError if it is damaged."""
         if text == "":
             return cls()
         stored = checked_table(parse_json(str(text), ENTRY), ENTRY)
@@ -73,7 +75,7 @@ class Lock:
 
 
 def _place(given: object) -> Place | None:
-    """Return a place that can be locked; None for anything else."""
+    """Return a setting that can be locked; None if the value is not one."""
     if not isinstance(given, list) or not given or not all(isinstance(part, str) for part in given):
         return None
     return tuple(given) if len(given) == _LENGTHS.get(given[0]) else None

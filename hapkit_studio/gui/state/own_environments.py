@@ -1,6 +1,6 @@
 """The user's own environments: list of files, trial, loading and selection.
 
-No code of a file is executed in this process before a trial of the same text has passed in another process.
+This process executes no code of a file before the same text has passed a trial in another process.
 """
 
 import ast
@@ -30,7 +30,7 @@ _WAIT_MS = 10
 
 @dataclass(frozen=True)
 class OwnFile:
-    """One file of the folder; state is ready, checking, broken, or foreign (not trusted yet)."""
+    """One file of the folder; its state is ready, checking, broken, or foreign (not trusted yet)."""
 
     path: Path
     title: str
@@ -40,7 +40,10 @@ class OwnFile:
 
 
 def describe(path: Path, text: str, state: str) -> OwnFile:
-    """Return a file with its declared title, summary and scene; titled by its name if it declares none."""
+    """Return a file with its declared title, summary and scene.
+
+    A missing title is replaced by the file's name.
+    """
     words = declared_words(text)
     title = words.get("title") or path.stem.replace("_", " ").capitalize()
     return OwnFile(path, title[:_LONGEST], words.get("summary", "")[:_LONGEST], words.get("scene", ""), state)
@@ -48,7 +51,7 @@ def describe(path: Path, text: str, state: str) -> OwnFile:
 
 @lru_cache(maxsize=64)
 def declared_words(text: str) -> Mapping[str, str]:
-    """Return title, summary and scene from the text of ``Environment(…)``, without executing it."""
+    """Return title, summary and scene from the text of ``Environment(…)`` without executing the text."""
     try:
         tree = parse(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -62,10 +65,10 @@ def declared_words(text: str) -> Mapping[str, str]:
 
 
 def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
-    """Return the environment with the scene it names, or with the bare handle if that scene does not fit.
+    """Return the environment with the scene that it names; if this scene does not fit, only show the handle.
 
-    A scene reads parameters and state by name: the environment must have the same state names, and limits
-    within those for which the scene was drawn.
+    A scene reads parameters and state by name. The environment must therefore have the same state names, and
+    limits within those for which the scene was drawn.
     """
     theirs = built_in().get(environment.scene)
     if theirs is None:
@@ -82,7 +85,7 @@ def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
 
 
 def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
-    """Try a text in another process and return the result; the process is stopped on time-out or cancel."""
+    """Try a text in another process and return the result; a time-out or a cancel stops the process."""
     try:
         process = trial.begin(source)
     except OSError as error:
@@ -90,7 +93,7 @@ def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
     end = time.monotonic() + trial.TIMEOUT
     try:
         while process.poll() is None and time.monotonic() < end:
-            progress(0, 0)  # raises if the trial was cancelled
+            progress(0, 0)  # this call raises if the trial was cancelled
             time.sleep(POLL_SECONDS)
         return source, trial.result(process, 0.0)
     finally:
@@ -99,11 +102,11 @@ def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
 
 
 class OwnEnvironments(QObject):
-    """The user's own environments; nothing is executed here before a trial elsewhere has passed.
+    """The user's own environments; no code of a file is executed here before its trial elsewhere has passed.
 
-    ``asked(source)``: an untrusted file was chosen. ``chosen``: a trusted or a built-in environment was
-    chosen. ``began(path)`` and ``judged(path, verdict)``: start and end of a trial. ``changed``: the files
-    or their states have changed.
+    ``asked(source)``: the user has chosen an untrusted file. ``chosen``: the user has chosen a trusted file
+    or a built-in environment. ``began(path)`` and ``judged(path, verdict)`` are emitted at the start and the
+    end of a trial. ``changed``: the files or their states have changed.
     """
 
     changed = Signal()
@@ -122,13 +125,13 @@ class OwnEnvironments(QObject):
         self.runner = Job(self, needs="")
         self.runner.finished.connect(lambda found: self._judge(*found))
         self.checking: Path | None = None
-        self._latest: dict[Path, Source] = {}  # the newest text to be loaded, by file
+        self._latest: dict[Path, Source] = {}  # for each file, the newest text to be loaded
         self.refresh()
 
     # files
 
     def refresh(self) -> None:
-        """Read the folder again: files may be added, removed or changed by other programs."""
+        """Read the folder again, because other programs may add, remove or change files."""
         found = [self._describe(path) for path in folder.own_files()]
         for path in [p for p in self._loaded if p not in {file.path for file in found}]:
             self._forget(path)
@@ -180,7 +183,7 @@ class OwnEnvironments(QObject):
             self.run(source)
 
     def choose_built_in(self, key: str) -> None:
-        """Select a built-in environment, even if it is the current one."""
+        """Select a built-in environment; this also works if it is the current one."""
         self.chosen.emit()
         self._studio.choose(key)
 
@@ -201,7 +204,7 @@ class OwnEnvironments(QObject):
             self._refuse(source, verdict)
 
     def _load(self, source: Source, verdict: TrialResult) -> None:
-        """Load the text that passed its trial; an older text of the same file is dropped."""
+        """Load the text that has passed its trial, unless there is a newer text of the same file."""
         self._latest[source.path] = source
         self._go_on(self._steps(source, verdict))
 
@@ -211,7 +214,7 @@ class OwnEnvironments(QObject):
             QTimer.singleShot(wait, self, lambda: self._go_on(steps))
 
     def _steps(self, source: Source, verdict: TrialResult) -> Iterator[int]:
-        """Load a text and select its environment, or refuse it; yields the ms until the next step."""
+        """Load a text and select its environment, or refuse it; yield the time in ms until the next step."""
         try:
             environment = with_fitting_scene(load_source(source))
             functions = environment.functions
@@ -241,9 +244,9 @@ class OwnEnvironments(QObject):
         self.judged.emit(path, verdict)
 
     def _activate(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
-        """Select a loaded environment instead of its older version."""
+        """Select a loaded environment in place of its older version."""
         path = environment.source.path
-        if verdict == TrialResult():  # the trial was an earlier one, without remarks
+        if verdict == TrialResult():  # this is the result of an earlier trial, which had no remarks
             verdict = TrialResult(remarks=remarks(environment))
         old = self._loaded.get(path)
         self._loaded[path] = environment
@@ -251,10 +254,10 @@ class OwnEnvironments(QObject):
         self._studio.adopt(environment)
         if old is not None and old.key != environment.key:
             self._studio.drop(old.key)
-        QTimer.singleShot(0, self, lambda: self._publish(path, verdict))  # after the next frame
+        QTimer.singleShot(0, self, lambda: self._publish(path, verdict))  # do this after the next frame
 
     def _key_owner(self, key: str, path: Path) -> str:
-        """Return the other file or environment that uses a key, "" for none."""
+        """Return the other file or environment that uses a key; "" if there is none."""
         if key not in self._studio.environments:
             return ""
         owner = self.path_of(key)
@@ -279,7 +282,7 @@ class OwnEnvironments(QObject):
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
-    """Return a value that changes with a file's content, () without a file."""
+    """Return a value that changes with a file's content; () if there is no file."""
     try:
         found = path.stat()
     except OSError:

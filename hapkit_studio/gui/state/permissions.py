@@ -1,4 +1,4 @@
-"""Which settings may be changed: the instructor's lock, hidden values, and temporary changes."""
+"""Determines which settings may be changed: the instructor's lock, hidden values, and temporary changes."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -12,20 +12,20 @@ BY_LAB = "Locked on this computer"
 HIDDEN_BY_LESSON = "Hidden by the lesson"
 BLIND, QUIZ = "Hidden during the blind comparison", "Hidden during the quiz"
 POINTING, THRESHOLD = "Hidden during the pointing experiment", "Hidden during the threshold experiment"
-"""Reasons for hidden values."""
+"""The reasons for hiding values during experiments."""
 BARE_SCENE = (BLIND, POINTING, THRESHOLD)
-"""Reasons for hidden values with which the scene shows only the handle."""
+"""With these reasons for hiding values, the scene shows only the handle."""
 
 
 class Permissions(QObject):
     """Determines why a setting cannot be changed now.
 
-    hidden: the reason why the rendered values differ from the shown ones, or "" if they are equal.
-    hidden_values: the rendered values while they are hidden.
-    temporary: True while a measurement has changed settings that it will restore.
-    lesson: the settings locked by the open step of a lesson.
-    left_out: the parts of the window hidden by that step, from ``lessons.parse.HIDDEN``.
-    lab: the settings locked permanently by the computer's administrator.
+    ``hidden`` is the reason why the rendered values differ from the shown ones, or "" if they are equal.
+    ``hidden_values`` are the rendered values while they are hidden.
+    ``temporary`` is True while a measurement has changed settings that it will restore.
+    ``lesson`` are the settings that the open step of a lesson locks.
+    ``left_out`` are the parts of the window that this step hides, from ``lessons.parse.HIDDEN``. ``lab`` are
+    the settings that the computer's administrator has locked permanently.
     """
 
     lock_changed = Signal()
@@ -56,7 +56,7 @@ class Permissions(QObject):
 
     @contextmanager
     def temporarily(self) -> Iterator[None]:
-        """Allow every change within the context; it is no user change and has no undo step."""
+        """Allow every change within the context; such a change is not the user's and has no undo step."""
         before, self.temporary = self.temporary, True
         try:
             yield
@@ -64,7 +64,7 @@ class Permissions(QObject):
             self.temporary = before
 
     def why_fixed(self, *place: str) -> str:
-        """Return why a setting cannot be changed now, "" if it can."""
+        """Return why a setting cannot be changed now; "" if it can be changed."""
         if self.temporary:
             return ""
         if self.hidden or self.lock.covers(place):
@@ -74,7 +74,7 @@ class Permissions(QObject):
         return BY_LESSON if self.lesson.covers(place) else ""
 
     def hide(self, values: Mapping[str, float] | None, why: str) -> bool:
-        """Hide the rendered values, or (None) show them again; return whether they have changed."""
+        """Hide the rendered values; with None, show them again. Return whether they have changed."""
         before, self.hidden_values = self.hidden_values, None if values is None else dict(values)
         self.hidden = "" if values is None else why
         return before != self.hidden_values

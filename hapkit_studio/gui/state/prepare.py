@@ -1,8 +1,9 @@
-"""Compiles the loops into numba's cache, in a separate program: a compile in a thread freezes the window.
+"""Compiles the loops into numba's cache in a separate program.
 
-This module does not import Qt, so it starts quickly. Parts, in order: "loop" for the first picture,
-"verdict" for the stability card, "laws" of the other environments, "boards" for real boards, and "analysis"
-for the measuring views. Part "all" is all of these.
+Compiling in a thread would freeze the window. This module does not import Qt, so it starts quickly. The parts
+are, in this order: "loop" for the first frame, "verdict" for the stability card, "laws" of the other
+environments, "boards" for real boards, and "analysis" for the measuring views. The part "all" consists of all
+of these.
 """
 
 import hashlib
@@ -20,12 +21,12 @@ from hapkit_studio.formatting import printable
 from hapkit_studio.program import FILLING, configured_cache, module_command, uses_shipped_code
 from hapkit_studio.resources import sources_stamp
 
-# laws that the loop always starts with: the engine's own, and zero force for the first tick
+# laws with which the loop always starts: the engine's own law, and zero force for the first tick
 ALWAYS = ("free", "wall")
 FIRST = "wall"
 _SOURCES = ("analysis", "devices", "dynamics", "environments", "haptics", "laws", "protocol")
 _STAMPED = ("loop", "verdict", "boards", "analysis")
-# nice values of parts that nobody waits for
+# nice values of parts that the user does not wait for
 _NICE = {"laws": 10, "boards": 19, "analysis": 10}
 _GENTLY = "--gently"
 _MOST_PROGRAMS = 2
@@ -35,14 +36,17 @@ _MODULE = "hapkit_studio.gui.state.prepare"
 
 
 def stamp(part: str) -> Path:
-    """Return the file that exists once a part is compiled for these sources, this Python and cache."""
+    """Return the file that exists once a part is compiled for these sources, this Python and this cache."""
     facts = [sources_stamp(*_SOURCES), sys.version, configured_cache(), sys.prefix]
     name = hashlib.sha256("\n".join(facts).encode()).hexdigest()[:16]
     return Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / f"prepared-{part}-{name}"
 
 
 def prepared(part: str) -> bool:
-    """Return whether a part was compiled before; laws have no stamp, as each law knows its own state."""
+    """Return whether a part was compiled before.
+
+    "laws" has no stamp, because each law knows its own state.
+    """
     return stamp(part).exists() or (uses_shipped_code() and not FILLING)
 
 
@@ -52,9 +56,9 @@ def possible() -> bool:
 
 
 def begin(part: str, key: str = FIRST, gently: bool = True) -> "subprocess.Popen | None":
-    """Start a program that compiles a part; None if that was done before or is not possible.
+    """Start a program that compiles a part; return None if this was done before or is not possible.
 
-    key: the loop's first environment. gently: run at low priority.
+    ``key`` is the loop's first environment. ``gently``: the program runs at low priority.
     """
     if not possible() or (prepared(part) and (part != "loop" or _has_law(key))):
         return None
@@ -62,7 +66,7 @@ def begin(part: str, key: str = FIRST, gently: bool = True) -> "subprocess.Popen
 
 
 def begin_laws(keys: Iterable[str], gently: bool = True) -> "list[subprocess.Popen]":
-    """Start compiling the laws of environments, simple laws first; [] if that is not possible.
+    """Start compiling the laws of environments, simple laws first; return [] if this is not possible.
 
     Each law can be used once it is compiled. On several processors two programs share the work.
     """
@@ -77,7 +81,7 @@ def begin_laws(keys: Iterable[str], gently: bool = True) -> "list[subprocess.Pop
 
 def _program(part: str, *keys: str, gently: bool = False) -> subprocess.Popen:
     gently = gently and part in _NICE
-    flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if gently else 0  # Windows
+    flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if gently else 0  # priority on Windows
     words = module_command(_MODULE, *([_GENTLY] if gently else []), part, *keys)
     with interrupts.deferred():
         return subprocess.Popen(words, creationflags=flags)
@@ -91,7 +95,7 @@ def _has_law(key: str) -> bool:
 
 
 def compile_loop(key: str) -> None:
-    """Compile the loop of the simulated device in two programs: the tick here, the rest in the other."""
+    """Compile the simulated device's loop in two programs: the tick in this one, the rest in the other."""
     with _program("paddle", key):
         from hapkit_studio.devices.simulated import SimulatedHapkit
         from hapkit_studio.environments import named
@@ -111,9 +115,9 @@ def compile_loop(key: str) -> None:
 
 
 def compile_paddle(key: str) -> None:
-    """Compile the simulated paddle, the loop's functions besides the tick, and its first laws.
+    """Compile the simulated paddle, the loop's functions except the tick, and its first laws.
 
-    It starts with the end of the tick, before the other program gets there, to balance the load.
+    To balance the load, it starts with the end of the tick, before the other program reaches that.
     """
     from numba import typeof
 
@@ -135,11 +139,11 @@ def compile_paddle(key: str) -> None:
     health.add_lateness(health.new_histogram(), 0.0)
     clock.until(clock.now())
     compile_laws(*ALWAYS, key)
-    count_response("difference", 1000.0, _QUANTUM)  # for the window's warnings
+    count_response("difference", 1000.0, _QUANTUM)  # the window's warnings need this
 
 
 def compile_laws(*keys: str) -> None:
-    """Compile the laws of environments; an invalid or missing one does not stop the others."""
+    """Compile the laws of environments; an invalid or missing law does not stop the others."""
     from hapkit_studio.environments import discover
     from hapkit_studio.errors import LawError
 
@@ -153,7 +157,7 @@ def compile_laws(*keys: str) -> None:
 
 
 def compile_verdict(*_keys: str) -> None:
-    """Compile the verdict on a scene."""
+    """Compile the verdict on a scene's stability."""
     from hapkit_studio.analysis.stability.objects import OBJECTS, contact_limit
     from hapkit_studio.analysis.stability.verdict import of_spring
     from hapkit_studio.dynamics.loop_settings import LoopSettings
@@ -163,7 +167,7 @@ def compile_verdict(*_keys: str) -> None:
 
 
 def compile_boards(*_keys: str) -> None:
-    """Compile the loop of a serial port, by calling it with a closed port and the quit flag set."""
+    """Compile the loop of a serial port: call it with a closed port and with the quit flag set."""
     from hapkit_studio.haptics import arrays, block, health, link, rows, serial_loop
 
     r = arrays.new_arrays(block.new_block())
@@ -180,7 +184,7 @@ def compile_analysis(*_keys: str) -> None:
 
 
 def compile_all(*_keys: str) -> None:
-    """Compile every missing part with progress messages, e.g. after an installation."""
+    """Compile every missing part with progress messages, for example after an installation."""
     from hapkit_studio.environments import discover
 
     steps: list[tuple[str, Callable[[], Iterable[subprocess.Popen | None]]]] = [

@@ -1,4 +1,4 @@
-"""Presets: named settings of one environment, stored as TOML files in the user's folder."""
+"""Presets: named settings of one environment, which are stored as TOML files in the user's folder."""
 
 import json
 import os
@@ -18,7 +18,7 @@ from hapkit_studio.gui.state.undo import ENVIRONMENT, Settings
 from hapkit_studio.parameters import AnyParameter, Choice
 
 FOLDER = "presets"
-_LONGEST = 160  # letters of an error line
+_LONGEST = 160  # maximum number of letters of a line that describes an error
 _NAME = re.compile(r"\w[\w ,.()+-]{0,23}")
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -37,13 +37,13 @@ def folder(environment: str) -> Path:
 
 
 def found(environment: str) -> dict[str, Path]:
-    """Return the files of an environment's presets by name."""
+    """Return the files of an environment's presets by their names."""
     found = sorted(folder(environment).glob("*.toml"))
     return {path.stem: path for path in found if path.stem.isprintable()}
 
 
 def checked_name(name: str) -> str:
-    """Return a name that is a valid file name on any system; raise ParameterError."""
+    """Check that a name is a valid file name on every system, and return it; raise ParameterError."""
     name = name.strip().rstrip(".")
     if not _NAME.fullmatch(name):
         raise ParameterError(
@@ -114,7 +114,10 @@ def _items(table: dict[str, Any], name: str, wrong: list[str]) -> Iterator[tuple
 
 
 def number(parameter: AnyParameter, value: object) -> float:
-    """Return a value as the law takes it; options are stored by name; raise ParameterError."""
+    """Return a value as the number that the law takes; raise ParameterError.
+
+    Options are stored by name.
+    """
     if isinstance(parameter, Choice) != isinstance(value, str):
         wanted = f"one of {', '.join(parameter.options)}" if isinstance(parameter, Choice) else "a number"
         raise ParameterError(f"{parameter.label} must be {wanted}, not {quoted(value)}.")
@@ -148,5 +151,5 @@ def _key(name: str) -> str:
 
 
 def _toml(value: str | bool | float) -> str:
-    """Format a value for TOML: strings and booleans as in JSON."""
+    """Format a value for TOML, in which strings and booleans are as in JSON."""
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(float(value))

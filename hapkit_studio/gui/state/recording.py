@@ -1,4 +1,4 @@
-"""Recording: one recorder follows the device in use."""
+"""Recording: one recorder follows the current device."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -21,21 +21,22 @@ POLL_MS = 250
 
 
 class Recording(QObject):
-    """Buffers the data of the device in use, and records them; all disk access happens in threads.
+    """Buffers the data of the current device, and records them; all disk access happens in threads.
 
-    ``changed``: progress or files have changed. ``failed``: what was not done, and why, as two sentences.
-    ``newest``: the file written last, with its size in bytes.
+    ``changed`` is emitted when the progress or the files have changed. ``failed`` is emitted with two
+    sentences: which action failed, and why. ``newest`` is the file that was written last, with its size in
+    bytes.
     """
 
     changed = Signal()
     failed = Signal(str, str)
 
     def __init__(self, device: DeviceLink, environment: Callable[[], str], parent: QObject):
-        """environment: returns the key of the current environment, with which file names begin."""
+        """``environment()`` returns the key of the current environment, with which file names begin."""
         super().__init__(parent)
         self._device, self._environment = device, environment
         self._recorder: Recorder | None = None
-        self._ended: Progress | None = None  # the recording whose unexpected end was reported
+        self._ended: Progress | None = None  # the recording whose unexpected end has been reported
         self.newest: tuple[Path, int] | None = None
         self._end_wanted = False
         self._turn = self._job("Recording failed.")
@@ -46,13 +47,13 @@ class Recording(QObject):
 
     @property
     def progress(self) -> "Progress | None":
-        """Return the recording's progress, None without a recording."""
+        """Return the recording's progress; None without a recording."""
         progress = self._recorder.progress if self._recorder is not None else None
         return None if progress is None or progress.error else progress
 
     @property
     def kept(self) -> float:
-        """Return the length in s of the buffered past that ``save_kept`` would write."""
+        """Return the length in s of the buffered samples that ``save_kept`` would write."""
         return self._recorder.kept if self._recorder is not None else 0.0
 
     @property
@@ -78,7 +79,7 @@ class Recording(QObject):
             self.toggle()
 
     def save_kept(self) -> None:
-        """Write the buffered past into a new file."""
+        """Write the buffered samples into a new file."""
         recorder, key = self._recorder, self._environment()
         if recorder is None or self._save.running:
             return
@@ -100,7 +101,7 @@ class Recording(QObject):
             self._recorder.note(kind, what, when)
 
     def close(self) -> None:
-        """End the recording with a complete file, and close the recorder."""
+        """End the recording so that its file is complete, and close the recorder."""
         self._poll.stop()
         for job in (self._turn, self._save):
             job.wait()
@@ -132,7 +133,7 @@ class Recording(QObject):
         self.changed.emit()
 
     def _refresh(self) -> None:
-        """Report once that a recording has ended with an error."""
+        """If a recording has ended with an error, report this once."""
         progress = self._recorder.progress if self._recorder is not None else None
         if progress is not None and progress.error and progress != self._ended:
             self._ended = progress

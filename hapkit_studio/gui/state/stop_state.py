@@ -1,4 +1,4 @@
-"""The E-stop, and a motor that waits until *Render* is pressed."""
+"""The E-stop, and a motor that waits until the user presses *Render*."""
 
 from typing import TYPE_CHECKING
 
@@ -11,9 +11,9 @@ if TYPE_CHECKING:
 
 
 class StopState(QObject):
-    """Latches the E-stop across a change of device.
+    """Keeps the E-stop latched when the device changes.
 
-    restored: the current settings come from an earlier start, so a motor waits for *Render*.
+    ``restored``: the current settings come from an earlier start, so a motor waits for *Render*.
     """
 
     changed = Signal()
@@ -28,7 +28,7 @@ class StopState(QObject):
         return None if self.device is None else self.device.engine
 
     def stop(self) -> None:
-        """Set the force to zero at the next tick, until the E-stop is released."""
+        """Set the force to zero at the next tick; it stays zero until the E-stop is released."""
         if self._engine is not None:
             self._engine.stop()
         if not self.stopped:
@@ -49,7 +49,7 @@ class StopState(QObject):
         return self.stopped and self._engine is not None and self.waits(self._engine)
 
     def wait_for_render(self) -> None:
-        """Stop a motor until *Render* is pressed."""
+        """Stop a motor until the user presses *Render*."""
         self.restored = True
         if self._engine is not None and self.waits(self._engine):
             self.stop()
@@ -59,6 +59,6 @@ class StopState(QObject):
         return self.restored and engine.device.motor
 
     def stop_if_needed(self, engine: "Engine") -> None:
-        """Keep an engine's force at zero from its first tick on if it is stopped or waits for *Render*."""
+        """If an engine is stopped or waits for *Render*, keep its force at zero from its first tick on."""
         if self.stopped or self.waits(engine):
             engine.stop()

@@ -1,4 +1,4 @@
-"""The window's stored settings; invalid ones are replaced by their defaults and named in one notice."""
+"""The window's stored settings. Invalid settings are replaced by their defaults and named in one banner."""
 
 from collections.abc import Callable, Collection
 from typing import Any, TypeVar
@@ -11,23 +11,24 @@ from hapkit_studio.formatting import quoted
 
 T = TypeVar("T")
 LESSONS_FOLDER = "lessons_folder"
-"""Name of the setting with the folder of the instructor's lessons; "" means no folder."""
-_LAST_NOTICE = "rejected"  # the notice shown last, so that it is not repeated at every start
-_LONGEST = 160  # characters of a notice
-_MOST_PX = 10_000.0  # limit of a stored width or height
+"""Name of the setting with the folder of the instructor's lessons; "" means that there is no folder."""
+# name of the entry with the last shown notice, so that a notice is not repeated at every start
+_LAST_NOTICE = "rejected"
+_LONGEST = 160  # maximum number of characters of a notice
+_MOST_PX = 10_000.0  # px: maximum of a stored width or height
 
 
 class StoredSettings(QSettings):
-    """Stored settings; ``rejected`` holds the reason for each setting that is not used."""
+    """Stored settings; ``rejected`` has the reason for each setting that is not used."""
 
     def __init__(self) -> None:
         super().__init__("hapkit-studio", "hapkit-studio")
         self.rejected: dict[str, str] = {}
 
     def read(self, name: str, default: T, check: Callable[[object], T]) -> T:
-        """Return the stored value as converted by ``check``; the default if there is none or it is rejected.
+        """Return the stored value as ``check`` converts it; if there is none or it is rejected, the default.
 
-        check raises ParameterError.
+        ``check`` raises ParameterError.
         """
         if not self.contains(name):
             return default
@@ -38,7 +39,7 @@ class StoredSettings(QSettings):
             return default
 
     def reject(self, name: str, reason: object) -> None:
-        """Store the reason why a setting, or a part of it, is not used."""
+        """Store the reason why a setting or one of its parts is not used."""
         self.rejected.setdefault(name, str(reason))
 
     def flag(self, name: str, default: bool) -> bool:
@@ -54,7 +55,7 @@ class StoredSettings(QSettings):
         return self.read(name, default, lambda value: checked_number(_parsed(value), name, 0, _MOST_PX, "px"))
 
     def table(self, name: str) -> dict[str, Any]:
-        """Return the object of a stored JSON text, {} by default."""
+        """Return the object in a stored JSON text; the default is {}."""
         return self.read(name, {}, lambda value: checked_table(parse_json(str(value), name), name))
 
     def geometry(self, name: str, restore: Callable[[QByteArray], bool]) -> bool:
@@ -68,7 +69,7 @@ class StoredSettings(QSettings):
         return self.read(name, False, check)
 
     def new_notice(self) -> str:
-        """Return one line about all rejected settings; "" if there are none or the line was shown before."""
+        """Return a line about all rejected settings; "" if there are none or this line was shown before."""
         reasons = list(self.rejected.values())
         words = (
             reasons[0] if len(reasons) == 1 else f"Not used: {', '.join(self.rejected)}." if reasons else ""
@@ -81,7 +82,7 @@ class StoredSettings(QSettings):
 
 
 def _one_of(value: object, name: str, options: Collection[T]) -> T:
-    """Return the option equal to a value or to its text; raise FileError."""
+    """Return the option that equals a value or its text; raise FileError."""
     for option in options:
         if (type(value) is type(option) and value == option) or value == str(option).lower():
             return option
@@ -90,7 +91,7 @@ def _one_of(value: object, name: str, options: Collection[T]) -> T:
 
 
 def _parsed(value: object) -> object:
-    """Return the number in a text, as INI files store it; other values unchanged."""
+    """Return the number in a text, because INI files store numbers as text; return other values unchanged."""
     try:
         return float(value) if isinstance(value, str) else value
     except ValueError:

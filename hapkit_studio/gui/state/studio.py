@@ -1,4 +1,4 @@
-"""The user's choices and the engine that renders them: the window's only access to the engine."""
+"""The user's choices and the engine that renders them. The window accesses the engine only through this."""
 
 import math
 import time
@@ -30,19 +30,19 @@ _FIRST = "wall"
 
 
 class Studio(QObject):
-    """Keeps the user's choices when the device changes; values are SI and checked before they are stored.
+    """Keeps the user's choices when the device changes; values are in SI and checked before they are stored.
 
-    A facade: ``library`` holds the environments and their values, ``device`` the link to the device in use,
-    ``permissions`` which settings may be changed, ``stop_state`` the E-stop, ``board_answer`` how the board
-    renders, ``recording`` the recorder. ``refused``: the reason why an environment or its defaults were
-    refused.
+    This class is a facade. ``library`` holds the environments and their values. ``device`` is the link to the
+    current device. ``permissions`` determines which settings may be changed. ``stop_state`` is the E-stop.
+    ``board_answer`` polls how the board renders. ``recording`` is the recorder. ``refused`` is emitted with
+    the reason why an environment or its defaults were refused.
     """
 
     environment_changed = Signal()
     values_changed = Signal()
     loop_changed = Signal()
     settings_changed = Signal()
-    """Emitted with any of the three signals above."""
+    """Emitted together with each of the three signals above."""
     stop_changed = Signal()
     engine_changed = Signal()
     link_changed = Signal()
@@ -63,7 +63,7 @@ class Studio(QObject):
         first = _FIRST if _FIRST in self.environments else next(iter(self.environments))
         self.environment = self.environments[first]
         self.environment_since = -math.inf
-        """When it was selected, by the rows' clock in s."""
+        """When the environment was selected, in s of the rows' clock."""
         self.readiness = Readiness(self)
         self.readiness.request_ready.connect(self.choose)
         self.permissions, self.stop_state = Permissions(self), StopState(self)
@@ -75,7 +75,7 @@ class Studio(QObject):
         self.loop = USUAL_LOOP
         self.board_answer = BoardAnswer(self.device)
         self.unstable_ranges: Mapping[str, Sequence[tuple[float, float]]] = {}
-        """Known unstable ranges of each parameter in SI for the current loop."""
+        """Each parameter's known unstable ranges in SI for the current loop."""
         for changed in (self.environment_changed, self.values_changed, self.loop_changed):
             changed.connect(self.settings_changed)
         for changed in (self.values_changed, self.loop_changed):
@@ -95,7 +95,7 @@ class Studio(QObject):
 
     @property
     def hidden(self) -> str:
-        """Return why the rendered values differ from those shown, "" if they do not."""
+        """Return why the rendered values differ from the shown ones; "" if they are equal."""
         return self.permissions.hidden
 
     @property
@@ -108,11 +108,11 @@ class Studio(QObject):
         return self.permissions.temporarily()
 
     def why_fixed(self, *place: str) -> str:
-        """Return why a setting cannot be changed now, "" if it can."""
+        """Return why a setting cannot be changed now; "" if it can be changed."""
         return self.permissions.why_fixed(*place)
 
     def check_free(self, places: Iterable[Place]) -> None:
-        """Raise ParameterError if one of some settings cannot be changed now."""
+        """Raise ParameterError if one of these settings cannot be changed now."""
         for place in places:
             if why := self.why_fixed(*place):
                 raise ParameterError(f"{self._title(place)}: {why[:1].lower()}{why[1:]}.")
@@ -131,7 +131,7 @@ class Studio(QObject):
         return self.library.values[self.environment.key]
 
     def choose(self, key: str) -> None:
-        """Select an environment with its last values, now or as soon as it is compiled."""
+        """Select an environment with its last values, either now or as soon as it is compiled."""
         try:
             if key != self.environment.key:
                 self.check_free([("environment", key)])
@@ -163,11 +163,11 @@ class Studio(QObject):
         self.values_changed.emit()
 
     def set_value(self, key: str, value: float) -> None:
-        """Change one parameter; raise ParameterError, with no change, if it is invalid."""
+        """Change one parameter; if it is invalid, change nothing and raise ParameterError."""
         self.set_values({key: value})
 
     def set_values(self, changes: Mapping[str, float]) -> None:
-        """Change several parameters at once; raise ParameterError, with no change, if one is invalid."""
+        """Change several parameters at once; if one is invalid, change nothing and raise ParameterError."""
         self._set_values(self.environment.changed(self.values, changes))
 
     def values_of(self, key: str) -> dict[str, float]:
@@ -189,19 +189,19 @@ class Studio(QObject):
         self.ranges_changed.emit()
 
     def reset_values(self) -> None:
-        """Reset all parameters that are not locked to their defaults, at once."""
+        """Reset all parameters to their defaults at once, except locked ones."""
         key = self.environment.key
         try:
             locked = {p: v for p, v in self.values.items() if self.why_fixed("value", key, p)}
             self._set_values(self.environment.values(locked))
-        except ParameterError as error:  # the defaults do not agree with the locked values
+        except ParameterError as error:  # the defaults are invalid together with the locked values
             self.refused.emit(str(error))
 
     def hide_values(self, values: Mapping[str, float] | None, why: str = BLIND) -> None:
-        """Render other values than the window shows; None renders the shown ones again.
+        """Render other values than those the window shows; None renders the shown values again.
 
-        Meanwhile the user cannot change settings; a measurement's values or another environment end it.
-        Raise ParameterError.
+        Meanwhile the user cannot change settings. If a measurement applies its values, or another environment
+        is selected, the values are no longer hidden. Raise ParameterError.
         """
         numbers = None if values is None else self.environment.values(values)
         if numbers is not None and not self.hidden:
@@ -233,7 +233,10 @@ class Studio(QObject):
         return self.loop.hand
 
     def set_loop(self, **changes: Any) -> None:
-        """Change settings of the loop by their names in LoopSettings; raise ParameterError if refused."""
+        """Change settings of the loop by their names in LoopSettings.
+
+        Raise ParameterError if they are refused.
+        """
         loop = self.loop.changed(**changes)
         changed = {key: getattr(loop, key) for key in changes}
         differing = [key for key, value in changed.items() if value != getattr(self.loop, key)]
@@ -253,7 +256,7 @@ class Studio(QObject):
             self.engine.move_hand(target)
 
     def release_at_rest(self) -> None:
-        """Release a simulated handle where it is, with zero velocity."""
+        """Release a simulated handle at its current position with zero velocity."""
         if self.engine is not None:
             self.engine.release_at_rest()
 
@@ -291,17 +294,17 @@ class Studio(QObject):
 
     @property
     def engine(self) -> "Engine | None":
-        """Return the engine of the device in use; None without a device."""
+        """Return the engine of the current device; None without a device."""
         return self.device.engine
 
     @property
     def link(self) -> LinkStatus:
-        """Return the state of the connection to the device in use."""
+        """Return the state of the connection to the current device."""
         return self.device.link
 
     @property
     def entry(self) -> "DeviceEntry | None":
-        """Return the entry opened last from the list of devices."""
+        """Return the entry of the device list that was opened last."""
         return self.device.entry
 
     def note_health(self, health: "Health") -> None:
@@ -311,7 +314,7 @@ class Studio(QObject):
 
     @property
     def opened(self) -> "Device | None":
-        """Return the device in use with its capabilities; None without a device."""
+        """Return the current device with its capabilities; None without a device."""
         return self.engine.device if self.engine is not None else None
 
     @property
@@ -321,7 +324,7 @@ class Studio(QObject):
 
     @property
     def hand_is_ours(self) -> bool:
-        """Return whether mouse and keys move the hand; on a real board the user's hand does."""
+        """Return whether mouse and keys move the hand; on a real board, the user moves the handle."""
         return self.opened is not None and self.opened.simulated_hand
 
     def zero_here(self) -> None:
@@ -334,10 +337,10 @@ class Studio(QObject):
         if self.engine is not None and not self.why_fixed(*DEVICE):
             self.engine.flip_direction()
 
-    # a new device
+    # setting up a new device
 
     def _configure(self, engine: "Engine") -> None:
-        """Apply all choices to a started engine."""
+        """Apply all choices to an engine that has just started."""
         self.stop_state.stop_if_needed(engine)
         if self.stop_state.waits(engine):
             self.stop()

@@ -1,4 +1,4 @@
-"""Undo and redo of all settings; the changes of one press of a button or key are one step."""
+"""Undo and redo of all settings. The changes during one press of a button or key are one step."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
@@ -13,7 +13,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.state.studio import Studio
 
 Settings = dict[tuple[str, ...], Any]
-"""Keys: ("environment",), ("loop", name in LoopSettings) or ("value", environment, parameter)."""
+"""A key is ("environment",), ("loop", name in LoopSettings) or ("value", environment, parameter)."""
 MOST = 200
 """Maximum number of steps."""
 ENVIRONMENT, HAND = ("environment",), ("loop", "hand")
@@ -31,7 +31,7 @@ def settings_of(studio: Studio) -> Settings:
 
 
 def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
-    """Return the current environment's settings, and the loop settings independent of the device."""
+    """Return the current environment's settings, and those loop settings that do not depend on the device."""
     key, now = studio.environment.key, settings_of(studio)
     values = {place: value for place, value in now.items() if place[:2] == ("value", key)}
     places = [("loop", name) for name in WITH_SCENE] if with_loop else []
@@ -45,7 +45,7 @@ def differing(studio: Studio, settings: Settings) -> Settings:
 
 
 def put(studio: Studio, settings: Settings) -> None:
-    """Apply settings, all or none; raise ParameterError."""
+    """Apply all settings, or none of them and raise ParameterError."""
     loop = {names[0]: value for (kind, *names), value in settings.items() if kind == "loop"}
     values: dict[str, dict[str, float]] = defaultdict(dict)
     for (kind, *names), value in settings.items():
@@ -57,7 +57,7 @@ def put(studio: Studio, settings: Settings) -> None:
         if key not in studio.environments:
             raise ParameterError(f"The environment {key} is no longer installed.")
     for key, changes in values.items():
-        # raises before anything is changed
+        # this raises before any setting is changed
         studio.environments[key].values({**studio.values_of(key), **changes})
     if loop:
         studio.set_loop(**loop)
@@ -67,11 +67,14 @@ def put(studio: Studio, settings: Settings) -> None:
 
 
 def change_text(studio: Studio, before: Settings, after: Settings) -> str:
-    """Describe a change for a menu: "stiffness 300 → 500 N/m"; a new velocity filter includes its options."""
+    """Describe a change for a menu, for example "stiffness 300 → 500 N/m".
+
+    A new velocity filter includes its options.
+    """
     if ENVIRONMENT in after:
         known = studio.environments
         keys = (settings[ENVIRONMENT] for settings in (before, after))
-        # its file may be deleted
+        # the file of an environment may have been deleted
         return " → ".join(known[key].title if key in known else key for key in keys)
     if len(after) == 1:
         ((where, new),) = after.items()
@@ -80,14 +83,17 @@ def change_text(studio: Studio, before: Settings, after: Settings) -> str:
 
 
 def joined(first: tuple[Settings, Settings], then: tuple[Settings, Settings]) -> tuple[Settings, Settings]:
-    """Merge two consecutive changes (before, after), without settings that end as they began."""
+    """Merge two consecutive changes (before, after).
+
+    Omit settings whose value is the same at start and end.
+    """
     before, after = then[0] | first[0], first[1] | then[1]
     changed = [where for where in after if before[where] != after[where]]
     return {where: before[where] for where in changed}, {where: after[where] for where in changed}
 
 
 def differences(studio: Studio, before: Settings, after: Settings) -> list[Difference]:
-    """Return the differences of settings that both have, except the environment."""
+    """Return the differences between two sets of settings in settings of both, except the environment."""
     return [
         _difference(studio, place, before[place], value)
         for place, value in after.items()
@@ -104,7 +110,10 @@ def _difference(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> D
 
 
 class Step(QUndoCommand):
-    """The changes of one gesture: only settings that differ, so that all others keep their current values."""
+    """The changes of one gesture.
+
+    Only changed settings are stored, so that the others keep their current values.
+    """
 
     def __init__(self, history: "UndoHistory", before: Settings, after: Settings, name: str):
         super().__init__()
@@ -117,7 +126,7 @@ class Step(QUndoCommand):
         return 1
 
     def mergeWith(self, other: QUndoCommand) -> bool:
-        """Merge a later change of the same gesture; a step without effect is removed."""
+        """Merge a later change of the same gesture into this step; a step without effect is removed."""
         if not isinstance(other, Step) or other.gesture != self.gesture:
             return False
         self.before, self.after = joined((self.before, self.after), (other.before, other.after))
@@ -131,7 +140,7 @@ class Step(QUndoCommand):
         self._put(self.before)
 
     def redo(self) -> None:
-        """Redo the step; no-op the first time, when QUndoStack pushes it."""
+        """Redo the step; the first call is a no-op, because QUndoStack makes it when the step is pushed."""
         if self._done:
             self._done = False
         else:
@@ -146,9 +155,10 @@ class Step(QUndoCommand):
 
 
 class UndoHistory(QObject):
-    """Records changes of the studio's settings. ``changed``: another step is next; ``refused``: undo failed.
+    """Records changes of the studio's settings.
 
-    gesture counts presses of buttons and keys: changes within one gesture form one step.
+    ``changed`` is emitted when the next step to undo or redo changes, ``refused`` when undo has failed.
+    ``gesture`` counts presses of buttons and keys: changes within one gesture are one step.
     """
 
     changed = Signal()
@@ -165,7 +175,7 @@ class UndoHistory(QObject):
         studio.settings_changed.connect(self._refresh)
 
     def undo(self) -> None:
-        """Undo the last step, or emit why that is not possible."""
+        """Undo the last step; if this is not possible, emit the reason."""
         self._move(self.stack.undo)
 
     def redo(self) -> None:
@@ -179,13 +189,13 @@ class UndoHistory(QObject):
             self.refused.emit(self.refusal)
 
     def forget(self) -> None:
-        """Clear the history; the current settings are the new start."""
+        """Clear the history; later steps start from the current settings."""
         self.stack.clear()
         self._snapshot()
 
     @contextmanager
     def named(self, name: str) -> Iterator[None]:
-        """Name the step made within the context, and make it a single step."""
+        """Give a name to the changes made within the context, and make them a single step."""
         self.gesture += 1
         self._name = name
         try:
