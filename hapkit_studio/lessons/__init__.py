@@ -1,4 +1,4 @@
-"""Guided labs: lessons in Markdown files, with checks that are evaluated on recorded data.
+"""Guided labs: lessons are Markdown files with checks, which are evaluated on recorded data.
 
 A lesson is a file in assets/lessons or in an instructor's folder (``library``). ``evaluate`` answers a step's
 check with a sentence, from the samples recorded so far (``Samples``).

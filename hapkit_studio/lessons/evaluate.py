@@ -1,4 +1,4 @@
-"""Evaluate a check on recorded samples: choose the newest suitable interval, and describe the result."""
+"""Evaluates a check on recorded samples: chooses the newest suitable interval and describes the result."""
 
 import math
 from collections.abc import Iterator
@@ -21,21 +21,23 @@ from hapkit_studio.lessons.samples import Samples, runs
 from hapkit_studio.parameters import AnyParameter, Choice
 
 CORRECT, WRONG, WAITING = "correct", "wrong", "waiting"
-_MARGIN = 0.030  # s before and after a contact that belong to its interval
-# s: contacts with a shorter pause are one contact, as when the handle chatters on the surface
+_MARGIN = 0.030  # s: this time before and after a contact belongs to the contact's interval
+# s: contacts that are separated by a shorter pause are one contact, because the handle may chatter on the
+# surface
 _MERGED = 0.050
-_LONGEST = 10.0  # longest interval, s
-_MOST_TRIED = 40  # intervals, newest first; limits the time, since a check is evaluated many times a minute
-_STEPS = 4  # windows per window length: successive ones are shifted by 1 / _STEPS of it
-_ENOUGH = 0.95  # fraction of a window's length that must be recorded
+_LONGEST = 10.0  # s: maximum length of an interval
+# maximum number of intervals that are tried, because a check is evaluated many times per minute
+_MOST_TRIED = 40
+_STEPS = 4  # successive windows are shifted by 1 / _STEPS of their length
+_ENOUGH = 0.95  # minimum fraction of a window's length that must have been recorded
 
 
 @dataclass(frozen=True)
 class Result:
     """The answer to a check: state, sentence, and the value in SI with half its 95 % interval.
 
-    start, stop: the evaluated interval in s after the start of the recording, NaN without one. stamp: hash of
-    its samples.
+    ``start`` and ``stop`` are the limits of the evaluated interval in s after the start of the recording; NaN
+    if there is none. ``stamp`` is a hash of the interval's samples.
     """
 
     state: str
@@ -135,7 +137,7 @@ def _verdict(check: Check, entry: Measurement, found: Measured, part: Samples) -
 
 def _wanted(check: Check, part: Samples) -> tuple[float, str]:
     if isinstance(check.expect, str):
-        assert part.scene is not None  # the interval is suitable, so its environment is the check's
+        assert part.scene is not None  # the interval suits the check, so its environment is that of the check
         return part.scene[1][check.expect], "set"
     assert check.expect is not None
     return check.expect, "expected"
@@ -145,7 +147,7 @@ def _wanted(check: Check, part: Samples) -> tuple[float, str]:
 
 
 def _wrong_setting(check: Check, part: Samples) -> str:
-    """Return the sentence that a setting is wrong, "" if the settings suit the check."""
+    """Return the sentence on a wrong setting; "" if all settings suit the check."""
     scene, known = part.scene, {**environments.discover(), **part.known}
     if scene is None or scene[0].key != check.environment:
         shown = scene[0].title if scene else str(part.settings.get("environment") or "another scene")
@@ -239,7 +241,7 @@ def _passes(check: Check, segment: Samples) -> Iterator[Samples]:
 
 
 def _reached(check: Check, entry: Measurement, part: Samples) -> tuple[float, str]:
-    """Return the smallest ratio of a movement to its need, and the sentence if it is below 1, or ""."""
+    """Return the smallest ratio of a movement to the required one, and a sentence if it is below 1, or ""."""
     needs = dict(check.needs)
     if entry.intervals not in (PASS,) and not (entry.intervals in (PRESS, TOUCH) and part.depth is not None):
         needs.setdefault("seconds", _ENOUGH * (check.seconds or entry.seconds))
@@ -253,7 +255,7 @@ def _reached(check: Check, entry: Measurement, part: Samples) -> tuple[float, st
 
 
 def _nothing(check: Check, entry: Measurement) -> str:
-    """Return the advice for a recording without any suitable interval."""
+    """Return the advice for a recording that has no suitable interval."""
     if entry.intervals == PASS and check.between is not None:
         low, high = (on_screen(end, "m", 3) for end in check.between)
         return f"You did not cross the range from {low} to {high}; cross it once."

@@ -1,4 +1,4 @@
-"""Experiments with people in a session: pointing trials and comparisons, read from its events.
+"""Experiments with people in a session: it reads pointing trials and comparisons from the session's events.
 
 Every pointing trial is measured again from the session's samples.
 """
@@ -22,16 +22,19 @@ from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionError, SessionWriter
 from hapkit_studio.sessions.session import Session
 
-_SAME_SECONDS, _SAME_PLACE = 2e-3, 50e-6  # s, m: a file rounds times to 1 µs
-_CLOCK = 2e-6  # s around a trial's samples
-_PAUSE = 0.5  # s between two trials of a virtual subject
-_RATE = 1000.0  # Hz
-_BASE = 200.0  # N/m that the virtual observer compares with
+_SAME_SECONDS, _SAME_PLACE = 2e-3, 50e-6  # tolerances in s and m: a file rounds times to 1 µs
+_CLOCK = 2e-6  # s: tolerance around a trial's samples
+_PAUSE = 0.5  # s: pause between two trials of a virtual subject
+_RATE = 1000.0  # Hz: sampling rate of a virtual session
+_BASE = 200.0  # N/m: stiffness to which the virtual observer compares others
 
 
 @dataclass(frozen=True)
 class Experiments:
-    """A session's pointing trials and comparisons; remarks: trials whose samples say something else."""
+    """The pointing trials and comparisons of a session.
+
+    ``remarks`` names trials that contradict their samples.
+    """
 
     trials: tuple[Trial, ...] = ()
     comparisons: tuple[Comparison, ...] = ()
@@ -39,12 +42,12 @@ class Experiments:
 
     @property
     def lines(self) -> list[Line]:
-        """Return the pointing results, one for each condition."""
+        """Return the pointing results; there is one for each condition."""
         return pointing.evaluate(self.trials)
 
     @property
     def thresholds(self) -> list[Threshold]:
-        """Return the thresholds, one for each parameter and base."""
+        """Return the thresholds; there is one for each parameter and base value."""
         return discrimination.evaluate(self.comparisons)
 
 
@@ -60,7 +63,7 @@ def of_session(session: Session) -> Experiments:
 
 
 def read(path: str | Path) -> Experiments:
-    """Return the experiments in a session's file; raise SessionError, also where it holds none."""
+    """Return the experiments in a session's file; raise SessionError if it has none or cannot be read."""
     with closing(Session(path)) as session:
         found = of_session(session)
         if not found.trials and not found.comparisons:
@@ -69,7 +72,7 @@ def read(path: str | Path) -> Experiments:
 
 
 def own_threshold(path: str | Path) -> Threshold:
-    """Return the threshold in a session with the smallest Weber fraction; raise SessionError without one."""
+    """Return a session's threshold with the smallest Weber fraction; raise SessionError if there is none."""
     found = read(path).thresholds
     if not found:
         raise SessionError(f"{Path(path).name} holds no comparisons, so it has no threshold.")
@@ -81,7 +84,7 @@ def _stored(session: Session, kind: str) -> list[dict]:
 
 
 def _remark(session: Session, at: int, one: Trial) -> str:
-    """Return in one line how a trial differs from its samples, "" where it does not."""
+    """Return a line that says how a trial differs from its samples; "" if it does not differ."""
     found = session.read(("time", "position"), one.begin - _CLOCK, one.stop + _CLOCK)
     again = pointing.movement(found["time"], found["position"])
     if again is None:

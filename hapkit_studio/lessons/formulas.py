@@ -1,4 +1,4 @@
-"""Render a lesson's formulas with matplotlib's mathtext."""
+"""Renders a lesson's formulas with matplotlib's mathtext."""
 
 import html
 import io
@@ -15,7 +15,7 @@ INLINE = "$"
 """Start and end of a code span that contains a formula: `$K d$`."""
 
 
-_SIZE = 12.0  # points; only determines the resolution of the outline
+_SIZE = 12.0  # points: font size, which determines only the resolution of the outline
 
 
 def is_formula(token: Any) -> bool:
@@ -26,7 +26,7 @@ def is_formula(token: Any) -> bool:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A formula as an SVG element; width, height and depth below the baseline in em."""
+    """A formula as an SVG element, with width, height and depth below the baseline in em."""
 
     svg: str
     wide: float
@@ -35,16 +35,16 @@ class Drawn:
 
 
 def svg(tex: str) -> str:
-    """Return a formula as an SVG element, aligned with the baseline and size of the surrounding text.
+    """Return a formula as an SVG element with the baseline and the size of the surrounding text.
 
-    Raise ValueError for TeX unknown to mathtext.
+    Raise ValueError for TeX that mathtext does not know.
     """
     return drawn(tex).svg
 
 
 @lru_cache(maxsize=512)
 def drawn(tex: str, color: str = "currentColor") -> Drawn:
-    """Render a formula in a colour; raise ValueError for TeX unknown to mathtext."""
+    """Render a formula in a colour; raise ValueError for TeX that mathtext does not know."""
     from matplotlib.font_manager import FontProperties
     from matplotlib.path import Path
     from matplotlib.textpath import TextPath
@@ -69,7 +69,7 @@ def drawn(tex: str, color: str = "currentColor") -> Drawn:
 
 
 def rich_text(tokens: Sequence[Any], draw: Callable[[str], str] = svg) -> str:
-    """Return Markdown's tokens as HTML, all text escaped; draw: returns HTML for a formula's TeX."""
+    """Return Markdown's tokens as HTML with escaped text; ``draw`` returns the HTML of a formula's TeX."""
 
     def code(renderer: Any, tokens: Sequence[Any], at: int, options: Any, env: Any) -> str:
         token = tokens[at]
@@ -83,7 +83,7 @@ def rich_text(tokens: Sequence[Any], draw: Callable[[str], str] = svg) -> str:
 
 
 def formula(tex: str, draw: Callable[[str], str] = svg) -> str:
-    """Return a formula's HTML, or its source if it is invalid."""
+    """Return a formula's HTML; if the formula is invalid, return its source."""
     try:
         return draw(tex)
     except ValueError:
@@ -91,7 +91,7 @@ def formula(tex: str, draw: Callable[[str], str] = svg) -> str:
 
 
 def check_formulas(lesson: Lesson) -> None:
-    """Raise LessonError, with the line, for a formula that cannot be rendered."""
+    """Raise LessonError with the line number if a formula cannot be rendered."""
     for tex, line in _formulas(lesson):
         try:
             svg(tex)

@@ -1,4 +1,7 @@
-"""Grading: evaluate every answer of handed-in files again from the file's own samples, in one table."""
+"""Grading: every answer of handed-in files is evaluated again from the file's own samples.
+
+The result is a table.
+"""
 
 import csv
 import html
@@ -17,9 +20,9 @@ from hapkit_studio.lessons.measurements import MEASUREMENTS
 from hapkit_studio.sessions.file import SUFFIX
 
 EDITED, DAMAGED, MISSING = "edited", "damaged", "missing"
-"""States in addition to those of a check: the file contradicts its samples; it is unreadable; no answer."""
+"""States that a check does not have: the file contradicts its samples, is unreadable, or has no answer."""
 COLUMNS = ("student", "file", "lesson", "step", "task", "value", "state", "reason")
-_SAME = 1e-6  # largest relative difference of a value that was evaluated on another computer
+_SAME = 1e-6  # maximum relative difference between values that different computers have evaluated
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ def grade(
     lessons: Mapping[str, Lesson],
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[Row]:
-    """Return the rows of every session in a folder, ordered by file name."""
+    """Return the rows of all sessions in a folder, ordered by file name."""
     paths = sorted(Path(folder).glob(f"*{SUFFIX}"))
     found: list[Row] = []
     for at, path in enumerate(paths):
@@ -77,7 +80,7 @@ def grade_file(path: Path, lessons: Mapping[str, Lesson]) -> list[Row]:
 
 
 def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
-    """Return a task's value, state and reason."""
+    """Return the value, the state and the reason for a task."""
     answer = handed.answers.get(task.key)
     if answer is None:
         return "", MISSING, "Not answered."
@@ -96,7 +99,7 @@ def graded(task: Check | Question, handed: HandedIn) -> tuple[str, str, str]:
 
 
 def check_again(check: Check, answer: Answer, again: Result, stamp: str) -> tuple[str, str, str]:
-    """Return the value, state and reason of an answer compared with the re-evaluated interval."""
+    """Compare an answer with the re-evaluated interval; return value, state and reason."""
     entry, stored = MEASUREMENTS[check.measure], answer.result
     value = entry.words(again.value) if math.isfinite(again.value) else ""
     if stamp != stored.stamp and stored.state in (CORRECT, WRONG):
@@ -125,12 +128,12 @@ def as_csv(rows: Iterable[Row]) -> str:
 
 
 def _as_text(cell: str) -> str:
-    """Escape a cell that a spreadsheet would take for a formula, since students enter names and answers."""
+    """Escape a cell that a spreadsheet would take for a formula, because students enter names and answers."""
     return f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell
 
 
 def as_html(rows: Sequence[Row]) -> str:
-    """Return the rows as a complete HTML page, with all text escaped."""
+    """Return the rows as a complete HTML page in which all text is escaped."""
     from hapkit_studio.lessons.page import page
 
     heads = "".join(f"<th>{name}</th>" for name in COLUMNS)
@@ -147,7 +150,7 @@ def as_html(rows: Sequence[Row]) -> str:
 
 
 def summary(rows: Sequence[Row]) -> str:
-    """Return the numbers of files and tasks, and the files that need attention."""
+    """Return a text with the numbers of files and tasks, and the files that need attention."""
     files = {row.file for row in rows}
     tasks = [row for row in rows if row.task]
     right = sum(row.state == CORRECT for row in tasks)

@@ -1,7 +1,7 @@
-"""Handing in: add a student's answers as events to the session that contains the samples.
+"""Handing in adds a student's answers as events to the session that contains the samples.
 
-One event names the lesson and the student; each answered check and question is another event. A check's
-answer has its interval and a hash of the interval's samples and settings. So the check can be evaluated
+One event names the lesson and the student; each answered check or question is another event. A check's answer
+has its interval and a hash of the interval's samples and settings. The check can therefore be evaluated
 again, and a modified file is detected.
 """
 
@@ -33,19 +33,20 @@ from hapkit_studio.settings_log import Settings
 from hapkit_studio.version import __version__
 
 LESSON, STEP, ANSWER = "lesson", "step", "answer"
-"""Kinds of events: lesson and student; number of the step that starts; an answer."""
-MOST_TEXT = 20_000  # characters in an answer
+"""Kinds of events: one has lesson and student, one the number of a step that starts, one an answer."""
+MOST_TEXT = 20_000  # maximum number of characters in an answer
 _MOST_LINES, _NAME, _SENTENCE = 1_000, 200, 2_000
-_MOST_ANSWERS = 1_000  # answers in a file
-_LONGEST = 31 * 86_400.0  # s
-_CHUNK = 1000  # samples
-_PAUSE, _BEFORE = 0.5, 0.001  # s between two parts; from the settings event to the first sample
+_MOST_ANSWERS = 1_000  # maximum number of answers in a file
+_LONGEST = 31 * 86_400.0  # s: maximum length of a session
+_CHUNK = 1000  # number of samples in a chunk
+# s: pause between two parts; time from the event with the settings to the first sample
+_PAUSE, _BEFORE = 0.5, 0.001
 _STATES = ("correct", "wrong", "waiting", "review")
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A stored answer: a check's result with its interval, or the text entered for a question."""
+    """A stored answer: either a check's result with its interval, or the text entered for a question."""
 
     key: str
     result: Result
@@ -56,7 +57,8 @@ class Answer:
 class HandedIn:
     """A handed-in file: the lesson's key and stamp, the student, the samples, and the answers by key.
 
-    experiments: the trials of experiments in it. damage: messages on the unreadable parts of the file.
+    ``experiments`` are the trials of experiments in the file. ``damage`` has messages on its unreadable
+    parts.
     """
 
     path: Path
@@ -80,9 +82,9 @@ def hand_in(
 ) -> list[tuple[Check | Question, Result]]:
     """Add the answers to a complete session, and return the result of every check and question.
 
-    answers: text entered, by the question's key. intervals: start and stop in s after the session's start, by
-    the key of each evaluated check; other checks are evaluated on the step's samples. step: index of the open
-    step. Raise SessionError.
+    ``answers``: the entered text for each question's key. ``intervals``: start and stop in s after the
+    session's start, for the key of each evaluated check; other checks are evaluated on the step's samples.
+    ``step``: index of the open step. Raise SessionError.
     """
     found: list[tuple[Check | Question, Result]] = []
 
@@ -142,7 +144,7 @@ def _step_ranges(session: Session, samples: Samples) -> dict[int, list[tuple[flo
 
 
 def step_event(time: float, number: int) -> Event:
-    """Return the event for the start of a step, counted from 1, at a time in s of the computer's clock."""
+    """Return the event for the start of a step (counted from 1) at a time in s of the computer's clock."""
     return Event(time, STEP, {"number": number})
 
 
@@ -165,7 +167,7 @@ def save_played(
 
 @dataclass(frozen=True)
 class Part:
-    """Consecutive telemetry rows (n, ROW_WIDTH), n > 0, the number of their step, device and settings."""
+    """Telemetry rows (n, ROW_WIDTH), n > 0, without gaps, with their step's number, device and settings."""
 
     step: int
     table: np.ndarray
@@ -174,10 +176,10 @@ class Part:
 
 
 def write_parts(path: str | Path, parts: Sequence[Part], recordings: Iterable[Session] = ()) -> None:
-    """Write recordings as they are, then parts one after another, into a new session; raise SessionError.
+    """Write recordings unchanged, then parts one after another, into a new session; raise SessionError.
 
-    The clocks of each part are shifted so that it starts _PAUSE after what is before it. Recordings whose
-    times overlap with another one's, as after a restart of the computer, are left out.
+    The clocks of each part are shifted so that the part starts _PAUSE after the samples before it. Recordings
+    whose times overlap with those of another one are omitted; this happens after a restart of the computer.
     """
     step = 0
     about: Settings = {}
@@ -201,7 +203,7 @@ def write_parts(path: str | Path, parts: Sequence[Part], recordings: Iterable[Se
 
 
 def _copy(writer: SessionWriter, recordings: Iterable[Session]) -> float:
-    """Write recordings, the earliest first; return the time in s at which the next part may start."""
+    """Write recordings in the order of time; return the time in s at which the next part may start."""
     begin = 0.0
     for recording in sorted(recordings, key=lambda one: float(one.starts[0])):
         if recording.layout != LAYOUT or recording.starts[0] < begin:
@@ -219,7 +221,7 @@ def _copy(writer: SessionWriter, recordings: Iterable[Session]) -> float:
 
 
 def read(path: str | Path) -> HandedIn:
-    """Read a handed-in file; raise SessionError for other files."""
+    """Read a handed-in file; raise SessionError if the file is not a handed-in one."""
     with closing(Session(path)) as session:
         lesson = session.latest(LESSON)
         if not lesson:
@@ -243,7 +245,7 @@ def read(path: str | Path) -> HandedIn:
 
 
 def _answer(what: Mapping[str, Any], name: str) -> Answer:
-    """Return an answer after checking every value; raise FileError."""
+    """Check every value of an answer and return the answer; raise FileError."""
     key = checked_text(what.get("key"), f"{name}: an answer's key", 20)
     place = f"{name}: answer {key}"
     state = checked_text(what.get("state"), f"{place}: state", 20)

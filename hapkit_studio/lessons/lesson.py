@@ -13,7 +13,7 @@ from hapkit_studio.formatting import number
 
 
 class LessonError(FileError):
-    """A lesson is invalid; the message names its file and line."""
+    """A lesson is invalid; the message names the lesson's file and line."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Formula:
 
 @dataclass(frozen=True)
 class Hint:
-    """A hint, shown on request."""
+    """A hint, which is shown on request."""
 
     tokens: Sequence[Any]
 
@@ -48,7 +48,10 @@ class Plot:
 
 @dataclass(frozen=True)
 class Scene:
-    """The initial settings of a step; grip None: no hand. view: the window's page to show."""
+    """The initial settings of a step. If ``grip`` is None, there is no hand.
+
+    ``view`` is the page that the window shows.
+    """
 
     environment: Environment
     values: Mapping[str, float]
@@ -64,10 +67,11 @@ class Scene:
 class Check:
     """A measurement on the student's own data, and its expected value.
 
-    expect: a number in SI, or the key of a parameter whose present value is expected; tolerance in SI, or in
-    percent of the expected value; at_least, at_most: limits instead of an expected value. needs: smallest
-    movement, by the name of a quantity; where: permitted ranges of settings by key, or a choice's option.
-    between: positions in m between which the handle must move.
+    ``expect`` is a number in SI, or the key of a parameter whose present value is expected. ``tolerance`` is
+    in SI, or in percent of the expected value. ``at_least`` and ``at_most`` are limits that replace an
+    expected value. ``needs`` is the smallest movement, by the name of a quantity. ``where`` has the permitted
+    range of settings by key, or a choice's option. ``between`` has the positions in m between which the
+    handle must move.
     """
 
     key: str
@@ -89,7 +93,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Question:
-    """A question: options and the right one; a number with unit and tolerance; or free text."""
+    """A question. Its answer is one of several options, a number with unit and tolerance, or free text."""
 
     key: str
     line: int
@@ -107,13 +111,13 @@ class Question:
 
     @property
     def example(self) -> str:
-        """Return an accepted answer."""
+        """Return an answer that is accepted."""
         if self.value is not None:
             return f"{self.value:g}"
         return self.answer or "My answer in my own words."
 
     def judge(self, given: str) -> tuple[str, str]:
-        """Return the state, and a sentence, for an answer as entered."""
+        """Return the state of an entered answer, and a sentence about it."""
         given = given.strip()
         if not given:
             return "waiting", "Not answered yet."
@@ -135,9 +139,10 @@ class Question:
 
 @dataclass(frozen=True)
 class Play:
-    """One run of a scripted student: settings that differ from the scene's, and the hand's path.
+    """One run of a scripted student: settings that differ from those of the scene, and the hand's path.
 
-    path: name of a path in ``SCRIPTS``, or points (s, m); release: time in s at which the hand lets go.
+    ``path`` is the name of a path in ``SCRIPTS``, or consists of points (s, m). ``release`` is the time in s
+    at which the hand releases the handle.
     """
 
     values: Mapping[str, float]
@@ -154,7 +159,7 @@ Block = Text | Formula | Hint | Plot | Check | Question
 
 @dataclass(frozen=True)
 class Step:
-    """A step: title, content in the order of the file, scene and scripted runs."""
+    """A step with its title, its content in the order of the file, its scene and its scripted runs."""
 
     title: str
     line: int
@@ -173,7 +178,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Criterion:
-    """A row of the rubric."""
+    """A row of the table of criteria for a review."""
 
     text: str
     points: int
@@ -181,9 +186,9 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Lesson:
-    """A lesson; key: its file's name; stamp: hash of the text.
+    """A lesson. ``key`` is the name of its file, ``stamp`` the hash of its text.
 
-    hide_names: reports and reviews do not name students.
+    ``hide_names``: reports and reviews do not name students.
     """
 
     key: str
@@ -202,7 +207,7 @@ class Lesson:
     hide_names: bool = False
 
     def tasks(self) -> Iterator[tuple[int, Step, Check | Question]]:
-        """Yield the number of a step, counted from 1, the step, and a check or question, for all of them."""
+        """Yield all checks and questions, each with its step and the step's number (counted from 1)."""
         for at, step in enumerate(self.steps, 1):
             for block in step.blocks:
                 if isinstance(block, Check | Question):
@@ -210,7 +215,7 @@ class Lesson:
 
     @property
     def summary(self) -> str:
-        """Return the numbers of steps, checks and questions, and the duration, in one line."""
+        """Return one line with the numbers of steps, checks and questions, and the duration."""
         kinds = [type(task) for _, _, task in self.tasks()]
         counts = {
             "step": len(self.steps),

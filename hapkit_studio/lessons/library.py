@@ -1,4 +1,4 @@
-"""The available lessons: those included in the studio, and those in an instructor's folder."""
+"""The available lessons: those that the studio contains, and those in an instructor's folder."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.lessons.lesson import Lesson, LessonError
 from hapkit_studio.lessons.parse import SUFFIX, read
 
-MOST_FILES = 500  # files in a folder
+MOST_FILES = 500  # maximum number of files in a folder
 
 
 @dataclass(frozen=True)
 class Library:
-    """Lessons by key, in order, and the reason in one line for each rejected file."""
+    """Lessons by key, in order, and for each rejected file a line with the reason."""
 
     lessons: Mapping[str, Lesson]
     errors: tuple[str, ...] = ()
@@ -28,9 +28,9 @@ class Library:
 def library(folder: str | Path | None = None, known: Mapping[str, Environment] | None = None) -> Library:
     """Return the studio's lessons and those of a folder, which replace studio lessons of the same name.
 
-    folder: None for the lab's, if it has one; if that is missing, like an unmounted share, the errors
-    say so. known: the environments by key, None: the library's.
-    Raise ParameterError if the folder is missing.
+    If ``folder`` is None, the lab's folder is used if it has one; if that folder is missing (for example on a
+    share that is not mounted), the errors say so. ``known`` are the environments by key; None means those of
+    the library. Raise ParameterError if the given folder is missing.
     """
     found, errors = list[Lesson](), list[str]()
     if folder is None:
@@ -54,7 +54,7 @@ def library(folder: str | Path | None = None, known: Mapping[str, Environment] |
 
 
 def lesson_named(name: str, folder: str | Path | None = None) -> Lesson:
-    """Return a lesson by its key or its file; raise ParameterError, or LessonError with the line."""
+    """Return a lesson by its key or its file; raise ParameterError, or LessonError with the line number."""
     path = Path(name).expanduser()
     if path.suffix == SUFFIX:
         return read(path)

@@ -1,4 +1,4 @@
-"""The measurements that a check can use: one function each, applied to a recorded interval.
+"""The measurements that a check can use. Each is a function that is applied to a recorded interval.
 
 A function returns the value in SI with half of its 95 % interval, or raises NotMeasured with the reason and
 the remedy. Forces are the commanded ones; the force at the handle is not measured.
@@ -20,16 +20,17 @@ from hapkit_studio.lessons.samples import Samples, runs
 Region = tuple[float, float] | None
 
 PRESS, WINDOW, TOUCH, PASS = "press", "window", "touch", "pass"
-_FIT_SECONDS = 0.015  # duration in s of the fits of the speed before and after a contact
-_TREMBLE = 2.0  # sensor steps: range of positions of a handle at rest
+_FIT_SECONDS = 0.015  # s: duration of the fits of the speed before and after a contact
+_TREMBLE = 2.0  # a handle is at rest if its positions span at most this many sensor steps
 _REST_SECONDS = 0.5
-_PURRS = (15.0, 40.0)  # Hz: range of purring; the cat's pitch is 20 to 30 Hz
-_CLEAR = 6.0  # smallest ratio of a spectral peak to the median of its band
-_RINGS = (5.0, 400.0)  # Hz: range of a ringing surface
-_SWINGS = 6  # fewest extremes of a free oscillation for a measurement
-_EXACT = 1e-4  # relative width of an interval that is too narrow to show
-_SLOW, _FAST = 0.005, 0.03  # m/s: speeds at which friction is compared
-_STEADY = 0.02  # m/s: largest change per sample in the velocity of a freely moving object
+_PURRS = (15.0, 40.0)  # Hz: frequency range of the purring; the cat's pitch is 20 to 30 Hz
+_CLEAR = 6.0  # minimum ratio of a spectral peak to the median of its band
+_RINGS = (5.0, 400.0)  # Hz: frequency range of a ringing surface
+_SWINGS = 6  # minimum number of extremes of a free oscillation for a measurement
+_EXACT = 1e-4  # an interval with a smaller relative width is not shown
+# m/s: friction is compared between a speed below the first and one above the second value
+_SLOW, _FAST = 0.005, 0.03
+_STEADY = 0.02  # m/s: maximum change per sample in the velocity of an object that moves freely
 
 
 class Measured(NamedTuple):
@@ -45,10 +46,10 @@ class NotMeasured(Exception):
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measurement: name, unit, function, and kind of interval.
+    """A measurement with its name, unit and function, and its kind of interval.
 
-    intervals: "press" is a contact, or a window in a scene without a surface; "window" has a fixed duration;
-    "touch" is a contact with a margin before and after; "pass" is a passage through a region.
+    ``intervals``: "press" is a contact, or a window in a scene without a surface. "window" has a fixed
+    duration. "touch" is a contact with a margin before and after it. "pass" is a passage through a region.
     """
 
     key: str
@@ -93,7 +94,7 @@ def _identified(name: str) -> Callable[[Samples, Region], Measured]:
     """Return the function that identifies a term of the rendered force."""
 
     def compute(samples: Samples, region: Region) -> Measured:
-        from hapkit_studio.analysis import identify  # imported here, because it takes seconds
+        from hapkit_studio.analysis import identify  # imported late because it takes seconds
 
         known = samples.scene[0].force_terms(samples.scene[1]).terms if samples.scene else ()
         terms = None if name in known else (name,)
@@ -114,7 +115,7 @@ def _identified(name: str) -> Callable[[Samples, Region], Measured]:
 
 
 def _delay(samples: Samples, region: Region) -> Measured:
-    """Return the delay in s of a pure spring, whose negative damping is −K(T/2 + delay)."""
+    """Return the delay in s of a pure spring; its negative damping is −K(T/2 + delay)."""
     stiffness, damping = _identified("stiffness")(samples, None), _identified("damping")(samples, None)
     if not stiffness.value > 0.0:
         raise NotMeasured("The delay is measured on a spring or a wall: set a stiffness.")
@@ -124,7 +125,7 @@ def _delay(samples: Samples, region: Region) -> Measured:
 
 
 def _slope(samples: Samples, region: Region) -> Measured:
-    """Return the slope of force over position, positive for a restoring force."""
+    """Return the slope of force over position; it is positive for a restoring force."""
     depth = samples.depth
     selected = np.ones(len(samples), bool) if depth is None else depth > 0.0
     selected &= np.abs(samples.applied_force) > 0.0
@@ -141,7 +142,7 @@ def _peak_force(samples: Samples, region: Region) -> Measured:
 
 
 def _work(samples: Samples, region: Region) -> Measured:
-    """Return the work of the device on the handle during its passage through the region."""
+    """Return the work that the device does on the handle during its passage through the region."""
     moved = np.diff(samples.position)
     step = 0.5 * samples.quantum * float(np.abs(samples.applied_force).max())
     return Measured(float(samples.applied_force[:-1] @ moved), step)
@@ -179,7 +180,7 @@ def _inside(samples: Samples) -> slice:
 
 
 def _speed(samples: Samples) -> Measured:
-    """Return the mean velocity from a straight-line fit of the positions, with its quantisation error."""
+    """Return the mean velocity from a straight line fitted to the positions, and its quantisation error."""
     if len(samples) < 4:
         raise NotMeasured("The contact is too close to the beginning or the end of the recording.")
     time = samples.time - samples.time.mean()
@@ -189,7 +190,10 @@ def _speed(samples: Samples) -> Measured:
 
 
 def _transient(index: int) -> Callable[[Samples, Region], Measured]:
-    """Return the function that fits the ringing after an entry, for its frequency (1) or decay (2)."""
+    """Return the function that fits the ringing after an entry.
+
+    ``index`` selects its frequency (1) or decay (2).
+    """
 
     def compute(samples: Samples, region: Region) -> Measured:
         from scipy.optimize import OptimizeWarning, curve_fit
@@ -262,7 +266,7 @@ def _oscillation_amplitude(samples: Samples, region: Region) -> Measured:
 
 
 def _rest(samples: Samples, region: Region) -> Measured:
-    """Return the peak-to-peak motion that remains."""
+    """Return the peak-to-peak motion of the handle at the end."""
     return Measured(float(np.ptp(samples.position)))
 
 
@@ -290,7 +294,7 @@ def _purring(samples: Samples, region: Region) -> Measured:
 
 
 def _peaks(strong: np.ndarray) -> bool:
-    """Return True if the strong frequencies in Hz form one peak, as the pitch varies by 2.4 Hz."""
+    """Return True if the strong frequencies in Hz form one peak; the pitch varies by 2.4 Hz."""
     return bool(len(strong)) and float(np.ptp(strong)) < 6.0
 
 
@@ -324,7 +328,7 @@ def _slips(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
     """Return the start times in s (n,) and distances in m (n,) of slips."""
     from scipy.ndimage import uniform_filter1d
 
-    # over 10 ms, because a sensor step within a millisecond is not a slip
+    # The difference is over 10 ms, because a sensor step within a millisecond is not a slip.
     count = max(round(0.010 / samples.period), 1)
     speed = np.abs(uniform_filter1d(np.gradient(samples.position, samples.time), count))
     mean = float(np.ptp(samples.position) / np.ptp(samples.time))
@@ -395,7 +399,10 @@ def _free_swing(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _object_growth(samples: Samples, region: Region) -> Measured:
-    """Return the growth rate of an object's free oscillation in 1/s, negative if it decays."""
+    """Return the growth rate of an object's free oscillation in 1/s.
+
+    It is negative if the oscillation decays.
+    """
     from scipy.stats import linregress, t
 
     time, away = _free_swing(samples)
@@ -443,9 +450,10 @@ def _travel(samples: Samples, region: Region) -> Measured:
 
 
 def _friction_ratio(samples: Samples, region: Region) -> Measured:
-    """Return the largest force of a slow handle over the force of a fast one; it tells the friction model.
+    """Return the ratio of the largest force on a slow handle to the force on a fast one.
 
-    It is 1 for Coulomb friction, more with static or Stribeck friction, less with viscous friction.
+    The ratio tells the friction model: it is 1 for Coulomb friction, more with static or Stribeck friction,
+    and less with viscous friction.
     """
     count = max(round(0.020 / samples.period), 1)
     if len(samples) <= count:
@@ -462,7 +470,7 @@ def _friction_ratio(samples: Samples, region: Region) -> Measured:
     if level == 0.0:
         raise NotMeasured("No force was applied to the moving handle: choose a friction above zero.")
     value = float(slow.max()) / level
-    # samples within 20 ms of one another are not independent
+    # Samples within 20 ms of one another are not independent.
     return Measured(value, value * 1.96 * float(fast.std()) / level / math.sqrt(max(len(fast) / count, 1.0)))
 
 
@@ -524,7 +532,7 @@ MEASUREMENTS = _table(
 
 @dataclass(frozen=True)
 class Need:
-    """A required smallest movement: its function, unit, and the sentence if it is not reached."""
+    """A required smallest movement, with its function, its unit, and the sentence if it is not reached."""
 
     compute: Callable[[Samples], float]
     unit: str
@@ -554,4 +562,4 @@ NEEDS = {
         lambda s: float(s.time[-1] - s.time[0]), "s", "That lasted {}; continue for at least {}."
     ),
 }
-"""Requirements of a check on the movement, by name."""
+"""The requirements that a check can have on the movement, by name."""

@@ -1,4 +1,4 @@
-"""A self-contained HTML page with an embedded style."""
+"""An HTML page that contains its style and needs no other files."""
 
 import html
 
@@ -40,9 +40,9 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'"
 
 
 def page(title: str, body: str, wide: bool = False) -> str:
-    """Return a page; the body is HTML with escaped text. A browser loads no other files.
+    """Return a page; ``body`` is HTML with escaped text. A browser loads no other files.
 
-    wide: for a table instead of text.
+    ``wide``: the page shows a table and is wider than one with text.
     """
     kind = ' class="table"' if wide else ""
     return (
