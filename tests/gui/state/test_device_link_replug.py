@@ -141,7 +141,7 @@ def test_replugged_with_another_name_settings_and_history_are_restored(running, 
     (broken,) = np.flatnonzero(np.isnan(shown.x[len(kept.x) - 1 :]))
     assert np.all(np.diff(shown.x[np.isfinite(shown.x)]) >= 0.0)
     assert broken > 0
-    window.centre.time.take()
+    window.centre.time.read_window()
     longest = max(b - a for a, b in window.centre.time.shown.gaps)
     # the gap is shown to 0.1 s; a dense plot knows its ends only to one column
     assert longest == pytest.approx(np.nanmax(np.diff(shown.x[np.isfinite(shown.x)])), abs=0.05)
