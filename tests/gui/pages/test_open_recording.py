@@ -67,7 +67,7 @@ def test_a_foreign_table_is_held_in_the_plots_after_naming_its_columns(window, q
     qtbot.waitUntil(lambda: bool(held.traces))
     assert window.views.key == "live"
     (trace,) = held.traces.values()
-    assert trace.words == "lab.csv"
+    assert trace.name == "lab.csv"
     assert trace.time[[0, -1]] == pytest.approx([-2.999, 0.0], abs=2e-3)
     t = trace.time + 2.999
     x = 8e-3 * np.sin(2.0 * np.pi * 0.83 * t) + 4e-3 * np.sin(2.0 * np.pi * 2.37 * t + 1.0)
@@ -151,7 +151,7 @@ def test_a_file_is_identified_independently_of_the_window_settings(window, qtbot
     assert page.side.words.text() == "From “lab.csv”."
     assert ("File", "lab.csv") in page.conditions.pairs
     assert page.point.text().endswith(page.found.force_known)
-    assert "The force is the file's" in page.found.force_known
+    assert "The force is taken from the file" in page.found.force_known
     assert page.exports()[1]()["file"] == "lab.csv"
     window.resize(1280, 720)
     window.grab()

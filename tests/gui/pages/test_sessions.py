@@ -266,7 +266,7 @@ def test_an_unfinished_recording_says_so_and_can_be_saved_as_a_complete_file(
     assert "the newest samples are in killed.hapkit-wal. Save a copy" in page.side.words.text()
     enabled = {button.text(): button.isEnabled() for button in page.side.findChildren(QPushButton)}
     assert {words for words, on in enabled.items() if not on} == {"Note…", "Rename…"}
-    assert len(enabled) == 6
+    assert len(enabled) == 7
     assert not shared_window.actions_by_key.run("session.rename")
     assert not [d for d in shared_window.findChildren(WordsDialog) if d.isVisible()]
     for output in (folder() / "whole.hapkit", tmp_path / "elsewhere.hapkit"):
@@ -341,7 +341,7 @@ def test_events_beyond_the_limit_are_counted(page):
             writer.note(Event(100.0 + 1e-3 * number, MARKER, {"text": f"marker {number}"}))
     page.show_session(overview(path))
     assert len(page.happened.pairs) == 201
-    assert page.happened.pairs[-1] == ("", "and 103 more: sessions show lists them")
+    assert page.happened.pairs[-1] == ("", "and 103 more. The command “sessions show” lists them")
 
 
 @pytest.mark.slow

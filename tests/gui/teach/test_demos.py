@@ -232,7 +232,7 @@ def test_a_demo_on_a_motor_waits_for_render_and_moves_no_hand(board_window, tmp_
     assert studio.waits_for_render
     assert studio.engine.stopped
     assert (studio.values["stiffness"], studio.loop.rate) == (900.0, 1000.0)
-    assert "zero force until you press Render" in window.caption.note.text()
+    assert "the force is zero until you press Render" in window.caption.note.text()
     studio.release_stop()
     assert not studio.stopped
     assert window.caption.note.text() == "A board has no virtual hand: only settings and captions play."
@@ -271,7 +271,7 @@ def test_shipped_demos_are_in_the_menu_and_on_the_command_line(shown, start_wind
         window = start_window("--demo", *([option] if option else []))
         assert window.demos.demo.title == "A wall to its limit"
         window.close()
-    with pytest.raises(ParameterError, match=r"no demo 'nowhere'.*buzzing_wall"):
+    with pytest.raises(ParameterError, match=r"no demo or file 'nowhere'.*buzzing_wall"):
         start_window("--demo", "nowhere")
 
 
