@@ -1,6 +1,6 @@
-"""The parser of lesson files: Markdown with a TOML header and fenced blocks, all of it validated.
+"""The parser of lesson files. They are Markdown with a TOML header and fenced blocks; all of it is checked.
 
-Nothing in a lesson is executed, and HTML in it is shown as text. An error names the file and the line.
+No part of a lesson is executed, and HTML in it is shown as text. An error names the file and the line.
 """
 
 import hashlib
@@ -51,20 +51,20 @@ from hapkit_studio.lessons.measurements import MEASUREMENTS, NEEDS
 SUFFIX = ".md"
 MOST_STEPS, MOST_TASKS = 40, 100
 HIDDEN = ("values", "theory", "verdict", "map", "energy")
-"""Parts of the window that a lesson may hide."""
+"""The parts of the window that a lesson may hide."""
 DEVICES = ("any", "simulated")
 OVER = ("time", "position", "velocity")
 _FENCE = "+++"
-_LINE, _PARAGRAPH = 200, 1_000  # characters
-_MOST_NESTED = 20  # nesting depth of Markdown's blocks
-_REACH = 0.06  # m: beyond the range of every handle
-_LONGEST_PLAY = 60.0  # s
+_LINE, _PARAGRAPH = 200, 1_000  # maximum numbers of characters of a line and of a paragraph
+_MOST_NESTED = 20  # maximum nesting depth of Markdown's blocks
+_REACH = 0.06  # m: positions beyond this are outside the range of every handle
+_LONGEST_PLAY = 60.0  # s: maximum duration of a run
 _WORD = re.compile(r"[a-z][a-z0-9_]*")
 
 
 @cache
 def views() -> tuple[str, ...]:
-    """Return the keys of the window's views from their modules' names, without importing Qt."""
+    """Return the keys of the window's views; they are the names of modules, which are not imported."""
     return "live", *assigning(Path(__file__).parents[1] / "gui" / "pages", "VIEW")
 
 
@@ -75,7 +75,10 @@ def markdown() -> MarkdownIt:
 
 
 def read(path: str | Path, known: Mapping[str, Environment] | None = None) -> Lesson:
-    """Read a lesson from a file; known: environments by key, None: the library's. Raise LessonError."""
+    """Read a lesson from a file; raise LessonError.
+
+    ``known`` are the environments by key; None means those of the library.
+    """
     path = Path(path)
     try:
         text = read_text(path).replace("\r\n", "\n").replace("\r", "\n")
@@ -87,7 +90,7 @@ def read(path: str | Path, known: Mapping[str, Environment] | None = None) -> Le
 
 
 class _Reader:
-    """Read one file; ``line`` is the line number of the present block."""
+    """Reads one file; ``line`` is the line number of the current block."""
 
     def __init__(self, path: Path, text: str, known: Mapping[str, Environment]):
         self.path, self.text, self.known = path, text, known
@@ -111,7 +114,7 @@ class _Reader:
             raise head.wrong("environments", "a lesson has at least one environment")
         lock = head.words("lock", self._lockable(keys))
         head.finish()
-        # replace the header's lines by empty ones, so that a token's line number is that of the file
+        # Replace the header by empty lines, so that a token's line number is that of the file.
         body = "\n" * (end + 1) + "\n".join(self.lines[end + 1 :])
         intro, steps = self._steps(markdown().parse(body), self._first_scene(keys[0], lock, found["hide"]))
         if not steps:
@@ -128,7 +131,7 @@ class _Reader:
         )
 
     def _header_end(self) -> int:
-        """Return the number of the header's last line, counted from 0."""
+        """Return the index of the header's last line, counted from 0."""
         if self.lines[0].strip() != _FENCE:
             raise self._error(1, f"a lesson begins with a header between two lines {_FENCE}")
         for at, line in enumerate(self.lines[1:], 1):
@@ -149,9 +152,9 @@ class _Reader:
         return LessonError(f"{self.path.name}, line {line}: {wrong}.")
 
     def _table(self, text: str, line: int, last: int) -> "_Table":
-        """Return the TOML in some lines.
+        """Return the TOML table in some lines of the file.
 
-        Parsed after empty lines, so that errors have the file's line numbers.
+        Empty lines are put before the text, so that errors have the file's line numbers.
         """
         found = parse_toml("\n" * (line - 1) + text, self.path.name)
         return _Table(self, found, line, last)
@@ -411,7 +414,7 @@ class _Reader:
 
     @staticmethod
     def _grip(table: "_Table", scene: Scene) -> Grip | None:
-        """Return a grip by its name, or with a given mass, damping and stiffness (a rubber band)."""
+        """Return a grip by its name, or a grip with the given mass, damping and stiffness (a rubber band)."""
         if not isinstance(table.peek("grip"), dict):
             return grip_named(table.choice("grip", GRIPS, scene.grip) or "released")
         names = ("mass", "damping", "stiffness")
@@ -420,13 +423,16 @@ class _Reader:
 
 
 class _Table:
-    """A TOML table of a lesson; reading removes a value, and ``finish`` rejects the remaining ones."""
+    """A TOML table of a lesson. Reading a value removes it, and ``finish`` rejects the values that remain."""
 
     def __init__(self, reader: _Reader, values: Mapping[str, Any], line: int, last: int):
         self._reader, self._left, self.line, self._last = reader, dict(values), line, last
 
     def line_of(self, key: str) -> int:
-        """Return the line number of a key, or of the table if it lacks the key."""
+        """Return the line number of a key.
+
+        If the table lacks the key, return the line number of the table.
+        """
         begins = re.compile(rf"\s*{re.escape(key)}\s*[=.]|\s*\[+\s*{re.escape(key)}\s*\]")
         for line in range(self.line, self._last + 1):
             if begins.match(self._reader.lines[line - 1]):
@@ -437,7 +443,10 @@ class _Table:
         return self._reader._error(self.line_of(key), why)
 
     def attempt(self, key: str, check: Callable[..., Any], *given: Any) -> Any:
-        """Return the result of ``check`` for values; raise LessonError with the line of the key."""
+        """Return the result of ``check`` for these values.
+
+        Raise LessonError with the line number of the key.
+        """
         try:
             return check(*given)
         except ParameterError as error:
@@ -512,7 +521,7 @@ class _Table:
         return found
 
     def points(self, key: str, value: object, reach: float = 1e9, unit: str = "") -> tuple[float, float]:
-        """Return two numbers, in ascending order for a range."""
+        """Return two numbers; those of a range must be in ascending order."""
         pair = self.attempt(key, checked_list, value, key, 2)
         low, high = (self.attempt(key, checked_number, v, key, -reach, reach, unit) for v in pair)
         if key != "hand" and low >= high:
@@ -520,7 +529,7 @@ class _Table:
         return low, high
 
     def values(self, environment: Environment, before: Mapping[str, float]) -> dict[str, float]:
-        """Return an environment's values, some of which the table gives under "values"."""
+        """Return an environment's values; the table's entry "values" gives some of them."""
         given = {**before, **self.table("values")}
         return self.attempt("values", environment.values, given)
 
@@ -537,6 +546,6 @@ class _Table:
         return tuple(found)
 
     def finish(self) -> None:
-        """Raise LessonError for an unknown key."""
+        """Raise LessonError if an unknown key remains."""
         for key in self._left:
             raise self.wrong(key, f"the name {quoted(key)} is not known here")

@@ -1,4 +1,7 @@
-"""Play a lesson headless: a scripted student on the simulated Hapkit, for authors and for tests."""
+"""Plays a lesson without a window: a scripted student uses the simulated Hapkit.
+
+Authors and tests need this.
+"""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -15,13 +18,13 @@ from hapkit_studio.lessons.samples import Samples
 from hapkit_studio.sessions import settings as settings_of
 from hapkit_studio.settings_log import Settings
 
-_PAUSE = 0.5  # s between two runs
+_PAUSE = 0.5  # s: pause between two runs
 DEVICE = SimulatedHapkit()
 
 
 @dataclass(frozen=True)
 class Played:
-    """A scripted student's work in one step: telemetry rows of the runs, settings, and answers."""
+    """A scripted student's work in one step: the runs' telemetry rows, their settings, and the answers."""
 
     tables: tuple[np.ndarray, ...]
     settings: tuple[Settings, ...]
@@ -52,7 +55,7 @@ def hand_of(play: Play) -> Hand:
 
 
 def render(play: Play) -> np.ndarray:
-    """Return a run's telemetry rows (n, ROW_WIDTH); it starts at rest at the first point of its path."""
+    """Return a run's telemetry rows (n, ROW_WIDTH); the handle starts at rest at the path's first point."""
     start = 0.0 if isinstance(play.path, str) else play.path[0][1]
     device = SimulatedHapkit(initial_position=start)
     scene = headless.Scene(play.environment, play.values, device, play.loop)
@@ -79,7 +82,10 @@ def settings_in(play: Play) -> Settings:
 
 
 def play_step(step: Step, plays: Iterable[Play] | None = None, begin: float = 0.0) -> Played:
-    """Play a step's runs in sequence, from ``begin`` in s on; plays: replaces the step's own runs."""
+    """Play a step's runs one after another, starting at ``begin`` in s.
+
+    ``plays`` replaces the step's runs.
+    """
     tables: list[np.ndarray] = []
     settings: list[Settings] = []
     for play in step.plays if plays is None else plays:
@@ -93,7 +99,7 @@ def play_step(step: Step, plays: Iterable[Play] | None = None, begin: float = 0.
 
 
 def play_lesson(lesson: Lesson) -> list[tuple[Step, Played]]:
-    """Play every step that has runs or questions, on one time axis."""
+    """Play every step that has runs or questions; all steps have a common time axis."""
     found: list[tuple[Step, Played]] = []
     begin = 0.0
     for step in lesson.steps:
@@ -105,7 +111,7 @@ def play_lesson(lesson: Lesson) -> list[tuple[Step, Played]]:
 
 
 def results(played: Iterable[tuple[Step, Played]]) -> list[tuple[Check | Question, Result]]:
-    """Return the result of every check and question, each from its own step's samples."""
+    """Return the result of every check and question; each is evaluated on the samples of its own step."""
     found: list[tuple[Check | Question, Result]] = []
     for step, one in played:
         samples = one.samples() if one.tables else None

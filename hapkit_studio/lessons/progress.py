@@ -1,4 +1,4 @@
-"""A student's progress in a lesson: answers, results, and the samples that the checks were evaluated on."""
+"""A student's progress in a lesson: answers, results, and the samples on which the checks were evaluated."""
 
 import math
 import os
@@ -26,15 +26,15 @@ from hapkit_studio.sessions.session import Session
 from hapkit_studio.workshop.folder import VARIABLE
 
 NOT_STARTED = Result(WAITING, "Nothing is recorded yet.")
-_MARGIN = 1e-6  # s, the step of times in a file
-_SAMPLE_SECONDS = 1.0  # of a file without an evaluated interval
+_MARGIN = 1e-6  # s: resolution of times in a file
+_SAMPLE_SECONDS = 1.0  # s: length of the samples in a file that has no evaluated interval
 
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A check's result, and the rows of its interval with device and settings; without rows: no interval.
+    """A check's result, and the rows of its interval with device and settings; without an interval, no rows.
 
-    start, stop: from and to in s of the rows' clock, NaN without an interval.
+    ``start`` and ``stop`` are the limits of the interval in s of the rows' clock; NaN without an interval.
     """
 
     result: Result
@@ -46,7 +46,10 @@ class Evaluated:
 def evaluate_rows(
     checks: Iterable[tuple[int, Check]], found: Rows, known: Mapping[str, Environment]
 ) -> dict[str, Evaluated]:
-    """Evaluate checks, each with its step's number, the first 1, on the newest rows; known: environments."""
+    """Evaluate checks on the newest rows; each check is given with its step's number, counted from 1.
+
+    ``known`` are the environments by key.
+    """
     table = found.table
     if len(table) < 2:
         return {check.key: Evaluated(NOT_STARTED) for _, check in checks}
@@ -69,7 +72,7 @@ def _evaluated(check: Check, step: int, samples: Samples, table: np.ndarray, fou
 
 @dataclass
 class Progress:
-    """Which step is open, the first 0; what was entered, by question; the evaluated checks, by key."""
+    """The index of the open step (from 0), the entered text by question, and the evaluated checks by key."""
 
     lesson: Lesson
     step: int = 0
@@ -77,15 +80,15 @@ class Progress:
     evaluated: dict[str, Evaluated] = field(default_factory=dict)
 
     def result(self, task: Check | Question) -> Result:
-        """Return how a check or question stands."""
+        """Return the current result of a check or question."""
         if isinstance(task, Question):
             return Result(*task.judge(self.answers.get(task.key, "")))
         return self.evaluated.get(task.key, Evaluated(NOT_STARTED)).result
 
     def note(self, key: str, found: Evaluated) -> bool:
-        """Take a check's newest result over, unless it has passed before and this one has not.
+        """Store a check's newest result, unless an earlier result has passed and this one has not.
 
-        Return whether another interval is kept now, or a different sentence.
+        Return whether the stored interval or sentence has changed.
         """
         before = self.evaluated.get(key)
         if before is not None and before.result.correct and not found.result.correct:
@@ -94,26 +97,26 @@ class Progress:
         return before is None or before.result.text != found.result.text
 
     def step_done(self, step: int) -> bool:
-        """Return whether all tasks of a step, the first 0, are answered: checks and questions correct."""
+        """Return whether all checks and questions of a step (index from 0) have a correct answer."""
         tasks = [task for number, _, task in self.lesson.tasks() if number == step + 1]
         return all(self.result(task).state in (CORRECT, "review") for task in tasks)
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Return how many tasks are done, and how many there are."""
+        """Return the number of completed tasks, and the number of all tasks."""
         states = [self.result(task).state in (CORRECT, "review") for _, _, task in self.lesson.tasks()]
         return sum(states), len(states)
 
     @property
     def begun(self) -> bool:
-        """Return whether there is anything to keep."""
+        """Return whether there is any progress to save."""
         return self.step > 0 or bool(self.answers) or any(one.part for one in self.evaluated.values())
 
     def save(self, path: Path, student: str, newest: Rows, recordings: Iterable[Path] = ()) -> None:
-        """Write it as a handed-in file in place of the one before; raise SessionError.
+        """Write the progress as a handed-in file, which replaces the previous one; raise SessionError.
 
-        newest: rows that the file holds where no interval was evaluated. recordings: sessions; those with
-        trials of an experiment are handed in, too.
+        ``newest`` are rows that the file contains if no interval was evaluated. ``recordings`` are the paths
+        of sessions; those with trials of an experiment are handed in, too.
         """
         numbers = {task.key: number for number, _, task in self.lesson.tasks()}
         order = [key for key in numbers if key in self.evaluated and self.evaluated[key].part is not None]
@@ -142,10 +145,10 @@ class Progress:
 
 
 def _with_trials(recordings: Iterable[Path], stack: ExitStack) -> list[Session]:
-    """Return the sessions that hold trials of an experiment; they are closed with the stack."""
+    """Return the sessions that contain trials of an experiment; the stack closes them."""
     found = []
     for path in recordings:
-        with suppress(SessionError):  # it may have been moved
+        with suppress(SessionError):  # the session's file may have been moved
             session = stack.enter_context(closing(Session(path)))
             said = experiments.of_session(session)
             if said.trials or said.comparisons:
@@ -154,7 +157,7 @@ def _with_trials(recordings: Iterable[Path], stack: ExitStack) -> list[Session]:
 
 
 def _intervals(path: Path, keys: Sequence[str], parts: Sequence[Part]) -> dict[str, tuple[float, float]]:
-    """Return start and stop in s of each part, which are the last samples of a session."""
+    """Return start and stop in s of each part; the parts are the last samples of a session."""
     with closing(Session(path)) as session:
         time = Samples.of_session(session).time
     ends = len(time) - np.cumsum([0, *(len(part.table) for part in reversed(parts))])[::-1]
@@ -165,13 +168,13 @@ def _intervals(path: Path, keys: Sequence[str], parts: Sequence[Part]) -> dict[s
 
 
 def file_of(lesson: Lesson) -> Path:
-    """Return the file of a person's progress in a lesson, which need not be there yet."""
+    """Return the file for the user's progress in a lesson; the file may not exist yet."""
     base = os.environ.get(VARIABLE) or platformdirs.user_data_dir("hapkit-studio", appauthor=False)
     return Path(base) / "lessons" / f"{lesson.key}{SUFFIX}"
 
 
 def load(path: Path, lesson: Lesson, known: Mapping[str, Environment]) -> Progress:
-    """Return the progress in a file that ``Progress.save`` wrote; every check is evaluated again.
+    """Return the progress from a file that ``Progress.save`` wrote; every check is evaluated again.
 
     Raise SessionError.
     """
@@ -203,7 +206,7 @@ def load(path: Path, lesson: Lesson, known: Mapping[str, Environment]) -> Progre
 
 
 def _table(session: Session) -> np.ndarray:
-    """Return a session's telemetry rows (n, ROW_WIDTH), NaN for what is not recorded."""
+    """Return a session's telemetry rows (n, ROW_WIDTH) with NaN for signals that were not recorded."""
     names = [name for name in session.layout.names if name in COLUMN]
     signals: dict[str, Any] = session.read([*names, "state"])
     state = signals.pop("state")

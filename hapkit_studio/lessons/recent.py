@@ -1,4 +1,4 @@
-"""The newest samples of a running engine, which the checks of an open step are evaluated on."""
+"""The newest samples of a running engine, on which the checks of an open step are evaluated."""
 
 import time
 from collections import deque
@@ -13,12 +13,12 @@ from hapkit_studio.sessions import settings as settings_of
 from hapkit_studio.settings_log import Settings
 
 MOST_SECONDS = 60.0
-MOST_ROWS = 120_000  # 32 MB; 30 s at 4 kHz
+MOST_ROWS = 120_000  # maximum number of rows: 32 MB, or 30 s at 4 kHz
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Telemetry rows (n, ROW_WIDTH), and from each time in s of the rows' clock on device and settings."""
+    """Telemetry rows (n, ROW_WIDTH), and device and settings with the time in s from which they are valid."""
 
     tables: tuple[np.ndarray, ...]
     log: tuple[tuple[float, Settings, Settings], ...]
@@ -30,7 +30,7 @@ class Rows:
 
 
 class Recent:
-    """Follows an engine's rows and keeps those of the last minute; ``read`` is called ten times a second."""
+    """Keeps an engine's rows of the last minute; ``read`` is called ten times per second."""
 
     def __init__(self) -> None:
         self._engine: Engine | None = None
@@ -39,20 +39,20 @@ class Recent:
         self._log: deque[tuple[float, Settings, Settings]] = deque()
 
     def follow(self, engine: Engine | None) -> None:
-        """Take this engine's rows from now on, None for no engine; what came before is dropped."""
+        """Read this engine's rows from now on (None: no engine); previous rows are discarded."""
         self._engine = engine
         self._reader = None if engine is None else engine.reader()
         self.clear()
 
     def clear(self) -> None:
-        """Drop all rows and what comes until now."""
+        """Discard all rows up to now."""
         if self._reader is not None:
             self._reader.read()
         self._tables.clear()
         self._log.clear()
 
     def read(self) -> bool:
-        """Take the rows that came, and what is set where that has changed; return whether there are any."""
+        """Read new rows and, if they have changed, the settings; return whether there are new rows."""
         if self._engine is None or self._reader is None:
             return False
         about, settings = settings_of.about_device(self._engine), settings_of.in_force(self._engine)
@@ -65,7 +65,7 @@ class Recent:
         return bool(len(new))
 
     def rows(self) -> Rows:
-        """Return what is kept; it does not change any more."""
+        """Return a copy of the stored rows, which does not change any more."""
         return Rows(tuple(self._tables), tuple(self._log))
 
     def _forget(self, now: float) -> None:

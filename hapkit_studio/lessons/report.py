@@ -1,4 +1,4 @@
-"""The report on a handed-in lesson: figures, answers, settings and missing measurements, on one page."""
+"""The report on a handed-in lesson: figures, answers, settings and missing measurements on one page."""
 
 import html
 import math
@@ -25,7 +25,8 @@ from hapkit_studio.lessons.page import page
 from hapkit_studio.lessons.review import Review, Reviews, Row, hidden_names
 from hapkit_studio.lessons.samples import Samples
 
-_FIGURE_SAMPLES = 2000  # samples in a figure; more would enlarge the page without being visible
+# maximum number of samples in a figure; more samples would enlarge the page without a visible difference
+_FIGURE_SAMPLES = 2000
 _SIZE = re.compile(r'\b(?:width|height)="[\d.]+pt"')
 _WORDS = {"review": "for the reviewer", MISSING: "not measured", "waiting": "not passed"}
 
@@ -36,7 +37,7 @@ _NO_REVIEWS = Reviews({})
 def report(handed: HandedIn, lesson: Lesson, reviews: Reviews = _NO_REVIEWS, hide_names: bool = False) -> str:
     """Return the page; all text from the file, the lesson and the reviews is escaped.
 
-    hide_names: without the names of student, file and reviewers, as where the lesson says so.
+    ``hide_names``: the page does not contain the names of student, file and reviewers.
     """
     hidden = hide_names or lesson.hide_names
     body = [f"<h1>{_text(lesson.title)}</h1>", f'<p class="soft">{_text(lesson.aim)}</p>']
@@ -98,7 +99,7 @@ def _experiments(handed: HandedIn) -> Iterator[str]:
 
 
 def _reviews(reviews: Reviews, lesson: Lesson) -> Iterator[str]:
-    """Yield all reviews in one table, their comments and replies, and what could not be read."""
+    """Yield all reviews in one table, then their comments and replies, and the unreadable files."""
     found = list(reviews.found.values())
     yield "<h2>Reviews</h2>"
     if math.isfinite(reviews.mean):
@@ -133,7 +134,7 @@ def _given(review: Review, criterion: str, most: int) -> str:
 
 
 def _step(step: Step, handed: HandedIn, missing: list[str]) -> Iterator[str]:
-    """Yield a step's text, tasks and figures; append its missing measurements to ``missing``."""
+    """Yield a step's text, tasks and figures; append the measurements that it lacks to ``missing``."""
     last: Samples | None = None
     drawn = any(isinstance(block, Plot) for block in step.blocks)
     for block in step.blocks:
@@ -168,7 +169,7 @@ def _task(state: str, title: str, given: str, reason: str) -> str:
 
 
 def _figure(part: Samples, over: str, caption: str) -> str:
-    """Return the interval's figure as inline SVG; its own caption contains the settings."""
+    """Return the interval's figure as inline SVG; its caption contains the settings."""
     thinned = part.cut(slice(None, None, max(len(part) // _FIGURE_SAMPLES, 1)))
     words = f"{caption} Evaluated from {part.time[0]:.2f} to {part.time[-1]:.2f} s.".strip()
     over = "" if over == "time" else over
@@ -176,7 +177,7 @@ def _figure(part: Samples, over: str, caption: str) -> str:
 
 
 def _drawn(draw: Callable[[Path], object], words: str) -> str:
-    """Return a figure that is drawn into a file, as inline SVG with words below it."""
+    """Return a figure, which ``draw`` writes to a file, as inline SVG with a text below it."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "figure.svg"
         draw(path)
@@ -186,7 +187,7 @@ def _drawn(draw: Callable[[Path], object], words: str) -> str:
 
 
 def inline_svg(text: str) -> str:
-    """Return the SVG element of a matplotlib file without header and metadata, as wide as the page."""
+    """Return the SVG element of a matplotlib file, without header and metadata, at the width of the page."""
     text = text[text.index("<svg") :]
     if "<metadata>" in text:
         text = text[: text.index("<metadata>")] + text[text.index("</metadata>") + len("</metadata>") :]

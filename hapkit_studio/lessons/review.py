@@ -1,7 +1,7 @@
-"""Peer review: points and comments on a classmate's handed-in file, in a small file of their own.
+"""Peer review: points and comments on a classmate's handed-in file are stored in a small separate file.
 
-The handed-in file is never changed. A review names the answers that it was written about by a hash, so that a
-review of other answers is noticed. The author's replies are added to the review's file.
+The handed-in file is never changed. A review contains a hash of the answers that were reviewed, so that a
+review of different answers is detected. The author's replies are added to the review's file.
 """
 
 import hashlib
@@ -28,21 +28,21 @@ from hapkit_studio.lessons.lesson import Lesson
 
 SUFFIX = ".review"
 VERSION = 1
-LONGEST = 1_000  # characters of a comment
+LONGEST = 1_000  # maximum number of characters of a comment
 _NAME, _CRITERION = 100, 1_000
 MOST_ROWS, MOST_COMMENTS, MOST_REPLIES = 50, 100, 50
-MOST_REVIEWS = 100  # of a handed-in file
-_MOST_FILES = 2_000  # of a folder
-_LATEST = 31 * 86_400.0  # s
+MOST_REVIEWS = 100  # maximum number of reviews of a handed-in file
+_MOST_FILES = 2_000  # maximum number of files in a folder
+_LATEST = 31 * 86_400.0  # s: maximum time of a comment
 
 
 class ReviewError(FileError):
-    """A review cannot be read or written; the text says why in one line."""
+    """A review cannot be read or written; the text gives the reason in one line."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the rubric with the reviewer's points, None before they are given, and comment."""
+    """A criterion with the reviewer's points (None if not given yet) and comment."""
 
     criterion: str
     most: int
@@ -52,7 +52,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Comment:
-    """A comment on a time in s since the session's start, a step (from 1), or the whole session."""
+    """A comment on a time in s since the session's start, on a step (from 1), or on the whole session."""
 
     text: str
     time: float | None = None
@@ -60,7 +60,7 @@ class Comment:
 
     @property
     def place(self) -> str:
-        """Return the commented time or step as text; "" for a comment on the whole session."""
+        """Return a text with the comment's time or step; "" for a comment on the whole session."""
         if self.time is not None:
             return f"at {number(self.time, 2)} s"
         return f"step {self.step}" if self.step is not None else ""
@@ -68,7 +68,7 @@ class Comment:
 
 @dataclass(frozen=True)
 class Review:
-    """One reviewer's review; session: the file's name, answers: the hash of the answers reviewed."""
+    """The review by one reviewer; ``session`` is the file's name, ``answers`` the hash of the answers."""
 
     session: str
     answers: str
@@ -85,7 +85,7 @@ class Review:
 
     @property
     def most(self) -> int:
-        """Return the largest possible sum."""
+        """Return the largest possible sum of points."""
         return sum(row.most for row in self.rows)
 
     @property
@@ -95,14 +95,14 @@ class Review:
 
 
 def answers_hash(handed: HandedIn) -> str:
-    """Return a hash of who handed in what: other answers have another one."""
+    """Return a hash of the student and the answers, which differs for different answers."""
     answers = [[a.key, a.result.state, a.result.stamp, a.given] for a in handed.answers.values()]
     text = json.dumps([handed.lesson, handed.student, sorted(answers)])
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def blank(handed: HandedIn, lesson: Lesson, reviewer: str) -> Review:
-    """Return a review to fill in; raise ReviewError for a name that cannot be stored."""
+    """Return an empty review; raise ReviewError if the reviewer's name cannot be stored."""
     name = _checked(checked_text, " ".join(reviewer.split()), "The reviewer's name", _NAME)
     if not name:
         raise ReviewError("A review needs the reviewer's name.")
@@ -127,7 +127,7 @@ def path_of(session: Path, reviewer: str) -> Path:
 
 
 def write(path: str | Path, review: Review, replace_file: bool = False) -> None:
-    """Write a review, which is checked as when it is read; raise ReviewError, also for an existing file."""
+    """Check a review and write it to a file; raise ReviewError, also if the file exists."""
     path = Path(path)
     text = json.dumps({"version": VERSION, **asdict(review)}, ensure_ascii=False, indent=1)
     parse(text, path.name)
@@ -151,7 +151,7 @@ def read(path: str | Path) -> Review:
 
 
 def reply(path: str | Path, text: str) -> Review:
-    """Add the author's reply to a review's file; return it; raise ReviewError."""
+    """Add the author's reply to a review's file and return the review; raise ReviewError."""
     found = read(path)
     words = " ".join(text.split())
     if not words:
@@ -162,7 +162,10 @@ def reply(path: str | Path, text: str) -> Review:
 
 
 def parse(text: str, name: str) -> Review:
-    """Return the review in a JSON text, every value checked; raise ReviewError naming file and value."""
+    """Check every value of a review's JSON text and return the review.
+
+    Raise ReviewError, which names the file and the value.
+    """
     try:
         table = checked_table(parse_json(text, name), name)
         checked_integer(table.get("version"), f"{name}: version", 1, VERSION)
@@ -220,14 +223,14 @@ def _comment(value: object, place: str) -> Comment:
 
 @dataclass(frozen=True)
 class Reviews:
-    """The reviews beside a handed-in file, by path in the order of their names; errors: one line each."""
+    """The reviews beside a handed-in file, by path in alphabetical order; ``errors`` has one line each."""
 
     found: Mapping[Path, Review]
     errors: tuple[str, ...] = ()
 
     @property
     def mean(self) -> float:
-        """Return the mean share of points of the complete reviews; NaN if there are fewer than two."""
+        """Return the mean fraction of points of the complete reviews; NaN if there are fewer than two."""
         shares = [one.points / one.most for one in self.found.values() if one.complete and one.most]
         return sum(shares) / len(shares) if len(shares) > 1 else math.nan
 
@@ -251,7 +254,7 @@ def reviews_of(handed: HandedIn) -> Reviews:
 
 
 def hidden_names(reviews: Reviews) -> Reviews:
-    """Return the reviews with numbers in place of the reviewers' names, and without file names."""
+    """Return the reviews without file names, with numbers in place of the reviewers' names."""
     found = {
         path: replace(one, reviewer=f"Reviewer {at}", session="this work")
         for at, (path, one) in enumerate(reviews.found.items(), 1)
@@ -261,7 +264,7 @@ def hidden_names(reviews: Reviews) -> Reviews:
 
 
 def lines(review: Review) -> list[str]:
-    """Return a review as lines of text: the sum, each row, the comments, the replies."""
+    """Return a review as lines of text: the sum, then each criterion, the comments and the replies."""
     found = [f"{review.reviewer} on {review.session}: {review.points} of {review.most} points"]
     for row in review.rows:
         points = "–" if row.points is None else str(row.points)

@@ -1,4 +1,4 @@
-"""Recorded samples, and their segments with constant settings."""
+"""Recorded samples, and their segments in which the settings are constant."""
 
 import hashlib
 import json
@@ -20,7 +20,7 @@ from hapkit_studio.sessions import settings as settings_of
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.settings_log import Log, Settings
 
-# s: a change is recorded up to 0.1 s late, and parameters ramp for 30 ms
+# s: a change is recorded up to 0.1 s late, and parameters ramp for 30 ms after it
 _BEFORE_CHANGE, _AFTER_CHANGE = 0.1, 0.05
 _SIGNALS = ("position", "velocity", "force", "applied_force", "energy")
 _NUMBERS = ("time", *_SIGNALS)
@@ -29,9 +29,10 @@ _BAD = rows.STOPPED | rows.FAULT | rows.STALE | rows.GAP
 
 @dataclass(frozen=True)
 class Samples:
-    """Columns (n,) in SI units, and state (n, values), with the names of a run of ``simulate``.
+    """Samples as columns (n,) in SI units with the names of ``simulate``, and the law's state (n, values).
 
-    time in s counts from the start of the recording; log: the settings from each time on.
+    ``time`` is in s after the start of the recording. ``log`` has the settings, with the time from which they
+    are valid.
     """
 
     time: np.ndarray
@@ -45,13 +46,16 @@ class Samples:
     log: Log
     date: str = ""
     known: Mapping[str, Environment] = field(default_factory=dict, repr=False)
-    """Environments by key besides the library's."""
+    """Environments, by key, that are not in the library."""
 
     @classmethod
     def of_rows(
         cls, table: np.ndarray, log: Log, known: Mapping[str, Environment] | None = None
     ) -> "Samples":
-        """Return the samples of telemetry rows (n, ROW_WIDTH); the log's times count from the first row."""
+        """Return the samples of telemetry rows (n, ROW_WIDTH).
+
+        The log's times are relative to the first row.
+        """
         signals: dict[str, Any] = {name: table[:, COLUMN[name]] for name in _SIGNALS}
         time, log = _device_clock(table[:, rows.HOST_TIME], table[:, rows.BOARD_TIME], log)
         return cls(
@@ -84,7 +88,7 @@ class Samples:
         return len(self.time)
 
     def between(self, start: float, stop: float) -> "Samples":
-        """Return the samples with start <= time <= stop, and the settings log for them."""
+        """Return the samples with start <= time <= stop, and the part of the settings log for them."""
         first, last = np.searchsorted(self.time, [start, stop], "left")
         last += last < len(self.time) and self.time[last] == stop
         return self.cut(slice(int(first), int(last)))
@@ -99,7 +103,7 @@ class Samples:
         return replace(self, **columns, log=log or self.log[:1])
 
     def segments(self) -> Iterator["Samples"]:
-        """Yield the segments with constant settings and without faults, the newest first."""
+        """Yield the segments with constant settings and without faults; the newest is first."""
         if not len(self):
             return
         changes = [when for when, _ in self.log[1:]]
@@ -110,7 +114,7 @@ class Samples:
                 yield from reversed(list(self.between(begin, end)._working()))
 
     def _working(self) -> Iterator["Samples"]:
-        """Yield the segments without a fault and without a gap of more than 20 periods."""
+        """Yield the segments that have no fault, and no gap of more than 20 periods."""
         good = (self.flags & _BAD) == 0
         gaps = np.diff(self.time)
         broken = gaps > 20.0 * np.median(gaps) if len(gaps) else np.zeros(0, bool)
@@ -140,19 +144,22 @@ class Samples:
 
     @property
     def period(self) -> float:
-        """Return the sampling period in s, from the recorded times."""
+        """Return the sampling period in s, computed from the recorded times."""
         return float(np.median(np.diff(self.time))) if len(self) > 1 else math.nan
 
     @property
     def quantum(self) -> float:
-        """Return the sensor's step in m, 20.7 µm if unknown."""
+        """Return the sensor's step in m; 20.7 µm if it is unknown."""
         device = self.settings.get("device")
         found = device.get("quantum") if isinstance(device, Mapping) else self.settings.get("quantum_m")
         return float(found) if isinstance(found, int | float) else 20.7e-6
 
     @property
     def hand_force(self) -> np.ndarray:
-        """Return NaN (n,): checks ignore a simulated hand's force, since a real hand's is unknown."""
+        """Return NaN (n,).
+
+        Checks ignore the force of a simulated hand, because that of a real hand is unknown.
+        """
         return np.full(len(self), math.nan)
 
     @property
@@ -166,7 +173,7 @@ class Samples:
 
     @cached_property
     def depth(self) -> np.ndarray | None:
-        """Return the penetration in m (n,) of the surface; None in a scene without one."""
+        """Return the penetration in m (n,) of the surface; None if the scene has no surface."""
         if self.scene is None or not self.scene[0].shades:
             return None
         _, values = self.scene
@@ -174,12 +181,12 @@ class Samples:
         return side * (self.position - values["position"])
 
     def count(self, name: str) -> np.ndarray | None:
-        """Return a state variable of the law (n,) by its name, None if unknown."""
+        """Return a state variable of the law (n,) by its name; None if the name is unknown."""
         names = self.scene[0].state_names[: self.state.shape[1]] if self.scene else ()
         return self.state[:, names.index(name)] if name in names else None
 
     def stamp(self) -> str:
-        """Return a hash of samples and settings that detects changes of either."""
+        """Return a hash of samples and settings; it detects changes of both."""
         total = hashlib.sha256()
         for name in _NUMBERS:
             total.update(np.ascontiguousarray(getattr(self, name), dtype="<f8").tobytes())
@@ -191,9 +198,9 @@ class Samples:
 
 
 def _device_clock(time: np.ndarray, board: np.ndarray, log: Log) -> tuple[np.ndarray, Log]:
-    """Return times in s after the first sample, and the log on the same clock.
+    """Return times in s after the first sample, and the log with times of the same clock.
 
-    The device's own clock is preferred, because it has no jitter, unless it ever stops or goes back.
+    The device's own clock is preferred, because it has no jitter. It is not used if it stops or goes back.
     """
     if len(time) < 2 or not (np.diff(board) > 0.0).all():
         return time - time[:1].sum(), log
@@ -202,12 +209,12 @@ def _device_clock(time: np.ndarray, board: np.ndarray, log: Log) -> tuple[np.nda
 
 
 def _as_json(settings: Settings) -> Any:
-    """Return settings in the form in which a file returns them."""
+    """Return settings as they are after writing them to a file and reading them again."""
     return json.loads(json.dumps(settings, default=str))
 
 
 def runs(good: np.ndarray, breaks: np.ndarray | tuple = ()) -> list[slice]:
-    """Return the slices of consecutive true values (n,), also split at each index in ``breaks``."""
+    """Return the slices of consecutive true values (n,); they are also split at each index in ``breaks``."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(np.int8), [0]])))
     found = []
     for first, last in zip(edges[::2], edges[1::2], strict=True):
