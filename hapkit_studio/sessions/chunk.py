@@ -1,4 +1,4 @@
-"""A chunk: some tenths of a second of samples, compressed column by column, with extremes for plots."""
+"""A chunk contains some tenths of a second of samples, compressed by column, and extremes for plots."""
 
 import math
 from collections.abc import Mapping
@@ -12,11 +12,11 @@ from hapkit_studio.sessions.columns import MOST_WHOLE, DamagedError, decode, enc
 from hapkit_studio.sessions.layout import LAYOUT, STATE, Layout
 
 BLOCK = 64
-"""Samples per block, for each of which the extremes are stored."""
-MOST_SAMPLES = 1 << 16  # samples in a chunk; the recorder writes at most 1,000
+"""Number of samples per block; the extremes of each block are stored."""
+MOST_SAMPLES = 1 << 16  # maximum number of samples in a chunk; the recorder writes at most 1,000
 MOST_STATES = rows.ROW_WIDTH - rows.STATE
-MOST_TIME = 1e9  # s since the computer's start: 31 years
-_SAME_TIME = 1e-6  # resolution of times in a file, s
+MOST_TIME = 1e9  # maximum time in s since the computer's start: 31 years
+_SAME_TIME = 1e-6  # s: resolution of times in a file
 _WHOLE = frozenset(signal.name for signal in SIGNALS if signal.whole)
 
 
@@ -24,8 +24,9 @@ _WHOLE = frozenset(signal.name for signal in SIGNALS if signal.whole)
 class Chunk:
     """Consecutive samples: their number, and the times of the first and last in s of the computer's clock.
 
-    columns: each signal's samples as returned by ``encode``, None if not recorded; "state": the law's
-    ``states`` variables, one after the other. extremes: the encoded extremes of every BLOCK samples.
+    ``columns`` has each signal's samples as ``encode`` returns them, or None if the signal was not recorded.
+    Its entry "state" has the law's ``states`` variables, one after the other. ``extremes`` has the encoded
+    extremes of every BLOCK samples.
     """
 
     count: int
@@ -37,7 +38,7 @@ class Chunk:
     layout: Layout = LAYOUT
 
     def values(self, name: str) -> np.ndarray:
-        """Return a signal (count,) in SI, NaN where it was not recorded, or the state (count, states).
+        """Return a signal (count,) in SI, with NaN if it was not recorded; or the state (count, states).
 
         Raise DamagedError.
         """
@@ -66,7 +67,7 @@ class Chunk:
     def blocks(self) -> np.ndarray:
         """Return the extremes (signals with extremes, 2, blocks) in SI, as float32; raise DamagedError."""
         blocks, signals = -(-self.count // BLOCK), len(self.layout.with_extremes)
-        with np.errstate(over="ignore"):  # of a foreign file
+        with np.errstate(over="ignore"):  # a foreign file may contain values that overflow
             found = decode(self.extremes, signals * 2 * blocks).astype(np.float32)
         return found.reshape(signals, 2, blocks)
 
@@ -74,13 +75,14 @@ class Chunk:
 def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) -> Chunk:
     """Return telemetry rows (n, ROW_WIDTH), n > 0, as a chunk with the first ``states`` state variables.
 
-    quantum: the sensor's step in m. truth: include the signals that are recorded on request.
+    ``quantum`` is the sensor's step in m. ``truth``: include the signals that are recorded only on request.
     """
     recorded = (s for s in SIGNALS if s.recorded == ALWAYS or (truth and s.recorded == ON_REQUEST))
     columns = {signal.name: _encoded(table, signal, quantum) for signal in recorded}
     columns[STATE] = encode(table[:, rows.STATE : rows.STATE + states].T.ravel())
     step = BY_NAME["time"].step or 1.0
-    start, stop = step * np.rint(table[[0, -1], rows.HOST_TIME] / step)  # rounded like the samples' times
+    # round as the samples' times are rounded
+    start, stop = step * np.rint(table[[0, -1], rows.HOST_TIME] / step)
     extremes = encode(_extremes(table).ravel())
     return Chunk(len(table), float(start), float(stop), states, extremes, columns)
 

@@ -1,7 +1,8 @@
 """The compressed form of a signal's samples in a session.
 
-Multiples of a step (counts, microseconds, ticks, flags) are stored as differences in the fewest bytes, other
-values as 32-bit floats. The bytes are sorted by significance before zlib compresses them.
+Multiples of a step (counts, microseconds, ticks, flags) are stored as differences with the fewest possible
+bytes. Other values are stored as 32-bit floats. The bytes are sorted by significance before zlib compresses
+them.
 """
 
 import struct
@@ -13,22 +14,23 @@ from hapkit_studio.errors import FileError
 
 _INTEGERS = tuple(np.dtype(code) for code in ("<i1", "<i2", "<i4", "<i8"))
 _FLOATS = np.dtype("<f4")
-_HEAD = struct.Struct("<Bdq")  # bytes per difference (0: floats), step, first number
+_HEAD = struct.Struct("<Bdq")  # bytes per difference (0 means floats), step, and first number
 _LEVEL = 6
-_NO_MULTIPLE = 1e-3  # fraction of a step: values farther from a multiple are stored as floats
-MOST_WHOLE = 1 << 53  # integers below it are exact as float64
+# a value is stored as a float if it differs from a multiple by more than this fraction of a step
+_NO_MULTIPLE = 1e-3
+MOST_WHOLE = 1 << 53  # integers below this number are exact as float64
 _LARGEST_STEP = 1e200
 
 
 class DamagedError(FileError):
-    """Data read differ from the data written, or are out of range."""
+    """The data are not those that were written, or they are out of range."""
 
 
 def encode(values: np.ndarray, step: float = 0.0, rounded: bool = True) -> bytes:
-    """Compress numbers (n,) as multiples of a step in SI; as floats if the step is 0.
+    """Compress numbers (n,) as multiples of a step in SI; a step of 0 stores them as floats.
 
-    Non-finite numbers, or more than 2**53 steps, make all of them floats; so do numbers between multiples
-    unless ``rounded``.
+    All numbers are stored as floats if one is not finite or exceeds 2**53 steps; or, unless ``rounded``, if
+    one lies between two multiples.
     """
     if step > 0.0 and len(values) and np.abs(values).max() < MOST_WHOLE * step:
         multiples = np.rint(values / step)
@@ -46,16 +48,16 @@ def _encode_multiples(multiples: np.ndarray, step: float) -> bytes:
 
 
 def decode(data: bytes, count: int) -> np.ndarray:
-    """Return the numbers (count,) float64 from data of ``encode``; raise DamagedError."""
+    """Return the numbers (count,) as float64 from data that ``encode`` returned; raise DamagedError."""
     try:
-        # limit the memory to that of count numbers
+        # the memory is limited to that of ``count`` numbers
         unpacker = zlib.decompressobj()
         plain = unpacker.decompress(data, _HEAD.size + count * _INTEGERS[-1].itemsize + 1)
         if not unpacker.eof:
             raise DamagedError("Samples cannot be read: their end is missing.")
         size, step, first = _HEAD.unpack_from(plain)
         if size == 0:
-            with np.errstate(invalid="ignore"):  # NaNs with arbitrary bits
+            with np.errstate(invalid="ignore"):  # a file may contain NaNs with arbitrary bits
                 return _spread(plain, _FLOATS, count).astype(float)
         kind = next(k for k in _INTEGERS if k.itemsize == size)
         differences = np.concatenate([[first], _spread(plain, kind, count - 1)])

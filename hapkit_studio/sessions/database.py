@@ -1,8 +1,8 @@
-"""Open a session's SQLite file for reading, without trusting its content or writing beside it.
+"""Opens a session's SQLite file for reading; it does not trust its content and writes no file beside it.
 
-During a recording the newest samples are in ``NAME-wal``; SQLite keeps an index of it in ``NAME-shm``, which
-it creates if missing. If it cannot or must not, a private copy is read: ``immutable=1`` would also open a
-file in a read-only folder, but would ignore ``NAME-wal``.
+During a recording the newest samples are in ``NAME-wal``. SQLite keeps an index of that file in ``NAME-shm``
+and creates it if it is missing. If SQLite cannot or must not do this, a private copy is read. ``immutable=1``
+would also open a file in a read-only folder, but would ignore ``NAME-wal``.
 """
 
 import os
@@ -21,15 +21,17 @@ from hapkit_studio.sessions.file import LOG, MARK, TABLES, VERSION, SessionError
 from hapkit_studio.sessions.layout import FIRST, MOST_SIGNALS, SIGNAL, Layout, checked_layout, tables
 
 _INDEX, _JOURNAL = "-shm", "-journal"
-# s: longest wait for a journal to disappear, and interval between checks
+# s: maximum wait for a journal to disappear, and interval between checks
 _JOURNAL_SECONDS, _JOURNAL_LOOK = 0.3, 0.01
 BESIDE = LOG, _INDEX
-"""Suffixes of the files next to a session whose recording has not ended."""
+"""Suffixes of the files that exist next to a session until its recording has ended."""
 SQLITE = b"SQLite format 3\0"
 """The first bytes of a session's file."""
-_HEADER = 100  # length in bytes
-_WITH_LOG = 2  # format version in the header while a recording has a NAME-wal; 1 after it has ended
-_LONGEST_VALUE = 1 << 23  # bytes; a chunk of 65,536 samples with 16 state variables has 4 MB
+_HEADER = 100  # length of SQLite's header in bytes
+# format version in the header while a recording has a NAME-wal; it is 1 after the recording has ended
+_WITH_LOG = 2
+# maximum number of bytes in a value; a chunk of 65,536 samples with 16 state variables has 4 MB
+_LONGEST_VALUE = 1 << 23
 _LIMITS = {
     sqlite3.SQLITE_LIMIT_LENGTH: _LONGEST_VALUE,
     sqlite3.SQLITE_LIMIT_SQL_LENGTH: 10_000,
@@ -38,17 +40,17 @@ _LIMITS = {
     sqlite3.SQLITE_LIMIT_ATTACHED: 0,
     sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 1,
 }
-# limit in instructions of SQLite's machine until the schema is checked; a session's takes 100
+# Maximum number of instructions of SQLite's virtual machine until the schema is checked; a session needs 100.
 _STEPS = 100_000
-_MOST_COPIED = 1 << 32  # bytes
+_MOST_COPIED = 1 << 32  # maximum number of bytes that are copied
 ERRORS = sqlite3.DatabaseError, UnicodeDecodeError
-"""Exceptions of reading a foreign file; SQLite's messages may quote text that is not UTF-8."""
+"""Exceptions while reading a foreign file; SQLite's messages may quote text that is not UTF-8."""
 
 
 def _has_journal(path: Path) -> bool:
     """Return True if a session has a permanent journal.
 
-    Starting and ending a recording creates one briefly.
+    A journal also exists for a short time when a recording starts or ends.
     """
     end = time.monotonic() + _JOURNAL_SECONDS
     while there := _size(path.with_name(path.name + _JOURNAL)):
@@ -59,16 +61,16 @@ def _has_journal(path: Path) -> bool:
 
 
 class Database:
-    """A read-only connection.
+    """A read-only connection to a session's file.
 
-    layout: of the file's chunks. complete: the recording has ended. log_lost: it has not, and ``NAME-wal``
-    with its newest samples is missing.
+    ``layout`` is that of the file's chunks. ``complete``: the recording has ended. ``log_lost``: the
+    recording has not ended, and ``NAME-wal`` with its newest samples is missing.
     """
 
     def __init__(self, path: Path):
         """Open a session.
 
-        Raise SessionError if the file is not a session, or was written by a newer studio.
+        Raise SessionError if the file is not a session, or if a newer version of the studio has written it.
         """
         header, name = _header(path), one_line(path.name)
         self.complete = header[18] != _WITH_LOG
@@ -101,7 +103,8 @@ class Database:
             try:
                 return _connect(path, "mode=ro&immutable=1" if self.log_lost else "mode=ro", self.version)
             except sqlite3.OperationalError as error:
-                name = getattr(error, "sqlite_errorname", "")  # Python's own errors lack the attribute
+                # Python's own errors do not have this attribute
+                name = getattr(error, "sqlite_errorname", "")
                 if not name.startswith(("SQLITE_CANTOPEN", "SQLITE_READONLY")):
                     raise
         return _connect(self._copied(path), "mode=rw", self.version)
@@ -160,7 +163,7 @@ def _foreign(path: Path) -> SessionError:
 
 
 def _size(path: Path) -> int:
-    """Return a file's size in bytes, 0 if it is missing; raise SessionError unless it is a regular file."""
+    """Return a file's size in bytes, 0 if it is missing; raise SessionError if it is not a regular file."""
     try:
         found = os.stat(path)
     except OSError:
@@ -171,7 +174,7 @@ def _size(path: Path) -> int:
 
 
 def _connect(path: Path, how: str, version: int) -> tuple[sqlite3.Connection, Layout]:
-    """Return a connection to a file with only the tables of a session, and its layout.
+    """Return a connection to a file that has only the tables of a session, and the file's layout.
 
     Raise SessionError, DamagedError, DatabaseError.
     """
@@ -182,10 +185,10 @@ def _connect(path: Path, how: str, version: int) -> tuple[sqlite3.Connection, La
             database.setlimit(limit, value)
         for setting in ("trusted_schema=OFF", "cell_size_check=ON"):
             database.execute(f"PRAGMA {setting}")
-        database.set_progress_handler(lambda: 1, _STEPS)  # interrupts a statement after the limit
+        database.set_progress_handler(lambda: 1, _STEPS)  # this interrupts a statement that exceeds the limit
         found = database.execute(f"SELECT name, sql FROM sqlite_master LIMIT {len(TABLES) + 1}").fetchall()
         made = dict(found)
-        # the tables are read below, so a view or trigger must not replace them
+        # The tables are read below, so they must not be replaced by a view or trigger.
         if version > 1 and made.get("signal") != schema("signal", SIGNAL):
             raise _foreign(path)
         layout = FIRST if version <= 1 else _layout(database)

@@ -1,6 +1,6 @@
-"""Check the type, size and range of every value in a session's events before its use.
+"""Checks type, size and range of every value in a session's events before it is used.
 
-Names unknown to this version are kept with any value; control characters in text are escaped.
+Names that this version does not know are kept with any value; control characters in text are escaped.
 """
 
 import marshal
@@ -14,9 +14,9 @@ from hapkit_studio.files import checked_integer, checked_number, checked_table, 
 from hapkit_studio.formatting import printable, quoted, shortened
 from hapkit_studio.sessions.file import ABOUT, FAULT, MARKER, NOTE, SETTINGS, STOP
 
-MOST_TEXT = 65_536  # characters in an event; settings with 32 parameters have 3,000
-_NAME, _SENTENCE = 200, 2_000  # characters in a name and in a sentence
-_MOST_NAMES = 64  # parameters, units, states or model terms
+MOST_TEXT = 65_536  # maximum number of characters in an event; settings with 32 parameters have 3,000
+_NAME, _SENTENCE = 200, 2_000  # maximum numbers of characters in a name and in a sentence
+_MOST_NAMES = 64  # maximum number of parameters, units, states or model terms
 
 Check = Callable[[object, str], Any]
 
@@ -24,10 +24,10 @@ Check = Callable[[object, str], Any]
 def checked_event(
     text: str, kind: str, place: str, accepted: dict[tuple[str, str], tuple[bytes, Any]] | None = None
 ) -> dict[str, Any]:
-    """Return an event's JSON object; raise FileError, whose text begins with the place.
+    """Return an event's JSON object; raise FileError, whose text begins with ``place``.
 
-    accepted: for each name of a kind the last accepted value, serialised and parsed. An identical value is
-    not checked again, and events share it.
+    ``accepted`` has the last accepted value for each name of a kind, both serialised and parsed. An identical
+    value is not checked again, and events share it.
     """
     accepted = {} if accepted is None else accepted
     if len(text) > MOST_TEXT:
@@ -41,7 +41,7 @@ def checked_event(
     for name, check in _CHECKS.get(kind, {}).items():
         if name not in what:
             continue
-        serialised = marshal.dumps(what[name])  # unlike ==, distinguishes 1 from true
+        serialised = marshal.dumps(what[name])  # a comparison with == would not distinguish 1 from true
         before, value = accepted.get((kind, name), (b"", None))
         if before == serialised:
             what[name] = value
@@ -52,12 +52,12 @@ def checked_event(
 
 
 def one_line(text: str) -> str:
-    """Return text as one line without control characters."""
+    """Return a text as one line without control characters."""
     return printable(text).replace("\n", "\\n")
 
 
 def _escaped(value: Any) -> Any:
-    """Return a JSON value with the control characters in its text and names escaped."""
+    """Return a JSON value; the control characters in its texts and names are escaped."""
     if isinstance(value, str):
         return one_line(value)
     if isinstance(value, list):
@@ -73,7 +73,7 @@ def _flag(value: object, place: str) -> None:
 
 
 def _force_limit(value: object, place: str) -> None:
-    """Check a force limit in N; a simulated device may have an infinite one."""
+    """Check a force limit in N; the limit of a simulated device may be infinite."""
     if value != math.inf:
         checked_number(value, place, 0.0, 1e6, "N")
 
@@ -86,7 +86,7 @@ def _scalar(value: object, place: str) -> None:
 
 
 def _names(check: Check) -> Check:
-    """Return a check of an object whose values ``check`` accepts."""
+    """Return a check for an object whose values ``check`` accepts."""
 
     def check_table(value: object, place: str) -> None:
         table = checked_table(value, place)
@@ -107,12 +107,12 @@ def _state_names(value: object, place: str) -> None:
 
 
 def _device(value: object, place: str) -> None:
-    """Check a device: its title, or the terms of a simulated device."""
+    """Check the description of a device, which is a title, or the terms of a simulated device."""
     (_name if isinstance(value, str) else _names(_scalar))(value, place)
 
 
 def _estimator(value: object, place: str) -> None:
-    """Check a velocity estimator: its name, or [name, {option: number}]."""
+    """Check a velocity estimator, which is a name, or [name, {option: number}]."""
     if isinstance(value, list) and len(value) == 2:
         _name(value[0], place)
         _names(_scalar)(value[1], place)

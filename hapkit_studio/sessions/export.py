@@ -1,7 +1,8 @@
-"""Export tables of samples: CSV for spreadsheets, Parquet, and MATLAB's .mat.
+"""Exports tables of samples: CSV for spreadsheets, Parquet, and MATLAB's .mat.
 
 Each file has the settings at the start and every later change with its time. A column "group.name" belongs to
-a group, such as "state" for the law's state variables, and cannot collide with a column of the studio.
+a group, such as "state" for the law's state variables. Its name therefore differs from those of the studio's
+columns.
 """
 
 import csv
@@ -19,18 +20,19 @@ from hapkit_studio.settings_log import Log
 
 Columns = Mapping[str, np.ndarray]
 DECIMALS = (".", ",")
-_LONGEST_NAME = 63  # characters in a MATLAB identifier
-_KEYWORDS = (  # MATLAB's keywords
+_LONGEST_NAME = 63  # maximum number of characters in a MATLAB identifier
+_KEYWORDS = (  # keywords of MATLAB
     "break", "case", "catch", "classdef", "continue", "else", "elseif", "end", "for", "function", "global",
     "if", "otherwise", "parfor", "persistent", "return", "spmd", "switch", "try", "while",
 )  # fmt: skip
 
 
 def write(path: str | Path, columns: Columns, log: Log, decimal: str = ".") -> None:
-    """Write columns (n,), named with their units, and the settings log, in the format of the file's ending.
+    """Write columns (n,) and the settings log to a file, whose suffix selects the format.
 
-    decimal: the decimal mark in a CSV; with a comma, fields are separated by semicolons. Raise ParameterError
-    for an unknown ending or mark, or a missing library; OSError.
+    The columns' names contain units. ``decimal`` is the decimal mark of a CSV; with a comma, semicolons
+    separate the fields. Raise ParameterError for an unknown suffix or mark, or a missing library; raise
+    OSError.
     """
     ending = Path(path).suffix.lower() or ("" if not is_special(path) else ".csv")
     if ending not in WRITERS:
@@ -64,7 +66,7 @@ def _parquet(path: Path, columns: Columns, log: Log, _decimal: str) -> None:
 
 
 def _mat(path: Path, columns: Columns, log: Log, _decimal: str) -> None:
-    """Write each column as a variable, each group as a struct."""
+    """Write each column as a variable, and each group as a struct."""
     from scipy.io import savemat
 
     groups: dict[str, dict[str, np.ndarray]] = {}
@@ -83,7 +85,7 @@ def _with_identifiers(columns: Columns) -> dict[str, np.ndarray]:
 
 
 def matlab_names(names: Iterable[str]) -> list[str]:
-    """Return a unique MATLAB identifier for each name: "old[0]" becomes old_0, "größe" grosse."""
+    """Return a unique MATLAB identifier for each name: "old[0]" becomes old_0, "größe" becomes grosse."""
     found: list[str] = []
     for name in names:
         plain = re.sub(r"\W+", "_", "".join(map(_ascii, unicodedata.normalize("NFKD", name)))).strip("_")
@@ -98,12 +100,12 @@ def matlab_names(names: Iterable[str]) -> list[str]:
 
 
 def _ascii(letter: str) -> str:
-    """Return a letter in ASCII: without its accent, or its name, such as omega for ω."""
+    """Return a letter in ASCII: the letter without its accent, or its name, such as omega for ω."""
     if letter.isascii():
         return letter
     if unicodedata.combining(letter):
         return ""
-    if (folded := letter.casefold()).isascii():  # ß becomes ss
+    if (folded := letter.casefold()).isascii():  # for example, ß becomes ss
         return folded
     kind, _, name = unicodedata.name(letter, "").partition(" LETTER ")
     name = re.sub(r"\W+", "_", name.partition(" WITH ")[0])
@@ -113,4 +115,4 @@ def _ascii(letter: str) -> str:
 WRITERS: dict[str, Callable[[Path, Columns, Log, str], None]] = {
     ".csv": _csv, ".parquet": _parquet, ".mat": _mat,
 }  # fmt: skip
-"""Writers by file suffix."""
+"""The function that writes a file, by the file's suffix."""

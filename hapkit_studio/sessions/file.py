@@ -1,4 +1,4 @@
-"""A session's file: an SQLite database of chunks of samples, and of events such as settings and markers."""
+"""A session's file is an SQLite database with chunks of samples, and events such as settings and markers."""
 
 import json
 import os
@@ -17,16 +17,16 @@ from hapkit_studio.sessions.layout import LAYOUT, Layout, tables
 VERSION = 2
 SUFFIX = ".hapkit"
 LOG = "-wal"
-"""Suffix of the file with the newest samples until a recording has ended."""
+"""Suffix of the file that contains the newest samples until a recording has ended."""
 ABOUT, SETTINGS, STOP, FAULT = "about", "settings", "stop", "fault"
-"""Kinds of events that apply until the next one of their kind."""
+"""Kinds of events that are valid until the next event of the same kind."""
 MARKER = "marker"
-"""An event added by the user, with a text."""
+"""Kind of an event that the user adds, with a text."""
 NOTE = "note"
-"""A note on the whole session, added afterwards, with a text."""
-MARK = 0x4861706B  # "Hapk", the application id in SQLite's header
+"""Kind of a note on the whole session, with a text; it is added after the recording."""
+MARK = 0x4861706B  # "Hapk": the application id in SQLite's header
 TABLES = tables(LAYOUT, VERSION)
-"""Columns and types of every table; in addition, a row has its number and its checksum."""
+"""Columns of every table with their types; each row also has a number and a checksum."""
 
 
 class SessionError(StudioError):
@@ -35,7 +35,7 @@ class SessionError(StudioError):
 
 @dataclass(frozen=True)
 class Event:
-    """An event at a time in s of the computer's clock: the recording's description, settings, or a marker."""
+    """An event at a time in s of the computer's clock, such as a description, settings, or a marker."""
 
     time: float
     kind: str
@@ -43,13 +43,13 @@ class Event:
 
 
 def schema(table: str, columns: Mapping[str, str]) -> str:
-    """Return the statement that creates a table, exactly as stored in the file."""
+    """Return the statement that creates a table, exactly as it is stored in the file."""
     named = ", ".join(f"{name} {kind}" for name, kind in columns.items())
     return f"CREATE TABLE {table} (id INTEGER PRIMARY KEY, {named}, crc INTEGER)"
 
 
 def checksum(values: Iterable) -> int:
-    """Return the CRC-32 of a row's values: of bytes directly, of other values as formatted by Python."""
+    """Return the CRC-32 of a row's values; bytes are used directly, other values as Python formats them."""
     total = 0
     for value in values:
         total = zlib.crc32(value if isinstance(value, bytes) else repr(value).encode(), total)
@@ -57,13 +57,14 @@ def checksum(values: Iterable) -> int:
 
 
 class SessionWriter:
-    """Write a new session. After a kill or on a full disk the data written remain in two files (``remains``).
+    """Writes a new session.
 
-    Methods raise SessionError if the disk is full or the file was deleted.
+    If the program is killed or the disk is full, two files contain the data (``remains``). Methods raise
+    SessionError if the disk is full or the file was deleted.
     """
 
     def __init__(self, path: str | Path, layout: Layout = LAYOUT):
-        """Create a file, which must not exist; layout: of its chunks."""
+        """Create a file, which must not exist yet; ``layout`` is that of its chunks."""
         self.path = Path(path)
         self._layout = layout
         try:
@@ -95,7 +96,7 @@ class SessionWriter:
     @classmethod
     @contextmanager
     def whole(cls, path: str | Path, layout: Layout = LAYOUT) -> Iterator["SessionWriter"]:
-        """Write a complete session, or leave no file after an error."""
+        """Write a complete session; after an error, leave no file."""
         writer = cls(path, layout)
         try:
             yield writer
@@ -128,7 +129,7 @@ class SessionWriter:
 
     @property
     def size(self) -> int:
-        """Return the size in bytes that the file will have if it is closed now."""
+        """Return the file's size in bytes after it is closed now."""
         with self._reason():
             pages, of = (self._database.execute(f"PRAGMA {what}") for what in ("page_count", "page_size"))
             return int(pages.fetchone()[0] * of.fetchone()[0])
@@ -146,7 +147,7 @@ class SessionWriter:
 
     @property
     def remains(self) -> str:
-        """Describe where the data are after writing failed."""
+        """Describe where the data are after an error while writing."""
         name, log = self.path.name, self._log
         if not self._in_place:
             return ""
@@ -161,7 +162,7 @@ class SessionWriter:
 
     @property
     def _in_place(self) -> bool:
-        """Return True if the path still names this file; SQLite continues to write to a deleted one."""
+        """Return True if the path is still that of this file; SQLite continues to write to a deleted file."""
         try:
             return _identity(self.path.stat()) == self._identity
         except OSError:

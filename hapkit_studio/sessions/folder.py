@@ -1,4 +1,4 @@
-"""The folder for recorded sessions, which the user may choose, and the names of its files."""
+"""The folder for recorded sessions, which the user may change, and the names of the files in it."""
 
 import os
 import re
@@ -13,14 +13,14 @@ from hapkit_studio.files import checked_text, read_text, replacing
 from hapkit_studio.sessions.file import LOG, SUFFIX, SessionError
 from hapkit_studio.workshop.folder import VARIABLE, plain_name
 
-_LONGEST_PATH = 4_096  # characters
-_LONGEST_NAME = 200  # bytes; file systems allow 255 including endings
-# characters forbidden by Windows, on which the file may be opened too
+_LONGEST_PATH = 4_096  # maximum number of characters of a path
+_LONGEST_NAME = 200  # maximum number of bytes of a name; file systems allow 255 bytes including suffixes
+# Characters that Windows forbids; the file may also be opened on Windows.
 _FORBIDDEN = re.compile(r'[<>:"/\\|?*]')
 
 
 def folder() -> Path:
-    """Return the folder for sessions, which may not exist yet."""
+    """Return the folder for sessions; it may not exist yet."""
     with suppress(FileError):
         return chosen_folder() or usual_folder()
     return usual_folder()
@@ -32,7 +32,7 @@ def usual_folder() -> Path:
 
 
 def chosen_folder() -> Path | None:
-    """Return the folder chosen by the user, None for none; raise FileError if the choice cannot be read."""
+    """Return the folder that the user has chosen, or None; raise FileError if the choice cannot be read."""
     stored = choice_file()
     if not stored.exists():
         return None
@@ -43,7 +43,7 @@ def chosen_folder() -> Path | None:
 
 
 def choose_folder(path: Path) -> None:
-    """Record into another folder from now on, created if missing; raise SessionError."""
+    """Record into another folder from now on, and create it if it is missing; raise SessionError."""
     chosen = path.expanduser().absolute()
     try:
         checked_text(str(chosen), "The folder", _LONGEST_PATH)
@@ -69,7 +69,7 @@ def choice_file() -> Path:
 
 
 def files() -> list[Path]:
-    """Return the sessions in the folder; empty if the folder is missing."""
+    """Return the sessions in the folder; if the folder is missing, return an empty list."""
     try:
         return [path for path in folder().glob(f"*{SUFFIX}") if path.is_file()]
     except OSError:
@@ -77,9 +77,9 @@ def files() -> list[Path]:
 
 
 def new_path(environment: str) -> Path:
-    """Return an unused path in the folder, made from an environment's key, date and time.
+    """Return an unused path in the folder; its name contains an environment's key, date and time.
 
-    Create the folder if missing; raise SessionError.
+    Create the folder if it is missing; raise SessionError.
     """
     place = folder()
     try:
@@ -94,7 +94,7 @@ def new_path(environment: str) -> Path:
 
 
 def rename(path: Path, name: str) -> Path:
-    """Rename a session in its folder, with or without the ending in the name; return its path.
+    """Rename a session in its folder and return its path; ``name`` may be with or without the suffix.
 
     Raise SessionError if a file has that name, or the session is incomplete.
     """
@@ -106,8 +106,9 @@ def rename(path: Path, name: str) -> Path:
     if new == path:
         return path
     try:
-        path.stat()  # raises before a file with the new name is created
-        new.open("xb").close()  # creates the file exclusively, so that an existing one is never replaced
+        path.stat()  # this raises before a file with the new name is created
+        # the mode "x" creates the file only if it does not exist, so no file is ever replaced
+        new.open("xb").close()
     except FileExistsError:
         raise SessionError(f"{new.name} exists already: choose another name.") from None
     except OSError as error:
@@ -121,7 +122,7 @@ def rename(path: Path, name: str) -> Path:
 
 
 def _checked_name(name: str) -> str:
-    """Return a file's name without its ending; raise SessionError if an operating system forbids it."""
+    """Return a file's name without its suffix; raise SessionError if an operating system forbids the name."""
     stem = name.strip().removesuffix(SUFFIX).strip()
     if not stem or stem[0] == "." or stem[-1] == "." or not stem.isprintable() or _FORBIDDEN.search(stem):
         raise SessionError(

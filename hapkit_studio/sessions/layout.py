@@ -1,7 +1,7 @@
-"""The layout of a session's file: the signals in its chunks, how each is stored, and the resulting tables.
+"""The layout of a session's file: the signals in its chunks, their storage formats, and the resulting tables.
 
 Every file contains its own layout in the table "signal", so it stays readable if the studio's signals change.
-Files of version 1 lack this table; their layout is FIRST.
+Files of version 1 do not have this table; their layout is FIRST.
 """
 
 import re
@@ -13,22 +13,22 @@ from hapkit_studio.haptics.signals import NEVER, ON_REQUEST, SIGNALS
 from hapkit_studio.sessions.columns import DamagedError
 
 STATE = "state"
-"""Column of the law's state variables."""
+"""Name of the column with the law's state variables."""
 MOST_SIGNALS = 64
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _LONGEST_UNIT = 20
 _HEAD = {"count": "INTEGER", "start": "REAL", "stop": "REAL", "states": "INTEGER", "extremes": "BLOB"}
 HEAD = tuple(_HEAD)
-"""First columns of the table "chunk", followed by those of the signals and the state."""
+"""The first columns of the table "chunk"; the columns of signals and state follow."""
 _RESERVED = {*HEAD, "id", "crc", STATE}
-_FIRST_COLUMNS = {"force": "asked", "applied_force": "applied"}  # new names of version 1's columns
+_FIRST_COLUMNS = {"force": "asked", "applied_force": "applied"}  # new names of the columns of version 1
 
 
 class StoredSignal(NamedTuple):
-    """A row of the table "signal": name, unit, and storage format.
+    """A row of the table "signal": the signal's name, unit and storage format.
 
-    delta_to: the signal that is subtracted from its samples. extremes: 1 if chunks contain the extremes of
-    every block. optional: 1 if a chunk may lack it.
+    ``delta_to`` is the signal that is subtracted from the samples. ``extremes`` is 1 if chunks contain the
+    extremes of every block. ``optional`` is 1 if a chunk may lack the signal.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Layout:
         return frozenset(signal.name for signal in self.signals if signal.optional)
 
     def delta_to(self, name: str) -> str:
-        """Return the signal that is subtracted from a signal's samples, "" for none."""
+        """Return the signal that is subtracted from a signal's samples; "" if there is none."""
         return next(signal.delta_to for signal in self.signals if signal.name == name)
 
 
@@ -71,7 +71,7 @@ LAYOUT = Layout(
         if s.recorded != NEVER
     )
 )
-"""The layout of the files that this studio writes."""
+"""The layout of files that this version of the studio writes."""
 FIRST = Layout(
     (
         StoredSignal("tick", ""),
@@ -97,14 +97,14 @@ SIGNAL = {"name": "TEXT", "unit": "TEXT", "delta_to": "TEXT", "extremes": "INTEG
 
 
 def tables(layout: Layout, version: int) -> dict[str, dict[str, str]]:
-    """Return the columns and their types for each table of a file; each row also has an id and a crc."""
+    """Return each table's columns with their types; each row also has an id and a crc."""
     old = _FIRST_COLUMNS if version <= 1 else {}
     chunk = _HEAD | dict.fromkeys((old.get(name, name) for name in layout.names), "BLOB")
     return {"event": EVENT, "chunk": chunk} | ({} if version <= 1 else {"signal": SIGNAL})
 
 
 def checked_layout(rows: list[tuple]) -> Layout:
-    """Return the layout from the rows of the table "signal"; raise DamagedError."""
+    """Return the layout that the rows of the table "signal" define; raise DamagedError."""
     if len(rows) > MOST_SIGNALS:
         raise DamagedError(f"its layout has more than {MOST_SIGNALS} signals")
     found: dict[str, StoredSignal] = {}

@@ -1,4 +1,4 @@
-"""A summary of a session for lists: its file, events, and position trace."""
+"""A summary of a session for lists: its file, its events, and a trace of the position."""
 
 import math
 from collections.abc import Callable
@@ -17,18 +17,19 @@ from hapkit_studio.sessions.file import ABOUT, LOG, SETTINGS, SessionError
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import timed_changes
 
-_MOST = 1000  # points in a trace
-_FEW = 60_000  # up to this many samples are read directly, because their blocks would be too coarse
+_MOST = 1000  # maximum number of points in a trace
+_FEW = 60_000  # a session with fewer samples is read directly, because its blocks would be too coarse
 
 
 @dataclass(frozen=True, eq=False)
 class Overview:
-    """A session's file and a summary of its content: size in bytes, time.time of the last write.
+    """A session's file and a summary of its content.
 
-    environments: keys in order of use. markers and changes: time in s after the start, and text; notes
-    concern the whole session. trace (3, n): time in s after the start, minimum and maximum position in m
-    until the next time, NaN without samples. unfinished: advice for an incomplete recording, "" for a
-    complete one. error: the reason why nothing can be read.
+    ``size`` is in bytes; ``saved`` is the time.time of the last write. ``environments`` are keys in order of
+    use. ``markers`` and ``changes`` have the time in s after the start, and a text; ``notes`` concern the
+    whole session. ``trace`` (3, n) has the time in s after the start, and the minimum and maximum position in
+    m until the next time; it is NaN without samples. ``unfinished`` is advice for an incomplete recording, ""
+    for a complete one. ``error`` is the reason why no data can be read.
     """
 
     path: Path
@@ -48,17 +49,17 @@ class Overview:
 
     @property
     def name(self) -> str:
-        """Return the file's name without its ending, as one line."""
+        """Return the file's name without its suffix, as one line."""
         return one_line(self.path.stem)
 
     @property
     def noted(self) -> list[str]:
-        """Return all notes and the texts of the markers, notes on the whole session first."""
+        """Return all notes on the whole session, then the texts of the markers."""
         return [*self.notes, *(text for _, text in self.markers)]
 
 
 def columns(title: Callable[[str], str]) -> tuple[Column, ...]:
-    """Return the list's columns; title: returns an environment's title for its key."""
+    """Return the list's columns; ``title`` returns an environment's title for its key."""
 
     def quiet(row: Overview) -> str:
         return "warn" if row.error or row.damage or row.unfinished else "ink2"
@@ -75,7 +76,7 @@ def columns(title: Callable[[str], str]) -> tuple[Column, ...]:
 
 
 def date_words(seconds: float) -> str:
-    """Format the time of saving in local time; a dash for years out of range."""
+    """Format the time of saving in local time; return a dash for a year that is out of range."""
     try:
         return f"{datetime.fromtimestamp(seconds):%Y-%m-%d %H:%M}"
     except (ValueError, OverflowError, OSError):
@@ -83,7 +84,7 @@ def date_words(seconds: float) -> str:
 
 
 def _some(titles: list[str]) -> str:
-    """Return the first title, and the number of further ones."""
+    """Return the first title and the number of further titles."""
     return f"{titles[0]} + {len(titles) - 1}" if len(titles) > 1 else "".join(titles)
 
 
@@ -106,7 +107,7 @@ def overview(path: Path) -> Overview:
 
 def _of(session: Session, size: int, saved: float) -> Overview:
     start, stop = float(session.starts[0]), float(session.stops[-1])
-    trace = _trace(session)  # before ``damage``, which only reading reveals
+    trace = _trace(session)  # do this before reading ``damage``, because only reading reveals damage
     keys = [str(event.what.get("environment", "")) for event in session.events if event.kind == SETTINGS]
     return Overview(
         session.path,
@@ -128,7 +129,7 @@ def _of(session: Session, size: int, saved: float) -> Overview:
 def _trace(session: Session) -> np.ndarray:
     """Return times after the start, and minimum and maximum positions (3, n); NaN without samples."""
     times, least, greatest = _samples(session) if session.counts.sum() <= _FEW else _blocks(session)
-    # at least two times for each point, so that an empty point is a gap
+    # Each point contains at least two times, so that an empty point is a gap.
     count = max(min(_MOST, len(times) // 2), 1)
     edges = session.starts[0] + session.seconds * np.arange(count) / count
     first = np.searchsorted(times, edges)

@@ -1,6 +1,6 @@
 """The recorder keeps an engine's last ten minutes in memory, and records sessions on request.
 
-It runs in its own thread. Neither the loop nor the window waits for it, except to complete a file.
+It runs in its own thread. Loop and window wait for it only when a file is completed.
 """
 
 import queue
@@ -35,10 +35,13 @@ from hapkit_studio.sessions.file import (
 
 KEPT_SECONDS = 600.0
 CHUNK_SECONDS = 0.3
-_AT_ONCE = 512  # rows; limits the size of chunks and the memory for packing after the thread was delayed
-_STANDING = (ABOUT, SETTINGS, STOP, FAULT)  # kinds of events that apply until the next one of their kind
+# maximum number of rows; it limits the chunks' size, and the memory for packing if the thread was delayed
+_AT_ONCE = 512
+# kinds of events that are valid until the next event of the same kind
+_STANDING = (ABOUT, SETTINGS, STOP, FAULT)
 _POLL_SECONDS = 0.05
-_GAP_SECONDS = 0.25  # a chunk ends if no sample arrives for this time, so that time is uniform within a chunk
+# s: if no sample arrives for this time, the chunk ends, so that time is uniform within a chunk
+_GAP_SECONDS = 0.25
 
 CLOCK_JUMPED = "The board's clock jumped: its time was corrected."
 
@@ -47,7 +50,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Progress:
-    """A recording's file, samples, bytes and duration in s, and the reason if it ended by itself."""
+    """A recording's file, samples, bytes and duration in s; if it ended by itself, also the reason."""
 
     path: Path
     samples: int = 0
@@ -57,16 +60,19 @@ class Progress:
 
 
 class Recorder:
-    """Keep an engine's newest samples and events; ``record`` writes new ones, ``save`` those in memory.
+    """Keeps an engine's newest samples and events; ``record`` writes new samples, ``save`` those in memory.
 
-    Settings, E-stop and faults are polled 20 times a second, and recorded as events if they have changed.
+    Settings, E-stop and faults are polled 20 times per second and recorded as events if they have changed.
     """
 
     def __init__(self, seconds: float = KEPT_SECONDS, truth: bool = False):
-        """seconds: duration kept in memory. truth: with a simulation's true motion and its hand."""
+        """``seconds`` of samples are kept in memory.
+
+        ``truth``: record a simulation's true motion and hand, too.
+        """
         self._seconds, self._truth = seconds, truth
         self.progress: Progress | None = None
-        """Progress of the present recording, or of the last one if it ended by itself.
+        """The progress of the present recording, or of the last one if it ended by itself.
 
         None before the first.
         """
@@ -81,7 +87,7 @@ class Recorder:
         self._states = self._clock_jumps = 0
         self._chunks: deque[Chunk] = deque()
         self._events: deque[Event] = deque()
-        self._base: dict[str, Event] = {}  # settings before the oldest chunk
+        self._base: dict[str, Event] = {}  # the settings that were valid before the oldest chunk
         self._writer: SessionWriter | None = None
         self._thread = threading.Thread(target=self._run, name="hapkit-recorder", daemon=True)
         self._thread.start()
@@ -89,7 +95,7 @@ class Recorder:
     # --- called from other threads
 
     def follow(self, engine: Engine | None) -> None:
-        """Record this engine's rows from now on; None: no engine's."""
+        """Record this engine's rows from now on; None records no rows."""
         self._jobs.put(lambda: self._change_to(engine))
 
     def note(self, kind: str, what: dict[str, Any], when: float | None = None) -> None:
@@ -98,19 +104,19 @@ class Recorder:
         self._jobs.put(lambda: self._add(event))
 
     def record(self, path: str | Path) -> None:
-        """Record everything from now on into a new session; raise SessionError."""
+        """Record all samples from now on into a new session; raise SessionError."""
         self.stop()
         writer = SessionWriter(path)
         self._wait(lambda: self._begin(writer))
 
     def stop(self) -> Path | None:
-        """End the recording and return its file, None without one; raise SessionError."""
+        """End the recording and return its file; None if there is no recording. Raise SessionError."""
         return self._wait(self._end)
 
     def save(self, path: str | Path) -> int:
-        """Write the samples in memory into a new session; return their number; raise SessionError.
+        """Write the samples in memory into a new session and return their number; raise SessionError.
 
-        Takes 1 s.
+        This takes 1 s.
         """
         return self._wait(lambda: self._save(path))
 
@@ -135,7 +141,7 @@ class Recorder:
         self._jobs.put(run)
         while self._thread.is_alive() and not done.done():
             wait([done], _POLL_SECONDS)
-        if not done.done():  # a defect has ended the thread, so do not wait for it
+        if not done.done():  # a defect has ended the thread, so waiting would never end
             raise SessionError("The recorder has failed: recording has ended.")
         return done.result()
 
@@ -148,7 +154,8 @@ class Recorder:
             self._take()
 
     def _change_to(self, engine: Engine | None) -> None:
-        self._flush()  # before the rows of the next engine, so that times increase even while both loops run
+        # do this before reading the next engine's rows, so that times increase even while both loops run
+        self._flush()
         self._reader = None if engine is None else engine.reader()
         self._engine, self._seen = engine, {}
         self._clock_jumps = 0 if engine is None else engine.clock_jumps
@@ -186,11 +193,11 @@ class Recorder:
     def _take(self) -> None:
         if self._engine is None or self._reader is None:
             return
-        with suppress(DeviceError):  # the engine was closed meanwhile; its last rows can still be read
+        with suppress(DeviceError):  # the engine was closed meanwhile, but its last rows can still be read
             self._poll(self._engine)
         if not self._seen:
             return
-        # limited, in case the loop writes faster than this thread packs
+        # The number of reads is limited, because the loop may write faster than this thread packs.
         for _ in range(0, rows.CAPACITY, _AT_ONCE):
             new = self._reader.read(_AT_ONCE)
             if len(new):
@@ -220,7 +227,7 @@ class Recorder:
         self._states = max(self._states, len(engine.environment.state_names))
 
     def _pack(self, seconds: float) -> None:
-        """Pack pending rows into chunks once they cover a duration in s."""
+        """Pack the pending rows into chunks once they cover a duration in s."""
         if not self._pending or self._engine is None:
             return
         first, last = self._pending[0][0, rows.HOST_TIME], self._pending[-1][-1, rows.HOST_TIME]
@@ -254,11 +261,11 @@ class Recorder:
         self._write(lambda writer: writer.note(event))
 
     def _latest(self) -> dict[str, Event]:
-        """Return the latest event of each standing kind."""
+        """Return the latest event of each kind that is valid until the next one."""
         return self._base | {event.kind: event for event in self._events if event.kind in _STANDING}
 
     def _write(self, write: Callable[[SessionWriter], None]) -> None:
-        """Write to the session; if that fails, the recording ends with the reason."""
+        """Write to the session; if this fails, end the recording and store the reason."""
         if self._writer is None or self.progress is None:
             return
         try:

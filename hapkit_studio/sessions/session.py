@@ -1,6 +1,6 @@
-"""Read a session: samples between two times, settings, and extremes for plots of long recordings.
+"""Reads a session: samples between two times, settings, and extremes for plots of long recordings.
 
-The file's content is not trusted: a file with other tables is rejected; rows with a wrong checksum, type,
+The file's content is not trusted. A file with other tables is rejected; rows with a wrong checksum, type,
 value or order are skipped and reported. The file is never modified; adding a note writes a new file that
 replaces it.
 """
@@ -35,32 +35,33 @@ from hapkit_studio.sessions.layout import EVENT, HEAD, STATE, Layout
 
 _TYPES = {"INTEGER": int, "REAL": float, "TEXT": str, "BLOB": bytes}
 _NAMES = {kind: name for name, kind in _TYPES.items()} | {type(None): "NULL"}
-_LONGEST_REASON = 300  # characters; SQLite's messages may quote the file's content
+# maximum number of characters of a reason; SQLite's messages may quote the file's content
+_LONGEST_REASON = 300
 SQLITE = b"SQLite format 3\0"
 """The first bytes of a session's file."""
 _MOST_ROWS = 1 << 32
-# limits of reading; rows beyond them are skipped
-_MOST_EVENTS = 50_000  # 40 minutes of continuously changing settings
-_MOST_TEXT = 1 << 26  # characters in all events
-_MOST_DAMAGED = 100_000  # rows
+# Limits of reading. Rows beyond these limits are skipped.
+_MOST_EVENTS = 50_000  # settings that change all the time for 40 minutes
+_MOST_TEXT = 1 << 26  # maximum number of characters in all events
+_MOST_DAMAGED = 100_000  # maximum number of damaged rows
 _MOST_SECONDS = 31 * 86_400.0
-_MOST_IN_ALL = 1 << 28  # samples: 75 hours at 1 kHz; their extremes take 470 MB
-MOST_MARKERS = 1_000  # markers listed and drawn
-MOST_READ = 1 << 31  # bytes of samples per call of ``read``: an hour at 4 kHz
+_MOST_IN_ALL = 1 << 28  # maximum number of samples: 75 hours at 1 kHz, whose extremes take 470 MB
+MOST_MARKERS = 1_000  # maximum number of markers that are listed and drawn
+MOST_READ = 1 << 31  # maximum number of bytes that one call of ``read`` returns: an hour at 4 kHz
 
 
 class Session:
-    """A session opened for reading; chunks are read on demand, by one thread at a time.
+    """A session that is open for reading. Chunks are read on demand, by one thread at a time.
 
-    Available at once: the file's name as one line; events; each chunk's number of samples, start and stop
-    time (chunks,) in s of the recording computer's clock; the extremes of all blocks (signals with extremes,
-    2, blocks) in SI, NaN for non-finite values.
+    These are available at once: the file's name as one line; the events; each chunk's number of samples, and
+    its start and stop time (chunks,) in s of the recording computer's clock; and the extremes of all blocks
+    (signals with extremes, 2, blocks) in SI, with NaN for non-finite values.
     """
 
     def __init__(self, path: str | Path):
         """Open a session.
 
-        Raise SessionError if the file is not a session, or was written by a newer studio.
+        Raise SessionError if the file is not a session, or if a newer version of the studio has written it.
         """
         self.path = Path(path)
         self.name = one_line(self.path.name)
@@ -68,7 +69,7 @@ class Session:
         self._database, self.layout = self._file.connection, self._file.layout
         self._chunk_columns = self._file.tables["chunk"]
         self._damaged: dict[tuple[str, int], str] = {}
-        self._whole = 0  # the last chunk whose checksum was verified
+        self._whole = 0  # the row number of the last chunk whose checksum was verified
         self.events = tuple(self._events())
         index = self._index()
         if not index:
@@ -92,7 +93,7 @@ class Session:
     def date(self) -> str:
         """Return the start of the recording from the file's date, as "2026-11-26 14:05".
 
-        "" if the file is missing.
+        Return "" if the file is missing.
         """
         try:
             end = self.path.stat().st_mtime
@@ -107,12 +108,12 @@ class Session:
 
     @property
     def complete(self) -> bool:
-        """Return True if the recording has ended; False while it is written, or if the program was killed."""
+        """Return True if the recording has ended; False while it runs, or if the program was killed."""
         return self._file.complete
 
     @property
     def unfinished(self) -> str:
-        """Return the advice for an incomplete session, "" for a complete one."""
+        """Return the advice for an incomplete session; "" for a complete one."""
         name = self.name
         if self.complete:
             return ""
@@ -143,7 +144,7 @@ class Session:
         return (f"{self.name} is damaged. Left out: {reason}{rows}",)
 
     def check(self) -> tuple[str, ...]:
-        """Read everything, and return ``damage``."""
+        """Read all data, and return ``damage``."""
         for number in range(len(self.counts)):
             with suppress(DamagedError):
                 self.signals(number)
@@ -155,15 +156,15 @@ class Session:
         return next(values, {})
 
     def chunk(self, number: int) -> Chunk:
-        """Return a chunk by its number from 0; raise DamagedError."""
+        """Return a chunk by its index (from 0); raise DamagedError."""
         return self._chunk(self._ids[number])
 
     def signals(self, number: int, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Return some or all signals of a chunk, and STATE (count, states); raise DamagedError."""
+        """Return a chunk's signals and STATE (count, states), or only some of these; raise DamagedError."""
         return self._decoded(number, self.chunk(number), names)
 
     def repair(self, path: str | Path) -> tuple[str, ...]:
-        """Write all readable data into a new session; return ``damage``; raise SessionError."""
+        """Write all readable data into a new session and return ``damage``; raise SessionError."""
         added = 0
         with SessionWriter.whole(path, self.layout) as writer:
             for event in self.events:
@@ -181,7 +182,7 @@ class Session:
     def read(
         self, names: Sequence[str], start: float = -math.inf, stop: float = math.inf
     ) -> dict[str, np.ndarray]:
-        """Return signals (n,) in SI of all samples with start <= time < stop, "state" (n, values).
+        """Return signals (n,) in SI of all samples with start <= time < stop; "state" is (n, values).
 
         Damaged chunks are skipped; a signal that was not recorded is NaN. Raise SessionError if the result
         takes more than MOST_READ.
@@ -212,7 +213,7 @@ class Session:
             raise self._left_out("chunk", self._ids[number], error) from None
 
     def _left_out(self, table: str, row: int, error: Exception | str) -> DamagedError:
-        """Record why a row is skipped, unless it is recorded already; return the error."""
+        """Store the reason why a row is skipped, unless there is one already; return the error."""
         place, reason = f"{table} {row}", f"{one_line(str(error)):.{_LONGEST_REASON}}"
         text = reason if reason.startswith(place) else f"{place}: {reason}"
         return DamagedError(self._damaged.setdefault((table, row), text))
@@ -258,7 +259,7 @@ class Session:
                 self._left_out("event", row, error)
 
     def _index(self) -> list[tuple[int, Chunk, np.ndarray]]:
-        """Return each chunk's row number, header without columns, and extremes, in order of time."""
+        """Return each chunk's row number, its header without columns, and its extremes, in order of time."""
         found: list[tuple[int, Chunk, np.ndarray]] = []
         samples, types = 0, {name: self._chunk_columns[name] for name in HEAD}
         for row, *values in self._rows("chunk", HEAD):
@@ -285,7 +286,10 @@ class Session:
         return found
 
     def _is_whole(self, row: int) -> bool:
-        """Return True if a chunk's checksum, and therefore its times, are correct; caches the last answer."""
+        """Return True if a chunk's checksum, and therefore its times, are correct.
+
+        The last answer is cached.
+        """
         if row != self._whole:
             try:
                 self._chunk(row)
@@ -295,7 +299,7 @@ class Session:
         return True
 
     def _rows(self, table: str, names: Sequence[str]) -> Iterator[tuple]:
-        """Yield a table's rows, each with its number first; continue after unreadable ones."""
+        """Yield a table's rows, each with its number first; continue after rows that cannot be read."""
         row, leap = 0, 1
         query = f"SELECT id, {', '.join(names)} FROM {table} WHERE id > ? ORDER BY id"
         while row < _MOST_ROWS:
@@ -306,7 +310,8 @@ class Session:
                         return
                     row, leap = found[0], 1
                     yield found
-                    if len(self._damaged) >= _MOST_DAMAGED:  # the messages take memory
+                    # the number of messages is limited, because they take memory
+                    if len(self._damaged) >= _MOST_DAMAGED:
                         return
                 return
             except ERRORS as error:
@@ -320,7 +325,7 @@ def add_note(path: Path, text: str) -> None:
 
 
 def add_events(path: Path, make: Callable[[Session], Iterable[Event]]) -> None:
-    """Add events computed from a complete, undamaged session; the file keeps its date.
+    """Add events that are computed from a complete, undamaged session; the file keeps its date.
 
     Raise SessionError.
     """
@@ -345,7 +350,7 @@ def add_events(path: Path, make: Callable[[Session], Iterable[Event]]) -> None:
 def _check_types(
     values: Sequence, columns: dict[str, str], place: str, optional: Collection[str] = ()
 ) -> None:
-    """Raise DamagedError if a value does not have its column's type; an optional one may be NULL."""
+    """Raise DamagedError if a value's type is not that of its column; an optional value may be NULL."""
     for value, (name, kind) in zip(values, columns.items(), strict=True):
         if not (isinstance(value, _TYPES[kind]) or (value is None and name in optional)):
             raise DamagedError(f"{place}: {name} is {_NAMES[type(value)]}; it must be {kind}.")
@@ -354,7 +359,7 @@ def _check_types(
 def _checked_chunk(
     head: Sequence[Any], columns: dict[str, bytes | None], layout: Layout, place: str
 ) -> Chunk:
-    """Return a chunk from the values of HEAD after checking their limits; raise FileError."""
+    """Check the limits of the values of HEAD and return a chunk; raise FileError."""
     count, start, stop, states, extremes = head
     checked_integer(count, f"{place}: count", 1, MOST_SAMPLES)
     checked_integer(states, f"{place}: states", 0, MOST_STATES)
@@ -364,7 +369,7 @@ def _checked_chunk(
 
 
 def _joined(pieces: list[np.ndarray]) -> np.ndarray:
-    """Concatenate arrays; pad states with NaN to the largest number of values."""
+    """Concatenate arrays; states with fewer values are padded with NaN."""
     if not pieces or pieces[0].ndim == 1:
         return np.concatenate([np.empty(0), *pieces])
     width = max(piece.shape[1] for piece in pieces)

@@ -1,4 +1,4 @@
-"""An engine's settings and device, with the names used by a run's settings."""
+"""An engine's settings and device, with the names that a run's settings have."""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ _NESTED = ("parameters", "units", "state_names", "device")
 
 
 def of_scene(environment: Environment, values: dict[str, float]) -> dict[str, Any]:
-    """Return an environment's key, its values in SI, choices by name, and units."""
+    """Return an environment's key, its values in SI (choices by name), and its units."""
     parameters = environment.parameters
     return {
         "environment": environment.key,
@@ -31,13 +31,13 @@ def of_scene(environment: Environment, values: dict[str, float]) -> dict[str, An
 
 
 def of_model(device: Device, modelled: SimulatedHapkit) -> dict[str, Any]:
-    """Return a device's title and the simulated terms of its model, with infinity as text."""
+    """Return a device's title and its model's simulated terms; infinity is given as text."""
     terms = {key: repr(value) if math.isinf(value) else value for key, value in vars(modelled).items()}
     return {"title": device.title, **terms}
 
 
 def in_force(engine: Engine) -> dict[str, Any]:
-    """Return the settings in force, as JSON values."""
+    """Return an engine's present settings as JSON values."""
     device, modelled = engine.device, engine.modelled
     return {
         **of_scene(engine.environment, engine.values),
@@ -49,7 +49,7 @@ def in_force(engine: Engine) -> dict[str, Any]:
 
 
 def about_device(engine: Engine) -> dict[str, Any]:
-    """Return the device's description: name and sensor; for a board also firmware and calibration."""
+    """Return the device's description: name and sensor, and for a board also firmware and calibration."""
     device = engine.device
     found: dict[str, Any] = {"device": device.title, "quantum_m": device.quantum, "studio": __version__}
     return found | device.about()
@@ -58,8 +58,8 @@ def about_device(engine: Engine) -> dict[str, Any]:
 def log(events: Sequence[Event], start: float, stop: float) -> Log:
     """Return the settings at a start time and every change until ``stop``, with times in s after the start.
 
-    Settings include the device's description. A recorder adds the first ones up to 0.1 s after the first
-    sample, so they count from the start.
+    The settings include the device's description. A recorder adds the first settings up to 0.1 s after the
+    first sample, so they are taken to be valid from the start.
     """
     timed: list[tuple[float, Event]] = []
     for kind in (ABOUT, SETTINGS):
@@ -102,12 +102,12 @@ def changes(events: Sequence[Event], start: float, stop: float) -> list[str]:
 
 
 def timed_changes(events: Sequence[Event], start: float, stop: float) -> list[tuple[float, str]]:
-    """Return the time in s after ``start``, and a description, of each change until ``stop``."""
+    """Return each change until ``stop`` as its time in s after ``start``, and a description."""
     return words(log(events, start, stop))
 
 
 def words(log: Log) -> list[tuple[float, str]]:
-    """Return each change in a log: its time in s, and a description."""
+    """Return each change in a log as its time in s, and a description."""
     pairs = ((time, differences(before, after)) for (_, before), (time, after) in pairwise(log))
     return [(time, ", ".join(found) or "device changed") for time, found in pairs]
 
