@@ -1,4 +1,4 @@
-"""Speed and accuracy: cost and error of each method, the best one for a scene, and the scene's needs.
+"""Speed and accuracy: each method's cost and error, the best method for a scene, and the terms a scene needs.
 
 Each module with a ``PLAN`` defines one work-precision chart.
 """
@@ -22,7 +22,7 @@ from hapkit_studio.environments.base import Environment
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Results of the three parts: charts of methods, options of scenes, needs of scenes."""
+    """The results of the three parts: charts of methods, options of scenes, needs of scenes."""
 
     sheets: tuple[Sheet, ...] = ()
     scenes: tuple[SceneResult, ...] = ()
@@ -46,7 +46,7 @@ def _each(work: Callable[[Any], Any], cells: Sequence, progress: Progress) -> tu
 
 
 def of_methods(charts: Iterable[str] = (), progress: Progress = no_progress) -> Accuracy:
-    """Compute the charts with these keys, or all; raise ParameterError listing the keys.
+    """Compute the charts with these keys, or all charts; raise ParameterError, which lists the keys.
 
     Costs are timed one after the other in the calling thread, so no other work may run at the same time.
     """
@@ -56,13 +56,13 @@ def of_methods(charts: Iterable[str] = (), progress: Progress = no_progress) -> 
 
 
 def of_scenes(questions: Sequence[SceneRequest], progress: Progress = no_progress) -> Accuracy:
-    """Compute every option of these scenes, with each error split into its parts."""
+    """Compute every option of these scenes, and split each error into its parts."""
     return Accuracy(scenes=_each(lambda one: scene.split(scene.compute(one)), questions, progress))
 
 
 def of_needs(
     environments: Sequence[Environment], progress: Progress = no_progress, force_share: float = FORCE_SHARE
 ) -> Accuracy:
-    """Compute the needs of these scenes at their defaults; force_share: JND of a force, relative."""
+    """Compute these scenes' needs at their default values; ``force_share`` is the relative JND of a force."""
     work = partial(needs.compute, force_share=force_share)
     return Accuracy(needs=_each(work, environments, progress))

@@ -1,6 +1,6 @@
-"""Contact: change of a mass's energy in bounces off a springy wall, with sampled or located contact.
+"""Contact: how a mass's energy changes in bounces off a springy wall, for sampled and for located contact.
 
-A spring returns all energy. The mass is the puck, pushed to and fro between its two walls.
+A spring returns all energy. The mass is the puck, which bounces between its two walls.
 """
 
 import math
@@ -39,7 +39,7 @@ def moving(method: str, h: float, seconds: float, times: int = 1) -> Motion:
 
 
 def energies(method: str, h: float, bounces: int = BOUNCES) -> np.ndarray:
-    """Return the energy of each flight relative to the first, (bounces + 1,); inf if not finite."""
+    """Return the energy of each flight relative to the first one, (bounces + 1,); inf if not finite."""
     one = math.pi * math.sqrt(MASS / WALL) + 2.0 * REACH / SHOVED
     work, x, v = moving(method, h, (bounces + 1) * one)
     work()
@@ -50,7 +50,7 @@ def energies(method: str, h: float, bounces: int = BOUNCES) -> np.ndarray:
 
 
 def error(method: str, h: float, drift: bool) -> float:
-    """Return the relative energy change: rms per bounce, or with ``drift`` the total."""
+    """Return the relative change of energy: its rms per bounce, or with ``drift`` the total change."""
     found = energies(method, h)
     with np.errstate(all="ignore"):
         off = abs(found[-1] - 1.0) if drift else math.sqrt(np.mean((np.diff(found) / found[:-1]) ** 2))

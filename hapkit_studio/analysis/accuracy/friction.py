@@ -1,7 +1,7 @@
-"""Friction models: accuracy of their stick-slip, and drift under a vibrating load below friction.
+"""Friction models: the accuracy of their stick-slip, and their drift under a vibrating load below friction.
 
-Stick-slip is that of a virtual mass pulled by a spring. For drift, the friction environment's law renders
-each model on the handle with the loop's own tick.
+In the test of stick-slip, a spring pulls a virtual mass. In the test of drift, the friction environment's law
+renders each model on the handle with the loop's own tick.
 """
 
 import math
@@ -23,19 +23,19 @@ from hapkit_studio.haptics import headless, rows
 
 MASS, STATIC, KINETIC = 0.05, 1.0, 0.5
 SPRING, DRAWN, DRAWN_SECONDS = 300.0, 0.02, 6.0
-# N, N, Hz: a constant and a vibrating pull, together below kinetic friction; applied for two seconds
+# N, N, Hz: a constant and a vibrating pull for two seconds; their sum is below kinetic friction
 PULL, TREMBLING, TREMOR = 0.3, 0.15, 20.0
 HELD_SECONDS, HELD_FROM = 3.0, 1.0
-# m/s: the handle slides to rest, because a model without stiction would start in its steady state
+# m/s: the handle first slides and comes to rest, because a model without stiction starts in its steady state
 SLIDES_IN = 0.02
-_SOFT = 1.0  # N/m: so soft that the spring's pull does not depend on the handle's position
+_SOFT = 1.0  # N/m: the spring is so soft that its pull does not depend on the handle's position
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)
 LABELS = {key: key.replace("_", " ").capitalize() for key in MODELS}
 LABELS |= {"lugre": "LuGre", "hayward_armstrong": "Hayward–Armstrong"}
 
 
 def drawn(model: str, dt: float, times: int = 1) -> tuple[plan.Work, Callable[[], float]]:
-    """Return functions that compute a model's stick-slip at one step, and its relative period error."""
+    """Return two functions: one computes a model's stick-slip at one step, one its period error."""
     code, declared = MODELS[model]
     options = np.array([*(p.default for p in declared), 0.0])
     t = instants(DRAWN_SECONDS, dt)
@@ -54,7 +54,7 @@ def period_error(model: str, dt: float) -> float:
 
 
 def at_rest(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
-    """Return a function that renders a frictionless handle, sliding to rest and then stuck by a model."""
+    """Return a function that renders a frictionless handle, which slides and is then stopped by a model."""
     law = environments.named("friction")
     levels = {"model": model, "static_force": STATIC, "kinetic_force": KINETIC}
     handle = SimulatedHapkit(coulomb_force=0.0, max_force=math.inf, initial_velocity=SLIDES_IN)

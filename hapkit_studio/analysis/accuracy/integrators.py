@@ -1,7 +1,7 @@
-"""Integrators: error of each in the motion of an object, at steps from 0.125 to 4 ms.
+"""Integrators: the error of each in the motion of an object, at steps from 0.125 to 4 ms.
 
-The oscillating mass has the environment's default values; stick-slip is that of a light slider, whose period
-has a formula in the literature. The board's cycles are those of the environments' laws.
+The oscillating mass has the environment's default values. Stick-slip is that of a light slider, for whose
+period the literature has a formula. The board's cycles are those of the environments' laws.
 """
 
 import math
@@ -19,12 +19,12 @@ from hapkit_studio.environments.pushed import LABELS
 
 DEFLECTION, DRAWN = 0.010, 0.02  # initial deflection in m; speed of the spring's end in m/s
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)
-# a function that computes a motion, and one that then returns its error
+# a function that computes a motion, and a function that afterwards returns its error
 Motion = tuple[Callable[[], object], Callable[[], float]]
 
 
 def swinging(body: Body, method: int, h: float, times: int = 1) -> Motion:
-    """Return the motion of a mass on a spring and damper for 1 s, released 10 mm from its rest.
+    """Return the motion of a mass on a spring and a damper for 1 s after its release 10 mm from rest.
 
     Its error is the largest distance from the closed form, divided by the deflection.
     """
@@ -39,7 +39,7 @@ def swinging(body: Body, method: int, h: float, times: int = 1) -> Motion:
 
 
 def stick_slip(method: int, h: float, times: int = 1) -> Motion:
-    """Return the motion of a slider on a rough ground for 3 s, pulled by a spring's end at 2 cm/s.
+    """Return the motion of a slider on a rough ground for 3 s; a spring's end pulls it at 2 cm/s.
 
     Its error is the relative error of the period.
     """
@@ -61,7 +61,7 @@ MOTIONS: dict[str, tuple[Callable[..., Motion], float, str]] = {
 
 
 def error(scene: str, method: int, h: float) -> float:
-    """Return the error of a method at steps of h s, inf if the motion is not finite."""
+    """Return the error of a method at steps of h s; inf if the motion is not finite."""
     work, found = MOTIONS[scene][0](method, h)
     work()
     with np.errstate(all="ignore"):

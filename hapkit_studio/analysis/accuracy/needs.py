@@ -1,12 +1,12 @@
-"""Which terms of device and loop a scene needs: how strongly each is felt, from which value on, its cost.
+"""Which terms of device and loop a scene needs: how strongly people feel each term, and what it costs.
 
-The reference models every term. One term at a time is removed, and both runs are compared under each of the
-scene's hands, and a hand that pushes beyond the force limit. A term is needed if a person feels the
-difference: if it exceeds one just-noticeable difference (JND). Of the other terms, as many as possible are
-removed together without a felt difference. If no script shows a difference, the hands also throw the handle
-at other speeds, run longer, and release it at various times.
+The reference models every term. One term at a time is removed, and both runs are compared for each of the
+scene's hands, and for a hand that pushes beyond the force limit. A term is needed if people feel the
+difference, that is, if it exceeds one just-noticeable difference (JND). Of the other terms, as many as
+possible are removed together without a felt difference. If no hand shows a difference, the hands also throw
+the handle at other speeds, run longer, and release it at various times.
 
-Terms of a law are parameters that may be zero; their cost is on the board.
+Terms of a law are parameters that may be zero; their cost is that on the board.
 """
 
 import math
@@ -30,24 +30,25 @@ from hapkit_studio.haptics.board_plan import BoardPlanner
 from hapkit_studio.laws.machine import ARENA
 from hapkit_studio.parameters import Parameter
 
-FINE_RATE = 16_000.0  # Hz: rate of the reference loop, practically continuous
+FINE_RATE = 16_000.0  # Hz: rate of the reference loop, which is practically continuous
 DELAY = 1e-3
 ESTIMATOR: Spec = ("iir", {"cutoff": 35.5})
 PUSH = "push"  # script of the hand that pushes beyond the force limit
 # rates in Hz, delays in s and relative stiffnesses at which a term is tested
 RATES = np.geomspace(500.0, 8000.0, 9)
 DELAYS = np.geomspace(0.05e-3, 12.8e-3, 9)
-LEAST = 0.02  # fraction of a law's cycles: smaller terms are not listed
+LEAST = 0.02  # terms that take a smaller fraction of a law's cycles are not listed
 STIFFER = np.geomspace(1.0 / 16.0, 16.0, 9)
 
 
 @dataclass(frozen=True)
 class Effect:
-    """Felt effect of removing a term, in JND, with its sense and hand motion; None if not judged.
+    """The felt effect of removing a term, in JND, with the sense and the hand's motion; None if not judged.
 
-    strict: in JND of the most sensitive people. since: the term is felt up to this rate in Hz (sampling), or
-    from this delay in s or stiffness in N/m on; NaN if not found. limit, without: exact stiffness limit in
-    N/m of the released handle with and without the term.
+    ``strict`` is the effect in the JND of the most sensitive people. ``since``: the term is felt up to this
+    rate in Hz (for sampling), or from this delay in s or stiffness in N/m on; NaN if it was not found.
+    ``limit`` and ``without`` are the released handle's exact stiffness limits in N/m with and without the
+    term.
     """
 
     scene: str
@@ -74,7 +75,7 @@ class Effect:
 
     @property
     def gain_words(self) -> str:
-        """Format the change of the exact stiffness limit if the term is removed."""
+        """Format the change of the exact stiffness limit that follows from removing the term."""
         gain = self.without - self.limit
         return "–" if math.isnan(gain) or abs(gain) < 0.5 else f"{gain:+,.0f} N/m".replace("-", MINUS)
 
@@ -91,7 +92,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class LawTerm:
-    """Cycles per tick, rate in Hz and limit in N/m of a law on the board, with a parameter and at 0."""
+    """A law's cycles per tick, rate in Hz and limit in N/m on the board, with a parameter and without."""
 
     key: str
     label: str
@@ -101,16 +102,16 @@ class LawTerm:
 
     @property
     def words(self) -> str:
-        """Describe the law's gain without the term."""
+        """Describe how much faster the law is without the term."""
         cycles, rate, limit = (f"{a:,.0f} → {b:,.0f}" for a, b in (self.cycles, self.rate, self.limit))
         return f"{self.label} = 0: {cycles} cycles a tick, {rate} Hz, stable up to {limit} N/m"
 
 
 @dataclass(frozen=True)
 class Needs:
-    """A scene's effects, one per term; the needed terms; the effect of removing all others.
+    """A scene's effects (one per term), the needed terms, and the effect of removing all others.
 
-    The law's terms.
+    It also has the law's terms.
     """
 
     scene: str
@@ -121,7 +122,7 @@ class Needs:
 
 
 class _Rendered:
-    """Render a scene at its default values without some terms; caches the runs with all terms."""
+    """Renders a scene at its default values without some terms; runs with all terms are cached."""
 
     def __init__(self, environment: Environment, force_share: float = FORCE_SHARE):
         self.environment, self._force_share = environment, force_share
@@ -135,7 +136,7 @@ class _Rendered:
         delay: float = DELAY,
         stiffer: float = 1.0,
     ) -> np.ndarray:
-        """Return the rows of a trial; stiffer: factor on the scene's default stiffness."""
+        """Return the rows of a trial; ``stiffer`` multiplies the scene's default stiffness."""
         removed = set(gone)
         if not trial.holds:
             removed.discard("mass")
@@ -173,7 +174,7 @@ class _Rendered:
         return Effect(self.environment.key, label, most.most, most.word, hand, strict)
 
     def since(self, term: str) -> float:
-        """Return the rate up to which, or the delay or stiffness from which, scripts show a term's effect."""
+        """Return the rate up to which, or the delay or stiffness from which on, a term is felt."""
 
         def felt(**how: float) -> float:
             found = []
@@ -194,9 +195,9 @@ class _Rendered:
 
 
 def crossing(places: np.ndarray, felt: Sequence[float]) -> float:
-    """Return the first place at which 1 JND is felt, by logarithmic interpolation.
+    """Return the first value at which 1 JND is felt, by logarithmic interpolation.
 
-    NaN if it is felt nowhere, 0 if it is felt at the first place.
+    Return NaN if it is not felt at any value, and 0 if it is felt at the first one.
     """
     at = next((k for k, jnd in enumerate(felt) if jnd >= 1.0), None)
     if not at:
@@ -207,14 +208,14 @@ def crossing(places: np.ndarray, felt: Sequence[float]) -> float:
 
 
 def stiffness_of(environment: Environment) -> Parameter | None:
-    """Return a scene's stiffness parameter, None without one."""
+    """Return a scene's stiffness parameter; None if it has none."""
     wanted = SceneRequest(environment, environment.values()).stiffness
     own = (p for p in environment.parameters if isinstance(p, Parameter) and p.unit == "N/m")
     return next((p for p in own if p.default == wanted), None)
 
 
 def _limit(environment: Environment, gone: str = "") -> float:
-    """Return the exact stiffness limit in N/m without a term; NaN without the mass, which cannot move."""
+    """Return the exact stiffness limit in N/m without a term; NaN without the mass, which could not move."""
     if gone == "mass":
         return math.nan
     device = SimulatedHapkit().without((gone,) if gone else ())
@@ -225,9 +226,9 @@ def _limit(environment: Environment, gone: str = "") -> float:
 
 
 def law_terms(environment: Environment) -> tuple[LawTerm, ...]:
-    """Return the cost of each parameter of a law that may be 0, the most expensive first.
+    """Return the cost of each parameter of a law that may be 0; the most expensive is first.
 
-    The limits are those of the law without the term, at the rates and delays with and without it.
+    The limits are those of the law with and without the term, each at its own rate and delay.
     """
     planner, found = BoardPlanner(ARENA), []
     for parameter in environment.parameters:
@@ -250,7 +251,8 @@ def compute(
 ) -> Needs:
     """Compute the effect of each term in a scene at its default values.
 
-    progress: called with the number of completed steps and the total. force_share: JND of a force, relative.
+    ``progress`` is called with the number of completed steps and the total number. ``force_share`` is the
+    relative JND of a force.
     """
     rendered, steps = _Rendered(environment, force_share), len(TERMS) + 2
     effects: list[Effect] = []

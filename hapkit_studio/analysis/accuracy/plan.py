@@ -1,9 +1,9 @@
-"""Work-precision charts: scenes, points, Pareto front, winners, orders, and the timing of methods.
+"""Work-precision charts: scenes, points, Pareto front, best methods, orders, and the timing of methods.
 
-Cost is the computing time of a simulated second in ns, or the board's cycles per second. The cost of compiled
-work is near the minimum over many runs, confirmed by several of them; all candidates run alternately. Its
-spread is the range of the fastest quarter of the runs, and at least the tolerance of the minimum. The
-thread's own processor time is measured, so that other programs can only lengthen a run.
+The cost is the computing time of a simulated second in ns, or the board's cycles per second. The cost of
+compiled work is near the minimum over many runs, which several runs must confirm; all candidates run
+alternately. The spread is the range of the fastest quarter of the runs, and at least the tolerance of the
+minimum. The thread's own processor time is measured, so that other programs can only lengthen a run.
 """
 
 import math
@@ -19,19 +19,21 @@ from hapkit_studio.haptics import board_plan
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 
-FELT = "A third of the 6 % change of force that people can feel"  # reason for a tolerance of 2 %
+FELT = "A third of the 6 % change of force that people can feel"  # the reason for a tolerance of 2 %
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
-TOLERANCES = 0.1, 0.01, 1e-3, 1e-4  # fractions of a scale; for a speed, of ten times its scene's tolerance
-STRAIGHT = 0.15  # decades of error by which points may deviate from a straight line, whose slope is the order
+# fractions of a scale; for a speed, the scale is ten times its scene's tolerance
+TOLERANCES = 0.1, 0.01, 1e-3, 1e-4
+# the order is the slope of a straight line, from which points may deviate by this many decades of error
+STRAIGHT = 0.15
 
 
 @dataclass(frozen=True)
 class Point:
     """One method at one step: its error, and its cost on a computer and on the board.
 
-    cycles: of the board per second, NaN if it lacks the method. ns: computing time of a simulated second, ±
-    spread.
+    ``cycles`` are the board's cycles per second; NaN if the board lacks the method. ``ns`` is the computing
+    time of a simulated second, ± ``spread``.
     """
 
     method: str
@@ -47,12 +49,12 @@ class Point:
         return self.cycles if board else self.ns
 
 
-# a point without cost, the work to time, the simulated seconds of the work
+# a point without its cost, the work to be timed, and the simulated seconds of the work
 Run = tuple[Point, Prepare, float]
 
 
 def front(points: Sequence[Point], board: bool = False) -> tuple[Point, ...]:
-    """Return the points that are not Pareto-dominated in error and cost, the cheapest first."""
+    """Return the points that are not Pareto-dominated in error and cost; the cheapest is first."""
 
     def dominates(one: Point, other: Point) -> bool:
         pairs = (one.error, other.error), (one.cost(board), other.cost(board))
@@ -67,8 +69,8 @@ def front(points: Sequence[Point], board: bool = False) -> tuple[Point, ...]:
 class Scene:
     """A test problem of a chart.
 
-    error: label of the error axis; unit: "" for a fraction; reason: why this tolerance; conditions:
-    name and value with unit, as shown.
+    ``error`` is the label of the error axis. ``unit`` is "" for a fraction. ``reason`` explains the
+    tolerance. ``conditions`` have a name and a value with its unit.
     """
 
     key: str
@@ -81,13 +83,13 @@ class Scene:
 
     @property
     def tolerances(self) -> tuple[float, ...]:
-        """Return the tolerances for which winners are determined, the widest first."""
+        """Return the tolerances for which the best methods are determined; the widest is first."""
         return tuple(10.0 * t * self.tolerance for t in TOLERANCES) if self.unit else TOLERANCES
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A scene's points; methods are the keys of its lines, with their labels."""
+    """A scene's points; ``methods`` has the keys of its lines with their labels."""
 
     chart: str
     scene: Scene
@@ -100,7 +102,7 @@ class Sheet:
         return any(math.isfinite(p.cycles) for p in self.points)
 
     def line(self, method: str) -> tuple[Point, ...]:
-        """Return a method's points in the order of their computation."""
+        """Return a method's points in the order in which they were computed."""
         return tuple(p for p in self.points if p.method == method)
 
     def winners(self, tolerance: float, board: bool = False) -> tuple[Point, ...]:
@@ -111,7 +113,7 @@ class Sheet:
         return tuple(p for p in good if p.cost(board) - good[0].cost(board) <= spread)
 
     def order(self, method: str) -> float:
-        """Return the order of convergence: log-log slope of error over step, NaN if not a straight line.
+        """Return the order of convergence: the log-log slope of error over step, NaN without a straight line.
 
         Points with an error above 0.1, or within rounding errors, are excluded.
         """
@@ -125,7 +127,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Plan:
-    """One chart: ``runs(scene)`` computes every error; found by the name ``PLAN``."""
+    """One chart; ``runs(scene)`` computes every error. It is discovered by the name ``PLAN``."""
 
     key: str
     title: str
@@ -136,7 +138,7 @@ class Plan:
     order: int
 
     def sheet(self, scene: Scene) -> Sheet:
-        """Return a scene's sheet, with its runs timed alternately."""
+        """Return a scene's sheet; its runs are timed alternately."""
         points, prepares, seconds = zip(*self.runs(scene), strict=True)
         timed = zip(points, shortest(prepares), seconds, strict=True)
         found = [replace(p, ns=ns / of, spread=spread / of) for p, (ns, spread), of in timed]
@@ -147,7 +149,10 @@ _PLANNER = BoardPlanner(ARENA)
 
 
 def board_cycles(environment: str, parameter: str, option: str, rate: float) -> float:
-    """Return the board's cycles per second of a law with a method at a rate in Hz; NaN if it lacks it."""
+    """Return the board's cycles per second for a method of a law at a rate in Hz.
+
+    NaN if the board lacks it.
+    """
     found = environments.named(environment)
     planned = _PLANNER.plan(PlanRequest(found, found.values({parameter: option})))
     if isinstance(planned, str):
@@ -155,32 +160,33 @@ def board_cycles(environment: str, parameter: str, option: str, rate: float) -> 
     return board_plan.CLOCK * board_plan.share(planned.program, rate)
 
 
-TIMED_STEPS = 8000  # number of steps timed together, for short work
+TIMED_STEPS = 8000  # short work is repeated until this number of steps is timed together
 
 
 def repeats(steps: int) -> int:
-    """Return how often to repeat work of this many steps for one timing."""
+    """Return how often work with this number of steps is repeated for one timing."""
     return max(1, -(-TIMED_STEPS // max(steps, 1)))
 
 
 def always(work: Work) -> Prepare:
-    """Return a preparation for work that needs none."""
+    """Return the preparation of work that needs no preparation."""
     return lambda: work
 
 
 LEAST_TURNS, MOST_TURNS = 40, 400
-# a minimum counts as confirmed after HITS runs within a factor of NEAR of it, or after ENOUGH_NS of work
+# a minimum is confirmed after HITS runs within a factor of NEAR of it, or after ENOUGH_NS of work
 HITS, NEAR = 8, 1.03
-KNOWN = 2 * (NEAR - 1)  # relative difference below which two costs are equal
+KNOWN = 2 * (NEAR - 1)  # two costs are equal if their relative difference is smaller than this
 ENOUGH_NS = 500_000_000
-# processor time of the thread; on Windows wall-clock time, as the thread's has steps of 16 ms
+# the thread's processor time; on Windows wall-clock time, because there the former has steps of 16 ms
 CLOCK: Callable[[], int] = time.perf_counter_ns if sys.platform == "win32" else time.thread_time_ns
 
 
 def shortest(prepares: Sequence[Prepare], now: Callable[[], int] = CLOCK) -> list[tuple[float, float]]:
     """Return a confirmed minimum in ns of each candidate's work, and its spread.
 
-    Preparation is not timed. A round runs every candidate once, each round starting with the next one.
+    The preparation is not timed. A round runs every candidate once; each round starts with the next
+    candidate.
     """
     for prepare in prepares:
         prepare()()

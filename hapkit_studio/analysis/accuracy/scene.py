@@ -1,11 +1,11 @@
-"""Errors of all ways to render a scene, their causes, and the recommended one.
+"""The errors of all ways to render a scene, their causes, and the recommended way.
 
-The ideal of a scene is its law with the exact method, at a rate so high and a delay so short that doubling
-the rate changes less than KNOWN, with an ideal sensor, the true velocity and no force limit. The error of an
-option is the difference felt by the scene's hands, in just-noticeable differences (JND), under the hand with
-the largest. It is split into PARTS by Shapley values: the contribution of a part is its mean effect over all
-orders in which ideal components are replaced by real ones. Contributions add up to the error, and may be
-negative.
+The ideal of a scene is its law with the exact method, with an ideal sensor, the true velocity and no force
+limit. Its rate is so high and its delay so short that doubling the rate changes less than KNOWN. An option's
+error is the felt difference from the ideal in just-noticeable differences (JND), for the scene's hand with
+the largest difference. It is split into PARTS by Shapley values: the contribution of a part is its mean
+effect over all orders in which ideal components are replaced by real ones. Contributions add up to the error
+and may be negative.
 
 Options are combinations of the scene's methods. The velocity estimator is a setting of the loop for all
 scenes: its contribution is shown, and the charts of methods compare the estimators.
@@ -37,21 +37,24 @@ from hapkit_studio.parameters import Choice
 PARTS = ("method", "rate", "delay", "velocity", "sensor", "limit")
 PART_WORDS = {"velocity": "velocity estimate", "sensor": "sensor steps", "limit": "force limit"}
 METHOD, REAL_RATE, REAL_DELAY, VELOCITY, SENSOR, LIMIT = PARTS
-SLOWEST_IDEAL, FASTEST_IDEAL = 16_000.0, 256_000.0  # Hz
-LIVE_IDEAL = 32_000.0  # Hz, limited so that an answer takes less than 50 ms
-KNOWN = 0.05  # JND: accuracy of the ideal; errors with a smaller difference are equal
+SLOWEST_IDEAL, FASTEST_IDEAL = 16_000.0, 256_000.0  # Hz: range of the ideal's rate
+LIVE_IDEAL = 32_000.0  # Hz: this limit lets an answer take less than 50 ms
+KNOWN = 0.05  # JND: accuracy of the ideal; errors are equal if they differ by less
 MARGIN = 1.5  # required ratio of an option's stiffness limit to the scene's stiffness
-# if no option has the margin: fraction of the largest limit, multiple of the least error
+# If no option has the margin, options must reach this fraction of the largest limit, and their error must be
+# below this multiple of the least error.
 _AS_STIFF, _AS_TRUE = 0.99, 2.0
-_MOST = 100.0  # JND: upper bound of a difference when it is split into parts
-Options = tuple[tuple[str, float], ...]  # key of each choice between methods, and index of its option
+_MOST = 100.0  # JND: upper bound of a difference that is split into parts
+# for each choice between methods, its key and the index of its option
+Options = tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
 class Place:
-    """Computer or board: its highest rate in Hz, and its delay from sample to force in s, None if unmeasured.
+    """Computer or board, with its highest rate in Hz and its delay from sample to force in s.
 
-    The default delay is a period on the computer, and on the board the duration of the tick.
+    The delay is None if it is unmeasured. Its default is a period on the computer, and the duration of the
+    tick on the board.
     """
 
     name: str
@@ -59,13 +62,13 @@ class Place:
     delay: float | None = None
 
 
-ON_COMPUTER = Place(COMPUTER, RATE.default)  # the rate at which a Hapkit sends its position
+ON_COMPUTER = Place(COMPUTER, RATE.default)  # at this rate a Hapkit sends its position
 ON_BOARD = Place(BOARD, float(board_plan.RATES[0]))
 
 
 @dataclass(frozen=True)
 class SceneRequest:
-    """A scene with its values, velocity estimator, handle, and the places that can render it."""
+    """A scene with its values, velocity estimator and handle, and the places that can render it."""
 
     environment: Environment
     values: Values
@@ -89,12 +92,12 @@ class SceneRequest:
 
     @property
     def stiffness(self) -> float:
-        """Return the scene's stiffness in N/m, 0 if no stiffness limits its stability."""
+        """Return the scene's stiffness in N/m; 0 if no stiffness limits the scene's stability."""
         impedance = self.environment.impedance
         return impedance(self.with_options(self.exact))[0] if impedance else 0.0
 
     def spec(self, place: str) -> Spec:
-        """Return the estimator used in a place."""
+        """Return the estimator that a place uses."""
         return board_plan.spec_on_board(self.estimator) if place == BOARD else self.estimator
 
     def with_options(self, options: Options) -> dict[str, float]:
@@ -108,19 +111,20 @@ class SceneRequest:
                 yield options
 
     def words(self, options: Options) -> str:
-        """Describe methods, "" for a scene without any."""
+        """Return a text with the methods; "" for a scene that has none."""
         chosen = dict(options)
         return ", ".join(choice.word(chosen[choice.key]) for choice in self.choices)
 
 
 @dataclass(frozen=True)
 class Option:
-    """One way to render a scene; SI units; the board's cycles per second and the law's per tick, else NaN.
+    """One way to render a scene, in SI units.
 
-    method: described in words, "" for a scene without any. limit: exact stiffness limit, NaN for a nonlinear
-    estimator. error in JND, with its sense and hand; parts: contribution of each of PARTS, () before the
-    split. own: the method's own error at the rate and at twice the rate, each with the board's cycles per
-    second; () before the split, or elsewhere than on the board.
+    ``cycles`` are the board's cycles per second and the law's per tick, otherwise NaN. ``method`` describes
+    the methods, "" for a scene that has none. ``limit`` is the exact stiffness limit, NaN for a nonlinear
+    estimator. The error is in JND, with its sense and hand. ``parts`` is the contribution of each of PARTS,
+    () before the split. ``own`` is the method's own error at the rate and at twice the rate, each with the
+    board's cycles per second; it is () before the split, and for the computer.
     """
 
     place: str
@@ -145,15 +149,15 @@ class Option:
 
 
 class Ideal:
-    """Render a scene with ideal and real components; each combination is rendered once."""
+    """Renders a scene with ideal and real components; each combination is rendered only once."""
 
     def __init__(self, question: SceneRequest, rates: Mapping[str, float] = MappingProxyType({})):
         self._question, self.trials = question, trials.scripts(question.environment)
         self.rendered: dict[tuple, np.ndarray] = {}
-        self.rates = dict(rates)  # Hz, by the label of a trial
+        self.rates = dict(rates)  # rates in Hz, by a trial's label
 
     def rate(self, trial: Trial) -> float:
-        """Return the ideal's rate in Hz: the first at which doubling it changes less than KNOWN."""
+        """Return the ideal's rate in Hz: the first one at which doubling it changes less than KNOWN."""
         rate = self.rates.get(trial.words, SLOWEST_IDEAL)
         while trial.words not in self.rates:
             change = self._difference(trial, self._ideal(trial, 2.0 * rate), self._ideal(trial, rate)).most
@@ -164,11 +168,11 @@ class Ideal:
         return rate
 
     def error(self, trial: Trial, option: Option, real: frozenset[str] = frozenset(PARTS)) -> Difference:
-        """Return the felt difference of an option in which only the given parts are real."""
+        """Return the felt difference for an option of which only the given parts are real."""
         return self._difference(trial, self._ideal(trial, self.rate(trial)), self.render(trial, option, real))
 
     def render(self, trial: Trial, option: Option, real: frozenset[str]) -> np.ndarray:
-        """Return the rows of an option in which only the given parts are real."""
+        """Return the rows of an option of which only the given parts are real."""
         q = self._question
         return self._render(
             trial,
@@ -181,10 +185,9 @@ class Ideal:
         )
 
     def parts(self, option: Option) -> tuple[float, ...]:
-        """Return the contribution of each of PARTS to an option's error in JND, under its hand.
+        """Return the contribution of each of PARTS to an option's error in JND, for the hand of this error.
 
-        A part that changes neither the real nor the ideal loop by a single bit is left out of the
-        combinations.
+        A part that does not change any bit of the real or the ideal loop is left out of the combinations.
         """
         trial = next(t for t in self.trials if t.words == option.hand)
         every = frozenset(PARTS)
@@ -203,10 +206,10 @@ class Ideal:
         return tuple(shapley(value, live).get(part, 0.0) for part in PARTS)
 
     def own(self, option: Option) -> tuple[tuple[float, float], ...]:
-        """Return (board cycles per second, the method's own error) at an option's rate, and at twice it.
+        """Return (board cycles per second, the method's own error) at an option's rate and at twice it.
 
-        This error is the largest difference in position from the exact method at the same rate, with
-        everything else ideal, in steps of 0.4 mm (JND).
+        This error is the largest difference in position from the exact method at the same rate, with all
+        other components ideal, in steps of 0.4 mm (JND).
         """
         found = []
         for times in (1.0, 2.0):
@@ -222,7 +225,7 @@ class Ideal:
         return tuple(found)
 
     def differ(self, trial: Trial, option: Option, *pair: frozenset[str]) -> bool:
-        """Return True if two sets of real parts differ in any bit of the rows that is seen or felt."""
+        """Return True if two sets of real parts lead to rows that differ in any visible or felt bit."""
         seen = rows.TRUE_POSITION, rows.HAND_FORCE, *range(rows.STATE, rows.ROW_WIDTH)
         one, other = (self.render(trial, option, real)[:, seen] for real in pair)
         return not np.array_equal(one, other, equal_nan=True)
@@ -245,7 +248,7 @@ class Ideal:
 
 
 def shapley(value: Mapping[frozenset[str], float], players: list[str]) -> dict[str, float]:
-    """Return each player's Shapley value: its mean gain over all orders of joining."""
+    """Return each player's Shapley value, which is its mean gain over all orders of joining."""
     count = len(players)
     weight = [1.0 / (count * math.comb(count - 1, size)) for size in range(count)]
     return {
@@ -260,9 +263,9 @@ def shapley(value: Mapping[frozenset[str], float], players: list[str]) -> dict[s
 
 @dataclass(frozen=True)
 class SceneResult:
-    """Every option of a scene; refused: the reason why the board cannot render a method, by its description.
+    """Every option of a scene; ``refused`` has the reason why the board cannot render a method.
 
-    ideal_rate: highest rate in Hz of an ideal.
+    ``refused`` is indexed by the method's description. ``ideal_rate`` is the highest rate in Hz of an ideal.
     """
 
     question: SceneRequest
@@ -288,16 +291,16 @@ class SceneResult:
         return self.find(place, self.question.options)
 
     def knows(self, question: SceneRequest) -> bool:
-        """Return True if the options apply to another request, one that differs at most in its methods."""
+        """Return True if the options apply to another request, which may differ only in its methods."""
         before = self.question
         return replace(question, values=question.with_options(before.options)) == before
 
     def admissible(self, place: str) -> list[Option]:
         """Return the options that may be recommended: those with a stability margin of MARGIN.
 
-        If there are none, those within 1 % of the highest limit, except options with more than twice the
-        least error: 2 % of stiffness is not worth three times the error. For a nonlinear estimator the limit
-        is unknown, and any option may be recommended.
+        If there are none, return those within 1 % of the highest limit, except options with more than twice
+        the least error, because 2 % of stiffness is not worth three times the error. The limit of a nonlinear
+        estimator is unknown, so any option may be recommended.
         """
         options = self.at(place)
         enough = [o for o in options if self.is_stable_enough(o)]
@@ -314,9 +317,9 @@ class SceneResult:
         return wanted == 0.0 or option.limit >= wanted
 
     def recommended(self, place: str) -> Option | None:
-        """Return the admissible option with the least error; prefer the cheapest, then the default, on a tie.
+        """Return the admissible option with the least error; if equal, the cheapest, then the default.
 
-        On a computer every method takes less than a thousandth of a period, so cost is ignored.
+        On a computer every method takes less than a thousandth of a period, so its cost is ignored.
         """
         options, default = self.admissible(place), self.default(place)
         tied = [o for o in options if o.error <= min(p.error for p in options) + KNOWN]
@@ -333,7 +336,7 @@ class SceneResult:
         return f"{where}: {apart} the ideal scene, {limit_words(best.limit)}."
 
     def reason(self, place: str) -> str:
-        """Return the reason: the cost of a more accurate method, or the main parts of the error."""
+        """Return the reason, which is the cost of a more accurate method, or the main parts of the error."""
         best = self.recommended(place)
         if best is None:
             return ""
@@ -373,7 +376,7 @@ def jnd(error: float) -> str:
 
 
 def delay_words(options: Iterable[Option]) -> str:
-    """Format the delay in ms of each place; on the board it depends on the method."""
+    """Format each place's delay in ms; on the board it depends on the method."""
     found: dict[str, list[float]] = {}
     for option in options:
         found.setdefault(option.place, []).append(1e3 * option.delay)
@@ -390,7 +393,7 @@ def limit_words(limit: float) -> str:
     """Format a loop's stiffness limit."""
     if math.isnan(limit):
         return "limit unknown"
-    if limit < 0.5:  # unstable at any stiffness
+    if limit < 0.5:  # the loop is unstable at any stiffness
         return "never stable"
     return "any stiffness" if math.isinf(limit) else f"stable up to {limit:,.0f} N/m"
 
@@ -417,13 +420,13 @@ def limit_of(question: SceneRequest, options: Options, rate: float, delay: float
 
 
 Way = tuple[Place, Options, Spec]  # place, methods, velocity estimator
-# reasons why the board has no code for a law, by its choices and which numbers are 0; other numbers give the
-# same code
+# The reasons why the board has no code for a law, by the law's choices and which of its numbers are 0. Other
+# numbers give the same code.
 _REFUSED: dict[tuple, str] = {}
 
 
 def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option | str:
-    """Return an option with its rate, delay, cost and limit, or the reason why the board cannot render it."""
+    """Return an option with its rate, delay, cost and limit, or the reason for which the board refuses it."""
     place, options, spec = way
     rate, cycles, tick = place.rate, math.nan, math.nan
     delay = 1.0 / rate if place.delay is None else place.delay
@@ -442,7 +445,7 @@ def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option |
 
 
 def compute(question: SceneRequest, progress: Progress = no_progress) -> SceneResult:
-    """Compute every option of a scene with its error, before the split; raise ParameterError."""
+    """Compute every option of a scene with its error, which is not split yet; raise ParameterError."""
     ideal, planner, found, refused = Ideal(question), BoardPlanner(ARENA), [], {}
     every = list(product(question.places, question.methods()))
     for done, (place, options) in enumerate(every):
@@ -463,7 +466,10 @@ def _judged(option: Option, ideal: Ideal) -> Option:
 
 
 def in_force(question: SceneRequest, before: SceneResult) -> list[Option | str]:
-    """Return each place's present option or the reason for none, quickly, at the rates found before."""
+    """Return each place's present option, or why there is none.
+
+    This is quick, because the rates are known.
+    """
     rates = {words: min(rate, LIVE_IDEAL) for words, rate in before.ideal.rates.items()}
     ideal, planner, found = Ideal(question, rates), BoardPlanner(ARENA), []
     for place in question.places:
@@ -486,5 +492,5 @@ def split(result: SceneResult, progress: Progress = no_progress) -> SceneResult:
         own = result.ideal.own(option) if judged else ()
         options.append(replace(option, parts=result.ideal.parts(option), own=own))
     progress(len(options), len(options))
-    result.ideal.rendered.clear()  # frees up to 100 MB
+    result.ideal.rendered.clear()  # this frees up to 100 MB
     return replace(result, options=tuple(options))

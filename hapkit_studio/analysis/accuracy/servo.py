@@ -1,7 +1,7 @@
-"""Servo rate: accuracy of a wall over the cost of its ticks per second.
+"""Servo rate: the accuracy of a wall over the cost of its ticks per second.
 
-The wall has 800 N/m, the highest stiffness that students choose on a Hapkit. The path of a hand tapping on it
-is compared with the path at a wall rendered at FINE_RATE.
+The wall has 800 N/m, the highest stiffness that students choose on a Hapkit. A hand taps on it. The handle's
+path is compared with the path at a wall that is rendered at FINE_RATE.
 """
 
 import math
@@ -20,10 +20,10 @@ from hapkit_studio.haptics import headless, rows
 RATES = (250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 10_000.0)
 STIFFNESS = 800.0
 TAP_SECONDS = 0.8
-DELAYS = {"prompt": 0.0, "late": 1e-3}  # s: without delay, and with that of a USB port
+DELAYS = {"prompt": 0.0, "late": 1e-3}  # s: without a delay, and with the delay of a USB port
 LABELS = {"prompt": "Answer at once", "late": "1 ms later"}
-FINE_RATE = 1_000_000.0  # Hz; a multiple of all other rates
-DEVICE = SimulatedHapkit(quantum=0.0)  # with an ideal sensor, so that only the rate has an effect
+FINE_RATE = 1_000_000.0  # Hz: a multiple of all other rates
+DEVICE = SimulatedHapkit(quantum=0.0)  # the sensor is ideal, so that only the rate has an effect
 
 
 def _scene(rate: float, delay: float) -> headless.Scene:
@@ -33,7 +33,7 @@ def _scene(rate: float, delay: float) -> headless.Scene:
 
 @cache
 def continuous() -> np.ndarray:
-    """Return the handle's path in m at FINE_RATE, every 25 µs."""
+    """Return the handle's path in m at FINE_RATE, with a value every 25 µs."""
     count = round(TAP_SECONDS * FINE_RATE) + 1
     return headless.render_every(_scene(FINE_RATE, 0.0), SCRIPTS["tap"], count, 25)[:, rows.TRUE_POSITION]
 
@@ -52,7 +52,7 @@ def contact_error(rate: float, delay: float) -> float:
 
 
 def runs(scene: Scene) -> list[Run]:
-    """Return the runs of every rate, with and without delay."""
+    """Return the runs of every rate, with and without the delay."""
     found: list[Run] = []
     for method, delay in DELAYS.items():
         for rate in RATES:

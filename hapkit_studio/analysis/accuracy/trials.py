@@ -1,4 +1,4 @@
-"""Motions of a hand in a scene, and the felt difference between two renderings."""
+"""Motions of a hand in a scene, and the difference that people feel between two renderings."""
 
 import math
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import compact
 from hapkit_studio.haptics import headless, rows
 
-# m/s to the right from the middle: initial speed of a released handle, without which it would not move
+# m/s to the right from the middle: initial speed of a released handle, which would not move otherwise
 THROWN = 0.5
 THROWS = np.linspace(0.3, 0.7, 81)
 SECONDS = {
@@ -21,14 +21,16 @@ SECONDS = {
     "pluck": 2.0, "shake": 2.0, "pet": 9.6, "rub": 2.4,
 }  # fmt: skip
 OTHER_SECONDS = 2.0
-LONG, WATCHED = 3.0, 1.0  # s: duration of a longer run; observation after the hand releases the handle
+# s: duration of a longer run; time for which the handle is observed after its release
+LONG, WATCHED = 3.0, 1.0
 _STEP = 1e-6  # s: step of the numerical derivative of a hand's target
-HANDS = ("released", "press", "stroke")  # for an environment without its own, such as a student's
+# the hands for an environment that declares none, such as a student's
+HANDS = ("released", "press", "stroke")
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A hand motion in a scene, its duration in s, and the handle's initial speed in m/s."""
+    """A hand's motion in a scene, with its duration in s, and the handle's initial speed in m/s."""
 
     words: str
     hand: Hand
@@ -37,18 +39,18 @@ class Trial:
 
     @property
     def holds(self) -> bool:
-        """Return True if the hand stays on the handle and adds its mass."""
+        """Return True if the hand stays on the handle, so that its mass is added."""
         return self.hand.mass > 0.0 and math.isinf(self.hand.release)
 
 
 def script(name: str) -> Trial:
-    """Return the trial of a named hand script."""
+    """Return the trial of a hand's script by its name."""
     hand = hand_named(name)
     return Trial(name, hand, SECONDS.get(name, OTHER_SECONDS), THROWN if hand.release <= 0.0 else 0.0)
 
 
 def scripts(environment: Environment) -> list[Trial]:
-    """Return the trials of a scene's hand scripts."""
+    """Return the trials of the hand scripts that a scene declares."""
     return [script(name) for name in environment.hands or HANDS]
 
 
@@ -66,7 +68,7 @@ def variants(trial: Trial) -> Iterator[Trial]:
 
 
 def render(scene: headless.Scene, trial: Trial) -> np.ndarray:
-    """Return the rows at perception.RATE of a scene in a trial, with the last one at its end.
+    """Return the rows at perception.RATE of a scene in a trial; the last row is at the trial's end.
 
     At other loop rates the position is interpolated by cubics through positions and velocities.
     """
@@ -95,9 +97,10 @@ def _resampled(found: np.ndarray, rate: float, seconds: float) -> np.ndarray:
 
 
 def _hand_force(hand: Hand, found: np.ndarray) -> np.ndarray:
-    """Return the force (n,) in N of a hand on a handle with the motion in rows (n, ROW_WIDTH) at RATE.
+    """Return the force (n,) in N of a hand on a handle whose motion is in rows (n, ROW_WIDTH) at RATE.
 
-    The rows' own hand force uses the target's velocity half a sample earlier: up to 11 mN off at 1 kHz.
+    The rows' own hand force uses the target's velocity half a sample earlier; its error is up to 11 mN at 1
+    kHz.
     """
     t = np.arange(len(found)) / perception.RATE
     target, before, after = (hand.target(t + s) for s in (0.0, -_STEP, _STEP))  # type: ignore[arg-type]

@@ -1,7 +1,7 @@
-"""Velocity estimators: error of each, rendered by the loop's own tick.
+"""Velocity estimators: the error of each, rendered by the loop's own tick.
 
 The simulated Hapkit's sensor measures the motions for 3 s at 1 kHz. Tremor and ramps start 0.3 counts above
-an edge, so that counts are not periodic. The cost is that of the whole tick, with the damping scene's law and
+an edge, so that counts are not periodic. The cost is that of the whole tick with the damping scene's law and
 the simulated handle.
 """
 
@@ -59,7 +59,7 @@ VARIANTS: tuple[tuple[str, dict[str, float]], ...] = (
     *(("foaw", {"window": 16.0, "noise": noise}) for noise in (1.0, 0.5)),
     *(("kalman", {"q": q}) for q in (1e-3, 1e-2, 1e-1)),
 )
-# N: a smaller vibration of the force is not felt; converted to m/s by the damping scene
+# N: people do not feel a smaller vibration of the force; the damping scene converts this to m/s
 UNFELT = 0.020
 _DAMPING = environments.named("damping").values()["damping"]
 _REASON = f"At the damping scene's {_DAMPING:g} N·s/m this is {1e3 * UNFELT:g} mN, too weak to be felt"

@@ -5,9 +5,10 @@ import math
 from hapkit_studio.analysis.accuracy.plan import Point, Scene, Sheet
 from hapkit_studio.formatting import compact, power_of_ten, significant, with_unit
 
-# values beyond the first two are formatted as powers of ten; speed tolerances below the third in µm/s
+# values below the first or above the second one are formatted as powers of ten; speed tolerances below the
+# third one are in µm/s
 _TINY, _HUGE, _SLOW = 1e-2, 1e5, 1e-4
-_NAMED = 3  # largest number of listed methods with equal cost
+_NAMED = 3  # maximum number of listed methods with the same cost
 
 
 def unit(scene: Scene) -> tuple[float, str]:
@@ -18,7 +19,7 @@ def unit(scene: Scene) -> tuple[float, str]:
 
 
 def error_words(error: float, scene: Scene) -> str:
-    """Format an error with its unit: a fraction in %, a speed in mm/s or µm/s."""
+    """Format an error with its unit; a fraction is in %, a speed in mm/s or µm/s."""
     factor, name = unit(scene)
     value = error * factor
     if not math.isfinite(value):
@@ -28,7 +29,7 @@ def error_words(error: float, scene: Scene) -> str:
 
 
 def tolerance_words(tolerance: float, scene: Scene) -> str:
-    """Format a tolerance, a round number."""
+    """Format a tolerance, which is a round number."""
     factor, name = unit(scene)
     return with_unit(tolerance * factor, name)
 
@@ -49,7 +50,7 @@ def name_words(point: Point, sheet: Sheet, unit: str = "ms step") -> str:
 
 
 def winner_words(sheet: Sheet, tolerance: float, board: bool = False, unit: str = "ms step") -> str:
-    """Format the cheapest point within a tolerance, and those of equal cost."""
+    """Format the cheapest point within a tolerance, and the points with the same cost."""
     names = [name_words(p, sheet, unit) for p in sheet.winners(tolerance, board)]
     return " or ".join(names[:_NAMED]) + " or others" * (len(names) > _NAMED) or "none"
 
