@@ -1,10 +1,10 @@
-"""Hapkit Studio: feel, tune and measure virtual environments on a Hapkit, real or simulated."""
+"""Hapkit Studio: feel, tune and measure virtual environments on a real or simulated Hapkit."""
 
 from importlib import import_module
 
 from hapkit_studio.version import __version__
 
-TYPE_CHECKING = False  # importing typing would take longer than everything else here
+TYPE_CHECKING = False  # importing typing would take longer than all other imports here
 if TYPE_CHECKING:
     from hapkit_studio import environments
     from hapkit_studio.analysis.stability.limits import stable_stiffnesses, stiffness_limit
@@ -61,7 +61,7 @@ __all__ = [
 def __getattr__(name: str):
     """Import a public name at its first use, so that the start is fast."""
     if name == "environments":
-        return import_module("hapkit_studio.environments")  # this package is also callable
+        return import_module("hapkit_studio.environments")  # this package can also be called
     if name in _PLACES:
         return getattr(import_module(f"hapkit_studio.{_PLACES[name]}"), name)
     raise AttributeError(f"module 'hapkit_studio' has no attribute {name!r}")

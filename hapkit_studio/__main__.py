@@ -1,4 +1,4 @@
-"""Start the studio: ``python -m hapkit_studio``."""
+"""Starts the studio with ``python -m hapkit_studio``."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Python API without a window: simulation with the same tick, laws and device as the window."""
+"""The Python API without a window. Simulation uses the same tick, laws and device as the window."""
 
 import math
 from collections.abc import Mapping
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.0, 86_400.0)
 SPEED = Parameter("max_speed", "Largest speed", "m/s", 3.0, 0.0, 1e6)
-_CHUNK = 1000  # samples per chunk of a session
-# memory limit: a row takes 272 bytes
+_CHUNK = 1000  # number of samples per chunk of a session
+# maximum number of samples, which limits the memory: a row takes 272 bytes
 MOST_SAMPLES = 10_000_000
 _SIGNALS = tuple(
     BY_NAME[name]
@@ -44,19 +44,20 @@ _SIGNALS = tuple(
         "energy", "flags",
     )
 )  # fmt: skip
-"""The signals of a run, in the column order of its tables."""
+"""The signals of a run, in the order of the columns of its tables."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run; arrays of shape (n,), row k at k / rate s, row 0 the initial state. SI units.
+    """A run in SI units. Arrays have the shape (n,); row k is at k / rate s, and row 0 is the initial state.
 
-    position and velocity: as passed to the law; true_…: of the simulated paddle at the same instants. force:
-    returned by the law at sample k; applied_force: after fade, limit and safety. state: (n, values). moves:
-    position in m (n,) of other moving objects, by name. hand_target: target in m of a Hand given as an
-    object, None for other hands. settings: at the end; settings_log: all settings with their times in s, if
-    they changed. warnings: what could not be rendered well at these settings and speeds. date: of the
-    recording.
+    ``position`` and ``velocity`` are those passed to the law; true_… are those of the simulated paddle at the
+    same times. ``force`` is the law's result for sample k; ``applied_force`` is the force after fade, limit
+    and safety. ``state`` has the shape (n, values). ``moves`` has the position in m (n,) of other moving
+    objects, by name. ``hand_target`` is the target in m of a Hand that was given as an object, and None for
+    other hands. ``settings`` are those at the end; ``settings_log`` has all settings with their times in s if
+    they changed. ``warnings`` name effects that could not be rendered well at these settings and speeds.
+    ``date`` is the date of the recording.
     """
 
     time: np.ndarray
@@ -85,9 +86,9 @@ class Run:
         return self.settings_log or ((0.0, self.settings),)
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return every column by its name with its unit.
+        """Return every column by its name, which contains its unit.
 
-        Other moving objects are "object.name_m", state variables of the law "state.name".
+        Other moving objects are "object.name_m"; state variables of the law are "state.name".
         """
         named = {"time_s": self.time}
         named |= {s.column_name: getattr(self, s.name) for s in _SIGNALS}
@@ -98,9 +99,10 @@ class Run:
         return {**named, **{f"state.{name}": self.state[:, i] for i, name in enumerate(self.state_names)}}
 
     def save(self, path: str | Path, decimal: str = ".") -> None:
-        """Write columns, settings and their changes as CSV, Parquet, .mat or a session, by the path's suffix.
+        """Write columns, settings and their changes to a file.
 
-        decimal: decimal sign of a CSV, "." or ",". Raise ParameterError, SessionError, OSError.
+        The path's suffix selects CSV, Parquet, .mat or a session. ``decimal`` is the decimal sign of a CSV,
+        "." or ",". Raise ParameterError, SessionError, OSError.
         """
         if Path(path).suffix == SUFFIX:
             self._save_session(path)
@@ -109,7 +111,7 @@ class Run:
 
     def _save_session(self, path: str | Path) -> None:
         table = np.zeros((len(self.time), rows.ROW_WIDTH))
-        table[:, [rows.ENERGY_GIVEN, rows.ENERGY_LIMIT]] = np.nan  # columns that a run does not have
+        table[:, [rows.ENERGY_GIVEN, rows.ENERGY_LIMIT]] = np.nan  # a run does not have these columns
         table[:, rows.TICK], table[:, rows.HOST_TIME] = np.arange(len(table)), self.time
         for signal in _SIGNALS:
             table[:, COLUMN[signal.name]] = getattr(self, signal.name)
@@ -125,9 +127,10 @@ class Run:
                 writer.add(pack(part, _quantum(self.settings), states, True))
 
     def plot(self, path: str | Path, environment: Environment | None = None) -> None:
-        """Write a figure: position, velocity, force over time, and force over position with the law's curve.
+        """Write a figure of position, velocity and force over time, and of force over position.
 
-        environment: the rendered one if it is not in the library.
+        The figure also has the law's curve. ``environment`` is the rendered environment, if it is not in the
+        library.
         """
         from hapkit_studio.charts.run import run_figure
 
@@ -149,11 +152,12 @@ def simulate(
     max_speed: float = math.inf,
     controller: bool = False,
 ) -> Run:
-    """Simulate an environment on a Hapkit, at its full parameters from the first sample on.
+    """Simulate an environment on a Hapkit; its parameters have their full values from the first sample on.
 
-    rate in Hz; delay in s from sample to applied force, any non-negative value; max_speed in m/s: the
-    over-speed limit, which latches; controller: use the passivity controller. Raise ParameterError for an
-    unknown name or invalid value, LawError if the law takes longer than a period and 1 ms.
+    ``rate`` is in Hz. ``delay`` is the time in s from sample to applied force, any non-negative value.
+    ``max_speed`` in m/s is the over-speed limit, which latches. ``controller``: use the passivity controller.
+    Raise ParameterError for an unknown name or invalid value, LawError if the law takes longer than a period
+    and 1 ms.
     """
     interrupts.listen()
     chosen = environment if isinstance(environment, Environment) else environments.named(environment)
@@ -205,12 +209,12 @@ def simulate(
 
 
 def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -> Run:
-    """Return a session's samples from start to stop in s since its begin, as a Run.
+    """Return a session's samples from ``start`` to ``stop`` in s since its begin, as a Run.
 
-    time starts at 0, on the device's clock if it is continuous. settings are those at the end, settings_log
-    contains earlier ones, warnings name every change. Columns that were not recorded, state variables of
-    other environments, and true motion and hand outside simulations are NaN. Raise SessionError,
-    ParameterError without samples.
+    ``time`` starts at 0, on the device's clock if that is continuous. ``settings`` are those at the end;
+    ``settings_log`` contains the earlier ones, and ``warnings`` name every change. Columns that were not
+    recorded, state variables of other environments, and the true motion and the hand outside simulations are
+    NaN. Raise SessionError; raise ParameterError if there are no samples.
     """
     session = Session(path)
     try:
@@ -246,11 +250,12 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
 
 
 def open_recording(path: str | Path, columns: TableColumns | None = None) -> "Recording":
-    """Return a recording for identification, from a session, the studio's own table or a foreign table.
+    """Return a recording for identification from a session, the studio's own table or another table.
 
-    columns: columns of a foreign table. Raise SessionError, FileError, UnknownColumnsError.
+    ``columns`` are the columns of a table from another program. Raise SessionError, FileError,
+    UnknownColumnsError.
     """
-    from hapkit_studio.analysis.identify import from_csv, from_run  # imported here, because it takes seconds
+    from hapkit_studio.analysis.identify import from_csv, from_run  # imported late because it takes seconds
 
     with open_regular(path) as file:
         is_session = file.read(len(SQLITE)) == SQLITE
@@ -260,7 +265,10 @@ def open_recording(path: str | Path, columns: TableColumns | None = None) -> "Re
 
 
 def _states(time: np.ndarray, state: np.ndarray, log: Log) -> tuple[tuple[str, ...], np.ndarray]:
-    """Return the names of all state variables and their values (n, names), NaN where the law has none."""
+    """Return the names of all state variables and their values (n, names).
+
+    NaN if the law has no such variable.
+    """
     width = state.shape[1]
     unnamed = [f"state_{i}" for i in range(width)]
     pieces = [(when, list(settings.get("state_names", unnamed))[:width]) for when, settings in log]
@@ -276,16 +284,17 @@ def _states(time: np.ndarray, state: np.ndarray, log: Log) -> tuple[tuple[str, .
 
 
 def _quantum(settings: Mapping) -> float:
-    """Return the sensor's step in m from settings, 0 if missing."""
+    """Return the sensor's step in m from settings; 0 if it is missing."""
     device = settings.get("device")
     known = device.get("quantum") if isinstance(device, Mapping) else settings.get("quantum_m")
     return float(known) if isinstance(known, int | float) else 0.0
 
 
 def _unsettled(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarray) -> list[str]:
-    """Return warnings on a handle that does not settle, held and released.
+    """Return warnings on a handle that does not settle, both held and released.
 
-    Only if the run did not come to rest; a handle that never moved and imposed motion are not judged.
+    If the run came to rest, there are no warnings. A handle that never moved and an imposed motion are not
+    judged.
     """
     place = out[:, rows.TRUE_POSITION]
     came, moved = (np.ptp(part) > scene.device.quantum for part in (place, place[-max(len(out) // 5, 1) :]))
@@ -293,7 +302,7 @@ def _unsettled(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.nd
         return []
     from hapkit_studio.analysis.stability.behaviour import (
         behaviour,
-    )  # imported here, because most runs come to rest
+    )  # imported late because most runs come to rest
 
     held = hand is not None and hand.release > 0.0
     let_go = hand is None or hand.release * scene.loop.rate < len(out)

@@ -1,4 +1,4 @@
-"""Command-line options: a parser with one-line errors, and the window's options."""
+"""Command-line options: a parser whose errors have one line, and the window's options."""
 
 import argparse
 import sys
@@ -9,20 +9,23 @@ from hapkit_studio.formatting import printable
 
 
 class LineParser(argparse.ArgumentParser):
-    """Argument parser with one-line errors and exit code 2."""
+    """An argument parser whose errors have one line and exit code 2."""
 
     def error(self, message: str):
         self.exit(2, printable(f"{self.prog}: {message}\n"))
 
     def _print_message(self, message: str, file: Any = None) -> None:
-        """Print help, version or an error; raise OSError on a closed output, which argparse hides."""
+        """Print help, version or an error.
+
+        Raise OSError if the output is closed, which argparse would hide.
+        """
         print(message or "", end="", file=file or sys.stderr, flush=True)
 
 
 def window_parser() -> LineParser:
-    """Return the window's options; those from --screenshot on are for pictures and for developers.
+    """Return the parser of the window's options; --screenshot and later ones are for developers.
 
-    Independent of Qt, so that invalid options are reported even without a display.
+    It does not depend on Qt, so that invalid options are reported even without a display.
     """
     parser = LineParser(prog="hapkit-studio", description="The studio's window.")
     parser.add_argument("--environment", help="environment at the start; by default the last one")

@@ -1,4 +1,4 @@
-"""The command line: the window, headless runs, lists, and a test of the loop."""
+"""The command line: the window, runs without a window, lists, and a test of the loop."""
 
 import atexit
 import gc
@@ -10,7 +10,7 @@ from contextlib import suppress
 from hapkit_studio import interrupts
 from hapkit_studio.errors import StudioError
 
-# slow modules are imported below, after Ctrl+C handling has started
+# Slow modules are imported in the functions below, after the handling of Ctrl+C has started.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     import argparse
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
     from hapkit_studio.commands.base import Result
 
 FAILED = 2
-SESSION_SUFFIX = ".hapkit"  # of sessions.file, which is slow to import
+SESSION_SUFFIX = ".hapkit"  # the same as in sessions.file, which is slow to import
 _TEXTS_HELP = "print every text of the window with its location, for proofreading"
 EXIT_SECONDS = 1.0
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command; return the exit code: 2 for invalid input, with a one-line message.
+    """Run a command and return the exit code; it is 2, with a message of one line, for invalid input.
 
-    argv: None for the program itself, which exits within EXIT_SECONDS, whatever threads remain.
+    ``argv`` is None for the program itself, which exits within EXIT_SECONDS even if threads still run.
     """
     if argv is not None:
         return _run(argv)
     interrupts.begin()
     ends: list[int] = []
-    atexit.register(_exit_now, ends)  # registered first, called last
+    atexit.register(_exit_now, ends)  # registered first, so that it is called last
     code = _run(sys.argv[1:])
     _end_soon(code)
     if "PySide6" not in sys.modules:
@@ -48,7 +48,7 @@ def _run(given: Sequence[str]) -> int:
     except StudioError as error:
         return fail(str(error), error.exit_code)
     except BrokenPipeError:
-        return fail("")  # the reader closed the pipe
+        return fail("")  # the reader has closed the pipe
     except OSError as error:
         return fail(f"{error.filename or 'output'}: {error.strerror or error}")
     except KeyboardInterrupt:
@@ -56,7 +56,7 @@ def _run(given: Sequence[str]) -> int:
 
 
 def _is_for_window(given: Sequence[str]) -> bool:
-    """Return True without a command: for nothing, a recorded session, or the window's options."""
+    """Return True if there is no command: no argument, a recorded session, or the window's options."""
     if not given or given[0].endswith(SESSION_SUFFIX):
         return True
     return given[0].startswith("-") and given[0] not in ("-h", "--help", "--version")
@@ -65,11 +65,11 @@ def _is_for_window(given: Sequence[str]) -> bool:
 def _prepare_streams() -> None:
     from io import TextIOWrapper
 
-    if sys.stderr is None:  # closed: print would use stdout instead
+    if sys.stderr is None:  # stderr is closed, and print would use stdout
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115, open as long as the program runs
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a console without "·" shows "?"
+            stream.reconfigure(errors="replace")  # a console that lacks "·" shows "?"
 
 
 def _command(given: Sequence[str]) -> int:
@@ -90,7 +90,7 @@ def _command(given: Sequence[str]) -> int:
             text = json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text
             print(printable(text), flush=True)
     except StudioError as error:
-        # the next step, for the port given on the command line
+        # the next step, for the port that the command line names
         port = getattr(options, "port", None) or getattr(options, "device", None)
         step = f" Run `hapkit-studio flash {port}`." if port and getattr(error, "step", "") else ""
         return fail(f"{error}{step}", error.exit_code)
@@ -98,7 +98,7 @@ def _command(given: Sequence[str]) -> int:
 
 
 def fail(words: str, code: int = FAILED) -> int:
-    """Print an error line on stderr, none if empty; return the exit code."""
+    """Print an error line on stderr unless it is empty, and return the exit code."""
     from hapkit_studio.formatting import printable
 
     with suppress(OSError):
@@ -108,21 +108,21 @@ def fail(words: str, code: int = FAILED) -> int:
 
 
 def _flush() -> None:
-    """Flush the outputs; discard the data if an output is closed or full.
+    """Flush the outputs; if an output is closed or full, discard its data.
 
-    Otherwise Python would retry at exit and print a traceback.
+    Otherwise Python would try again at exit and print a traceback.
     """
     for stream in (sys.stdout, sys.stderr):
         try:
             if stream is not None:
                 stream.flush()
         except OSError:
-            with suppress(OSError, ValueError):  # a replaced output may have no file
+            with suppress(OSError, ValueError):  # a replaced output may not have a file
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _end_soon(code: int) -> None:
-    """Exit within EXIT_SECONDS: threads of a user's file may still run."""
+    """Exit within EXIT_SECONDS, because threads of a user's file may still run."""
     import threading
 
     timer = threading.Timer(EXIT_SECONDS, os._exit, (code,))
@@ -131,7 +131,7 @@ def _end_soon(code: int) -> None:
 
 
 def _exit_now(ends: Sequence[int]) -> None:
-    """Exit with a code, if one is given: during Python's own shutdown Ctrl+C would change it."""
+    """Exit with a code if one is given; during Python's own shutdown Ctrl+C would change the code."""
     for code in ends:
         _flush()
         os._exit(code)
@@ -162,7 +162,7 @@ def parser() -> "argparse.ArgumentParser":
 
 
 def _texts(_options: "argparse.Namespace") -> "Result":
-    """List the texts of the window, which a command in a lower layer cannot import."""
+    """List the texts of the window; commands in a lower layer cannot import the window."""
     from hapkit_studio.commands.base import Result
 
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -176,24 +176,24 @@ def _texts(_options: "argparse.Namespace") -> "Result":
 def _window(given: Sequence[str]) -> int:
     from hapkit_studio.arguments import window_parser
 
-    if given and given[0].endswith(SESSION_SUFFIX):  # as the desktop opens a file
+    if given and given[0].endswith(SESSION_SUFFIX):  # the desktop opens a file with this argument
         given = ["--replay", *given]
-    options = window_parser().parse_args(given)  # report invalid options before anything starts
+    options = window_parser().parse_args(given)  # invalid options are reported before any other work starts
     qt = sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM")
     if not (qt or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return _demo()
-    gc.disable()  # imported objects stay: collecting them repeatedly would take 0.1 s
+    gc.disable()  # collecting the imported objects repeatedly would take 0.1 s, and they stay anyway
     from hapkit_studio.gui.state import prepare
 
     first = options.environment or prepare.FIRST
-    preparing = prepare.begin("loop", first)  # compile while Qt is loading
+    preparing = prepare.begin("loop", first)  # compile while Qt is being loaded
     from hapkit_studio.gui.shell import app
 
     return app.run(given, preparing)
 
 
 def _demo() -> int:
-    """Report the missing display, render a hand pressing into the wall, write the figure."""
+    """Report that there is no display, simulate a hand that presses into the wall, and write the figure."""
     import tempfile
 
     from hapkit_studio.commands.run import demo

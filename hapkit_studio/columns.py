@@ -1,4 +1,4 @@
-"""Columns of a table of results: declared once, for the window's tables and the command line."""
+"""Columns of a table of results. The window's tables and the command line share one declaration."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ _GAP = "  "
 class Column:
     """A column: title, unit, and functions for the text, sort key, colours and alignment of a row's cell.
 
-    order: the sort key, by default the text. token, ground: names of text and background colours in the
-    palette. mark: the matplotlib marker before the text and the name of its colour. right: right-aligned
-    text.
+    ``order`` is the sort key; the default is the text. ``token`` and ``ground`` are the names of text and
+    background colours in the palette. ``mark`` is the matplotlib marker before the text, and the name of its
+    colour. ``right``: the text is right-aligned.
     """
 
     title: str
@@ -34,7 +34,7 @@ class Column:
 
 
 def text_lines(columns: Iterable[Column], rows: Iterable[Any], indent: str = "") -> list[str]:
-    """Return a table as lines of text: titles, units if any column has one, then a line per row.
+    """Return a table as lines of text: the titles, the units if a column has one, then one line per row.
 
     Line breaks in cells become spaces.
     """

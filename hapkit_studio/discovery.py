@@ -1,4 +1,4 @@
-"""Discovery of declarations in a package's modules, so that adding a feature is adding a module."""
+"""Finds declarations in a package's modules, so that a new feature needs only a new module."""
 
 import warnings
 from collections.abc import Mapping
@@ -14,10 +14,10 @@ T = TypeVar("T")
 
 
 def declared(package: str, name: str, kind: type[T], *, group: str = "") -> list[T]:
-    """Import every module of a package; return the objects declared under a name, in the modules' order.
+    """Import all modules of a package; return the objects declared under a name, in the modules' order.
 
-    Modules without the name, or with an object of another type, are ignored. group: entry-point group of
-    other installed packages, whose objects follow.
+    Modules without the name, or with an object of another type, are ignored. ``group`` is the entry-point
+    group of other installed packages, whose objects follow.
     """
     found = [
         getattr(import_module(info.name), name, None)
@@ -29,23 +29,26 @@ def declared(package: str, name: str, kind: type[T], *, group: str = "") -> list
 
 
 def assigning(folder: Path, name: str) -> list[str]:
-    """Return the modules in a folder whose text assigns a name, sorted, without importing them."""
+    """Return the modules in a folder whose text assigns a name, sorted; the modules are not imported."""
     files = (*folder.glob("*.py"), *folder.glob("*/__init__.py"))
     found = [file for file in files if f"\n{name} = " in file.read_text(encoding="utf-8")]
     return sorted(file.parent.name if file.stem == "__init__" else file.stem for file in found)
 
 
 def _loaded(point: EntryPoint) -> object:
-    """Load another package's object; if that fails, warn and return None."""
+    """Load an object of another package; if this fails, warn and return None."""
     try:
         return point.load()
-    except Exception as error:  # another package's module can raise anything
+    except Exception as error:  # another package's module can raise any exception
         warnings.warn(f"{point.name!r} ({point.value}) cannot be loaded: {error}", stacklevel=4)
         return None
 
 
 def named(library: Mapping[str, T], key: object, what: str) -> T:
-    """Return the entry of a key; raise ParameterError with ``what`` it is and the known keys."""
+    """Return the entry with a key.
+
+    Raise ParameterError, which names ``what`` was sought and the known keys.
+    """
     if not isinstance(key, str) or key not in library:
         raise ParameterError(f"There is no {what} {key!r}; available: {', '.join(library)}.")
     return library[key]

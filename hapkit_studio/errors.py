@@ -1,14 +1,14 @@
-"""Every error of the studio: one line with value, limit, unit and what to do."""
+"""All errors of the studio. A message is one line with value, limit, unit and remedy."""
 
 
 class StudioError(Exception):
-    """Base of all errors with a message for the user."""
+    """The base class of all errors with a message for the user."""
 
     exit_code = 2
 
 
 class Cancelled(StudioError):
-    """The work was cancelled; a progress function raises this exception, and it is passed through."""
+    """The work was cancelled; a progress function raises this exception, and other code does not catch it."""
 
 
 class ParameterError(StudioError, ValueError):
@@ -28,10 +28,10 @@ class LawError(StudioError):
 
 
 class DeviceError(StudioError):
-    """A device cannot be used; the message contains reason and remedy.
+    """A device cannot be used; the message contains the reason and the remedy.
 
-    brief: short message. step: a next step that a window can offer, "flash" or "update". command: a shell
-    command to copy.
+    ``brief`` is a short message. ``step`` is a next step that a window can offer, "flash" or "update".
+    ``command`` is a shell command that the user can copy.
     """
 
     def __init__(self, message: str, *, brief: str = "", step: str = "", command: str = ""):
@@ -40,11 +40,11 @@ class DeviceError(StudioError):
 
 
 class PortBusyError(DeviceError):
-    """Another program holds the port."""
+    """Another program uses the port."""
 
 
 class PortGoneError(DeviceError):
-    """The port does not exist, or disappeared."""
+    """The port does not exist or has disappeared."""
 
 
 class PortPermissionError(DeviceError):
@@ -52,11 +52,11 @@ class PortPermissionError(DeviceError):
 
 
 class NotAHapkitError(DeviceError):
-    """The port has no Hapkit firmware: it sent no reply, or an unknown one."""
+    """The port has no Hapkit firmware: it sent no reply, or one that is unknown."""
 
 
 class NoFirmwareError(DeviceError):
-    """A kit's board has no firmware, or a different one."""
+    """A kit's board has no firmware, or firmware of another kind."""
 
 
 class WrongProtocolError(DeviceError):
@@ -64,7 +64,7 @@ class WrongProtocolError(DeviceError):
 
 
 class NoDataError(DeviceError):
-    """The firmware sent Hello, but no further data."""
+    """The firmware sent its Hello message, but no further data."""
 
 
 class AvrdudeMissingError(DeviceError):
@@ -72,7 +72,7 @@ class AvrdudeMissingError(DeviceError):
 
 
 class FlashError(DeviceError):
-    """Writing the firmware failed; it can be retried."""
+    """Writing the firmware has failed; the user can try again."""
 
 
 class FlashInterruptedError(FlashError):

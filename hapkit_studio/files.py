@@ -1,4 +1,4 @@
-"""Reading of foreign files with limits and validation; atomic writing."""
+"""Reads foreign files with limits and checks, and writes files atomically."""
 
 import json
 import math
@@ -14,26 +14,28 @@ from typing import Any, BinaryIO
 from hapkit_studio.errors import FileError
 from hapkit_studio.formatting import quoted
 
-MOST_BYTES = 65_536  # bytes in a file with settings, unless its reader specifies a different limit
-MOST_NESTED = 32  # bracket depth; Python's parsers recurse once per level
-LONGEST_WORD = 256  # characters of a key or number; tomllib takes 13 s for a dotted key of 40 KB
+# maximum number of bytes of a file with settings, unless its reader passes a different limit
+MOST_BYTES = 65_536
+MOST_NESTED = 32  # maximum depth of brackets; Python's parsers recurse once per level
+# maximum number of characters of a key or number; tomllib takes 13 s for a dotted key of 40 KB
+LONGEST_WORD = 256
 _SKIPPED = re.compile(
     r"""#[^\n]*|\"{3}(?:\\.|[^\\])*?(?:\"{3}|\Z)|'{3}.*?(?:'{3}|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?""", re.S
-)  # comments and strings of TOML, which include those of JSON
+)  # matches comments and strings of TOML, which include those of JSON
 _LONG_RUN = re.compile(rf'[^"]{{{LONGEST_WORD + 1}}}')  # matches within every JSON number that is too long
 _STRUCTURE = re.compile(r"[\[{]|[\]}]|[\w+-]+(?:[ \t]*\.[ \t]*[\w+-]+)*")
 
 
 def open_regular(path: str | Path) -> BinaryIO:
-    """Open a file for reading bytes; raise FileError unless it is a regular file.
+    """Open a file for reading bytes; raise FileError if it is not a regular file.
 
-    Opened non-blocking and then tested, as opening a FIFO would wait for its writer.
+    The file is opened in non-blocking mode and then tested, because opening a FIFO would wait for its writer.
     """
     try:
         file = open(path, "rb", opener=_open_without_blocking)  # noqa: SIM115, the caller closes it
     except OSError as error:
         raise FileError(f"Cannot read {_name(path)}: {error.strerror}.") from None
-    except ValueError as error:  # a null character in the path
+    except ValueError as error:  # the path contains a null character
         raise FileError(f"Cannot read {_name(path)}: {error}.") from None
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         file.close()
@@ -50,7 +52,7 @@ def _open_without_blocking(path: str, flags: int) -> int:
 
 
 def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
-    """Return a regular file's bytes; raise FileError, also for more than ``most``."""
+    """Return a regular file's bytes; raise FileError, also if there are more than ``most``."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         try:
@@ -63,7 +65,7 @@ def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
 
 
 def read_text(path: str | Path, most: int = MOST_BYTES) -> str:
-    """Return a regular file's text, UTF-8 with or without byte-order mark; raise FileError with the line."""
+    """Return a regular file's UTF-8 text without byte-order mark; raise FileError with the line."""
     data = read_bytes(path, most)
     try:
         return data.decode("utf-8-sig")
@@ -78,7 +80,7 @@ def read_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
 
 
 def parse_toml(text: str, name: str) -> dict[str, Any]:
-    """Return the table of a TOML text; raise FileError with the line, beginning with the file's name."""
+    """Return the table of a TOML text; raise FileError with the file's name and the line."""
     _check_structure(text, name)
     try:
         return tomllib.loads(text)
@@ -87,10 +89,10 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
 
 
 def parse_json(text: str, name: str) -> Any:
-    """Return the value of a JSON text; raise FileError beginning with the name of its file or setting."""
+    """Return the value of a JSON text; raise FileError, which begins with the name of its file or setting."""
     if text.count("[") + text.count("{") > MOST_NESTED or _LONG_RUN.search(
         text
-    ):  # shorter texts are within both limits
+    ):  # a shorter text cannot exceed the two limits
         _check_structure(text, name)
     try:
         return json.loads(text)
@@ -99,7 +101,7 @@ def parse_json(text: str, name: str) -> Any:
 
 
 def _check_structure(text: str, name: str) -> None:
-    """Raise FileError if a JSON or TOML text is too deep or has too long words for its parser."""
+    """Raise FileError if a JSON or TOML text is nested too deeply, or has too long words, for its parser."""
     bare = _SKIPPED.sub(lambda found: "s" * (found[0][0] != "#") + "\n" * found[0].count("\n"), text)
     depth = 0
     for found in _STRUCTURE.finditer(bare):
@@ -116,9 +118,9 @@ def _check_structure(text: str, name: str) -> None:
 def checked_number(
     value: object, place: str, low: float = -math.inf, high: float = math.inf, unit: str = ""
 ) -> float:
-    """Return a file's value as a float from low to high; raise FileError beginning with its place.
+    """Return a file's value as a float from ``low`` to ``high``; raise FileError.
 
-    True, False, NaN and infinities are rejected.
+    The error's text begins with ``place``. True, False, NaN and infinities are rejected.
     """
     try:
         number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
@@ -130,21 +132,24 @@ def checked_number(
 
 
 def checked_integer(value: object, place: str, low: float = -math.inf, high: float = math.inf) -> int:
-    """Return a file's value as an integer from low to high; raise FileError beginning with its place."""
+    """Return a file's value as an integer from ``low`` to ``high``.
+
+    Raise FileError beginning with ``place``.
+    """
     if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
         raise _wrong(value, place, f"a whole number{_range(low, high)}")
     return value
 
 
 def checked_text(value: object, place: str, longest: int) -> str:
-    """Return a file's value as one line of printable text; raise FileError beginning with its place."""
+    """Return a file's value as one line of printable text; raise FileError beginning with ``place``."""
     if not isinstance(value, str) or len(value) > longest or not value.isprintable():
         raise _wrong(value, place, f"a line of at most {longest} printable characters")
     return value
 
 
 def checked_table(value: object, place: str) -> dict[str, Any]:
-    """Return a file's value as a table with text keys; raise FileError beginning with its place."""
+    """Return a file's value as a table whose keys are texts; raise FileError beginning with ``place``."""
     if not isinstance(value, dict):
         raise _wrong(value, place, "a table")
     return value
@@ -171,7 +176,7 @@ def _wrong(value: object, place: str, wanted: str) -> FileError:
 
 
 def is_special(path: str | Path) -> bool:
-    """Return True if a path is neither file nor folder: a device, a pipe, a terminal."""
+    """Return True if a path is neither a file nor a folder but a device, a pipe or a terminal."""
     try:
         mode = os.stat(path).st_mode
     except (OSError, ValueError):
@@ -181,16 +186,16 @@ def is_special(path: str | Path) -> bool:
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path next to a file, with its suffix, which replaces the file at the end.
+    """Yield a temporary path with the same suffix next to a file; it replaces the file at the end.
 
-    On failure it is removed, and an existing file is unchanged. A device or pipe is written directly. Raise
-    OSError.
+    On failure the temporary file is removed, and an existing file is unchanged. A device or pipe is written
+    directly. Raise OSError.
     """
     path = Path(path)
     if is_special(path):
         yield path
         return
-    path = Path(os.path.realpath(path))  # replace the target of a link, not the link
+    path = Path(os.path.realpath(path))  # replace the file to which a link points, not the link
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         yield part

@@ -1,4 +1,4 @@
-"""Number formats for people: a true minus sign, thousands separators, powers of ten only far from 1."""
+"""Number formats for people: true minus sign, thousands separators, and powers of ten for extreme values."""
 
 import json
 import math
@@ -16,16 +16,16 @@ _WITH_NUMBER = re.compile(
 _SLASH = re.compile(r"(?<=[Nms1])/(?=[ms](?![a-z]))")
 _WHOLE_HERTZ = 20.0
 _MOST_DECIMALS = 12
-_LONGEST_SHOWN = 40  # characters of a foreign text in a message
-# characters that Python calls non-printable, but that are harmless
+_LONGEST_SHOWN = 40  # maximum number of characters of a foreign text in a message
+# harmless characters that Python calls non-printable
 _ALLOWED = "\n\N{NO-BREAK SPACE}\N{WORD JOINER}"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float, decimals: int, sign: bool = False) -> str:
-    """Format a value with fixed decimals: -1234.5 as −1,234.5; no sign if it rounds to zero.
+    """Format a value with fixed decimals: -1234.5 becomes −1,234.5. There is no sign if it rounds to zero.
 
-    sign: a plus before positive values.
+    ``sign``: positive values have a plus.
     """
     rounded = round(float(value), decimals)
     text = f"{abs(rounded):,.{decimals}f}"
@@ -35,7 +35,7 @@ def number(value: float, decimals: int, sign: bool = False) -> str:
 
 
 def significant(value: float, digits: int = 2) -> str:
-    """Format a value with significant digits, including final zeros; a dash if not finite."""
+    """Format a value with significant digits, including final zeros; return a dash if it is not finite."""
     if value == 0.0 or not math.isfinite(value):
         return "0" if value == 0.0 else "–"
     places = max(digits - 1 - math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}")))), 0)
@@ -43,7 +43,7 @@ def significant(value: float, digits: int = 2) -> str:
 
 
 def power_of_ten(value: float, digits: int = 1) -> str:
-    """Format a value with at most ``digits`` digits and its power of ten: 2 × 10⁻⁶, 10⁻⁶, −3.4 × 10⁷."""
+    """Format a value with at most ``digits`` digits and its power of ten, for example 2 × 10⁻⁶ or 10⁻⁶."""
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     if "." in mantissa:
         mantissa = mantissa.rstrip("0").rstrip(".")
@@ -55,9 +55,9 @@ def power_of_ten(value: float, digits: int = 1) -> str:
 def compact(value: float, digits: int = 6, sign: bool = False) -> str:
     """Format a value with at most ``digits`` significant digits, without final zeros: 0.5, 1,230, 10⁻⁶.
 
-    Powers of ten are used below 0.0001 and from a million on. sign: a plus before positive values.
+    Powers of ten are used below 0.0001 and from a million on. ``sign``: positive values have a plus.
     """
-    rounded = float(f"{value:.{digits}g}")  # round first, then choose the format
+    rounded = float(f"{value:.{digits}g}")  # round first, because the rounded value determines the format
     text = f"{abs(rounded):,g}"
     if "e" in text:
         text = power_of_ten(abs(rounded), digits)
@@ -67,20 +67,21 @@ def compact(value: float, digits: int = 6, sign: bool = False) -> str:
 
 
 def with_unit(value: float, unit: str = "", digits: int = 3, sign: bool = False) -> str:
-    """Format a value with at most ``digits`` significant digits and its unit; sign: plus if positive."""
+    """Format a value with at most ``digits`` significant digits and its unit; ``sign``: show a plus, too."""
     return f"{compact(value, digits, sign)} {unit}".rstrip()
 
 
 def interval(value: float, half: float, decimals: int) -> str:
-    """Format a value with its half width as 299.8 ± 0.1.
+    """Format a value with its half width, for example 299.8 ± 0.1.
 
-    The half width shown is at least one unit of the last decimal: with ± 0.0 the value would look exact.
+    The shown half width is at least one unit of the last decimal, because ± 0.0 would make the value look
+    exact.
     """
     return f"{number(value, decimals)} ± {number(max(half, 10.0**-decimals), decimals)}"
 
 
 def tick_labels(values: Sequence[float]) -> list[str]:
-    """Format the ticks of a linear axis (n,), all with the fewest decimals that show their values."""
+    """Format the ticks of a linear axis (n,); all have the fewest decimals that show their values."""
     ticks = np.asarray(values, dtype=float)
     dust = 1e-6 * float(np.abs(ticks).max(initial=0.0))
     exact = (d for d in range(_MOST_DECIMALS) if np.all(np.abs(np.round(ticks, d) - ticks) <= dust))
@@ -89,12 +90,12 @@ def tick_labels(values: Sequence[float]) -> list[str]:
 
 
 def hertz(frequency: float) -> str:
-    """Format a frequency: one decimal below 20 Hz, none above."""
+    """Format a frequency with one decimal below 20 Hz, otherwise without decimals."""
     return f"{number(frequency, 1 if round(frequency, 1) < _WHOLE_HERTZ else 0)} Hz"
 
 
 def on_screen(value: float, unit: str, digits: int = 4) -> str:
-    """Format an SI value in display units: a length in mm, a time below 1 s in ms."""
+    """Format an SI value in display units; a length is in mm, a time below 1 s in ms."""
     if unit == "m" or (unit == "s" and abs(value) < 1.0):
         return with_unit(1e3 * value, f"m{unit}", digits)
     return with_unit(value, unit, digits)
@@ -108,7 +109,7 @@ def clock(seconds: float) -> str:
 
 
 def megabytes(size: int) -> str:
-    """Format bytes as MB with one decimal, as kB below 1 MB."""
+    """Format a number of bytes as MB with one decimal, or as kB below 1 MB."""
     return f"{number(1e-6 * size, 1)} MB" if size >= 1e6 else f"{number(1e-3 * size, 0)} kB"
 
 
@@ -119,9 +120,10 @@ def unbroken(words: str) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text with every control, invisible or direction-changing character escaped as in JSON.
+    """Return a text in which control, invisible and direction-changing characters are escaped as in JSON.
 
-    For all text from files that is shown on a terminal or in a window. JSON keeps its value.
+    It is used for all text from files that a terminal or window shows. The value of JSON text does not
+    change.
     """
     if text.isprintable():
         return text
@@ -129,18 +131,18 @@ def printable(text: str) -> str:
 
 
 def shortened(text: str, longest: int = _LONGEST_SHOWN) -> str:
-    """Return a foreign text for a message: printable, truncated with an ellipsis."""
+    """Return a foreign text for a message: printable, and truncated with an ellipsis if it is long."""
     text = printable(text[: longest + 1])
     return text if len(text) <= longest else f"{text[:longest]}…"
 
 
 def quoted(value: object) -> str:
-    """Return the repr of a foreign value for a message, truncated."""
+    """Return a foreign value's repr for a message, truncated if it is long."""
     if isinstance(value, str) and len(value) > _LONGEST_SHOWN:
         return repr(f"{value[:_LONGEST_SHOWN]}…")
     try:
         return shortened(repr(value))
-    except ValueError:  # an integer with more digits than Python prints
+    except ValueError:  # the integer has more digits than Python prints
         return "a very long number"
 
 

@@ -1,11 +1,11 @@
-"""Ctrl+C at any time: exit code 130 without a traceback.
+"""Handles Ctrl+C at any time: the exit code is 130, and there is no traceback.
 
 During imports and after its work, the program exits at once. During a command, Ctrl+C raises
 KeyboardInterrupt, so that motors are stopped and files are closed. Python handles signals only between
 bytecodes, not inside compiled code. But it writes a byte to a socket as soon as a signal arrives
-(``signal.set_wakeup_fd``): compiled loops check for it, without reading it, and return.
+(``signal.set_wakeup_fd``). Compiled loops check for this byte, without reading it, and return.
 
-Imports little, as Ctrl+C is not handled before.
+This module imports little, because Ctrl+C is not handled before its import has ended.
 """
 
 import os
@@ -25,13 +25,13 @@ _ends: "list[socket]" = []
 
 
 def exit_at_once(_number: int, _frame: "FrameType | None") -> None:
-    """Exit this process at once: the handler of SIGINT while no clean-up is needed."""
+    """Exit this process at once; this handles SIGINT while no clean-up is needed."""
     os._exit(INTERRUPTED)
 
 
 def begin() -> None:
-    """Exit at once on Ctrl+C from now on, except inside ``raised``; for programs only."""
-    # a parent that ignores SIGINT passes that on
+    """From now on, exit at once on Ctrl+C, except inside ``raised``; only programs may call this."""
+    # If the parent process ignores SIGINT, this process inherits that.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, exit_at_once)
         sys.unraisablehook = _raise_again
@@ -41,7 +41,10 @@ def begin() -> None:
 
 @contextmanager
 def deferred() -> Iterator[None]:
-    """Block SIGINT in processes started inside, which a terminal sends to all, until they call ``begin``."""
+    """Block SIGINT in processes started in the context until they call ``begin``.
+
+    A terminal sends SIGINT to all its processes.
+    """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -53,7 +56,7 @@ def deferred() -> Iterator[None]:
 
 
 def _raise_again(unraisable: "sys.UnraisableHookArgs") -> None:
-    """Re-raise a KeyboardInterrupt from a destructor, where Python only prints it."""
+    """Raise again a KeyboardInterrupt from a destructor, which Python would only print."""
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
         import threading
 
@@ -63,7 +66,7 @@ def _raise_again(unraisable: "sys.UnraisableHookArgs") -> None:
 
 
 def _interrupt() -> None:
-    """Interrupt the main thread, even in a wait."""
+    """Interrupt the main thread, even while it waits."""
     import _thread
     import threading
 
@@ -75,7 +78,7 @@ def _interrupt() -> None:
 
 @contextmanager
 def raised() -> Iterator[None]:
-    """Let Ctrl+C raise KeyboardInterrupt inside."""
+    """Within the context, let Ctrl+C raise KeyboardInterrupt."""
     exits = signal.getsignal(signal.SIGINT) is exit_at_once
     if exits:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -87,7 +90,7 @@ def raised() -> Iterator[None]:
 
 
 def listen() -> None:
-    """Start or reset the signal socket for compiled code; main thread only."""
+    """Start or reset the signal socket for compiled code; only the main thread may call this."""
     import threading
 
     if threading.current_thread() is not threading.main_thread():
@@ -111,11 +114,11 @@ def _connect() -> None:
     if before == -1:
         _ends[:] = near, far
         return
-    signal.set_wakeup_fd(before)  # the host program has its own wakeup socket
+    signal.set_wakeup_fd(before)  # the host program has a wakeup socket of its own
     near.close()
     far.close()
 
 
 def fileno() -> int:
-    """Return the socket that is readable after a signal, -1 without one."""
+    """Return the socket that is readable after a signal; −1 if there is none."""
     return _ends[0].fileno() if _ends else -1

@@ -1,4 +1,4 @@
-"""What an administrator sets for all users of a lab's computer: one file, read-only for students."""
+"""Settings that an administrator makes for all users of a lab's computer, in one read-only file."""
 
 import functools
 import math
@@ -16,20 +16,20 @@ from hapkit_studio.formatting import quoted
 
 FILE = "lab.toml"
 SIMULATED = "simulated"
-"""Key of the device that no file can exclude, as it has no motor."""
-_LONGEST = 4_096  # characters of a path
-_MOST_FORCE = 100.0  # N, beyond any kit
-# locked settings by their first word, with the number of words
+"""Key of the simulated device; the file cannot exclude it, because it has no motor."""
+_LONGEST = 4_096  # maximum number of characters of a path
+_MOST_FORCE = 100.0  # N: maximum force limit, which exceeds that of every kit
+# number of words of a locked setting, by its first word
 _LOCKABLE = {"environment": 2, "value": 3, "loop": 1, "grip": 1, "device": 1}
 
 
 @dataclass(frozen=True)
 class LabSettings:
-    """The settings of a lab's computer; without a file nothing is limited.
+    """The settings of a lab's computer; without a file there are no limits.
 
-    force_limit: in N, of every loop with a motor. devices: patterns of the keys of allowed devices, None for
-    all. lessons: folder of lessons besides the studio's. locked: settings that no code unlocks, as tuples of
-    words.
+    ``force_limit`` in N applies to every loop with a motor. ``devices`` are patterns of the keys of allowed
+    devices; None allows all. ``lessons`` is a folder of lessons in addition to the studio's. ``locked`` are
+    settings that no code unlocks, as tuples of words.
     """
 
     force_limit: float = math.inf
@@ -38,20 +38,20 @@ class LabSettings:
     locked: frozenset[tuple[str, ...]] = frozenset()
 
     def allows(self, device: str) -> bool:
-        """Return whether a device may be used, by its key."""
+        """Return whether the device with a key may be used."""
         if self.devices is None or device == SIMULATED:
             return True
         return any(fnmatchcase(device, pattern) for pattern in self.devices)
 
 
 def path() -> Path:
-    """Return the file: /etc/xdg/hapkit-studio/lab.toml on Linux, its equivalent elsewhere."""
+    """Return the path of the file: /etc/xdg/hapkit-studio/lab.toml on Linux, an equivalent path elsewhere."""
     return Path(platformdirs.site_config_dir("hapkit-studio", appauthor=False)) / FILE
 
 
 @functools.cache
 def settings() -> LabSettings:
-    """Return the settings of this computer, read once; raise FileError for an invalid or unreadable file."""
+    """Return this computer's settings, which are read once; raise FileError if the file is invalid."""
     file = path()
     return read(file) if file.exists() else LabSettings()
 

@@ -1,4 +1,4 @@
-"""All colours of window and figures: token, then light, dark, high contrast."""
+"""All colours of window and figures. Each token has a light, a dark and a high-contrast colour."""
 
 MODES = ("light", "dark", "contrast")
 
@@ -63,13 +63,13 @@ TOKENS: dict[str, tuple[str, str, str]] = {
 
 
 def table(mode: str) -> dict[str, str]:
-    """Return token -> "#RRGGBB" for one of MODES."""
+    """Return the colours of one of MODES as "#RRGGBB", by token."""
     column = MODES.index(mode)
     return {name: colors[column] for name, colors in TOKENS.items()}
 
 
 def paler(color: str, ground: str, share: float = 0.4) -> str:
-    """Return a mixture of two "#RRGGBB"; share: weight of the first."""
+    """Return a mixture of two colours "#RRGGBB"; ``share`` is the weight of the first one."""
     pairs = ((int(color[i : i + 2], 16), int(ground[i : i + 2], 16)) for i in (1, 3, 5))
     return "#" + "".join(f"{round(share * a + (1.0 - share) * b):02X}" for a, b in pairs)
 

@@ -1,4 +1,4 @@
-"""A tunable value: key, label, unit, default, limits, help."""
+"""A value that the user can change: its key, label, unit, default, limits and help."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -11,7 +11,7 @@ from hapkit_studio.formatting import compact, quoted
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number with a unit and the limits for the user; whole: shown and moved in whole numbers."""
+    """A number with a unit and the user's limits; ``whole``: it is shown and changed in whole numbers."""
 
     key: str
     label: str
@@ -26,7 +26,7 @@ class Parameter:
     discrete = False
 
     def check(self, value: object) -> float:
-        """Return value as float; raise ParameterError with value, limit and unit."""
+        """Return a value as float; raise ParameterError with value, limit and unit."""
         try:
             number = float("" if isinstance(value, bool) else value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
@@ -44,11 +44,12 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Choice:
-    """One of a few named options: laws use its index, files and programs its name, people its label.
+    """One of a few named options. Laws use its index, files and programs its name, the window its label.
 
-    Without labels, names are shown with spaces for underscores; ParameterError unless all options have one.
-    method: the options are computation methods of different speed and accuracy; exact: the reference option,
-    by default the default. phrases: the options as the end of a sentence that begins with the choice's label.
+    Without labels, names are shown with spaces for underscores; raise ParameterError if only some options
+    have a label. ``method``: the options are computation methods of different speed and accuracy. ``exact``
+    is the reference option, by default the default option. ``phrases``: the options as the end of a sentence
+    that begins with the choice's label.
     """
 
     key: str
@@ -79,7 +80,7 @@ class Choice:
         return float(self.options.index(self.default_option)) if self.default_option else 0.0
 
     def check(self, value: object) -> float:
-        """Return the index of an option given by name or index; raise ParameterError."""
+        """Return the index of an option that is given by name or index; raise ParameterError."""
         if isinstance(value, str) and value in self.options:
             return float(self.options.index(value))
         if (
@@ -97,15 +98,18 @@ class Choice:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Return the label of each option."""
+        """Return all options' labels."""
         return self.labels or tuple(option.replace("_", " ").capitalize() for option in self.options)
 
     def word(self, value: float) -> str:
-        """Return the label of one option."""
+        """Return one option's label."""
         return self.words[int(value)]
 
     def phrase(self, value: float) -> str:
-        """Return one option as the end of a sentence; a label, which may be a name, is unchanged."""
+        """Return one option as the end of a sentence.
+
+        A label is returned unchanged, because it may be a name.
+        """
         words = self.phrases or self.labels or [option.replace("_", " ") for option in self.options]
         return words[int(value)]
 
@@ -120,9 +124,10 @@ def check_number(
     high: float = math.inf,
     endless: bool = False,
 ) -> None:
-    """Raise ParameterError unless a value is a number from low (above: excluding it) to high.
+    """Raise ParameterError unless a value is a number from ``low`` to ``high``.
 
-    For values without a slider, which are no Parameter. endless: infinity is allowed.
+    It checks values without a slider, which have no Parameter. ``above``: ``low`` itself is excluded.
+    ``endless``: infinity is allowed.
     """
     number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not (math.isfinite(number) or (endless and number == math.inf)):
@@ -139,7 +144,7 @@ AnyParameter = Parameter | Choice
 
 
 def resolve(parameters: Iterable[AnyParameter], values: Mapping[str, object], owner: str) -> list[float]:
-    """Return one number per parameter, with defaults; raise ParameterError on unknown or invalid ones."""
+    """Return one number per parameter, with defaults; raise ParameterError for unknown or invalid ones."""
     declared = {p.key: p for p in parameters}
     for key in values:
         if key not in declared:

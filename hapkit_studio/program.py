@@ -1,7 +1,7 @@
-"""How the studio starts its own modules, from Python or from a bundle, and the machine code of a bundle.
+"""How the studio starts its own modules, from Python or from a bundle; and the machine code of a bundle.
 
 A bundle (``make bundle``) is a folder with Python, the packages and the studio. It contains machine code that
-was compiled when the bundle was built, for a baseline processor instead of the one of the build machine.
+was compiled when the bundle was built, for a baseline processor and not for the processor of that computer.
 """
 
 import functools
@@ -22,24 +22,24 @@ AVRDUDE = PACKAGE.parent / "avrdude" / "bin"
 STAMP = SHIPPED / "stamp"
 """File with a hash of the sources that were compiled."""
 FILLING = BUNDLED and bool(os.environ.get("HAPKIT_STUDIO_FILL_BUNDLE"))
-"""True while a bundle is built: machine code is written into its folder, otherwise into the user's cache."""
+"""True while a bundle is built: machine code is then written into its folder, not into the user's cache."""
 OWN_CACHE = "HAPKIT_STUDIO_CACHE_DIR"
-"""Environment variable with a copy of NUMBA_CACHE_DIR if the studio has set that."""
+"""Environment variable with a copy of NUMBA_CACHE_DIR if the studio itself has set the latter."""
 _V3 = ("x86-64-v3", "avx avx2 bmi bmi2 cx16 f16c fma lzcnt movbe popcnt sahf sse4.2 ssse3 xsave")
 _GENERIC = ("generic", "")
 BASELINES = {"x86_64": _V3, "amd64": _V3}
-"""By platform.machine() in lower case: LLVM's name of the baseline processor, and its features."""
+"""LLVM's name of the baseline processor, and its features, by platform.machine() in lower case."""
 
 
 def module_command(module: str, *words: str) -> list[str]:
     """Return the command line that runs a module of the studio in a new process."""
-    # -P: not from the current folder, where a file may have the name of a standard module
+    # with -P the current folder is not searched, where a file may have the name of a standard module
     return [sys.executable, "-P", "-m", module, *words]
 
 
 @functools.cache
 def baseline() -> str | None:
-    """Return the processor for which a bundle compiles, None if this computer's lacks one of its features."""
+    """Return the processor for which a bundle compiles; None if this computer lacks one of its features."""
     from llvmlite import binding
 
     name, required = BASELINES.get(platform.machine().lower(), _GENERIC)
@@ -48,19 +48,19 @@ def baseline() -> str | None:
 
 
 def configured_cache() -> str:
-    """Return the folder for machine code that the user has set by NUMBA_CACHE_DIR, "" for none."""
+    """Return the folder for machine code that the user has set in NUMBA_CACHE_DIR; "" if there is none."""
     folder = os.environ.get("NUMBA_CACHE_DIR", "")
     return "" if folder == os.environ.get(OWN_CACHE) else folder
 
 
 @functools.cache
 def uses_shipped_code() -> bool:
-    """Return True for a bundle whose machine code runs here and is not replaced by the user's."""
+    """Return True for a bundle whose machine code runs on this computer, unless the user has set a cache."""
     return BUNDLED and not configured_cache() and STAMP.is_file() and baseline() is not None
 
 
 def machine_code_folder(source: str | Path) -> Path | None:
-    """Return the folder of the machine code of a bundle's source file, None for any other file."""
+    """Return the folder of the machine code of a bundle's source file; None for any other file."""
     folder = Path(source).parent
     if folder.is_relative_to(SHIPPED):
         return folder

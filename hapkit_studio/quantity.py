@@ -1,4 +1,4 @@
-"""A parameter in display units: its limits, steps and text."""
+"""A parameter in display units, with its limits, steps and text."""
 
 import math
 
@@ -9,9 +9,9 @@ _ON_SCREEN = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
 
 
 class Quantity:
-    """A parameter's limits, default and step in display units; factor converts SI to them.
+    """A parameter's limits, default and step in display units; ``factor`` converts SI to these units.
 
-    root: the slider follows the square root, so that small values of a wide range can be selected.
+    ``root``: the slider follows the square root, so that small values of a wide range can be selected.
     """
 
     def __init__(self, parameter: Parameter):
@@ -28,11 +28,11 @@ class Quantity:
         return min(self.parameter.high, max(self.parameter.low, value / self.factor))
 
     def index(self, value: float) -> int:
-        """Return the number of the step nearest to a value."""
+        """Return the index of the step that is nearest to a value."""
         return round((value - self.low) / self.step)
 
     def moved(self, value: float, steps: int) -> float:
-        """Return a value moved by some steps, within the limits and without binary rounding errors."""
+        """Return a value moved by some steps; it is within the limits and has no binary rounding errors."""
         return min(self.high, max(self.low, round(value + steps * self.step, self.decimals + 4)))
 
     def fraction(self, value: float) -> float:
@@ -41,13 +41,13 @@ class Quantity:
         return math.sqrt(part) if self.root else part
 
     def value(self, fraction: float) -> float:
-        """Return the value, on a whole step, at a position on the slider."""
+        """Return the value at a position on the slider; it is a multiple of the step."""
         part = min(1.0, max(0.0, fraction))
         part = part * part if self.root else part
         return self.on_step(self.low + part * (self.high - self.low))
 
     def on_step(self, value: float) -> float:
-        """Return the step's value nearest to a value."""
+        """Return the multiple of the step that is nearest to a value."""
         return self.moved(self.low, self.index(value))
 
     def inside(self, value: float) -> bool:
@@ -56,13 +56,13 @@ class Quantity:
         return math.isfinite(value) and self.low - dust <= value <= self.high + dust
 
     def text(self, value: float) -> str:
-        """Format a value with the step's decimals, and more only if necessary."""
+        """Format a value with the step's decimals; more decimals are used only if necessary."""
         body = f"{value:,.{self.decimals + 4}f}"
         kept = len(body) - 4 if self.decimals else len(body) - 5
         body = body[:kept] + body[kept:].rstrip("0").rstrip(".")
         return body.replace("-", "−") if body.strip("-0.") else body.lstrip("-")
 
     def limits(self) -> str:
-        """Return the limits as a sentence."""
+        """Return a sentence with the limits."""
         low, high = compact(self.low), compact(self.high)
         return f"{self.parameter.label} goes from {low} to {high} {self.unit}".rstrip() + "."

@@ -1,4 +1,4 @@
-"""Paths of the files shipped with the studio, in a checkout and in a wheel."""
+"""Paths of the files that the studio contains, both in a checkout and in a wheel."""
 
 import hashlib
 from pathlib import Path
@@ -7,7 +7,7 @@ PACKAGE = Path(__file__).resolve().parent
 
 
 def path(*parts: str) -> Path:
-    """Return the path of a shipped asset, e.g. ``path("icons", "wall.svg")``."""
+    """Return the path of a shipped file, for example ``path("icons", "wall.svg")``."""
     inside = PACKAGE / "assets"
     root = inside if inside.is_dir() else PACKAGE.parent / "assets"
     return root.joinpath(*parts)

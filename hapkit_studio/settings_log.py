@@ -1,4 +1,4 @@
-"""Settings over time: the log of a recording, as JSON, and as readable header lines of a table.
+"""Settings over time: the log of a recording as JSON, and as readable header lines of a table.
 
 A header has one ``# name: value unit`` per line; a later change is ``# name at 1.5 s: value unit``. A
 parameter of the environment has its plain name, or ``parameter.name`` if a setting has the same name.
@@ -18,13 +18,13 @@ from hapkit_studio.formatting import printable
 
 Settings = Mapping[str, Any]
 Log = Sequence[tuple[float, Settings]]
-"""Settings with the time in s from which they are valid, oldest first."""
+"""Settings with the time in s from which they are valid; the oldest come first."""
 
 _KEYS = (
     "environment", "hand", "hand_grip", "grip", "render", "rate_Hz", "delay_s", "estimator", "controller",
     "max_force_N", "device", "seed", "quantum_m", "studio", "firmware", "protocol",
 )  # fmt: skip
-_SUFFIX = re.compile(r"_(Hz|s|N|m)$")  # unit at the end of a setting's key
+_SUFFIX = re.compile(r"_(Hz|s|N|m)$")  # matches the unit at the end of a setting's key
 _NAMES = {_SUFFIX.sub("", key): key for key in _KEYS}
 _HAND = {"mass": "kg", "damping": "N·s/m", "stiffness": "N/m"}
 _DEVICE = {
@@ -32,18 +32,18 @@ _DEVICE = {
     "initial_position": "m", "initial_velocity": "m/s", "end_stops": "m",
 }  # fmt: skip
 _UNITS = {"hand_grip": _HAND, "device": _DEVICE, "estimator": {"cutoff": "Hz", "noise": "counts"}}
-_PARAMETER = "parameter"  # prefix of a parameter with the name of a setting
+_PARAMETER = "parameter"  # prefix of a parameter whose name is also that of a setting
 _UNKNOWN_SETTING = "setting"  # prefix of an unknown setting
 _LINE = re.compile(r"(?P<name>[^\s:]+)(?: at (?P<time>[-+.\de]+) s)?:(?: (?P<value>.*))?")
 _NUMBER = re.compile(
     r"(?P<number>[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?inf|nan)(?: (?P<unit>\S.*))?"
 )
 _WORDS = {"true": True, "false": False}
-_INFINITE = ("inf", "-inf")  # infinite numbers, text in JSON
+_INFINITE = ("inf", "-inf")  # JSON has no infinite numbers, so they are stored as these texts
 
 
 def changed(before: Settings, after: Settings) -> dict[str, Any]:
-    """Return the settings that differ; of parameters and device only the entries that differ.
+    """Return the settings that have changed; of parameters and device, return only the changed entries.
 
     A new environment includes all its parameters.
     """
@@ -62,7 +62,7 @@ def changed(before: Settings, after: Settings) -> dict[str, Any]:
 
 
 def merged(before: Settings, changes: Settings) -> dict[str, Any]:
-    """Return the settings after changes from ``changed``."""
+    """Return the settings to which the changes from ``changed`` are applied."""
     other = "environment" in changes
     gone = ("parameters", "units", "state_names") if other else ()
     found = {key: value for key, value in before.items() if key not in gone}
@@ -73,13 +73,16 @@ def merged(before: Settings, changes: Settings) -> dict[str, Any]:
 
 
 def steps(log: Log) -> Iterator[tuple[float, dict[str, Any]]]:
-    """Yield each later change: its time in s and its ``changed`` settings."""
+    """Yield each later change as its time in s and its ``changed`` settings."""
     for (_, before), (time, after) in pairwise(log):
         yield time, changed(before, after)
 
 
 def as_json(log: Log) -> str:
-    """Return the initial settings as a JSON object; its "changes" are objects with their ``time_s``."""
+    """Return the initial settings as a JSON object.
+
+    Its "changes" are objects that contain their ``time_s``.
+    """
     changes = [{"time_s": round(time, 6), **what} for time, what in steps(log)]
     return json.dumps({**log[0][1], "changes": changes}, ensure_ascii=False, default=float)
 
@@ -88,7 +91,7 @@ def as_json(log: Log) -> str:
 
 
 def lines(log: Log) -> list[str]:
-    """Return the header lines of a log, each beginning with "# "."""
+    """Return the header lines of a log; each begins with "# "."""
     found = [f"# {name}: {text}" for name, text in _flattened(log[0][1], log[0][1])]
     for (time, what), (_, after) in zip(steps(log), log[1:], strict=True):
         found += [
@@ -98,10 +101,10 @@ def lines(log: Log) -> list[str]:
 
 
 def read(comments: Iterable[str], name: str = "header") -> Log:
-    """Return the log in a table's comments, without "#"; () without settings.
+    """Return the log that a table's comments contain, without "#"; () if there are no settings.
 
-    A single JSON object, the studio's former format, is accepted. Other comments are ignored. Raise
-    FileError, beginning with the file's name, for invalid JSON.
+    A single JSON object, which was the studio's former format, is accepted, too. Other comments are ignored.
+    Raise FileError, which begins with the file's name, for invalid JSON.
     """
     parts: dict[float | None, dict[str, Any]] = {}
     for number, comment in enumerate(map(str.strip, comments)):
@@ -123,7 +126,7 @@ def read(comments: Iterable[str], name: str = "header") -> Log:
 
 
 def _flattened(settings: Settings, whole: Settings) -> Iterator[tuple[str, str]]:
-    """Yield each setting's name and its value with its unit."""
+    """Yield each setting's name, and its value with its unit."""
     units = whole.get("units")
     units = units if isinstance(units, Mapping) else {}
     for key, value in settings.items():
@@ -151,7 +154,7 @@ def _flattened(settings: Settings, whole: Settings) -> Iterator[tuple[str, str]]
 
 
 def _store_setting(settings: dict[str, Any], name: str, value: Any, unit: str) -> None:
-    """Store a setting by its name in a header."""
+    """Store a setting that has this name in a header."""
     group, dot, key = name.partition(".")
     if dot and group != _PARAMETER:
         old = settings.get(group)
@@ -173,7 +176,7 @@ def _store_setting(settings: dict[str, Any], name: str, value: Any, unit: str) -
 
 
 def _text(value: Any, unit: object = "") -> str:
-    """Format a value with its unit; text that would be read as another type as JSON."""
+    """Format a value with its unit; a text that would be read as another type is written as JSON."""
     if isinstance(value, bool):
         return str(value).lower()
     if value in _INFINITE:
@@ -195,7 +198,7 @@ def _number(value: Any) -> str:
 
 
 def _value(text: str) -> tuple[Any, str]:
-    """Return the value and the unit of the text after a setting's name."""
+    """Return the value and the unit in the text that follows a setting's name."""
     text = text.strip()
     if text in _WORDS:
         return _WORDS[text], ""

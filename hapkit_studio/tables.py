@@ -1,4 +1,4 @@
-"""Tables of samples in text files, the studio's own and foreign ones, with their dialect detected.
+"""Tables of samples in text files, those of the studio and those of other programs.
 
 Delimiter and decimal sign are detected from the rows; UTF-8, UTF-16 and Windows code pages are supported.
 Columns are chosen by name and converted to SI by their unit.
@@ -20,30 +20,30 @@ from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.files import read_bytes
 from hapkit_studio.formatting import printable, quoted, shortened
 
-MOST_BYTES = 256 << 20  # bytes: ten minutes of the studio's own columns at 4 kHz
+MOST_BYTES = 256 << 20  # maximum number of bytes: ten minutes of the studio's own columns at 4 kHz
 DELIMITERS = (";", "\t", ",", "|", " ")
-"""Candidates in order of preference."""
+"""The possible delimiters in order of preference."""
 UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "us": 1e-6, "min": 60.0},
     "position": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "um": 1e-6},
     "velocity": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3},
     "force": {"N": 1.0, "mN": 1e-3},
 }
-"""Units of each quantity, and their SI values."""
+"""The possible units of each quantity, with their values in SI."""
 NEEDED = ("time", "position", "force")
-"""Required quantities; a missing velocity is computed from the positions."""
+"""The required quantities; a missing velocity is computed from the positions."""
 
-_DIALECT_LINES = 200  # lines for the detection of the dialect
-_LONGEST_LINE = 65_536  # characters
-_PREVIEW_ROWS = 4  # rows of a preview
-_LISTED_COLUMNS = 12  # columns in a message
+_DIALECT_LINES = 200  # maximum number of lines that are used to detect the dialect
+_LONGEST_LINE = 65_536  # maximum number of characters in a line
+_PREVIEW_ROWS = 4  # number of rows in a preview
+_LISTED_COLUMNS = 12  # maximum number of columns that a message lists
 _PADDING = "".join(DELIMITERS)
-_BLANK_CHARACTERS = _PADDING + '"'  # a line of these characters only is empty
+_BLANK_CHARACTERS = _PADDING + '"'  # a line is empty if it has only these characters
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?|[-+]?(?:inf|nan)", re.I)
 _MARKS = {
     codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
 }  # fmt: skip
-# prefixes of a column's name, in lower case
+# prefixes of a column's name in lower case, by quantity
 _NAME_PREFIXES = {
     "velocity": ("velocity", "vel", "speed", "dx", "v"),
     "time": ("time", "timestamp", "zeit", "t"),
@@ -65,11 +65,11 @@ class TableColumn:
 
 
 TableColumns = Mapping[str, TableColumn]
-"""Columns by quantity, one of UNITS."""
+"""The columns by quantity; the quantities are the keys of UNITS."""
 
 
 def parse_column(quantity: str, text: str) -> TableColumn:
-    """Return the column of a text NAME:UNIT; raise ParameterError."""
+    """Return the column that a text NAME:UNIT describes; raise ParameterError."""
     name, colon, unit = text.rpartition(":")
     unit = unit.strip()
     if not colon or not name or unit not in UNITS[quantity]:
@@ -81,7 +81,10 @@ def parse_column(quantity: str, text: str) -> TableColumn:
 
 
 class UnknownColumnsError(FileError):
-    """A file's columns are foreign and must be named by the user; the exception has the table."""
+    """The studio does not know a file's columns, so the user must name them.
+
+    ``table`` is the file's table.
+    """
 
     def __init__(self, table: "Table", missing: str):
         found = guess(table.names)
@@ -98,7 +101,7 @@ class UnknownColumnsError(FileError):
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of numbers under column names; comments: the lines before them, without "#"."""
+    """Rows of numbers under column names; ``comments`` are the lines before them, without "#"."""
 
     file: str
     names: tuple[str, ...]
@@ -106,9 +109,9 @@ class Table:
     delimiter: str
     decimal: str
     first: int
-    """Number of the line with the first row."""
+    """Line number of the first row."""
     lines: list[str] = field(repr=False)
-    """Every line from there on."""
+    """Every line from the first row on."""
 
     @property
     def preview(self) -> list[list[str]]:
@@ -129,7 +132,7 @@ class Table:
         if self.decimal == ",":
             if any("." in line for line in rows) and (error := self._cell_error(places)):
                 raise error
-            if delimiter == ",":  # numbers are quoted
+            if delimiter == ",":  # the numbers are in quotes
                 rows, delimiter = [";".join(_cells(line, ",")) for line in rows], ";"
             rows = [line.replace(",", ".") for line in rows]
         try:
@@ -141,13 +144,13 @@ class Table:
             ) from None
 
     def _rows(self) -> Iterator[tuple[int, str]]:
-        """Yield the number and text of every line that is not empty."""
+        """Yield the number and the text of every line that is not empty."""
         for number, line in enumerate(self.lines, self.first):
             if line.strip(_BLANK_CHARACTERS):
                 yield number, line
 
     def _cell_error(self, places: Sequence[int]) -> FileError | None:
-        """Return the error of the first cell without a number."""
+        """Return the error for the first cell that is not a number."""
         for number, line in self._rows():
             cells = _cells(line, self.delimiter)
             for place in places:
@@ -161,7 +164,7 @@ class Table:
 
 
 def read(path: str | Path) -> Table:
-    """Return the table in a text file; raise FileError."""
+    """Read the table in a text file; raise FileError."""
     file = printable(Path(path).name)
     lines = _decoded(read_bytes(path, MOST_BYTES)).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     longest = max(map(len, lines))
@@ -190,7 +193,7 @@ def read(path: str | Path) -> Table:
 
 
 def guess(names: Sequence[str]) -> dict[str, TableColumn]:
-    """Guess columns and units from names, as "t_ms" for the time in ms; SI without a unit."""
+    """Guess columns and units from names, for example time in ms from "t_ms"; without a unit, assume SI."""
     found: dict[str, TableColumn] = {}
     for name in names:
         words = [word for word in re.split(r"[^\w/µ-]+|_", name) if word]
@@ -211,7 +214,7 @@ def guess(names: Sequence[str]) -> dict[str, TableColumn]:
 
 
 def _decoded(data: bytes) -> str:
-    """Return a file's text: by its byte-order mark, else UTF-8, else the Windows code page."""
+    """Decode a file by its byte-order mark, otherwise as UTF-8, otherwise by the Windows code page."""
     for mark, coding in _MARKS.items():
         if data.startswith(mark):
             return data.decode(coding, "replace")
@@ -226,7 +229,7 @@ def _is_comment(line: str) -> bool:
 
 
 def _comment(line: str, delimiter: str) -> str:
-    """Return a comment without "#", as it was before a spreadsheet quoted it or split it at commas."""
+    """Return a comment without "#" as it was before a spreadsheet quoted it or split it at commas."""
     line = line.strip()
     if line.startswith('"'):
         line = ",".join(_split(line, delimiter))
@@ -238,13 +241,13 @@ def _split(line: str, delimiter: str) -> list[str]:
     if delimiter == " ":
         return line.replace('"', " ").split()
     if '"' in line:
-        with suppress(csv.Error):  # a null character
+        with suppress(csv.Error):  # the line contains a null character
             return next(csv.reader([line], delimiter=delimiter), [])
     return line.split(delimiter)
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
-    """Return a line's cells without trailing empty ones."""
+    """Return a line's cells without empty cells at the end."""
     cells = [cell.strip() for cell in _split(line, delimiter)]
     while cells and not cells[-1]:
         cells.pop()
@@ -252,7 +255,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 
 def _delimiter_score(lines: Sequence[str], delimiter: str) -> tuple[int, int]:
-    """Return a delimiter's score: lines with only numbers and empty cells, and total of numbers."""
+    """Return a delimiter's score: the number of lines with only numbers and empty cells, and of numbers."""
     rows = [[bool(_NUMBER.fullmatch(cell)) for cell in _cells(line, delimiter) if cell] for line in lines]
     return sum(all(row) for row in rows if row), sum(map(sum, rows))
 
@@ -260,7 +263,7 @@ def _delimiter_score(lines: Sequence[str], delimiter: str) -> tuple[int, int]:
 def _names(
     above: Sequence[Sequence[str]], comments: Sequence[str], delimiter: str, width: int
 ) -> tuple[str, ...]:
-    """Return the columns' names: the row above the numbers, or above their units, else 1, 2, …"""
+    """Return the columns' names from the row above the numbers or above their units, otherwise 1, 2, …"""
     found = [row for row in above[-2:] if len(row) > 1 or width == 1]
     if len(found) == 2 and all(_is_unit(cell) for cell in found[1]):
         return tuple(found[0])
@@ -280,7 +283,7 @@ def _is_number(cell: str, decimal: str) -> bool:
 
 
 def _decimal(file: str, rows: Sequence[Sequence[str]]) -> str:
-    """Return the decimal sign of the numbers in rows; raise FileError if both are used."""
+    """Return the decimal sign of the numbers in rows; raise FileError if both signs are used."""
     numbers = [cell for row in rows for cell in row if _NUMBER.fullmatch(cell)]
     with_comma, with_point = (next((c for c in numbers if sign in c), "") for sign in ",.")
     if with_comma and with_point:
