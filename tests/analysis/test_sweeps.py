@@ -124,7 +124,7 @@ class Broken(Serial):
 
 
 def test_a_pool_that_breaks_at_submit_is_reported_as_lost_workers():
-    with pytest.raises(LostWorkers, match=r"^A part of the work was given up: a worker was killed, or"):
+    with pytest.raises(LostWorkers, match=r"^A part of the work was lost: a worker was killed, or"):
         sweep(sweep_tasks.roots, CELLS, executor=Broken(), chunk=10)
 
 

@@ -42,7 +42,7 @@ def test_forces_are_limited_and_recording_uses_none(runner):
 @pytest.mark.parametrize(
     ("move", "limits", "words"),
     [
-        (lambda t, x, v: math.nan, Limits(0.3), "no number"),
+        (lambda t, x, v: math.nan, Limits(0.3), "not a number"),
         (lambda t, x, v: 1.0, Limits(1.0, 0.01), "10 mm"),
         (lambda t, x, v: 1.0, Limits(1.0, 1.0, 0.2), "0.20 m/s"),
     ],

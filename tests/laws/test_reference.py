@@ -67,7 +67,7 @@ def test_every_function_constant_operator_and_mistake_is_on_the_page(page):
         assert f"| `{sign}` | " in page
     cells = page.replace("\\|", "|")
     for mistake in MISTAKES:
-        assert f"| `{mistake.wrong}` | {mistake.message} |" in cells
+        assert f"| `{mistake.wrong}` | {mistake.example} |" in cells
     assert f"| values of state | {MAX_STATE} |" in page
 
 
