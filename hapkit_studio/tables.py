@@ -111,7 +111,7 @@ class Table:
     first: int
     """Line number of the first row."""
     lines: list[str] = field(repr=False)
-    """Every line from the first row on."""
+    """All lines of the file from the first row on."""
 
     @property
     def preview(self) -> list[list[str]]:

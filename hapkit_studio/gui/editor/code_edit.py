@@ -170,7 +170,7 @@ class Gutter(QWidget):
         return _SIGN + _SIDE + digits * QFontMetrics(self._code.font()).horizontalAdvance("0")
 
     def follow(self, rect: QRect, dy: int) -> None:
-        """Scroll with the text, or repaint the same part."""
+        """Scroll together with the text; if the text does not scroll, repaint the part that it repaints."""
         if dy:
             self.scroll(0, dy)
         else:

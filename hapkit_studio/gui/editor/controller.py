@@ -244,7 +244,7 @@ class EditorController(QObject):
         if self.editor.currentWidget() is self.editor.source:
             self._back()
 
-    # state
+    # methods that follow the state
 
     def _show_began(self, path: Path) -> None:
         if path == self.path:

@@ -167,7 +167,7 @@ class HeldList(QWidget):
 
 
 class Row(QWidget):
-    """One held trace in the list."""
+    """A row of the list that shows one held trace."""
 
     def __init__(self, held: HeldTraces, place: int, trace: PastTrace):
         super().__init__()

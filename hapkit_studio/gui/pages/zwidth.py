@@ -80,7 +80,7 @@ class ZWidthPage(MeasuringPage):
         """Return the result for the chosen place; None if it has not been measured yet."""
         return self._results.get(self.where.index)
 
-    # measuring
+    # methods that measure
 
     def first(self) -> str:
         """Return SIMULATION's name if a device is connected: measuring on a device needs the user."""
@@ -155,7 +155,7 @@ class ZWidthPage(MeasuringPage):
         if not self._asked:
             self.answer.say(f"Trying {stiffness:,.0f} N/m at b = {damping:g} N·s/m", "hand", "accent")
 
-    # showing
+    # methods that show results
 
     def show_result(self, result: ZWidth) -> None:
         """Store and show a result."""
@@ -206,7 +206,7 @@ class ZWidthPage(MeasuringPage):
         assert result is not None
         return lambda path: zwidth_figure(result, path), result.as_json
 
-    # ending
+    # methods that end a measurement
 
     def _refresh_found(self) -> None:
         """Show whether the result is out of date, unless a measurement is running."""

@@ -26,7 +26,7 @@ def fixed(stage: Stage, values: Values) -> None:
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw base, dome and cap."""
     cap = max(motion.position, _surface(values))
-    stop = _surface(values) + 1e3 * values["travel"] + CAP + NUB  # position of the cap's face at full travel
+    stop = _surface(values) + 1e3 * values["travel"] + CAP + NUB  # position of the nub's end at full travel
     tip = stage.x(cap + CAP + NUB)
     # the base is pushed back if the cap moves beyond its full travel
     face = stage.x(max(stop, cap + CAP + NUB))

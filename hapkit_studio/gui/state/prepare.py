@@ -81,7 +81,8 @@ def begin_laws(keys: Iterable[str], gently: bool = True) -> "list[subprocess.Pop
 
 def _program(part: str, *keys: str, gently: bool = False) -> subprocess.Popen:
     gently = gently and part in _NICE
-    flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if gently else 0  # priority on Windows
+    # this flag sets the priority on Windows, and is 0 elsewhere
+    flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if gently else 0
     words = module_command(_MODULE, *([_GENTLY] if gently else []), part, *keys)
     with interrupts.deferred():
         return subprocess.Popen(words, creationflags=flags)

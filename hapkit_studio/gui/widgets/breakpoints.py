@@ -31,7 +31,7 @@ PANEL, PANEL_NARROW, PANEL_MOST = 300, 272, 440
 # In a window narrower than LESSON_WINDOW, the lesson (in place of the gallery) and the panel are narrower.
 LESSON, LESSON_NARROW, LESSON_WINDOW = 340, 300, 1440
 
-# 2. The scene's minimum height, and the height of a low scene, in px.
+# 2. If the free height below the banners is small, the scene has one of these heights, in px.
 SCENE_LEAST, SCENE_LOW = 150, 180
 _FREE_FOR_SCENE, _FREE_FOR_LOW_SCENE = 680, 480
 # In a wide window the scene grows with its width, provided that the plots keep this height.

@@ -13,10 +13,10 @@ _FINE = 1.4  # square joints are visible at this device pixel ratio and above
 # px²: area of a visible turn of the line; a line with a larger fraction of such turns is noise
 _TREMOR, _NOISY = 0.25, 0.2
 _LONG = 5.0  # px: noise whose points are farther apart than this fills an area
-_DENSE = 2.5  # above this ratio of dashes to length a dashed line cannot be told from a scribble
+_DENSE = 2.5  # a pattern of dashes is drawn solid if the line is longer than this multiple of its width
 _ARROWS_APART = 12.0  # px: minimum distance between arrow heads
 _HEAD = 8.0  # px: length of an arrow head
-_HAZE = 40.0  # above this ratio of dashes to length a dashed line looks like a grey area
+_HAZE = 40.0  # a dashed line is drawn solid if it is longer than this multiple of its width
 
 
 def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:

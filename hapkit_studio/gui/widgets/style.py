@@ -11,7 +11,7 @@ from hapkit_studio import resources
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.theme import theme
 
-_THIN = 3  # px
+_THIN = 3  # px: sizes up to this are thin lines, which have the width of the frame
 
 
 def apply(app: QApplication) -> None:

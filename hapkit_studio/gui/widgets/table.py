@@ -30,7 +30,7 @@ from hapkit_studio.columns import Column
 from hapkit_studio.formatting import printable
 from hapkit_studio.gui.widgets.theme import theme
 
-_ROW, _GAP, _MARKER = 28, 8, 12.0  # px
+_ROW, _GAP, _MARKER = 28, 8, 12.0  # px: height of a row, gap beside a heading, size of a marker
 _PART = 6  # a column of texts takes at most 1/_PART of a list's width; a tooltip shows texts that are cut off
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter

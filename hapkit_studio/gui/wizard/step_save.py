@@ -113,7 +113,7 @@ class SaveStep(StepPage):
         self.keep_everything()
         self.enable_buttons()
 
-    # saving
+    # methods that save the settings
 
     def store(self) -> None:
         """Store the settings on the board and write the file."""
@@ -151,7 +151,7 @@ class SaveStep(StepPage):
         words = f"Switch on with the handle within {reach:.0f}\N{NO-BREAK SPACE}mm of the middle"
         return f"{words}: the board finds its zero from there."
 
-    # undoing
+    # methods that undo the set-up
 
     def ask(self) -> None:
         """Ask the user before all results are discarded."""

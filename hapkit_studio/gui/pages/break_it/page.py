@@ -117,7 +117,7 @@ class BreakItPage(MeasuringPage):
         figure = plane_figure if self.detail.shows_plane else failure_figure
         return lambda path: figure(shown, path), lambda: base.as_json(shown, traces=True)
 
-    # shown, hidden, resized, ended
+    # reactions to being shown, hidden, resized and closed
 
     def set_shown(self, on: bool) -> None:
         super().set_shown(on)
@@ -177,7 +177,7 @@ class BreakItPage(MeasuringPage):
         self.list.show_record(self.records[key])
         self._show_results()
 
-    # showing
+    # methods that show the state
 
     def _show_all(self) -> None:
         self.side.show_record(self.record)

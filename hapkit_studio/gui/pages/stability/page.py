@@ -197,7 +197,7 @@ class StabilityPage(MeasuringPage):
         self.results.add(measured)
         self._show_all()
 
-    # shown, hidden, resized
+    # reactions to being shown, hidden and resized
 
     def set_shown(self, on: bool) -> None:
         super().set_shown(on)
@@ -216,7 +216,7 @@ class StabilityPage(MeasuringPage):
         """Wait for the lines (tests only); the answer arrives with the next events."""
         self._worker.wait()
 
-    # updating
+    # methods that update the page
 
     @property
     def outdated(self) -> bool:
