@@ -267,7 +267,7 @@ def open_recording(path: str | Path, columns: TableColumns | None = None) -> "Re
 def _states(time: np.ndarray, state: np.ndarray, log: Log) -> tuple[tuple[str, ...], np.ndarray]:
     """Return the names of all state variables and their values (n, names).
 
-    NaN if the law has no such variable.
+    A value is NaN if the law has no such variable.
     """
     width = state.shape[1]
     unnamed = [f"state_{i}" for i in range(width)]

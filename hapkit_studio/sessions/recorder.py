@@ -116,7 +116,7 @@ class Recorder:
     def save(self, path: str | Path) -> int:
         """Write the samples in memory into a new session and return their number; raise SessionError.
 
-        This takes 1 s.
+        This takes about 1 s.
         """
         return self._wait(lambda: self._save(path))
 

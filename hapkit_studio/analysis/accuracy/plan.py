@@ -151,7 +151,7 @@ _PLANNER = BoardPlanner(ARENA)
 def board_cycles(environment: str, parameter: str, option: str, rate: float) -> float:
     """Return the board's cycles per second for a method of a law at a rate in Hz.
 
-    NaN if the board lacks it.
+    Return NaN if the board lacks the method.
     """
     found = environments.named(environment)
     planned = _PLANNER.plan(PlanRequest(found, found.values({parameter: option})))

@@ -281,7 +281,7 @@ class CodeEdit(QPlainTextEdit):
     def counts(self) -> dict[int, float] | None:
         """Return the figures by current line number, except those of changed lines.
 
-        None if there is no column.
+        Return None if there is no column.
         """
         if self._counts is None:
             return None

@@ -165,7 +165,7 @@ class Centre(QWidget):
     def lay_out(self) -> None:
         """Distribute height and width among the cards.
 
-        Also called when another scene needs a different height.
+        This is also called when another scene needs a different height.
         """
         px, page = theme.px, self._page is not None
         width = round(self.width() / theme.scale)

@@ -102,7 +102,7 @@ class History(ABC):
     def at(self, time: float) -> dict[str, float] | None:
         """Return the value of every channel at the last sample up to a time in s.
 
-        None before the first sample.
+        Return None before the first sample.
         """
 
     @abstractmethod

@@ -112,7 +112,7 @@ class Live(QObject):
     def _object_position(self, new: np.ndarray) -> np.ndarray | None:
         """Return the positions (n,) in m of the environment's object.
 
-        None if unknown or if there is no object.
+        Return None if they are unknown or if there is no object.
         """
         engine, environment = self._studio.engine, self._studio.environment
         known = engine is not None and engine.renders(environment) and not self._changing

@@ -192,7 +192,7 @@ class PhaseCanvas(Canvas):
     def cycle(self) -> Cycle | None:
         """Return the newest complete cycle of the last seconds.
 
-        None without a cycle or if the delay is unknown.
+        Return None without a cycle, or if the delay is unknown.
         """
         window = self._recent()
         if self.delay is None or window.dense:

@@ -179,7 +179,7 @@ class ForcePosition(QWidget):
         shown.refresh()
 
     def point(self, time: float | None) -> None:
-        """Mark the sample at a time in s, at which the pointer is in the time plots.
+        """Mark the sample at a time in s, which is that of the pointer in the time plots.
 
         None removes the mark.
         """

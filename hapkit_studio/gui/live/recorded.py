@@ -110,7 +110,7 @@ class Recorded(History):
     def row(self) -> np.ndarray | None:
         """Return the telemetry row (ROW_WIDTH,) of the last sample up to now.
 
-        None if its data are damaged.
+        Return None if its data are damaged.
         """
         found = self._sample(self._now, "right")
         if found is None:

@@ -64,7 +64,7 @@ class TimeView(QObject):
     def latest(self) -> dict[str, float]:
         """Return the newest value of every channel (while paused, the value at the pause).
 
-        NaN without samples.
+        Return NaN without samples.
         """
         return self._paused_at if self.paused else self.live.latest()
 

@@ -42,7 +42,7 @@ _NONE = "No stable value was found for this loop and grip. Close this and choose
 def asked_for(environment: Environment, values: Values) -> Parameter | None:
     """Return the parameter that the quiz asks for, or None.
 
-    It is the first one, provided that the environment's law consists only of its declared terms.
+    It is the first parameter, provided that the environment's law consists only of its declared terms.
     """
     first, terms = next(iter(environment.parameters), None), environment.force_terms(values)
     if not isinstance(first, Parameter) or first.default <= 0.0 or not terms.simple:

@@ -56,7 +56,7 @@ class Record(Shown):
     def signs(self) -> tuple[bool | None, ...]:
         """Return whether the method worked inside and outside the limit.
 
-        None for a side that was not tried.
+        The value is None for a side that was not tried.
         """
         tried = (None, None) if self.wrong else (self.inside, self.outside)
         return tuple(one.evidence.holds if one else None for one in tried)
