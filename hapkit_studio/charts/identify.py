@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 AXES = {
     "stiffness": ("position, mm", 1e3),
     "damping": ("velocity, mm/s", 1e3),
-    "damping_in": ("velocity going in, mm/s", 1e3),
-    "damping_out": ("velocity going out, mm/s", 1e3),
+    "damping_in": ("velocity into the wall, mm/s", 1e3),
+    "damping_out": ("velocity out of the wall, mm/s", 1e3),
     "friction": ("direction of motion", 1.0),
     "mass": ("acceleration, m/s²", 1.0),
     "viscous": ("velocity, mm/s", 1e3),

@@ -64,7 +64,10 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
     axes.set_ylim(0.0, nice_top(_ROOM * float(high)))
     axes.fill_between(damping, stiffness, color=c.stable, linewidth=0.0)
     axes.plot(damping, stiffness, color=c.position, linewidth=2.4, zorder=3)
-    for clamped, words in ((False, "all rest up to here"), (True, "all rest up to here, motor at its limit")):
+    for clamped, words in (
+        (False, "all come to rest up to here"),
+        (True, "all come to rest up to here, motor at its limit"),
+    ):
         if any(p.clamped == clamped for p in points):
             axes.plot(
                 *zip(*((b, p.stiffness) for b, p in walls.points if p.clamped == clamped), strict=True),

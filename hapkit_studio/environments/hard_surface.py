@@ -110,7 +110,7 @@ def terms(p: Values) -> ForceTerms:
 ENVIRONMENT = Environment(
     key="hard_surface",
     title="Hard surface",
-    summary="A tap that rings",
+    summary="A hit that rings",
     parameters=(
         Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per m inside the surface", "k"),
         Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per m/s, on the way in", "b"),

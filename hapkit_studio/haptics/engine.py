@@ -281,7 +281,7 @@ class Engine:
         The force fades out and in again. Raise ParameterError if it is known that the board cannot render.
         """
         if where not in RENDERERS:
-            raise ParameterError(f"{' or '.join(RENDERERS)} renders, not {where!r}.")
+            raise ParameterError(f"The renderer must be {' or '.join(RENDERERS)}, not {where!r}.")
         if where == BOARD and (refusal := self.decision().refusal):
             raise ParameterError(refusal)
         self.prefer(where, rate)

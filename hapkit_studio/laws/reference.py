@@ -265,7 +265,7 @@ def _limits() -> list[tuple[str, str]]:
         ("parameters", f"{MAX_PARAMETERS}"),
         ("values of state", f"{MAX_STATE}"),
         ("numbers in a table", f"{subset.MOST_IN_TABLE}, each up to {subset.LARGEST_IN_TABLE:g}"),
-        ("iterations of all loops and calls of helpers, per call of the law", f"{FUEL:,}"),
+        ("iterations of all loops plus calls of helpers, each time the law is called", f"{FUEL:,}"),
         ("`min` and `max`", f"{subset.BUILTINS['min'].most} numbers"),
         ("on the board: values, tables and code", f"{machine.ARENA} bytes"),
         ("on the board: iterations of one loop", f"{0xFFFF:,}"),

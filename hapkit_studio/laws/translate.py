@@ -366,7 +366,7 @@ class Rewriter(ast.NodeTransformer):
         if self.names.choice(node) is choice:
             return self._parameter(node)
         if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
-            raise fail(node, f"{choice.label} is compared with a name: {', '.join(choice.options)}")
+            raise fail(node, f"{choice.label} can only be compared with a name: {', '.join(choice.options)}")
         if node.value not in choice.options:
             raise fail(node, f"{choice.label} is one of {', '.join(choice.options)}, not {node.value!r}")
         return ast.Constant(float(choice.options.index(node.value)))
@@ -449,7 +449,9 @@ class Rewriter(ast.NodeTransformer):
         if owner == "p" and self.is_law:
             choice = self.names.choice(node)
             if choice:
-                raise fail(node, f"{choice.label} is compared with a name: {', '.join(choice.options)}")
+                raise fail(
+                    node, f"{choice.label} can only be compared with a name: {', '.join(choice.options)}"
+                )
             return self._parameter(node)
         return self.visit_Subscript(node)
 

@@ -176,7 +176,7 @@ def _number_fault(parameter: Parameter) -> str:
     for name in ("default", "low", "high"):
         value = getattr(parameter, name)
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            return f"'{key}': its {name} is a number, not {value!r}"
+            return f"'{key}': its {name} must be a number, not {value!r}"
     if parameter.low >= parameter.high:
         return (
             f"'{key}' goes from {parameter.low:,g} to {parameter.high:,g}{unit}: the lower limit comes first"

@@ -21,7 +21,7 @@ RATES = (250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 10_000.0)
 STIFFNESS = 800.0
 TAP_SECONDS = 0.8
 DELAYS = {"prompt": 0.0, "late": 1e-3}  # s: without a delay, and with the delay of a USB port
-LABELS = {"prompt": "Answer at once", "late": "1 ms later"}
+LABELS = {"prompt": "No delay", "late": "1 ms delay"}
 FINE_RATE = 1_000_000.0  # Hz: a multiple of all other rates
 DEVICE = SimulatedHapkit(quantum=0.0)  # the sensor is ideal, so that only the rate has an effect
 

@@ -96,7 +96,7 @@ def stopping(runner: BoardRunner) -> CheckResult:
         words, key = "The motor did not go off when the computer stopped sending.", "watchdog"
     else:
         return passed(_STOPPING)
-    remedy = "Pull the motor's supply. Flash the firmware again, then test again."
+    remedy = "Disconnect the motor's power supply. Flash the firmware again, then test again."
     return CheckResult(FAIL, words, remedy, key)
 
 

@@ -49,7 +49,7 @@ FAILURE = base.Failure(
         ),
         "λ/(10T)",
         level=100.0 * math.cos(math.pi / stroking.WANTED),
-        level_label="ten samples",
+        level_label="ten samples per ridge",
         log_x=True,
         y_label="force in the worst ridge, % of its amplitude",
     ),

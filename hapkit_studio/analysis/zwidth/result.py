@@ -103,7 +103,7 @@ class ZWidth:
     def sentence(self) -> str:
         """Return a sentence on the stiffest wall, and a second one on the band above this wall."""
         if not len(self.damping) or not (self.stiffness > 0.0).any():
-            return f"No wall came to rest, {self.hand}."
+            return f"The handle came to rest at no wall, {self.hand}."
         return f"{self.at(self.best)}{self.motor(self.best)}.{self.band(self.best)}"
 
     @property
@@ -240,7 +240,7 @@ def samples_of(setting: LoopSettings, protocol: Protocol) -> int:
     if count > MOST_SAMPLES or round(protocol.tail * rate) < FEWEST_IN_TAIL:
         least, most = FEWEST_IN_TAIL / protocol.tail, MOST_SAMPLES / seconds
         raise ParameterError(
-            f"A hit of {seconds:g} s is simulated at {least:,g} to {most:,g} Hz, not at {rate:,g} Hz."
+            f"The rate must be {least:,g} to {most:,g} Hz for a hit of {seconds:g} s, not {rate:,g} Hz."
         )
     return count
 

@@ -59,7 +59,7 @@ class ForcePosition(QWidget):
         self.note = hint()
         self.note.setContentsMargins(14, 0, RIGHT, 4)
         self.note.hide()
-        self.felt = QCheckBox("As felt")
+        self.felt = QCheckBox("Force as felt")
         self.felt.setToolTip(
             "Draw each force at the position the handle had while that force acted: delay and hold included. "
             "The loop's area is the energy it gives you in each cycle"

@@ -195,4 +195,4 @@ class StrengthStep(StepPage):
 def _hang(mass: float) -> str:
     """Return the instruction for the next mass in kg."""
     what = f"hang {1e3 * mass:g} g on the handle" if mass > 0.0 else "remove the mass"
-    return f"Next: {what}, hold it in the middle, and press Carry."
+    return f"Next: {what}, hold the handle in the middle, then press the button Carry."

@@ -187,7 +187,7 @@ def test_excessive_speed_ends_a_trial_and_no_stiffer_wall_is_tried(running, monk
     )
     found = on_device.measure(engine, (0.0,), TrialLimits(max_speed=0.06, precision=0.29))
     assert (found.points[0].stiffness, found.points[0].ended) == (0.0, FAST)
-    assert found.sentence == "No wall came to rest, in a light grip."
+    assert found.sentence == "The handle came to rest at no wall, in a light grip."
     assert max(tried) == 200.0
     assert_as_before(engine)
 

@@ -113,7 +113,7 @@ def test_points_appear_one_by_one(page):
     assert not page.chart.pale
     assert page.walls.points == points
     assert "some rest, some buzz" in words(page.chart)
-    assert "all rest up to here, motor at its limit" in words(page.chart)
+    assert "all come to rest up to here, motor at its limit" in words(page.chart)
     page.job._wanted = None
     page.arrived.emit(2.0, Point(950.0, BUZZES, True))  # too late
     assert len(page.walls.points) == 2
