@@ -13,7 +13,7 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.haptics import arrays, board_plan, health, link, rows, serial_loop
-from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest, RenderingDecision
 from hapkit_studio.haptics.clib import store_release
 from hapkit_studio.haptics.link import GONE_AFTER
 from hapkit_studio.protocol import codec
@@ -234,7 +234,7 @@ class Session:
         offer = BoardPlanner(self.turns.ask(HelloRequest(), Hello).arena, settings)
         way = offer.plan(PlanRequest(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
         board_plan.configure_link(conn, settings, 255)
-        self.harness.set(SPRING, VALUES, board=way)
+        self.harness.set(SPRING, VALUES, decision=RenderingDecision(in_force=way))
 
     def connect(self, hold: float) -> np.ndarray:
         """Render until the connection or the board's time ends; return the rows."""

@@ -24,7 +24,7 @@ def test_the_output_states_the_stiffest_wall_and_the_conditions(capsys):
     assert (code, err) == (0, "")
     assert out.startswith("At b = 2 N·s/m, let go, all walls tried up to 8,7")
     assert "it buzzes" in out
-    assert "v₀ 0.1 m/s · push 1 N · force limit none · walls about the limit every 1 %" in out
+    assert "v₀ 0.1 m/s · push 1 N · force limit none · walls around the limit every 1 %" in out
 
 
 def test_the_json_is_one_object(capsys):
