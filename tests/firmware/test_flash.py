@@ -37,7 +37,8 @@ def test_the_boot_loader_of_older_boards_is_reached_at_its_own_speed(start, tmp_
 def test_verification_errors_state_the_address(start, tmp_path):
     board = start(boot.that_writes_nothing(tmp_path))
     with pytest.raises(
-        FlashError, match=r"verification of the written firmware failed: 0x\w+ instead of 0x\w+ at 0x\w+\. Flash again"
+        FlashError,
+        match=r"verification of the written firmware failed: 0x\w+ instead of 0x\w+ at 0x\w+\. Flash again",
     ):
         flash(board.port, boot.small_image(tmp_path))
 
