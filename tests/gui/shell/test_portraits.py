@@ -21,7 +21,7 @@ def prepared(tmp_path_factory):
     """Return a cache folder that marks everything as compiled, so that no program compiles in the test."""
     made = tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(made / "hapkit-studio"))
+        patch.setattr(prepare.platformdirs, "user_cache_dir", lambda *_, **__: str(made / "hapkit-studio"))
         for part in ("loop", "boards", "analysis"):
             prepare.stamp(part).parent.mkdir(exist_ok=True)
             prepare.stamp(part).touch()
