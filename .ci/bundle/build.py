@@ -1,6 +1,6 @@
 """Build the bundle: PyInstaller, bytecode, machine code, avrdude, licences, archive. `make bundle` runs it.
 
-The environment of its interpreter has the studio and PyInstaller installed.
+The interpreter that runs this script needs the studio and PyInstaller.
 """
 
 import compileall
@@ -52,7 +52,7 @@ def main() -> None:
 
 
 def run(*command: object, **variables: str) -> None:
-    """Run a command outside the checkout, whose packages would be found first."""
+    """Run a command in the build folder; in the checkout, Python would import the checkout's packages."""
     subprocess.run([str(word) for word in command], env=os.environ | variables, cwd=BUILD, check=True)
 
 
@@ -73,7 +73,7 @@ def copy_licences() -> None:
 
 
 def copy_avrdude() -> None:
-    """Copy avrdude with its libraries from a Debian package; elsewhere, or without it, say so."""
+    """Copy avrdude and its libraries if a Debian package installed it; otherwise print a message."""
     found = shutil.which("avrdude")
     package = "" if found is None else owner(Path(found))
     if not package:
@@ -117,7 +117,7 @@ def owner(path: Path) -> str:
 
 
 def compile_sources() -> None:
-    """Compile the studio to bytecode that is valid whatever the times of the files."""
+    """Compile the studio to bytecode that does not depend on the modification times of the files."""
     mode = py_compile.PycInvalidationMode.UNCHECKED_HASH
     if not compileall.compile_dir(INSIDE / "hapkit_studio", quiet=1, force=True, invalidation_mode=mode):
         sys.exit("The bytecode of the bundle could not be compiled.")

@@ -1,4 +1,4 @@
-"""Entry point of the bundle: the studio, or a module as by Python's ``-m`` and ``-P -m``."""
+"""Entry point of the bundle. It starts the studio, or with ``-m`` or ``-P -m`` a module, like Python."""
 
 import ctypes
 import multiprocessing
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 def load_missing_libraries() -> None:
-    """Load the libraries that every desktop has, from the bundle if this computer does not have them."""
+    """Load common desktop libraries; load the bundle's own copy of a library that this computer lacks."""
     for library in sorted(Path(__file__).with_name("desktop-libraries").glob("*")):
         try:
             ctypes.CDLL(library.name.partition("-")[2])
@@ -20,10 +20,11 @@ def load_missing_libraries() -> None:
 
 
 def restore_environment() -> None:
-    """Take back what PyInstaller sets for this program only, before other programs are started.
+    """Restore the environment variables that PyInstaller has changed, because other programs inherit them.
 
-    The library path is meant for the bundle's own libraries; a bundle that starts itself sets it again, if it
-    is told that it is a new one. matplotlib's folder is a temporary one, without the fonts found before.
+    PyInstaller's library path is for the bundle's own libraries. PYINSTALLER_RESET_ENVIRONMENT lets a bundle
+    that this program starts set its own path. PyInstaller's matplotlib folder is temporary, without a cache
+    of fonts.
     """
     for name in ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"):
         original = os.environ.pop(f"{name}_ORIG", None)
