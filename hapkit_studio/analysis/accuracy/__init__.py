@@ -46,7 +46,7 @@ def _each(work: Callable[[Any], Any], cells: Sequence, progress: Progress) -> tu
 
 
 def of_methods(charts: Iterable[str] = (), progress: Progress = no_progress) -> Accuracy:
-    """Compute the charts with these keys, or all charts; raise ParameterError, which lists the keys.
+    """Compute the charts with these keys, or all charts; raise ParameterError for an unknown key.
 
     Costs are timed one after the other in the calling thread, so no other work may run at the same time.
     """
@@ -63,6 +63,6 @@ def of_scenes(questions: Sequence[SceneRequest], progress: Progress = no_progres
 def of_needs(
     environments: Sequence[Environment], progress: Progress = no_progress, force_share: float = FORCE_SHARE
 ) -> Accuracy:
-    """Compute these scenes' needs at their default values; ``force_share`` is the relative JND of a force."""
+    """Compute the needs of these scenes at default values; ``force_share`` is the relative JND of a force."""
     work = partial(needs.compute, force_share=force_share)
     return Accuracy(needs=_each(work, environments, progress))

@@ -1,6 +1,7 @@
 """Contact: how a mass's energy changes in bounces off a springy wall, for sampled and for located contact.
 
-A spring returns all energy. The mass is the puck, which bounces between its two walls.
+An ideal spring returns all energy, so every change is an error. The mass is the puck, which bounces between
+its two walls.
 """
 
 import math
@@ -28,7 +29,7 @@ LABELS = {
 
 
 def moving(method: str, h: float, seconds: float, times: int = 1) -> Motion:
-    """Return a function that computes the motion in steps of h s into positions and velocities (n,)."""
+    """Return a function that computes the motion in steps of h s, and the arrays (n,) that it fills."""
     t = instants(seconds, h)
     x, v = np.full_like(t, PUCK_FROM), np.full_like(t, SHOVED)
     if method in INTEGRATORS:

@@ -26,7 +26,8 @@ SPRING, DRAWN, DRAWN_SECONDS = 300.0, 0.02, 6.0
 # N, N, Hz: a constant and a vibrating pull for two seconds; their sum is below kinetic friction
 PULL, TREMBLING, TREMOR = 0.3, 0.15, 20.0
 HELD_SECONDS, HELD_FROM = 3.0, 1.0
-# m/s: the handle first slides and comes to rest, because a model without stiction starts in its steady state
+# m/s: initial speed of the handle, which slides to rest; a model without stiction would otherwise start at
+# rest
 SLIDES_IN = 0.02
 _SOFT = 1.0  # N/m: the spring is so soft that its pull does not depend on the handle's position
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)
@@ -35,7 +36,7 @@ LABELS |= {"lugre": "LuGre", "hayward_armstrong": "Hayward–Armstrong"}
 
 
 def drawn(model: str, dt: float, times: int = 1) -> tuple[plan.Work, Callable[[], float]]:
-    """Return two functions: one computes a model's stick-slip at one step, one its period error."""
+    """Return two functions: the first computes a model's stick-slip, the second returns its period error."""
     code, declared = MODELS[model]
     options = np.array([*(p.default for p in declared), 0.0])
     t = instants(DRAWN_SECONDS, dt)
@@ -54,7 +55,7 @@ def period_error(model: str, dt: float) -> float:
 
 
 def at_rest(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
-    """Return a function that renders a frictionless handle, which slides and is then stopped by a model."""
+    """Return a function that renders a friction model on a frictionless handle, which slides and stops."""
     law = environments.named("friction")
     levels = {"model": model, "static_force": STATIC, "kinetic_force": KINETIC}
     handle = SimulatedHapkit(coulomb_force=0.0, max_force=math.inf, initial_velocity=SLIDES_IN)

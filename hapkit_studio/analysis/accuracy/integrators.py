@@ -1,7 +1,7 @@
-"""Integrators: the error of each in the motion of an object, at steps from 0.125 to 4 ms.
+"""Integrators: the error of each integrator in an object's motion, at steps from 0.125 to 4 ms.
 
-The oscillating mass has the environment's default values. Stick-slip is that of a light slider, for whose
-period the literature has a formula. The board's cycles are those of the environments' laws.
+The oscillating mass has the environment's default values. The stick-slip scene has a light slider; the
+literature gives a formula for its period. The board's cycles are those of the environments' laws.
 """
 
 import math

@@ -43,12 +43,12 @@ STIFFER = np.geomspace(1.0 / 16.0, 16.0, 9)
 
 @dataclass(frozen=True)
 class Effect:
-    """The felt effect of removing a term, in JND, with the sense and the hand's motion; None if not judged.
+    """The effect of removing a term, for the sense and the hand's motion with the largest effect.
 
-    ``strict`` is the effect in the JND of the most sensitive people. ``since``: the term is felt up to this
-    rate in Hz (for sampling), or from this delay in s or stiffness in N/m on; NaN if it was not found.
-    ``limit`` and ``without`` are the released handle's exact stiffness limits in N/m with and without the
-    term.
+    ``felt`` is the effect in JND, None if it was not judged. ``strict`` is the effect in the
+    JND of the most sensitive people. ``since``: the term is felt up to this rate in Hz (for sampling), or
+    from this delay in s or stiffness in N/m on; NaN if it was not found. ``limit`` and ``without`` are the
+    released handle's exact stiffness limits in N/m with and without the term.
     """
 
     scene: str
@@ -92,7 +92,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class LawTerm:
-    """A law's cycles per tick, rate in Hz and limit in N/m on the board, with a parameter and without."""
+    """A law's cycles per tick, rate in Hz and limit in N/m on the board, with and without a parameter."""
 
     key: str
     label: str
@@ -150,7 +150,7 @@ class _Rendered:
         return trials.render(scene, trial)
 
     def difference(self, trial: Trial, gone: Iterable[str]) -> Difference:
-        """Return the felt difference of a trial without some terms."""
+        """Return the felt difference between a trial with all terms and the same trial without some terms."""
         if trial.words not in self._whole:
             self._whole[trial.words] = self.run(trial, ())
         return self._felt(trial, self._whole[trial.words], self.run(trial, gone))
@@ -159,7 +159,7 @@ class _Rendered:
         return trials.felt(self.environment, trial, one, other, self._force_share)
 
     def effect(self, label: str, gone: Sequence[str]) -> Effect:
-        """Return the largest felt difference under any hand without some terms."""
+        """Return the largest felt difference that removing some terms causes under any hand."""
         scripted = [*trials.scripts(self.environment), trials.script(PUSH)]
         if tuple(gone) == ("mass",):
             scripted = [trial for trial in scripted if trial.holds]
@@ -215,7 +215,7 @@ def stiffness_of(environment: Environment) -> Parameter | None:
 
 
 def _limit(environment: Environment, gone: str = "") -> float:
-    """Return the exact stiffness limit in N/m without a term; NaN without the mass, which could not move."""
+    """Return the exact stiffness limit in N/m without a term; NaN if this term is the mass."""
     if gone == "mass":
         return math.nan
     device = SimulatedHapkit().without((gone,) if gone else ())

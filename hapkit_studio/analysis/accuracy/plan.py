@@ -1,9 +1,10 @@
 """Work-precision charts: scenes, points, Pareto front, best methods, orders, and the timing of methods.
 
 The cost is the computing time of a simulated second in ns, or the board's cycles per second. The cost of
-compiled work is near the minimum over many runs, which several runs must confirm; all candidates run
+compiled work is the minimum over many runs; several other runs must come near it. All candidates run
 alternately. The spread is the range of the fastest quarter of the runs, and at least the tolerance of the
-minimum. The thread's own processor time is measured, so that other programs can only lengthen a run.
+minimum. Only the thread's own processor time is measured; other programs can lengthen it a little, but never
+shorten it.
 """
 
 import math
@@ -22,7 +23,7 @@ from hapkit_studio.laws.machine import ARENA
 FELT = "A third of the 6 % change of force that people can feel"  # the reason for a tolerance of 2 %
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
-# fractions of a scale; for a speed, the scale is ten times its scene's tolerance
+# relative errors; a speed error is relative to ten times its scene's tolerance
 TOLERANCES = 0.1, 0.01, 1e-3, 1e-4
 # the order is the slope of a straight line, from which points may deviate by this many decades of error
 STRAIGHT = 0.15
@@ -169,7 +170,7 @@ def repeats(steps: int) -> int:
 
 
 def always(work: Work) -> Prepare:
-    """Return the preparation of work that needs no preparation."""
+    """Return a ``Prepare`` function for work that needs no preparation."""
     return lambda: work
 
 
@@ -178,7 +179,7 @@ LEAST_TURNS, MOST_TURNS = 40, 400
 HITS, NEAR = 8, 1.03
 KNOWN = 2 * (NEAR - 1)  # two costs are equal if their relative difference is smaller than this
 ENOUGH_NS = 500_000_000
-# the thread's processor time; on Windows wall-clock time, because there the former has steps of 16 ms
+# the thread's processor time; on Windows wall-clock time, because processor time has steps of 16 ms there
 CLOCK: Callable[[], int] = time.perf_counter_ns if sys.platform == "win32" else time.thread_time_ns
 
 

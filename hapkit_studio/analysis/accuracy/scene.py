@@ -1,11 +1,11 @@
 """The errors of all ways to render a scene, their causes, and the recommended way.
 
 The ideal of a scene is its law with the exact method, with an ideal sensor, the true velocity and no force
-limit. Its rate is so high and its delay so short that doubling the rate changes less than KNOWN. An option's
-error is the felt difference from the ideal in just-noticeable differences (JND), for the scene's hand with
-the largest difference. It is split into PARTS by Shapley values: the contribution of a part is its mean
-effect over all orders in which ideal components are replaced by real ones. Contributions add up to the error
-and may be negative.
+limit. Its rate is so high and its delay so short that twice the rate changes the felt difference by less than
+KNOWN. An option's error is the felt difference from the ideal in just-noticeable differences (JND), for
+the scene's hand with the largest difference. It is split into PARTS by Shapley values: the contribution of a
+part is its mean effect over all orders in which ideal components are replaced by real ones. Contributions add
+up to the error and may be negative.
 
 Options are combinations of the scene's methods. The velocity estimator is a setting of the loop for all
 scenes: its contribution is shown, and the charts of methods compare the estimators.
@@ -38,7 +38,7 @@ PARTS = ("method", "rate", "delay", "velocity", "sensor", "limit")
 PART_WORDS = {"velocity": "velocity estimate", "sensor": "sensor steps", "limit": "force limit"}
 METHOD, REAL_RATE, REAL_DELAY, VELOCITY, SENSOR, LIMIT = PARTS
 SLOWEST_IDEAL, FASTEST_IDEAL = 16_000.0, 256_000.0  # Hz: range of the ideal's rate
-LIVE_IDEAL = 32_000.0  # Hz: this limit lets an answer take less than 50 ms
+LIVE_IDEAL = 32_000.0  # Hz: highest rate of the ideal for an answer within 50 ms
 KNOWN = 0.05  # JND: accuracy of the ideal; errors are equal if they differ by less
 MARGIN = 1.5  # required ratio of an option's stiffness limit to the scene's stiffness
 # If no option has the margin, options must reach this fraction of the largest limit, and their error must be
@@ -120,11 +120,11 @@ class SceneRequest:
 class Option:
     """One way to render a scene, in SI units.
 
-    ``cycles`` are the board's cycles per second and the law's per tick, otherwise NaN. ``method`` describes
-    the methods, "" for a scene that has none. ``limit`` is the exact stiffness limit, NaN for a nonlinear
-    estimator. The error is in JND, with its sense and hand. ``parts`` is the contribution of each of PARTS,
-    () before the split. ``own`` is the method's own error at the rate and at twice the rate, each with the
-    board's cycles per second; it is () before the split, and for the computer.
+    ``cycles`` are the board's cycles per second, ``tick`` those per tick; both are NaN on the computer.
+    ``method`` describes the methods, "" for a scene that has none. ``limit`` is the exact stiffness limit,
+    NaN for a nonlinear estimator. ``error`` is in JND, for this sense and hand. ``parts`` is the contribution
+    of each of PARTS, () before the split. ``own`` is the method's own error at the rate and at twice the
+    rate, each with the board's cycles per second; it is () before the split, and for the computer.
     """
 
     place: str
@@ -157,7 +157,7 @@ class Ideal:
         self.rates = dict(rates)  # rates in Hz, by a trial's label
 
     def rate(self, trial: Trial) -> float:
-        """Return the ideal's rate in Hz: the first one at which doubling it changes less than KNOWN."""
+        """Return the ideal's rate in Hz: at twice this rate the result differs by less than KNOWN."""
         rate = self.rates.get(trial.words, SLOWEST_IDEAL)
         while trial.words not in self.rates:
             change = self._difference(trial, self._ideal(trial, 2.0 * rate), self._ideal(trial, rate)).most
@@ -185,7 +185,7 @@ class Ideal:
         )
 
     def parts(self, option: Option) -> tuple[float, ...]:
-        """Return the contribution of each of PARTS to an option's error in JND, for the hand of this error.
+        """Return the contribution of each of PARTS to an option's error in JND, for the option's hand.
 
         A part that does not change any bit of the real or the ideal loop is left out of the combinations.
         """
@@ -248,7 +248,7 @@ class Ideal:
 
 
 def shapley(value: Mapping[frozenset[str], float], players: list[str]) -> dict[str, float]:
-    """Return each player's Shapley value, which is its mean gain over all orders of joining."""
+    """Return each player's Shapley value, which is its mean gain over all orders of the players."""
     count = len(players)
     weight = [1.0 / (count * math.comb(count - 1, size)) for size in range(count)]
     return {
@@ -265,7 +265,8 @@ def shapley(value: Mapping[frozenset[str], float], players: list[str]) -> dict[s
 class SceneResult:
     """Every option of a scene; ``refused`` has the reason why the board cannot render a method.
 
-    ``refused`` is indexed by the method's description. ``ideal_rate`` is the highest rate in Hz of an ideal.
+    ``refused`` is indexed by the method's description. ``ideal_rate`` is the highest rate in Hz of the ideal
+    over all trials.
     """
 
     question: SceneRequest
@@ -298,9 +299,9 @@ class SceneResult:
     def admissible(self, place: str) -> list[Option]:
         """Return the options that may be recommended: those with a stability margin of MARGIN.
 
-        If there are none, return those within 1 % of the highest limit, except options with more than twice
-        the least error, because 2 % of stiffness is not worth three times the error. The limit of a nonlinear
-        estimator is unknown, so any option may be recommended.
+        If there are none, exclude options with more than twice the least error, and return those within 1 %
+        of the highest remaining limit. The limit of a nonlinear estimator is unknown; then no option is
+        excluded because of its limit.
         """
         options = self.at(place)
         enough = [o for o in options if self.is_stable_enough(o)]
@@ -336,7 +337,7 @@ class SceneResult:
         return f"{where}: {apart} the ideal scene, {limit_words(best.limit)}."
 
     def reason(self, place: str) -> str:
-        """Return the reason, which is the cost of a more accurate method, or the main parts of the error."""
+        """Return the reason for the choice: the cost of a more accurate method, or the error's main parts."""
         best = self.recommended(place)
         if best is None:
             return ""
@@ -399,7 +400,7 @@ def limit_words(limit: float) -> str:
 
 
 def limit_of(question: SceneRequest, options: Options, rate: float, delay: float, spec: Spec) -> float:
-    """Return the exact stiffness limit of a released handle, or of the handle pressed to the scene's object.
+    """Return the exact stiffness limit of a released handle, or of the handle pressed against an object.
 
     The damping is that of the exact method: additional damping near rest, such as the slope of a smoothed
     friction, does not permit a stiffer spring.
@@ -420,13 +421,13 @@ def limit_of(question: SceneRequest, options: Options, rate: float, delay: float
 
 
 Way = tuple[Place, Options, Spec]  # place, methods, velocity estimator
-# The reasons why the board has no code for a law, by the law's choices and which of its numbers are 0. Other
-# numbers give the same code.
+# Cache of the reasons why the board has no code for a law. The key contains the law, its choices, and whether
+# each number is 0, because the code does not depend on other values of the numbers.
 _REFUSED: dict[tuple, str] = {}
 
 
 def loop_of(question: SceneRequest, way: Way, planner: BoardPlanner) -> Option | str:
-    """Return an option with its rate, delay, cost and limit, or the reason for which the board refuses it."""
+    """Return an option with its rate, delay, cost and limit, or the reason why the board cannot render it."""
     place, options, spec = way
     rate, cycles, tick = place.rate, math.nan, math.nan
     delay = 1.0 / rate if place.delay is None else place.delay
@@ -466,9 +467,9 @@ def _judged(option: Option, ideal: Ideal) -> Option:
 
 
 def in_force(question: SceneRequest, before: SceneResult) -> list[Option | str]:
-    """Return each place's present option, or why there is none.
+    """Return the option with the present methods for each place, or the reason why there is none.
 
-    This is quick, because the rates are known.
+    This is quick, because the earlier result contains the ideal's rates.
     """
     rates = {words: min(rate, LIVE_IDEAL) for words, rate in before.ideal.rates.items()}
     ideal, planner, found = Ideal(question, rates), BoardPlanner(ARENA), []

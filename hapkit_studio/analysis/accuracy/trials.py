@@ -44,7 +44,7 @@ class Trial:
 
 
 def script(name: str) -> Trial:
-    """Return the trial of a hand's script by its name."""
+    """Return the trial with the hand script of this name."""
     hand = hand_named(name)
     return Trial(name, hand, SECONDS.get(name, OTHER_SECONDS), THROWN if hand.release <= 0.0 else 0.0)
 
@@ -99,8 +99,8 @@ def _resampled(found: np.ndarray, rate: float, seconds: float) -> np.ndarray:
 def _hand_force(hand: Hand, found: np.ndarray) -> np.ndarray:
     """Return the force (n,) in N of a hand on a handle whose motion is in rows (n, ROW_WIDTH) at RATE.
 
-    The rows' own hand force uses the target's velocity half a sample earlier; its error is up to 11 mN at 1
-    kHz.
+    The hand force in the rows is not used: it contains the target's velocity of half a sample earlier, an
+    error of up to 11 mN at 1 kHz.
     """
     t = np.arange(len(found)) / perception.RATE
     target, before, after = (hand.target(t + s) for s in (0.0, -_STEP, _STEP))  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Velocity estimators: the error of each, rendered by the loop's own tick.
+"""Velocity estimators: the error of each estimator, computed with the loop's own tick.
 
 The simulated Hapkit's sensor measures the motions for 3 s at 1 kHz. Tremor and ramps start 0.3 counts above
 an edge, so that counts are not periodic. The cost is that of the whole tick with the damping scene's law and
@@ -35,7 +35,7 @@ def _ramp(speed: float) -> Signal:
 
 
 def _reversal(speed: float) -> Signal:
-    """A collision reverses the velocity along a cosine in 20 ms."""
+    """Return a motion whose velocity a collision reverses along a cosine in 20 ms."""
     share = np.clip((T - _TURNED_AT) / _TURNING, 0.0, 1.0)
     turn = speed * _TURNING / np.pi * np.sin(np.pi * share)
     back = np.maximum(T - _TURNED_AT - _TURNING, 0.0)
@@ -59,7 +59,7 @@ VARIANTS: tuple[tuple[str, dict[str, float]], ...] = (
     *(("foaw", {"window": 16.0, "noise": noise}) for noise in (1.0, 0.5)),
     *(("kalman", {"q": q}) for q in (1e-3, 1e-2, 1e-1)),
 )
-# N: people do not feel a smaller vibration of the force; the damping scene converts this to m/s
+# N: people do not feel a weaker vibration of the force; divided by the damping below, it gives a speed
 UNFELT = 0.020
 _DAMPING = environments.named("damping").values()["damping"]
 _REASON = f"At the damping scene's {_DAMPING:g} N·s/m this is {1e3 * UNFELT:g} mN, too weak to be felt"

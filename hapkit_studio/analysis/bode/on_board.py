@@ -1,7 +1,8 @@
-"""The impedance rendered by a virtual board: once the computer renders, once the board's firmware.
+"""The impedance of a virtual board's handle, rendered first by the computer and then by the board's firmware.
 
-A separate board in lockstep follows a motion script by its clock. Its truth log contains the force in effect
-and the true position at each sample. Motions disturbed by a busy computer are repeated.
+Each measurement starts its own board in lockstep mode, which moves its handle by a motion script. The board's
+truth log contains the force in effect and the true position at each sample. If a busy computer disturbs a
+motion, the motion is repeated.
 """
 
 import contextlib
@@ -111,7 +112,7 @@ def _script(drive: Drive) -> str:
 
 
 class _Watch:
-    """Read a running engine's rows; store the times in s of the newest row and newest invalid row."""
+    """Reads a running engine's rows, and stores the times in s of the newest and the newest invalid row."""
 
     def __init__(self, engine: Engine, where: str):
         self._engine, self._where, self._reader = engine, where, engine.reader()
@@ -169,7 +170,8 @@ def _measured(engine: Engine, where: str, drive: Drive, progress: Progress) -> t
 def _spectra(drive: Drive, log: Any, begins: list[float], delay: float) -> Spectra:
     """Return the spectra of the motions; a force takes effect ``delay`` s after the previous sample.
 
-    Positions are relative to ``place``: the ticks jitter by 3 µs, so that a constant offset would leak.
+    Positions are relative to ``place``, because a constant offset would leak into the tones: the ticks jitter
+    by 3 µs.
     """
     spectra = Spectra(drive)
     for motion, begin in enumerate(begins):

@@ -133,12 +133,12 @@ class Curve:
 
     @property
     def name(self) -> str:
-        """Return the curve's label: who renders, and the rate."""
+        """Return the curve's label: the renderer and its rate."""
         return f"{self.where}, {with_unit(1e-3 * self.setting.rate, 'kHz')}"
 
     @property
     def best(self) -> Response:
-        """Return the theory if there is one, otherwise the measured response; the marks are read from it."""
+        """Return the response that gives the marks: the theory if there is one, else the measured one."""
         if self.theory is not None:
             return self.theory
         there = self.coherence > 0.0
@@ -273,7 +273,7 @@ class Spectra:
 class Bode:
     """The rendered impedance of a scene in one or more loops, excited about ``place``; lengths in m.
 
-    ``notes`` are the reasons of measurements that failed.
+    ``notes`` contains the reason of each failed measurement.
     """
 
     environment: Environment
