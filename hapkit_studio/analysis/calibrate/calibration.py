@@ -63,7 +63,7 @@ class Calibration:
         self._constant = self.board.motor_constant
 
     def change_geometry(self, **changes: Any) -> None:
-        """Apply measured radii in m, or counts per turn; their scale is used until marks are measured."""
+        """Apply measured radii in m, or counts per turn; they set the scale until marks are measured."""
         self._change(**changes, quantum=quantum_of(replace(self.board, **changes)))
 
     # --- sensor
@@ -153,7 +153,7 @@ class Calibration:
         return self._apply_strength(lambda board: motor.strength_from_weights(self.carried, board))
 
     def pull(self, stiffness: float) -> float:
-        """Pull a spring in N/m at the handle; return the stiffness that the settings imply.
+        """Pull a spring of ``stiffness`` N/m; return the stiffness in N/m that the present settings imply.
 
         The spring of a virtual board is attached and detached here. Raise StudioError.
         """
@@ -206,7 +206,7 @@ class Calibration:
         return self._apply_strength(lambda board: motor.strength_from_scale(reading, pushed, board))
 
     def _apply_strength(self, measured: Callable[[Board], Strength]) -> Strength:
-        """Apply a measured motor constant, and store its computation so that later settings can use it.
+        """Apply a measured motor constant; store its computation, so that later settings can use it again.
 
         The interval includes the uncertainty of the dead band.
         """

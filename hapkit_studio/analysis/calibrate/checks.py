@@ -101,7 +101,7 @@ def stopping(runner: BoardRunner) -> CheckResult:
 
 
 def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
-    """Return the status flags and the duty after a stop, or after silence, during a small push.
+    """Push slightly, then stop or fall silent; return the status flags and the duty after that.
 
     The time is measured from the moment the board receives a command, because the computer may send late.
     """
@@ -264,7 +264,7 @@ def run_all(
 
 
 def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
-    """Return a check's result; an aborted check is a result, too. Retry if the computer was late."""
+    """Return a check's result, also if the check was aborted; retry if the computer was late."""
     for _ in range(_TRIES):
         try:
             return check.run(runner)

@@ -23,8 +23,8 @@ SWEEP_SECONDS = 12.0
 
 _FADE_SECONDS = 0.5
 _RISE = 0.5  # N/s: rate at which the force rises
-# Amplitude in m and frequency in Hz of each sine; they have no short common period, so quantisation errors
-# vary.
+# Amplitude in m and frequency in Hz of each sine. The sines have no short common period, so the quantisation
+# errors do not repeat.
 _SINES = ((0.0085, 0.83), (0.0050, 2.37), (0.0015, 4.91))
 
 

@@ -46,8 +46,8 @@ SPRINGS_DIFFER = 2.0
 # Fractions of a pull: the part excluded at either end, where the handle reverses; the part in which it must
 # slide.
 _EXCLUDED_ENDS, _SLIDING = 0.15, 0.2
-# A leg counts as straight up to these limits: the largest step, in multiples of the residual rms it causes,
-# and the largest curvature, as a fraction of the leg's length.
+# Size of a step in a leg, as a multiple of the residual rms that the step causes; largest step in a straight
+# leg, as a fraction of the leg's length.
 _STEP, _BENT = 6.0, 0.05
 _FEWEST_COUNTS = 5.0
 _MEANS = round(0.5 * PULL_PERIOD / (4.0 * SHAKE_PERIOD))
@@ -66,9 +66,9 @@ def displacement(track: Track, averaged: int = 1) -> float:
 
 @dataclass(frozen=True)
 class Direction:
-    """The result of pushes: whether force and position have the same sign, and a text.
+    """The result of pushes, with a text.
 
-    ``agrees`` is None if this is undetermined.
+    ``agrees`` is True if force and position have the same sign, and None if the pushes do not show it.
     """
 
     agrees: bool | None
@@ -113,9 +113,10 @@ def push_both_ways(runner: BoardRunner) -> Direction:
 
 @dataclass(frozen=True)
 class Breakaway:
-    """The break-away force in N by the settings, and a first estimate of the dead band of 255, or 0.
+    """The break-away force in N according to the settings, and a first estimate of the dead band, or 0.
 
-    ``pulses`` contains force in N and displacement in m for each direction.
+    The dead band is a duty out of 255. ``pulses`` contains force in N and displacement in m for each
+    direction.
     """
 
     force: float
@@ -163,7 +164,8 @@ class Strength:
 def carrying_force(track: Track, board: Board) -> tuple[float, float]:
     """Return the mean commanded force in N over full periods of carrying, and its half width.
 
-    Friction cancels between up and down, which take the same time. Sticking friction widens the interval.
+    Friction cancels, because the movements up and down take the same time. Sticking friction widens the
+    interval.
     """
     periods = int((track.time[-1] - SETTLE_SECONDS) / CARRY_PERIOD + 1e-3)
     if periods < 2:
@@ -258,7 +260,7 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
 
 
 def _curvature_rms(off: np.ndarray) -> float:
-    """Return the rms of the curvature that all legs (pulls, 2, n) share; their differences are noise."""
+    """Return the rms of the curvature that all legs (pulls, 2, n) share; their differences are only noise."""
     rest = signal.detrend(off)
     noise = rest.var(axis=0, ddof=1).mean() / len(rest)
     return float(np.sqrt(max((rest.mean(axis=0) ** 2).mean(axis=1).max() - noise, 0.0)))
@@ -267,7 +269,7 @@ def _curvature_rms(off: np.ndarray) -> float:
 def _rise_and_fall(track: Track, values: np.ndarray) -> np.ndarray:
     """Return means of values (n,) over shaking periods, (pulls, 2, means).
 
-    They belong to the rise and, in reverse order, to the fall.
+    Each pull has the means of its rise, and in reverse order the means of its fall.
     """
     edges = np.linspace(PULL_PERIOD, PULLS * PULL_PERIOD, 2 * (PULLS - 1) * _MEANS + 1)
     integral = np.append(0.0, np.cumsum(values[:-1] * np.diff(track.time)))
@@ -286,8 +288,8 @@ def strength_from_springs(
     """Return the strength from tracks that pull springs in N/m; raise ParameterError.
 
     ``known`` and ``length`` are the relative uncertainties of the springs and of the length scale. The
-    measured stiffness is (spring + other stiffness) / strength. Gravity and cable add a constant, so the
-    slope does not contain them.
+    measured stiffness is (spring + other stiffness) / strength. The other stiffness, of
+    gravity and the cable, is constant, so it does not change the slope.
     """
     springs = np.array([stiffness for stiffness, _ in pulled])
     check_springs(springs)
@@ -308,7 +310,7 @@ def strength_from_scale(reading: float, track: Track, board: Board) -> Strength:
 def _strength(
     asked_per_real: float, error: float, board: Board, sure: float = _WEIGHT_UNCERTAINTY
 ) -> Strength:
-    """Return the strength from commanded force per real force; raise ParameterError if it is impossible.
+    """Return the strength from commanded force per real force; raise ParameterError if it is implausible.
 
     ``sure`` is the relative uncertainty from all other causes.
     """

@@ -30,8 +30,8 @@ _OFF = BoardFlag.STOPPED | BoardFlag.OVER_SPEED | BoardFlag.REFUSED
 _PIECES = (24, 12, 6)
 _FEWEST = 40
 _MOST_BAND = 200
-# A fitted dead band is credible if the ratio of the residuals and the change in duty steps are at least this
-# large.
+# A fitted dead band is credible if it reduces the residual by at least this factor, and differs from the
+# board's by at least this number of duty steps.
 _CREDIBLE_RATIO = 1.25
 _STEPS = 5
 _FINE = 10
@@ -90,9 +90,10 @@ def widened_by_dead_band(part: Part, track: Track, board: Board) -> Part:
 
 
 def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
-    """Return the dead band of 255 that fits a sweep best; the board's value unless it fits much worse.
+    """Return the dead band, a duty out of 255, that fits a sweep best.
 
-    With ``fine``, return the best value near the board's, however small the improvement.
+    Return the board's dead band unless another value fits much better. With ``fine``, return the best value
+    near the board's, however small the improvement.
 
     m a + b v + Fc sgn v + c must equal the force. Only the right dead band gives the force this shape, for
     any motor constant. Residuals are relative to the inertial force, not to friction: a dead band that is too

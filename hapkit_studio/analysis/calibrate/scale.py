@@ -50,8 +50,8 @@ def mark_from(track: Track, place: float) -> Mark:
 class Scale:
     """A fitted scale: quantum in m per count with its 95 % half width, zero as a raw count, and sense.
 
-    ``residuals`` (n,) in m are those of the marks. ``ratio`` is the quantum over the one computed from the
-    radii. ``twice`` is the largest difference between repeated marks in m.
+    ``residuals`` (n,) in m are those of the marks. ``ratio`` is the fitted quantum divided by the quantum
+    that follows from the radii. ``twice`` is the largest difference between repeated marks in m.
     """
 
     quantum: float
@@ -91,7 +91,7 @@ def fit(marks: list[Mark], board: Board, inverted: bool | None = None) -> Scale:
     twice = quantum * max(abs(a.count - b.count) for a in marks for b in marks if a.place == b.place)
     ratio = quantum / quantum_of(board)
     found = Scale(quantum, quantum * spread, zero, sense, residuals, ratio, twice, passed(""))
-    # the distance of each mark from the line through the other marks; 0 if the line needs this mark
+    # the distance of each mark from the line through the other marks; 0 if they do not determine a line
     free = 1.0 - 1.0 / len(marks) - around**2 / float(around @ around)
     apart = float(np.abs(residuals / np.where(free > 1e-6, free, np.inf)).max())
     return replace(found, result=_judge(found, board, apart, inverted))
@@ -158,7 +158,7 @@ def changes(found: Scale, board: Board) -> dict[str, float | int]:
 
 
 def in_force(found: Scale, before: Board) -> CheckResult:
-    """Return the result that is true after the marks and the corrected radius are applied."""
+    """Return the result of the scale check after the marks and the corrected radius are applied."""
     if found.result.key not in ("diameter", "radius"):
         return found.result
     radius = _wrong_radius(found)

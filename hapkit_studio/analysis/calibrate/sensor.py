@@ -90,7 +90,7 @@ def analyse(track: Track) -> SensorResult:
     period = half = float("nan")
     if board.sensor == Sensor.QUADRATURE:
         sizes, turns = np.empty(0), track.count
-    else:  # there are jumps larger than half the observed range
+    else:  # the readings wrap around: they jump by more than half the observed range
         sizes, turns = periods(raw), np.unwrap(raw.astype(float), period=float(np.ptp(raw)) + 1.0)
     if len(sizes) >= _FEW_REPEATS:
         middle = np.median(sizes)
