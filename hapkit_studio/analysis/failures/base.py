@@ -21,7 +21,7 @@ from hapkit_studio.parameters import AnyParameter, Choice, Parameter, resolve
 
 __all__ = ["Choice", "Parameter", "Progress"]
 
-# one number per option of a failure, or an index for a choice; Failure.case returns it
+# the value of each option of a failure, by its key; the value of a choice is an index
 Case = Mapping[str, float]
 THEORY, MEASURED, OTHER = "theory", "measured", "other"
 
@@ -87,9 +87,9 @@ class Curve:
 class Plot:
     """The chart of a failure: curves over multiples (n,) of its limit, or over x values (n,) of a case.
 
-    ``boundary`` is the label of the limit; it is "" if the x axis is not the knob (times ``factor``).
+    ``boundary`` is the label of the limit; it is "" if the x axis does not show the knob times ``factor``.
     ``marks`` are further x values with labels. ``level`` is the y value at which the method fails; by default
-    y is a growth rate, which is stable below 0.
+    y is a growth rate, and the motion is stable below 0.
     """
 
     x_label: str
@@ -154,7 +154,8 @@ class Failure:
     """The limit of a method; every ``FAILURE`` of a module in this folder is discovered.
 
     ``knob`` is the varied parameter, between low and high. The method works below limit(case) and fails above
-    it, with certainty if the distance exceeds ``margin``, a fraction of the limit: 0.01 for a sharp boundary.
+    it. The outcome is certain if the distance from the limit exceeds ``margin``, a fraction of the limit; the
+    margin is 0.01 for a sharp boundary.
     The limit is inf if the method never fails, and 0 if it never works. A case has one number per option.
     ``probe`` tries one value with the rendering code. ``plot`` shows many values and the formula. ``plane``
     shows the same limit in dimensionless numbers. ``span`` contains the multiples of the limit that are worth
@@ -238,7 +239,7 @@ def within(key: str, values: Mapping[str, float]) -> dict[str, float]:
 
 
 def short(value: float, bound: float = math.inf) -> float:
-    """Return a value rounded to four digits, or to as many as keep it on the same side of the bound."""
+    """Return a value rounded to four digits, or to more digits if it would cross the bound otherwise."""
     for digits in range(4, 17):
         rounded = float(f"{value:.{digits}g}")
         if (rounded < bound) == (value < bound) and (rounded > bound) == (value > bound):
@@ -269,7 +270,7 @@ class Shown:
 
     @property
     def scale(self) -> float | None:
-        """Return the factor from the knob's unit to the chart's x axis; None if x is different."""
+        """Return the factor from the knob's unit to the chart's x axis; None if x is not the knob."""
         return self.chart.plot.factor if self.chart and self.chart.plot.boundary and self.limit else None
 
     @property
@@ -351,7 +352,7 @@ def render(
 def growth_evidence(
     x: np.ndarray, step: float, rate: float, label: str = "position", unit: str = "mm", more: str = ""
 ) -> Evidence:
-    """Return the evidence of a motion x (n,) with growth ``rate`` in 1/s; a negative rate passes."""
+    """Return the evidence of a motion x (n,) with growth ``rate`` in 1/s; the method works below 0."""
     words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}{more}"
     return Evidence(x, step, label, unit, rate < 0.0, rate, "1/s", words)
 
@@ -364,7 +365,7 @@ def before_lost(x: np.ndarray, most: float) -> int:
 
 
 def alive(size: np.ndarray, least: float) -> int:
-    """Return how many samples of size (n,) there are up to the last one that is at least ``least``."""
+    """Return the number of samples up to the last one whose size (n,) is at least ``least``."""
     big = np.flatnonzero(size >= least)
     return int(big[-1]) + 1 if len(big) else 0
 

@@ -1,4 +1,4 @@
-"""Friction computed from the sign of a quantised velocity: above a force it chatters over several counts."""
+"""Friction computed from the sign of a quantised velocity: if it is large, the handle chatters."""
 
 import math
 from dataclasses import replace
@@ -30,18 +30,17 @@ def count_force(case: base.Case) -> float:
 
 
 def limit(case: base.Case) -> float:
-    """Return the friction force in N above which it chatters over several counts, found by simulation."""
+    """Return the friction force in N above which the handle chatters over several counts, by simulation."""
     return RATIOS[int(case["late"])] * count_force(case)
 
 
 def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tuple[float, np.ndarray]:
     """Slide to rest from each of STARTS; return the largest peak-to-peak motion and its samples.
 
-    Only the last 0.5 s count. Motion and samples are in counts.
+    Only the last 0.5 s are evaluated. Motion and samples are in counts.
     """
     given = {"model": float(model), "kinetic_force": friction, "static_force": friction, "viscous": 0.0}
-    # Models with a tether use half the stiffness of the stiffest spring that a handle with this damping holds
-    # stably.
+    # Models with a tether get half the largest stable stiffness of a handle with this damping.
     given["tether_stiffness"] = case["viscous"] * case["rate"] / (1.0 + 2.0 * case["late"])
     loop, tails = LoopSettings(case["rate"], case["late"] / case["rate"]), []
     for place, speed in STARTS:

@@ -1,4 +1,4 @@
-"""The course's mass on a spring: in contact at a step of 1 ms, its oscillation grows, as in the lecture."""
+"""The course's mass on a spring in contact: with a step of 1 ms its oscillation grows, as in the lecture."""
 
 import math
 from dataclasses import replace

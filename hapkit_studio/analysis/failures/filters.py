@@ -43,7 +43,10 @@ def limit(case: base.Case) -> float:
 def over_damping(
     dampings: Callable[[base.Case], np.ndarray], every: int, spec: Callable[[base.Case], Spec], **more: Any
 ) -> base.Plot:
-    """Define the limit over damping: without filter, exact, and simulated at every ``every``-th value."""
+    """Return a plot of the limit over damping: without a filter, exact, and simulated.
+
+    Every ``every``-th value is simulated.
+    """
 
     def exact(damping: float, case: base.Case) -> float:
         return bound(case, damping, spec(case))

@@ -52,7 +52,7 @@ def nominal(case: base.Case) -> float:
 
 @base.remembered
 def limit(case: base.Case) -> float:
-    """Return the exact smallest stiffness in N/m at which the loop with this pattern grows."""
+    """Return the exact smallest stiffness in N/m at which motions grow in a loop with this pattern."""
     periods = pattern(case)
     scan = np.linspace(worst(case), 1.001 * nominal(case), _SCAN)
     grows = [exact(k, case, periods) > 0.0 for k in scan]

@@ -1,4 +1,4 @@
-"""Stable after a small push, unstable after a large one: dry friction holds a spring that is too stiff."""
+"""A spring that is too stiff: dry friction stops it after a small push, but not after a large push."""
 
 import math
 from dataclasses import replace
@@ -37,7 +37,7 @@ def swing(push: float, case: base.Case) -> tuple[np.ndarray, str]:
 
 
 def measured(case: base.Case, stiffness: float) -> float:
-    """Return the push in m between settling and growing, found by bisection around the formula's value."""
+    """Return the push in m at the boundary between settling and growing, by bisection near the formula."""
     middle, case = amplitude(case, stiffness), {**case, "stiffness": stiffness}
     ends = math.log(0.5 * middle), math.log(2.0 * middle)
 

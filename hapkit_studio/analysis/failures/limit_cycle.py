@@ -78,7 +78,7 @@ def edges(case: base.Case) -> tuple[float, float]:
 
 
 def outcome(case: base.Case, stiffness: float, beta: float, sigma: float) -> str:
-    """Return the outcome of a spring with a handle at (beta, sigma), after a small and a large push."""
+    """Return the outcome after a small and a large push, for b₀/(kT) = ``beta`` and F_c/(kΔ) = ``sigma``."""
     given = {
         **case,
         "viscous": beta * stiffness / case["rate"],

@@ -1,7 +1,7 @@
-"""A rendered spring with a released handle: simulated by the tick, and its exact matrix.
+"""A rendered spring with a released handle: its simulation with the loop's tick, and its exact matrix.
 
-The handle is ideal, or it is that of Diolaiti's plane, with viscous and Coulomb friction and a quantised
-sensor.
+The handle is ideal, or it has viscous and Coulomb friction and a quantised sensor, as in the plane of
+Diolaiti et al.
 """
 
 import cmath
@@ -126,7 +126,7 @@ def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
 
 
 def largest_root(matrix: np.ndarray, seconds: float) -> complex:
-    """Return the eigenvalue σ + jω in 1/s with the largest growth, of a map repeated every ``seconds``."""
+    """Return the eigenvalue σ + jω in 1/s with the largest growth; the map is repeated every ``seconds``."""
     roots = np.linalg.eigvals(matrix)
     root = complex(roots[np.abs(roots).argmax()])
     return complex(math.log(abs(root)), abs(cmath.phase(root))) / seconds
@@ -173,7 +173,7 @@ def judged(x: np.ndarray, start: float, rate: float, seconds: float = FRICTION_S
     """Return the outcome of a motion (n,), and the peak-to-peak value in m of its last half second."""
     complete = len(x) == round(seconds * rate)
     last = float(np.ptp(x[-round(0.5 * rate) :])) if len(x) else math.inf
-    # the motion still exceeds its start at the end, so it grows
+    # at the end the motion still exceeds its initial value, so it grows
     if not complete or np.abs(x[-round(0.5 * rate) :]).max() > abs(start):
         return GROWS, last
     return (RESTS if last == 0.0 else CYCLES), last

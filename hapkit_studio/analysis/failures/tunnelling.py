@@ -15,7 +15,7 @@ from hapkit_studio.haptics import rows
 WANTED = 4
 # number of sampling phases at which throws reach the bump; the worst phase decides
 PHASES = 64
-# N: so weak that the handle's speed does not change
+# N: peak force of the bump, so weak that the handle's speed does not change
 PEAK = 0.002
 _COSINE = 1.0
 # % of the bump's height: upper end of the chart
