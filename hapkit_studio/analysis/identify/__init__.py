@@ -94,8 +94,8 @@ def identify(
     """Identify the part of a recording from ``begin`` to ``end`` in s; by default the whole recording.
 
     ``terms`` are some of RENDERED_TERMS; None uses those of the environment. ``released`` states that no hand
-    holds the handle, if the recording does not tell. If the settings change and neither begin nor end is
-    given, the longest part with constant settings is used. Raise ParameterError.
+    holds the handle; it is needed if the recording has no information about a hand. If the settings change
+    and neither begin nor end is given, the longest part with constant settings is used. Raise ParameterError.
     """
     unknown = [term for term in terms or () if term not in RENDERED_TERMS]
     if unknown or terms == ():

@@ -81,7 +81,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Points:
-    """The windows used in a fit: time in s, regressors (m, p) with their names, force in N, and the fit.
+    """The windows used in a fit: time in s, named regressors (m, p), force in N, and the fit.
 
     The force is the sum of the regressors times their coefficients. The last regressor is the constant 1.
     ``middle`` is the position in m that is the origin of the position column.
@@ -152,7 +152,10 @@ _SMALLEST_HALF = 1e-3
 
 @dataclass(frozen=True)
 class Sizes:
-    """The extent of a motion: travel in m peak to peak, m/s, m/s², turning in rad/s, mean position in m."""
+    """The extent of a motion: peak-to-peak travel, largest speed and acceleration (``jolt``), mean position.
+
+    Units are SI units. ``turning`` in rad/s is the RMS speed over the standard deviation of the position.
+    """
 
     travel: float
     speed: float

@@ -38,7 +38,7 @@ NOTHING_MOVES = (
 
 
 def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
-    """Identify the handle; ``released`` states that no hand holds it, if the recording does not tell."""
+    """Identify the handle; ``released`` states that no hand holds it, if this is not recorded."""
     if not grid.hand_known and not released:
         return Part("handle", advice=UNKNOWN_HAND, left_out=grid.left_out)
     held = grid.held & (not released)
@@ -83,7 +83,9 @@ def _least_variance_part(grid: Grid, setup: Setup, chosen: np.ndarray, released:
 
 
 def _widened(best: _WindowResult, others: list[_WindowResult]) -> Part | None:
-    """Return the part with intervals that cover neighbouring window lengths; None without a comparison.
+    """Return the part with intervals that include the results of neighbouring window lengths.
+
+    Return None if a neighbour is needed and there is none.
 
     Window lengths differ in their bandwidth. At a steady speed the loop turns quantisation into a slow motion
     that biases only some of them. If the motion is rich, the results may differ within their intervals.
@@ -134,8 +136,8 @@ def _fitted(
         points=Points(times, (*NAMES, "offset"), columns[kept], force[kept], fit, grid.middle),
         left_out=grid.left_out,
     )
-    # choosing by this variance, not by the width of the fitted interval, avoids a bias towards narrow
-    # intervals
+    # Window lengths are compared by this variance. A comparison by the fitted intervals would prefer
+    # intervals that are narrow by chance.
     return _WindowResult(float(np.log(np.maximum(variances, 1e-300)).sum()), part, moved, rich, rich or sure)
 
 
@@ -185,7 +187,7 @@ def _columns(grid: Grid, windows: Windows, sign: np.ndarray, part: int) -> np.nd
 
 
 def _error_variances(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return the variances (p,) of the coefficients for independent position errors of 1 m, and 1 kg."""
+    """Return the variances (p,) of the coefficients for 1 kg and independent position errors of 1 m."""
     used = columns * kept[:, None]
     of_samples = windows.back(used, windows.kernel(2))
     inverse = np.linalg.pinv(used.T @ used)

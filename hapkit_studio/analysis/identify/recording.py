@@ -25,7 +25,7 @@ FEWEST_SAMPLES = 32
 _UNEVEN, _MOST_UNEVEN = 0.25, 0.1
 _MOST_FLAGS = 255
 _LISTED_CHANGES = 5  # number of changes listed in a message
-# s excluded before and after a settings change: the change is logged up to 0.1 s late, and numbers ramp for
+# s excluded before and after a settings change: the change is logged up to 0.1 s late, and values ramp for
 # 30 ms
 _BEFORE_CHANGE, _AFTER_CHANGE = 0.1, 0.05
 
@@ -64,8 +64,9 @@ class Recording:
     """Columns (n,) in SI units: position and velocity as the loop measured them, and two forces.
 
     ``asked`` is the law's force, and ``applied`` the force after all limits. ``flags`` are those of telemetry
-    rows. ``hand_force`` is the hand's force in N at the sample, NaN if unknown, without ``hand_held``: that
-    is the force in N of the hand's damper due to the target's speed, which is constant between samples.
+    rows. ``hand_held`` is the part of the hand's force in N that the target's speed causes in its damper; it
+    is constant between samples. ``hand_force`` is the rest of the hand's force in N at the sample, NaN if
+    unknown.
     ``target`` is the position in m towards which the hand pulls, None if unknown. ``setup`` contains the
     settings at the start. ``later`` contains each change as a time in s and the settings from then on.
     """
@@ -136,8 +137,8 @@ class Recording:
 def of_rows(table: np.ndarray, setup: Setup) -> Recording:
     """Return the recording of telemetry rows (n, ROW_WIDTH), oldest first, in device time.
 
-    If the device clock went back, the rows before belong to an earlier connection and are ignored. Raise
-    ParameterError.
+    If the device clock jumps back, the rows before the jump belong to an earlier connection and are ignored.
+    Raise ParameterError.
     """
     table = np.asarray(table, dtype=float)
     if table.ndim != 2 or table.shape[1] != rows.ROW_WIDTH:
@@ -201,7 +202,7 @@ class Motion(NamedTuple):
 
 
 def from_run(run: Any, hand: Hand | None = None) -> Recording:
-    """Return the recording of a run of ``simulate``; ``hand`` moved it, if the hand has no name."""
+    """Return the recording of a run of ``simulate``; ``hand`` is the hand of the run, if it has no name."""
     motion = Motion(np.asarray(run.time), run.position, run.velocity, run.force, run.applied_force)
     log = getattr(run, "settings_log", ()) or ((0.0, run.settings),)
     return _recording(motion, run.flags, run.hand_force, getattr(run, "hand_target", None), log, hand)
@@ -260,7 +261,7 @@ def _check_times(table: tables.Table, time: np.ndarray, columns: Sequence[np.nda
 
 
 def _smallest_step(position: np.ndarray) -> float:
-    """Return the smallest difference between positions in m, from the sensor or the file's digits."""
+    """Return the smallest difference between positions in m, due to the sensor or to rounding in the file."""
     steps = np.diff(np.unique(np.round(position, 9)))
     return float(steps.min()) if len(steps) else 0.0
 
@@ -273,7 +274,7 @@ def _recording(
     log: Log,
     hand: Hand | None = None,
 ) -> Recording:
-    """Return a recording; ``target`` (n,) in m is that of a hand whose script has no name."""
+    """Return a recording; ``target`` (n,) in m is the target of a hand without a script name."""
     usual = 1.0 / float(np.median(np.diff(motion.time))) if len(motion.time) > 1 else 1000.0
     hand = hand or _script(log[0][1])
     setup, *others = (_setup_of(settings, usual, hand) for _, settings in log)

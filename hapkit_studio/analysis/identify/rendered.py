@@ -23,7 +23,7 @@ from hapkit_studio.environments.base import ForceTerms
 # longest window: short compared with any motion of a hand, long compared with the time of a sensor step
 LONGEST_SECONDS = 0.026
 PIECES = (32, 16, 8, 4, 2)
-# a shorter window is used only if the usable time grows by this factor
+# a shorter window is used only if it increases the usable time by this factor
 _GAIN = 1.3
 # order of the derivative of the position in each term's regressor
 _DERIVATIVES = {"stiffness": 0, "damping": 1, "damping_in": 1, "damping_out": 1}
@@ -186,8 +186,8 @@ def _centre(
 ) -> list[Estimate]:
     """Return the centre of the spring or the surface of the wall, if a stiffness was found.
 
-    A delayed velocity estimate adds stiffness only to the motion about its mean, so the stiffness that it
-    adds is subtracted from the mean force.
+    A delayed velocity estimate adds stiffness to the motion about the mean position, but not to the mean
+    force. The centre is therefore computed without this added stiffness.
     """
     if "stiffness" not in names:
         return []
@@ -207,7 +207,7 @@ def _centre(
     value = float(grid.middle + mean - force / still)
     half = float(fit.half_of(gradient)[0])
     if offset is not None and found.expected is not None and asked.stiffness and asked.centre is not None:
-        # the mean force that a delayed velocity estimate adds, from the same fit to the values set
+        # the same fit to the force of the values set shows how far the centre is shifted; subtract this shift
         set_force = found.expected * mean + offset
         shift = grid.middle + mean - set_force / asked.stiffness - asked.centre
         value, half = value - shift, math.hypot(half, 0.5 * shift)

@@ -264,7 +264,7 @@ class Windows:
         return self._sums(commands, weight, -self.lead)
 
     def every(self, good: np.ndarray, before: int = 0) -> np.ndarray:
-        """Return for each window whether all its samples, and ``before`` samples ahead of them, are good."""
+        """Return for each window whether all its samples, and the ``before`` samples before it, are good."""
         bad = np.concatenate(([0], np.cumsum(~good)))
         first = np.maximum(self.starts - before, 0)
         return bad[self.starts + self.length + 1] == bad[first]

@@ -169,7 +169,7 @@ def force_known(setup: Setup) -> str:
 def conditions(setup: Setup, released: bool) -> list[tuple[str, str]]:
     """Return the settings of a recording as pairs of name and value.
 
-    ``released`` tells that the handle was identified without a hand.
+    ``released`` is True if the handle was identified without a hand.
     """
     known = setup.environment
     scene = [("Environment", known.title)] if known else []
