@@ -3,8 +3,8 @@
 Linear limits ignore dry friction, quantisation and the force limit. With these, stability depends on the
 amplitude: friction stops a small motion that delay would amplify, and the force limit bounds the growth of a
 large one. The handle is released at rest at increasing distances from the scene's centre until it does not
-settle. The boundary is refined by bisection. (Describing functions explain it, e.g. Diolaiti et al., IEEE
-T-RO 22(2), 2006, but are inaccurate for motions of few counts.)
+settle. The boundary is refined by bisection. (Describing functions explain this behaviour,
+e.g. Diolaiti et al., IEEE T-RO 22(2), 2006, but are inaccurate for motions of few counts.)
 """
 
 import math
@@ -81,9 +81,9 @@ class Behaviour:
     with quantisation several limit cycles coexist. ``least`` and ``most`` are the smallest and the largest
     amplitude over all displacements, and are equal if there is only one. ``often`` contains the lowest and
     the highest frequency in Hz. ``flick`` is the initial speed in m/s that corresponds to a push of 1 m in a
-    scene without a restoring force, else 0. ``trembles`` tells that the handle keeps moving by less than one
-    sensor step peak to peak, while its force keeps changing. ``unknown`` states in sentences why the
-    behaviour was not judged, else "".
+    scene without a restoring force, else 0. ``trembles`` is True if the handle keeps moving by less than one
+    sensor step peak to peak, while its force keeps changing. ``unknown`` contains the reason in sentences if
+    the behaviour was not judged, else "".
     """
 
     push: float = math.inf
@@ -196,7 +196,7 @@ class Trials:
         # If the delay is longer than the spring's period, a loop oscillates with a period of two to four
         # delays.
         self._turns = _TURNS * (2.0 * math.pi / _natural(scene, grip) + 4.0 * scene.loop.delay)
-        # objects come back to a handle at rest
+        # an object may come back to the handle after the handle has come to rest
         self._objects = _RETURN_SECONDS if scene.environment.stored else 0.0
         self._rate = scene.loop.rate
         rest = max(_REST_SECONDS + scene.loop.delay, settling.CALM_WINDOWS * self._objects)
@@ -206,7 +206,7 @@ class Trials:
             _REST_REACH, scene.device.quantum, _REST_FORCE, still, far, drifts=centre.kick > 0.0
         )
         self.centre, self.step = centre, scene.device.quantum
-        # release on both sides, because quantisation rounds down, unless the scene pushes to one side only
+        # Quantisation rounds down, so both sides differ. A scene that only pushes needs one side.
         self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
         # an ideal handle never stops completely: its motion only decays
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 STEP = 10  # lattice spacing in cells; the number of evaluations is about the same from 8 to 16
-_SMALL = 3 * STEP  # a shorter axis, in cells, has all its cells evaluated
+_SMALL = 3 * STEP  # if an axis of a map has fewer cells than this, all cells of the map are evaluated
 
 Judge = Callable[[np.ndarray], np.ndarray]
 """Returns the classes (k,) of cells given by their indices (k,) in the flattened map."""

@@ -40,9 +40,9 @@ EDGE_POINTS = 41
 class Points:
     """A measured boundary: stiffness (n,) in N/m at damping (n,) in N·s/m.
 
-    ``real`` tells that friction and sensor steps were included. Up to the boundary a spring is stable, or,
-    with the passivity controller, bounded. ``swing`` (n,) is then the final amplitude in m at the boundary,
-    NaN if there is none; without the controller it is None.
+    ``real`` is True if friction and sensor steps were included. Up to the boundary a spring is stable. With
+    the passivity controller its motion is bounded instead: ``swing`` (n,) is then the final amplitude in m at
+    the boundary, NaN if there is none; without the controller it is None.
     """
 
     damping: np.ndarray
@@ -81,7 +81,7 @@ class Plane:
     (k,) are the passivity line up to the largest passive damping. ``coulomb`` is inf without sensor steps.
     ``hands`` are the limits at the margin's damping. For a nonlinear estimator exact, friction, and the
     limits of hands and margin are NaN, and the edge is empty. ``said`` is the handle's behaviour with the
-    margin's impedance, and ``family`` the worst of all hands, each if requested.
+    margin's impedance, and ``family`` the worst of all hands; each is None unless it was requested.
     """
 
     setting: LoopSettings
@@ -116,7 +116,7 @@ class Plane:
 
     @property
     def caption(self) -> str:
-        """Return what the map is valid for if this is not the scene itself, else ""."""
+        """Return a sentence on the validity of the map; "" if the map is valid for the scene itself."""
         if self.said is not None and self.said.joint:
             return "This map is that of a wall; the limits in words are those of handle and object together."
         if self.pushes:
@@ -205,7 +205,7 @@ def hands(setting: LoopSettings, damping: float) -> dict[str, float]:
     return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
 
 
-# the axes include the friction boundary, enlarged by this factor, up to this multiple of the exact limit
+# the axes show the friction boundary times _ROOM, but at most _FARTHEST times the exact limit
 _ROOM, _FARTHEST = 1.1, 4.0
 
 
@@ -218,7 +218,7 @@ def plane(
     top: float | None = None,
     columns: int = COLUMNS,
 ) -> Plane:
-    """Return the lines of a setting around a rendered impedance; default axes have rounded ends.
+    """Return the limits of a setting as a plane around a rendered impedance; default axes have rounded ends.
 
     Raise ParameterError.
     """
@@ -324,7 +324,7 @@ _OPTIMISTIC = 0.05
 def conditions(setting: LoopSettings, real: bool = False) -> list[tuple[str, str]]:
     """Return the conditions of the limits as pairs of name and value.
 
-    ``real`` tells that friction and sensor steps are included.
+    ``real`` is True if friction and sensor steps are included.
     """
     stiction = [
         ("Dry friction", f"{setting.coulomb:g} N"),

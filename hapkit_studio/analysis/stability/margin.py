@@ -110,8 +110,8 @@ _SHARE = 0.7
 # the boundary must cross the upper edge within this fraction of the width
 _LEAVES = 0.6
 _LOOKS = 31
-# Height of the axes as a multiple of the limit at the dot. If a peak of the boundary is below the second
-# multiple, the axes include the peak.
+# Height of the axes as a multiple of the limit at the dot; multiple up to which the axes are extended to show
+# a peak of the boundary.
 _OVER, _WHOLE = 1.5, 2.2
 
 
@@ -129,7 +129,7 @@ def nice_width(damping: float, least: float = WIDTHS[0]) -> float:
 
 
 def height(stiffness: float, limit: float, highest: float) -> float:
-    """Return a rounded height in N/m with room above dot and limit; it includes all of a low boundary."""
+    """Return a rounded height in N/m with room above dot and limit; a low boundary is shown completely."""
     limit = limit if math.isfinite(limit) else 0.0
     around = max(_OVER * limit, 1.4 * stiffness, 1.0)
     whole = 1.1 * highest
@@ -142,8 +142,8 @@ def round_axes(
 ) -> tuple[float, float]:
     """Return rounded width in N·s/m and height in N/m around a dot and the limit in N/m at its damping.
 
-    ``boundary`` returns the limits (n,) at dampings (n,). The width is the smallest in which the boundary
-    turns down or crosses the upper edge.
+    ``boundary`` returns the limits (n,) at dampings (n,). The width is the smallest one at which the
+    boundary turns down or crosses the upper edge.
     """
     wide = nice_width(damping)
     top = height(stiffness, limit, math.inf)

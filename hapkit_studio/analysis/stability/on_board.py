@@ -18,8 +18,8 @@ def sketch_verdict(
 ) -> Verdict:
     """Return the verdict for a kit with all values at a rate in Hz, held and released.
 
-    The force is assumed to be a full period late. A sketch that keeps its rate is never later, because a tick
-    ends before the next one begins, so the limit is conservative.
+    The force is assumed to be a full period late. In a sketch that keeps its rate the force is never later,
+    because each tick ends before the next one begins. The limit is therefore conservative.
     """
     setting = LoopSettings(
         mass=board.mass, viscous=board.viscous, quantum=board.quantum, rate=rate,
@@ -50,7 +50,7 @@ def rendering_limit(engine: Engine, where: str) -> float | None:
 
 
 def link_warning(engine: Engine) -> str:
-    """Return one line if the rendered stiffness exceeds, or may exceed, the link's limit, else ""."""
+    """Return a warning if the rendered stiffness exceeds, or may exceed, the link's limit, else ""."""
     where = engine.where
     if not engine.device.measures_delay:
         return ""

@@ -21,7 +21,7 @@ from hapkit_studio.errors import ParameterError
 # number of angles per sample at which the condition is evaluated: at least, and per turn of the delay's phase
 _FEWEST, _A_TURN = 2000, 64
 _SLOWEST = 1e-4
-# a smaller fraction of a period is a rounding error of the clock
+# a delay that differs from whole periods by a smaller fraction of a period is rounded
 _SAME = 1e-9
 _NEARLY = 1e-12
 _HALVINGS = 50

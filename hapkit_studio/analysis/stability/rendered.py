@@ -228,9 +228,10 @@ _PRECISION = 1e-4
 
 
 def rendered(setting: LoopSettings, real: bool = False) -> Rendered:
-    """Return device, loop and hand that render a setting's spring; ``real``: with friction and sensor steps.
+    """Return device, loop and hand that render a setting's spring.
 
-    The velocity estimator is designed for the device's sensor in both cases.
+    If ``real`` is true, the device has friction and sensor steps. The velocity estimator is designed for the
+    device's sensor in both cases.
     """
     quantum = setting.quantum or USUAL_QUANTUM
     return Rendered(simulated_handle(setting, real), setting, setting.grip, quantum)
@@ -249,7 +250,7 @@ def classes(
     what, count, judged = rendered(setting, real), lines.size * columns.size, 0
     progress = sweeping.pop("progress", no_progress)
 
-    def report(done: int, _of: int) -> None:  # the number of remaining cells is unknown
+    def report(done: int, _of: int) -> None:  # an estimate, because the number of remaining cells is unknown
         progress(int(count * (judged + done) / (judged + done + _EXPECTED * count)), count)
 
     def judge_some(k: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -287,8 +288,8 @@ def boundary(
 ) -> np.ndarray:
     """Return the largest stiffness (n,) N/m that does not grow, to 1e-4, for every damping (n,) N·s/m.
 
-    It is found by bisection; 0 if the spring of ``softest`` is unstable, inf if it exceeds 1 GN/m. Raise
-    ParameterError, and what progress raises.
+    It is found by bisection. It is 0 if the spring of ``softest`` is unstable, and inf if it exceeds 1 GN/m.
+    Raise ParameterError, and what progress raises.
     """
     task = partial(_limits, rendered(setting, real))
     return np.array(sweep(task, checked_row(damping, DAMPING).tolist(), **sweeping), dtype=float)
@@ -323,7 +324,7 @@ def _grid(
 
 
 def _strips(what: Rendered, damping: np.ndarray, stiffness: np.ndarray) -> Iterator[tuple[int, int]]:
-    """Yield a cell (row, column) of every narrow strip that is stable or unstable in the linear loop.
+    """Yield a cell (row, column) in every narrow stable or unstable strip of the linear loop.
 
     Only strips that a lattice may miss are included. There are no strips for a nonlinear velocity estimate.
     """
@@ -357,7 +358,7 @@ def in_first_gap(intervals: Intervals, softest: float = SOFTEST) -> float:
 def largest_stable(
     stable: Callable[[float], bool], softest: float = SOFTEST, beyond: float = math.inf
 ) -> float:
-    """Return the stiffness in N/m, to 1e-4, up to which ``stable`` is true; 0 if nowhere, inf if everywhere.
+    """Return the stiffness in N/m, to 1e-4, up to which ``stable`` is true; 0 if never, inf if always.
 
     Stiffnesses below ``softest`` are not tried. ``beyond`` is a stiffness known to be too large, which is
     checked again.
@@ -392,10 +393,11 @@ def measured_stiffness_limit(
 ) -> float:
     """Return the largest stable virtual stiffness in N/m to 1e-4, found by simulating the spring.
 
-    The arguments are those of ``stiffness_limit``; a hand rests at the centre. The result is 0 if a spring of
-    1 mN/m is unstable (a stiffer spring for masses that need more than 5 million samples for 80 rad), and inf
-    if it exceeds 1 GN/m. The criterion is that of this module, for an ideal device: with a nonlinear
-    estimator, a limit cycle of up to five sensor counts counts as stable. Raise ParameterError.
+    The arguments are those of ``stiffness_limit``; a hand rests at the centre. The result is 0 if the softest
+    spring is unstable, and inf if it exceeds 1 GN/m. The softest spring has 1 mN/m, or more for a mass that
+    needs more than 5 million samples for 80 rad. The criterion is that of this module, for an ideal device:
+    with a nonlinear estimator, a limit cycle of up to five sensor counts is treated as stable. Raise
+    ParameterError.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf)

@@ -11,9 +11,9 @@ from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, span,
 class Verdict:
     """Behaviour of the handle and margins by grip name: first in the hand, last released.
 
-    ``unknown`` tells why no limit is known, or is "". ``pushes`` is True if the scene only pushes (a wall),
-    so that its limits hold while a hand presses the handle into it. ``joint`` is True if the limits are those
-    of handle and object pressed together.
+    ``unknown`` is the reason why no limit is known, or "". ``pushes`` is True if the scene only pushes (a
+    wall), so that its limits are valid while a hand presses the handle into it. ``joint`` is True if the
+    limits are those of handle and object pressed together.
     """
 
     does: dict[str, Behaviour]
@@ -109,7 +109,7 @@ class Verdict:
         return f"Reason: the sensor's steps. Without them, the limit is {limit}."
 
     def _sentence(self, hand: str) -> str:
-        """Return what the handle does in a hand and, if it is stable, how far the linear limit is."""
+        """Describe the behaviour in a hand and, if it is stable, the distance from the linear limit."""
         one, margin = self.does[hand], self.margins.get(hand)
         in_hand = hand != RELEASED
         if self.not_judged:

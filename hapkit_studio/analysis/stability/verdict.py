@@ -75,7 +75,7 @@ class VerdictInput:
 
     @property
     def scene(self) -> headless.Scene:
-        """Return the scene as one of the headless loop."""
+        """Return the input as a scene of the headless loop."""
         device = replace(simulated_handle(self.setting), max_force=self.max_force)
         return headless.Scene(self.environment, self.values, device, self.setting)
 
@@ -118,12 +118,12 @@ def verdict(inputs: VerdictInput) -> Verdict:
 
 
 def unstable_ranges(inputs: VerdictInput) -> dict[str, list[tuple[float, float]]]:
-    """Return the ranges of each parameter, in SI, in which a nudge does not settle, other values fixed.
+    """Return the ranges of each parameter, in SI units, in which a nudge does not settle.
 
-    The handle is released, or held if the scene only pushes it out. The ranges are computed from the friction
-    boundary and confirmed by simulated nudges. Without a restoring force on both sides, only nudges are used,
-    accurate to half a step. The result is empty if there is no limit, if a parameter has no effect, or if the
-    law is too slow.
+    The other values are fixed. The handle is released, or held if the scene only pushes it away. The ranges
+    are computed from the friction boundary and confirmed by simulated nudges. Without a restoring force on
+    both sides, only nudges are used, accurate to half a step. The result is empty if there is no limit, if a
+    parameter has no effect, or if the law is too slow.
     """
     try:
         return _ranges(inputs)
