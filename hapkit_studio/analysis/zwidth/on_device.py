@@ -3,8 +3,8 @@
 A simulated hand hits the wall; a person is asked to press. Slow motion of the hand is filtered out, and the
 remaining oscillation must decay. No wall stiffer than the first failed one is tried. Force, speed and travel
 are limited. An E-stop, a fault or cancelling ends the measurement at once, and the old settings are restored.
-To measure the band in which walls pass and fail alternately, four or more further walls are tried per
-damping.
+In a band around the limit, walls pass and fail alternately. To measure this band, at least four further walls
+are tried for each damping.
 """
 
 import math

@@ -120,7 +120,7 @@ class ZWidth:
         return "in a person's hand" if grip == PERSON else f"in a {hand_words(grip)}"
 
     def motor(self, index: int) -> str:
-        """Return the remark that the motor limits a point; "" if the loop limits it."""
+        """Return a remark if the motor limits a point; "" if the loop limits the point."""
         if not self.points[index].clamped:
             return ""
         limit = next((c.text for c in self.conditions if c.key == "max_force"), "")
@@ -194,17 +194,19 @@ def text(result: ZWidth) -> str:
     return "\n".join([result.sentence, "", *lines, "", f"Conditions: {result.caption}"])
 
 
-# At most: limits the memory at 256 bytes a row. At least: fewer samples show no motion.
+# Largest number of samples of a hit, which limits the memory: a row takes 256 bytes. Smallest number of
+# samples in the tail: fewer samples show no motion.
 MOST_SAMPLES = 400_000
 FEWEST_IN_TAIL = 5
 
 
 @dataclass(frozen=True)
 class Protocol:
-    """The trial of a wall: hits at a speed in m/s, pushed with N, at several sampling phases, for seconds.
+    """The trial of a wall: the handle hits it at ``speed`` in m/s, and ``push`` in N presses on it.
 
+    There is one hit of ``seconds`` for each sampling phase.
     A trial fails if the handle moves beyond ``travel`` in m, or by more than ``counts`` in the last ``tail``
-    s. The stiffness begins at the softest in N/m. Walls in the band differ by the relative step ``apart``.
+    s. The stiffness starts at ``softest`` in N/m. Walls in the band differ by the relative step ``apart``.
     ``max_force`` is the motor's limit in N, or inf. Raise ParameterError.
     """
 
@@ -254,7 +256,7 @@ def levels_of(damping: Sequence[float]) -> list[float]:
 
 
 def loop_conditions(setting: LoopSettings, friction: bool = True) -> tuple[Condition, ...]:
-    """Return the conditions that device and loop give; ``friction`` tells whether the friction is known."""
+    """Return the conditions of device and loop; ``friction`` is True if the friction is known."""
     known, rubs = (setting.coulomb, f"{setting.coulomb:g} N") if friction else (math.nan, "not known")
     given, estimator = estimator_words(setting.estimator)
     controller = "on" if setting.controller else "off"
@@ -285,7 +287,7 @@ def conditions(setting: LoopSettings, protocol: Protocol) -> tuple[Condition, ..
 
 @dataclass(frozen=True)
 class TrialOutcome:
-    """The outcome of a trial: why it failed, or "" if the wall held; True if the motor saturated."""
+    """The outcome of a trial: the reason why the wall failed, or ""; ``clamped`` if the motor saturated."""
 
     why: str
     clamped: bool = False
@@ -293,9 +295,9 @@ class TrialOutcome:
 
 @dataclass(frozen=True)
 class Point:
-    """The wall in N/m up to which all walls held, and the reason why the next one failed.
+    """The stiffness in N/m up to which all walls held, and the reason why the next wall failed.
 
-    ``ended`` is one of ENDED. ``clamped`` tells that the motor limits the stiffness. ``first_failed`` is the
+    ``ended`` is one of ENDED. ``clamped`` is True if the motor limits the stiffness. ``first_failed`` is the
     softest wall that failed, inf if none failed, and ``last_held`` the stiffest wall that held.
     """
 
@@ -314,9 +316,9 @@ class Point:
 def stiffest(
     held: Callable[[float], TrialOutcome], softest: float, raised: float, highest: float, halvings: int
 ) -> Point:
-    """Return the stiffest wall between the last that held and the first that failed; 0 if none held.
+    """Raise the stiffness until a wall fails, then bisect; return the stiffest wall that held, or 0.
 
-    No trial is stiffer than the first one that fails, or than ``highest``.
+    No wall is tried that is stiffer than the first failed wall, or than ``highest``.
     """
     low, high = Point(0.0, HIGHEST, False), softest
     while not (verdict := held(high)).why:

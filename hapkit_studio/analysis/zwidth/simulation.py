@@ -1,4 +1,4 @@
-"""Z-width by simulation: for each virtual damping, the stiffest wall up to which all settle after a hit.
+"""Z-width by simulation: for each virtual damping, the stiffness up to which all walls settle after a hit.
 
 The handle hits the wall at a speed, and a constant force pushes it into the wall, at three sampling phases.
 The wall fails if the handle leaves it, or still moves by more than two counts at the end (Colgate & Brown,
@@ -24,7 +24,7 @@ from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, rows
 
-# N/m: a constant force is modelled as a soft, long spring, whose force changes by 1e-6 N over a metre
+# N/m: stiffness of a soft, long spring that models a constant force: it changes by 1e-6 N over a metre
 _THREAD = 1e-6
 # N/m: upper end of the search
 _STIFFEST = 1e6
