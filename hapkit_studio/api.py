@@ -51,13 +51,13 @@ _SIGNALS = tuple(
 class Run:
     """A run in SI units. Arrays have the shape (n,); row k is at k / rate s, and row 0 is the initial state.
 
-    ``position`` and ``velocity`` are those passed to the law; true_… are those of the simulated paddle at the
-    same times. ``force`` is the law's result for sample k; ``applied_force`` is the force after fade, limit
-    and safety. ``state`` has the shape (n, values). ``moves`` has the position in m (n,) of other moving
-    objects, by name. ``hand_target`` is the target in m of a Hand that was given as an object, and None for
-    other hands. ``settings`` are those at the end; ``settings_log`` has all settings with their times in s if
-    they changed. ``warnings`` name effects that could not be rendered well at these settings and speeds.
-    ``date`` is the date of the recording.
+    ``position`` and ``velocity`` are the values passed to the law. ``true_position`` and ``true_velocity``
+    are those of the simulated paddle at the same times. ``force`` is the law's result for sample k;
+    ``applied_force`` is the force after fade, limit and safety. ``state`` has the shape (n, values).
+    ``moves`` has the position in m (n,) of other moving objects, by name. ``hand_target`` is the target in m
+    of a Hand that was given as an object, and None for other hands. ``settings`` are those at the end;
+    ``settings_log`` has all settings with their times in s if they changed. ``warnings`` name effects that
+    could not be rendered well at these settings and speeds. ``date`` is the date of the recording.
     """
 
     time: np.ndarray
@@ -157,7 +157,7 @@ def simulate(
     ``rate`` is in Hz. ``delay`` is the time in s from sample to applied force, any non-negative value.
     ``max_speed`` in m/s is the over-speed limit, which latches. ``controller``: use the passivity controller.
     Raise ParameterError for an unknown name or invalid value, LawError if the law takes longer than a period
-    and 1 ms.
+    and longer than 1 ms.
     """
     interrupts.listen()
     chosen = environment if isinstance(environment, Environment) else environments.named(environment)
@@ -209,10 +209,10 @@ def simulate(
 
 
 def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -> Run:
-    """Return a session's samples from ``start`` to ``stop`` in s since its begin, as a Run.
+    """Return a session's samples from ``start`` to ``stop`` in s since its start, as a Run.
 
-    ``time`` starts at 0, on the device's clock if that is continuous. ``settings`` are those at the end;
-    ``settings_log`` contains the earlier ones, and ``warnings`` name every change. Columns that were not
+    ``time`` starts at 0, on the device's clock if this clock is continuous. ``settings`` are those at the
+    end; ``settings_log`` contains the earlier ones, and ``warnings`` name every change. Columns that were not
     recorded, state variables of other environments, and the true motion and the hand outside simulations are
     NaN. Raise SessionError; raise ParameterError if there are no samples.
     """

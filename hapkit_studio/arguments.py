@@ -1,4 +1,4 @@
-"""Command-line options: a parser whose errors have one line, and the window's options."""
+"""Command-line options: a parser with one-line error messages, and the window's options."""
 
 import argparse
 import sys
@@ -9,7 +9,7 @@ from hapkit_studio.formatting import printable
 
 
 class LineParser(argparse.ArgumentParser):
-    """An argument parser whose errors have one line and exit code 2."""
+    """An argument parser with one-line error messages and exit code 2."""
 
     def error(self, message: str):
         self.exit(2, printable(f"{self.prog}: {message}\n"))

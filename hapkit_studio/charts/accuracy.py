@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 _OTHERS = tuple(zip("osDp*vP^Xo", (
     "velocity", "position", "asked", "energy", "ink", "hold", "lecture", "applied", "ok", "danger",
 ), strict=True))  # fmt: skip
-# Integrators and rates look the same as in the live plots; all other methods get a look by their position.
+# Integrators and rates look the same as in the live plots; the look of any other method depends on its
+# position in the list of methods.
 _LIVE_LOOKS = {
     "explicit_euler": ("^", "applied"), "lecture": ("P", "lecture"), "semi_implicit": ("o", "velocity"),
     "verlet": ("s", "position"), "rk4": ("D", "asked"), "implicit_euler": ("v", "hold"),
@@ -48,7 +49,7 @@ def marker_and_color(method: str) -> tuple[str, str]:
 
 
 def winner_columns(sheet: "Sheet", board: bool = False) -> tuple[Column, ...]:
-    """Return the columns of a chart's tolerances: the cheapest methods, by cost here or on the board."""
+    """Return the columns of a chart's tolerances: the cheapest methods on this computer, or on the board."""
     return (
         Column("Cheapest, step", lambda t: words.winner_words(sheet, t, board, "ms"), right=False),
         Column("Error ≤", lambda t: words.tolerance_words(t, sheet.scene), right=False),
@@ -165,7 +166,8 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
         color, sound = getattr(c, token), [p for p in points if math.isfinite(p.error)]
         if sound:
             axes.plot(*zip(*map(frame.place, sound), strict=True), color=color, linewidth=1.5, zorder=3)
-        # if all points have the same step, their options differ, and each point has its own label
+        # only lines over several steps get a legend entry; points with the same step get their own labels
+        # below
         if len({p.step_s for p in sound}) > 1:
             axes.plot([], [], shape, color=color, markersize=_SIZE, label=name)
             if (order := sheet.order(key)) > _FLAT:
@@ -271,7 +273,7 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
             right.text(1.0, row, limit, ha="right", **plain)
             row += 1.0
     bottom = max(row, _FEWEST_ROWS)
-    # drawn below the labels
+    # the lines are drawn below the labels
     axes.vlines(1.0, -0.6, bottom, color=c.danger, linewidth=1.6, linestyle=DASH, zorder=6)
     axes.axvline(0.0, color=c.edge, linewidth=1.0, zorder=6)
     axes.set(xlim=(1.1 * low, 1.25 * reach), ylim=(bottom, -1.4))
