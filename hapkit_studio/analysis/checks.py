@@ -7,7 +7,7 @@ import numpy as np
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Parameter
 
-# larger than any value of a device, and safe in arithmetic
+# largest valid argument: larger than any value of a device, and without overflow in computations
 MOST = 1e9
 STIFFNESS = Parameter("stiffness", "The stiffness", "N/m", 0.0, 0.0, MOST)
 DAMPING = Parameter("damping", "The virtual damping", "N·s/m", 0.0, 0.0, MOST)

@@ -1,7 +1,7 @@
 """A Dask cluster as an executor of sweeps, on machines that run the studio's version with ``dask worker``.
 
 Workers may join and leave. The scheduler reassigns a lost worker's chunks. After ``allowed-failures`` losses
-it gives a chunk up, and the sweep submits the chunk again.
+of a chunk, the scheduler gives up, and the sweep submits the chunk again.
 """
 
 import contextlib

@@ -3,9 +3,9 @@
 Each comparison renders a base value, and the base plus a step, in random order. The person says which
 interval has more. The step falls after three right answers in a row and rises after a wrong one, which
 converges on 79.4 % right answers (Levitt 1971, from memory). The threshold is the step with this fraction of
-right answers under a Weibull function. It is the median, with the central 95 %, of the posterior over all
-answers; the priors of the logarithms of threshold and slope are uniform. (A profile-likelihood interval
-contained the true threshold in only 85 % of simulated runs.)
+right answers under a Weibull function. Its estimate is the median of the posterior from all answers, and its
+interval is the central 95 %; the priors of the logarithms of threshold and slope are uniform. (A
+profile-likelihood interval contained the true threshold in only 85 % of simulated runs.)
 """
 
 import math
@@ -42,7 +42,7 @@ _MOST = 10_000  # largest number of answers in a file
 
 
 class Staircase:
-    """A staircase, three down and one up: ``step`` is the next step, from SMALLEST to ``largest``."""
+    """A three-down one-up staircase; ``step`` is the next step, between SMALLEST and ``largest``."""
 
     def __init__(self, first: float = FIRST, largest: float = LARGEST):
         self._largest = largest
@@ -71,9 +71,10 @@ class Staircase:
 
 @dataclass(frozen=True)
 class Comparison:
-    """One answer: the compared parameter, base and step in SI units, the interval with more, the chosen one.
+    """One answer: the compared parameter, with base and step in SI units.
 
-    ``reversal`` tells whether the staircase changed its direction at this answer.
+    ``more`` is the interval with the larger value, and ``chosen`` the interval that the person chose.
+    ``reversal`` is True if the staircase changed its direction at this answer.
     """
 
     environment: str
@@ -181,7 +182,10 @@ def _threshold(kind: tuple[str, str, str, float], found: Sequence[Comparison]) -
 
 
 def right_share(step: np.ndarray | float, threshold: np.ndarray | float, slope: np.ndarray | float) -> Any:
-    """Return the probability of a right answer: CONVERGES at the threshold; a fraction LAPSES are guesses."""
+    """Return the probability of a right answer, which is ``CONVERGES`` at the threshold.
+
+    The fraction of guesses is ``LAPSES``.
+    """
     reach = 0.5 - 0.5 * LAPSES
     at = -math.log(1.0 - (CONVERGES - 0.5) / reach)
     return 0.5 + reach * -np.expm1(-at * (step / threshold) ** slope)
@@ -205,9 +209,9 @@ def fit(steps: Sequence[float], right: Sequence[bool]) -> Bounds:
 
 @dataclass(frozen=True)
 class Observer:
-    """An observer that compares two noisy impressions and is right with probability Φ(Δ/(σ√2)), from memory.
+    """An observer that compares two noisy impressions and is right with probability Φ(Δ/(σ√2)).
 
-    ``noise`` is σ as a fraction of the base (Green and Swets).
+    ``noise`` is σ as a fraction of the base (Green and Swets, from memory).
     """
 
     noise: float = 0.10
@@ -218,7 +222,7 @@ class Observer:
 
     @property
     def threshold(self) -> float:
-        """Return the step, over the base, at which a fraction CONVERGES of the answers is right."""
+        """Return the step, over the base, at which the probability of a right answer is CONVERGES."""
         from scipy.stats import norm  # imported here because it is slow
 
         return float(math.sqrt(2.0) * self.noise * norm.ppf(CONVERGES))

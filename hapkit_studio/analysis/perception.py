@@ -15,17 +15,17 @@ import numpy as np
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.haptics import rows
 
-FORCE_SHARE, FORCE = 0.06, 0.015  # a fraction of the force; N
-PLACE = 0.4e-3  # m
-MOMENT = 0.020  # s
+FORCE_SHARE, FORCE = 0.06, 0.015  # JND of a force: this fraction of the force, and at least this many N
+PLACE = 0.4e-3  # m: JND of a position
+MOMENT = 0.020  # s: shorter times are not distinguished
 # Hz, and the smallest amplitude in m at which most people feel a held cylinder vibrate, interpolated log-log.
-# Shape and minimum: Brisben et al.; amplitudes: from memory. Below 20 Hz the arm follows the movement, so it
-# is judged by its position.
+# Shape and minimum: Brisben et al.; amplitudes: from memory. Below 20 Hz the arm follows the movement, so
+# such a movement is judged by its position.
 VIBRATION = (
     (20.0, 17.9e-6), (26.0, 10e-6), (100.0, 0.5e-6),
     (150.0, 0.05e-6), (200.0, 0.05e-6), (250.0, 0.1e-6), (400.0, 1e-6),
 )  # fmt: skip
-LOWEST, HIGHEST = 20.0, 400.0  # Hz
+LOWEST, HIGHEST = 20.0, 400.0  # Hz: range of vibration
 WINDOW = 0.25  # s: length of the window for a vibration's spectrum
 RATE = 1000.0  # Hz at which rows are compared
 # ratio of most people's threshold to that of the most sensitive people
@@ -87,7 +87,7 @@ def difference_under(
     counts: Sequence[int] = (),
     force_share: float = FORCE_SHARE,
 ) -> Difference:
-    """Return the perceived difference of two runs with a hand that may let go; compare ``difference``."""
+    """Return the perceived difference of two runs with a hand that may let go; see ``difference``."""
     held = math.ceil(min(hand.release * RATE, len(reference)))
     seen = difference(reference, other, held=False, counts=counts)
     felt = Difference()

@@ -3,8 +3,8 @@
 A plan consists of complete random blocks. Each round contains every condition in a random order, and for each
 condition every pair of distance and width once. A trial ends when the handle rests. Its movement time is
 fitted to the index of difficulty log2(D/W + 1) (Shannon form, MacKenzie and Buxton 1992). The effective width
-is 4.133 standard deviations of the end points (ISO 9241-411, from memory). The bias of its logarithm with few
-trials is removed.
+is 4.133 standard deviations of the end points (ISO 9241-411, from memory). With few trials the logarithm of
+the effective width has a bias, which is removed.
 """
 
 import math
@@ -30,10 +30,10 @@ MODEL = "tether"  # friction model of the conditions *low* and *high*
 START_WIDTH = 0.004  # m: width of the area in which a movement begins
 
 REST_SECONDS, REST_RANGE = 0.3, 0.0005  # s, m: a handle rests if it stays within this range for this time
-SLOWEST = 0.005  # m/s: a motion with a slower peak is not a movement
+SLOWEST = 0.005  # m/s: smallest peak speed of a movement; slower motions are ignored
 LONGEST = 6.0  # s: longest time of a movement
 HOLD = 0.6, 1.2  # s: range of the random time for which the start is held before the target is shown
-_LONGEST_TRIAL = 30.0  # s, of a trial in a file: its samples are read
+_LONGEST_TRIAL = 30.0  # s: longest trial that is accepted from a file, because all its samples are read
 _LEFT = 0.25  # fraction of the distance after which the handle has left the start
 _GAP = 0.1  # s: longest time between two samples
 EFFECTIVE = 4.133  # width that contains 96 % of a normal distribution, in standard deviations
@@ -227,10 +227,11 @@ def trial(target: Target, time: np.ndarray, position: np.ndarray) -> Trial | Non
 
 
 class Run:
-    """Leads a person through the targets: hold the start; then the target appears; go to the target.
+    """Leads a person through the trials: the person holds the start, sees the target, and goes to it.
 
-    ``going`` tells that the target is shown. ``done`` contains the trials so far. A trial is repeated if it
-    takes longer than LONGEST or if samples are missing; a trial that takes too long is repeated at the end.
+    ``going`` is True while the target is shown. ``done`` contains the trials so far. A trial is repeated if
+    it takes longer than LONGEST or if samples are missing; a trial that takes too long is repeated at the
+    end.
     """
 
     def __init__(self, targets: Sequence[Target], seed: int | None = None):
@@ -452,7 +453,7 @@ def regression(x: Sequence[float], y: Sequence[float]) -> tuple[Interval, Interv
 
 
 def _change(cells: Sequence[Cell], first: Line | None) -> Interval:
-    """Return the mean relative change of the time, over the pairs of distance and width that both have."""
+    """Return the mean relative change of the time, over the pairs of distance and width in both."""
     if first is None:
         return Interval(math.nan, math.nan)
     before = {(cell.distance, cell.width): cell.seconds for cell in first.cells}
@@ -465,7 +466,7 @@ def _change(cells: Sequence[Cell], first: Line | None) -> Interval:
 
 @dataclass(frozen=True)
 class Subject:
-    """A subject that moves with minimum jerk: intercept in s, slope in s/bit, noise of the time in s (1 σ).
+    """A simulated subject that moves with minimum jerk: intercept in s, slope in s/bit, noise in s (1 σ).
 
     The end points are normally distributed about the target's middle, with 4 % outside the target.
     """

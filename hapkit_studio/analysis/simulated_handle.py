@@ -11,7 +11,7 @@ def simulated_handle(
 ) -> SimulatedHapkit:
     """Return a handle that starts at a position in m and a velocity in m/s, without a force limit.
 
-    If ``real`` is False, the handle has no Coulomb friction and no sensor steps, like the exact limits.
+    If ``real`` is False, the handle has no Coulomb friction and no sensor steps, as the exact limits assume.
     """
     coulomb, quantum = (settings.coulomb, settings.quantum) if real else (0.0, 0.0)
     return SimulatedHapkit(settings.mass, settings.viscous, coulomb, quantum, math.inf, position, velocity)

@@ -27,7 +27,7 @@ class Statistics(NamedTuple):
 
 
 def statistics(time: np.ndarray, values: np.ndarray) -> Statistics:
-    """Return the statistics of values (n,) at times (n,) in s, with n > 0; the RMS is about zero."""
+    """Return the statistics of values (n,) at times (n,) in s, n > 0; the RMS includes the mean."""
     rms = math.sqrt(float(np.mean(values**2)))
     return Statistics(
         float(values.min()), float(values.max()), float(values.mean()), rms, dominant(time, values)

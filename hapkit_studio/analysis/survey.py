@@ -45,7 +45,7 @@ _RATES, _DELAYS, _DAMPINGS = (250.0, 10_000.0), (0.0, 5e-3), (0.0, 20.0)
 
 
 class SurveyError(StudioError):
-    """The file is not a survey, or its axes differ from the requested axes."""
+    """The file is not a survey, or it has other axes than requested."""
 
 
 @dataclass(frozen=True)

@@ -158,9 +158,9 @@ def _exit_with_parent() -> None:
 
 
 _NICEST = 19
-# sys/resource.h: identifies the calling thread; background priority
+# constants of sys/resource.h: the calling thread, and background priority
 _DARWIN_THREAD, _DARWIN_BACKGROUND = 3, 0x1000
-# winbase.h: idle priority
+# constant of winbase.h: idle priority
 _WINDOWS_IDLE = -15
 
 

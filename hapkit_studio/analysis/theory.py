@@ -12,7 +12,7 @@ Force = Callable[[np.ndarray], np.ndarray]
 """Force in N per branch (m, n), NaN for a gap, over position in m or velocity in m/s (n,)."""
 
 TOLERANCE = 2e-3  # N: tolerance of the interpolation, a hundredth of a perceptible force
-# refine a step above this threshold: the interpolation error is at most 1 / 0.382 times this indicator
+# N: a step with a larger deviation is refined; the interpolation error is at most deviation / 0.382
 _REFINE_ABOVE = 0.35 * TOLERANCE
 WHOLE = 1000  # number of even steps of a whole curve: 0.12 mm of a position's 120 mm
 _COARSER = (16, 4, 1)  # even steps per sample, in successive passes while time remains
@@ -89,7 +89,8 @@ def sampled(force_at: Force, low: float, high: float, steps: int = WHOLE) -> Cur
 def _deviations(x: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Return each step's deviation in N (n - 1,) from extrapolations of the neighbours on both sides.
 
-    Next to a bend or jump only one side deviates. If the bend lies inside the step, both sides deviate.
+    The smaller of both deviations is used. A step next to a bend or jump deviates on one side only, and a
+    step that contains the bend on both sides.
     """
     wide = np.diff(x)
     middle = (force[:, :-2] * wide[1:] + force[:, 2:] * wide[:-1]) / (wide[1:] + wide[:-1])

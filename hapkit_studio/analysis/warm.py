@@ -1,4 +1,4 @@
-"""Run every compiled function that measurements use once, with small input, to fill numba's cache."""
+"""Run once, with small input, every compiled function that measurements use, to fill numba's cache."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
