@@ -291,7 +291,7 @@ def _quantum(settings: Mapping) -> float:
 
 
 def _unsettled(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarray) -> list[str]:
-    """Return warnings on a handle that does not settle, both held and released.
+    """Return the warnings that the handle does not settle, held or released.
 
     If the run came to rest, there are no warnings. A handle that never moved and an imposed motion are not
     judged.

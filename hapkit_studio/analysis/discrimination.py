@@ -1,11 +1,12 @@
 """The just-noticeable difference of a person: two intervals, an adaptive staircase, a fitted function.
 
-Each comparison renders a base value, and the base plus a step, in random order. The person says which
-interval has more. The step falls after three right answers in a row and rises after a wrong one, which
-converges on 79.4 % right answers (Levitt 1971, from memory). The threshold is the step with this fraction of
-right answers under a Weibull function. Its estimate is the median of the posterior from all answers, and its
-interval is the central 95 %; the priors of the logarithms of threshold and slope are uniform. (A
-profile-likelihood interval contained the true threshold in only 85 % of simulated runs.)
+Each comparison has two intervals in random order: one renders a base value, the other the base plus a step.
+The person says in which interval the value is larger. The step falls after three right answers in a row and
+rises after a wrong one, which converges on 79.4 % right answers (Levitt 1971, from memory). The threshold is
+the step with this fraction of right answers under a Weibull function. Its estimate is the median of the
+posterior from all answers, and its interval is the central 95 %; the priors of the logarithms of threshold
+and slope are uniform. (A profile-likelihood interval contained the true threshold in only 85 % of simulated
+runs.)
 """
 
 import math

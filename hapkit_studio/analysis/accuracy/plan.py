@@ -128,7 +128,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Plan:
-    """One chart; ``runs(scene)`` computes every error. It is discovered by the name ``PLAN``."""
+    """One chart; ``runs(scene)`` computes every error. A module declares its chart as ``PLAN``."""
 
     key: str
     title: str
@@ -175,7 +175,7 @@ def always(work: Work) -> Prepare:
 
 
 LEAST_TURNS, MOST_TURNS = 40, 400
-# a minimum is confirmed after HITS runs within a factor of NEAR of it, or after ENOUGH_NS of work
+# a minimum is confirmed by this number of runs within this factor of it, or after ENOUGH_NS ns of work
 HITS, NEAR = 8, 1.03
 KNOWN = 2 * (NEAR - 1)  # two costs are equal if their relative difference is smaller than this
 ENOUGH_NS = 500_000_000

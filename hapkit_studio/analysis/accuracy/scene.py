@@ -187,7 +187,7 @@ class Ideal:
     def parts(self, option: Option) -> tuple[float, ...]:
         """Return the contribution of each of PARTS to an option's error in JND, for the option's hand.
 
-        A part that does not change any bit of the real or the ideal loop is left out of the combinations.
+        A part is left out of the combinations if it changes neither the real nor the ideal loop in any bit.
         """
         trial = next(t for t in self.trials if t.words == option.hand)
         every = frozenset(PARTS)

@@ -27,7 +27,7 @@ NO_DIRECTION = "Do the step Direction first: with a wrong direction the motor wo
 
 
 class Calibration:
-    """Run the steps on an open board, in the runner's thread; ``original`` are the settings at the start."""
+    """Runs the steps on an open board, in the runner's thread; ``original`` has the settings at the start."""
 
     def __init__(self, runner: BoardRunner):
         self.runner = runner

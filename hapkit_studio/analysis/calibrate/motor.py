@@ -101,7 +101,7 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
 
 
 def push_both_ways(runner: BoardRunner) -> Direction:
-    """Push with pulses up to 0.3 N to the right, then equally to the left; raise DeviceError."""
+    """Push with pulses of up to 0.3 N, each to the right and then to the left; raise DeviceError."""
     pulses: list[tuple[float, float]] = []
     for size in motions.PULSES:
         for force in (size, -size):

@@ -145,7 +145,7 @@ def _window_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> 
 
 
 def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
-    """Return a part with intervals widened by relative errors of force and length, and by ``late`` s.
+    """Return a part with intervals widened by relative errors of force and length, and a time error in s.
 
     A timing error mixes damping with mass, and at the motion's frequency it mixes mass with damping. An
     estimate is undetermined if its widened interval exceeds its value and its just-noticeable difference.

@@ -14,8 +14,8 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import headless, rows
 
-# s: the time for which the mouse holds the handle, the time observed after the release, and its judged last
-# part
+# s: time for which the mouse holds the handle; time observed after the release; last part of this time, which
+# is judged
 GRIP_SECONDS, WATCHED, END = 0.6, 4.0, 0.5
 # m peak to peak: smallest visible oscillation
 SEEN = 0.5e-3

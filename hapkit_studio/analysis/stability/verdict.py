@@ -91,7 +91,7 @@ class VerdictInput:
 
 
 def differs(environment: Environment, values: Mapping[str, float], named: tuple[float, float]) -> str:
-    """Return one line if a user's law differs from its declared impedance in the initial state, else ""."""
+    """Return a warning if a user's law differs from its declared impedance in the initial state, else ""."""
     if environments.discover().get(environment.key) is environment:
         return ""  # tests check the laws of the library
     force = environment.curve(values, PLACES)

@@ -37,10 +37,11 @@ _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
 
 @dataclass(frozen=True)
 class TrialLimits:
-    """The limits of a trial: force in N, speed in m/s and travel in m from the surface end the trial.
+    """The limits of a trial: ``max_force`` in N, ``max_speed`` in m/s, ``max_travel`` in m from the surface.
 
     A wall fails if the handle keeps moving by more than ``counts``. The stiffness in N/m rises from
-    ``softest`` by a factor, up to ``highest``, and is found to a relative accuracy. Raise ParameterError.
+    ``softest`` to ``highest`` by the factor ``raised``. ``precision`` is the relative accuracy of the result.
+    Raise ParameterError.
     """
 
     max_force: float = DEVICE_FORCE.default

@@ -351,8 +351,9 @@ def with_band(
 ) -> Point:
     """Return the point at the lower end of the band in which walls alternately hold and fail.
 
-    Walls with relative spacing ``apart`` are tried: from the limit down until all walls over 10 % hold, then
-    up until all fail. All are between ``softest``, which held, and ``highest``.
+    Walls with relative spacing ``apart`` are tried: from the limit down until all walls within 10 % hold,
+    then from the limit up until all walls within 10 % fail. All tried walls are between ``softest``, which
+    held, and ``highest``.
     """
     if point.ended == HIGHEST or point.stiffness == 0.0:
         return point
