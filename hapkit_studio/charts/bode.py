@@ -28,7 +28,7 @@ _SIZE = (1000, 640)
 _HUES = "position", "applied", "velocity", "asked"
 _STIFFNESS, _DAMPING, _MASS = 2, 3, 4  # panel indices
 _ROOM = 1.3  # factor on the axis limits, to leave room for labels
-_LONGEST_BAR = 2.0  # largest length of an error bar, as a multiple of the range that all dampings span
+_LONGEST_BAR = 2.0  # largest length of an error bar, as a multiple of the range of the dampings
 _AXIS_FACTOR = 4.0  # the axis extends from the measured range by this factor below and above
 
 
@@ -52,7 +52,7 @@ def draw(figure: Any, c: Colors, found: "Bode") -> None:
     """Draw six quantities over frequency, and the frequency up to which each curve acts as a wall."""
     grid = figure.add_gridspec(3, 2, height_ratios=(3, 3, 2))
     first = figure.add_subplot(grid[0, 0], xscale="log")
-    # one position for each of _values, then one for the coherence
+    # the positions of the arrays that _values returns after the first one, and of the coherence
     places = (1, 0), (0, 1), (1, 1), (2, 1), (2, 0)
     panels = [first, *(figure.add_subplot(grid[place], sharex=first) for place in places)]
     names = "|Z|, N/m", "phase of Z, °", "stiffness, N/m", "damping, N·s/m", "mass, g", "coherence"
@@ -79,7 +79,7 @@ def _curve(panels: list, curve: "Curve", color: str, c: Colors) -> None:
         axes.plot(frequency[sure], values[sure], "o", color=color, markersize=4.5, label=curve.name)
         axes.plot(frequency[~sure], values[~sure], "o", color=color, markersize=4.5, markerfacecolor=c.plot)
     damping, wide = curve.measured.damping, curve.damping_interval
-    # at the lowest frequencies the quantisation error exceeds the damping force
+    # omit the error bars at the lowest frequencies, where the quantisation error exceeds the damping force
     seen = wide < _LONGEST_BAR * np.ptp(damping)
     panels[_DAMPING].errorbar(
         frequency[seen], damping[seen], wide[seen], fmt="none", ecolor=color, elinewidth=1.0, capsize=2.0
@@ -87,7 +87,7 @@ def _curve(panels: list, curve: "Curve", color: str, c: Colors) -> None:
 
 
 def _mark(panels: list, curve: "Curve", color: str, row: int) -> None:
-    """Mark the frequency up to which a curve is a wall; ``row`` is the row of the label."""
+    """Mark the frequency up to which a curve acts as a wall; ``row`` is the row of the label."""
     if math.isnan(curve.ends):
         return
     for axes in panels:

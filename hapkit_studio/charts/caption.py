@@ -26,7 +26,7 @@ _SPACE = "\N{NO-BREAK SPACE}"
 
 
 def caption(log: Log, known: Known, date: str = "") -> str:
-    """Return a recording's caption lines from its settings log; ``date`` is that of its start, or ""."""
+    """Return the caption lines for a settings log; ``date`` is the date of its start ("": now)."""
     date = date or datetime.now().isoformat(" ", "minutes")
     log = [(time, _checked(settings)) for time, settings in log]
     first = log[0][1]
@@ -41,7 +41,7 @@ def _checked(settings: Settings) -> Settings:
 
 
 def environment_of(settings: Settings, known: Known) -> tuple[Environment, dict[str, float]] | None:
-    """Return the recorded environment and its values; None if no known environment accepts these."""
+    """Return the recorded environment and its values; None if no known environment accepts the values."""
     key, given = settings.get("environment"), settings.get("parameters")
     found = known.get(key) or environments.discover().get(key) if isinstance(key, str) else None
     with suppress(ParameterError):
@@ -90,7 +90,7 @@ def _estimator(spec: Any) -> list[str]:
 
 
 def _changes(log: Log, known: Known) -> list[str]:
-    """Return one line for each change; the last line states how many do not fit."""
+    """Return one line for each change; the last line gives the number of changes that do not fit."""
     changes = [(time, _change(before, after, known)) for (_, before), (time, after) in pairwise(log)]
     lines = [f"At {time:.2f} s: {words}" for time, words in changes[:_MOST_CHANGES]]
     more = len(changes) - _MOST_CHANGES

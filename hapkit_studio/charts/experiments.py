@@ -16,11 +16,11 @@ from hapkit_studio.formatting import interval, number, on_screen, with_unit
 _SIZE = (760, 460)
 _HUES = "position", "applied", "velocity", "asked", "ok", "warn", "ink2", "danger"
 _MARKS, _DASHES = "osD^vP*X", ("solid", DASH, DOT, DASH_DOT)
-_SLOPE = 1.3  # slope of the Weibull function that comes closest to a comparison of noisy impressions
+_SLOPE = 1.3  # slope with which the Weibull function best describes comparisons of noisy impressions
 
 
 def interval_words(found: Interval, decimals: int, factor: float = 1.0) -> str:
-    """Format an estimate with half of its 95 % interval; a dash if there is no estimate."""
+    """Format an estimate with half of its 95 % interval; return a dash if there is no estimate."""
     if not math.isfinite(found.value):
         return "–"
     if not math.isfinite(found.half):

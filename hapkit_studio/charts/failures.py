@@ -27,7 +27,7 @@ _TRACE = 0.36  # the title of a trace takes at most this fraction of the width
 _DECADES = 3.0  # a shorter axis also has ticks at 2 and 5
 _SMALL = 0.01  # smaller numbers are scaled by a power of ten
 _FEW = 50  # up to this many samples, a trace shows its points
-# the look by role and by rank within the role: colour token, dashes, marker
+# colour token, dashes and marker of a curve, by its role and by its rank within the role
 _LOOKS = {
     "theory": (("ink", (0, (3.2, 2.0)), ""), ("asked", (0, (5, 2)), ""), ("energy", (0, (5, 2, 1.2, 2)), "")),
     "measured": (("position", "none", "o"), ("velocity", "none", "s"), ("applied", "none", "^")),
@@ -44,7 +44,10 @@ def failure_figure(shown: "Shown", path: str | Path) -> None:
 
 
 def draw(figure: Any, c: style.Colors, shown: "Shown") -> "Knob | None":
-    """Draw two traces at the left, the curve at the right; return the knob, None if x is different."""
+    """Draw two traces at the left and the curve at the right.
+
+    Return the knob, or None if the x axis of the curve is not the knob's quantity.
+    """
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.2))
     for row, (word, one) in enumerate((("inside", shown.inside), ("outside", shown.outside))):
         axes = figure.add_subplot(grid[row, 0])
@@ -101,12 +104,12 @@ def _is_short(one: "Try") -> bool:
 
 
 def _time_label(one: "Try") -> str:
-    """Return the label of a trace's time axis, which names the quantity that is drawn."""
+    """Return the label of a trace's time axis, with the name of the drawn quantity."""
     return f"{one.evidence.label} over time, {'ms' if _is_short(one) else 's'}"
 
 
 def scaled(y: np.ndarray) -> tuple[float, str]:
-    """Return the factor that makes small numbers readable, and its inverse as text, as in "10⁻⁶", or ""."""
+    """Return a factor that makes small numbers readable, and its inverse as text, "" for a factor of 1."""
     finite = np.asarray(y)[np.isfinite(y)]
     most = float(np.abs(finite).max()) if len(finite) else 0.0
     if not 0.0 < most < _SMALL:
@@ -189,7 +192,7 @@ class Knob:
         self.place(None, None)
 
     def place(self, value: float | None, measure: float | None) -> None:
-        """Move to a value in the knob's unit; ``measure`` is measured there, None if it is not charted."""
+        """Move to a value in the knob's unit; ``measure`` is the measured value there, None to hide it."""
         x = math.nan if value is None else value * self._scale
         self._line.set_xdata([x, x])
         self._tip.set_data([x], [0.02])

@@ -26,15 +26,15 @@ AXES = {
 TITLES = {"rendered": "What was rendered", "handle": "Properties of the handle"}
 _MOST_PANELS = 3
 _SIZE = (1080, 500)
-# pt: smallest height at which the residuals fit
+# pt: smallest height with enough room for the residuals
 _BOTH = 270.0
 _STEPS = 60
 
 
 def identify_figure(found: "Identified", path: str | Path, source: Sequence[tuple[str, str]] = ()) -> None:
-    """Write rendered impedance and handle: a row of charts for each, residuals and sentences below.
+    """Write the charts of the rendered impedance and of the handle, each with residuals and sentences below.
 
-    The settings follow. ``source`` describes the device or file as pairs of name and value.
+    The settings are at the bottom. ``source`` describes the device or file as pairs of name and value.
     """
     parts = [part for part in (found.rendered, found.handle) if part.points is not None] or [found.rendered]
 

@@ -1,4 +1,4 @@
-"""Figure of a failure in two dimensionless numbers: boundaries, measured points, the knob's point."""
+"""Figure of a failure over two dimensionless numbers: boundaries, measured points, the knob's point."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _SIZE, _SMALL_SIZE = (1080, 700), (820, 600)
 _COLUMNS = 4
-_LOW_FIGURE = 6.0  # inches: a lower figure shows only the panel of the case
+_LOW_FIGURE = 6.0  # inches: a figure below this height shows only the panel of the case
 # colour token and marker for each outcome
 _POINTS = {
     "stable": ("ok", "o"),
@@ -57,7 +57,7 @@ class KnobPoint:
 
 
 def draw(figure: Any, c: style.Colors, plane: "Plane") -> KnobPoint:
-    """Draw all panels, or only that of the case if the figure is low; return the knob's point."""
+    """Draw all panels, or only the panel of the case if the figure is low; return the knob's point."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     panels, own = plane.panels, plane.own

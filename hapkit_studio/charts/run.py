@@ -34,7 +34,7 @@ Mark = tuple[float, str]
 
 @dataclass(frozen=True)
 class Past:
-    """An earlier part for comparison: arrays (n,) in SI units, colour token, dash pattern in line widths."""
+    """An earlier trace for comparison: arrays (n,) in SI units, colour token, dash pattern in line widths."""
 
     words: str
     time: np.ndarray
@@ -74,7 +74,7 @@ def draw(
 ) -> None:
     """Draw three quantities over time and force over ``over``, like ``run_figure``.
 
-    Earlier parts are drawn below. The law's curve and the force limit are those at the end of the run.
+    Earlier traces are drawn behind the run. The law's curve and the force limit are those at its end.
     """
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
     upper, middle, lower = (figure.add_subplot(grid[i, 0]) for i in range(3))
@@ -129,7 +129,10 @@ def _curve_quantity(found: tuple[Environment, dict[str, float]] | None) -> str:
 def _draw_theory(
     axes: Any, c: Colors, found: tuple[Environment, dict[str, float]], over: str, limit: float
 ) -> bool:
-    """Draw the law's curve below the data, over their range, up to the force limit; return True if drawn."""
+    """Draw the law's curve behind the data, over the range of the data and up to the force limit.
+
+    Return True if the law has a curve.
+    """
     low, high = axes.get_xlim()
     middle, half = 0.5 * (low + high), max(0.5 * (high - low), _LEAST_HALF)
     low, high = middle - half, middle + half
@@ -162,7 +165,7 @@ def _limit(settings: Mapping) -> float:
 
 
 def _draw_limit(axes: Any, c: Colors, limit: float) -> None:
-    """Draw the force limit and its label on both sides, if it lies within the axes."""
+    """Draw the positive and the negative force limit, each with its label, if they lie within the axes."""
     bottom, top = axes.get_ylim()
     for level in (limit, -limit):
         if bottom < level < top:

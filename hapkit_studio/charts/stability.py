@@ -21,7 +21,7 @@ _TOKENS = ("stable", "warnsoft", "unstable")
 _GROWS = 2
 _FAINT = "40"  # an opacity of 25 %, as the last two digits of a colour
 _HANDS = {"released": "-", "light": style.DASH, "medium": style.DASH_DOT, "firm": style.DOT}
-# pt: distance between dot and boundary from which the arrow has room for its label
+# pt: smallest distance between dot and boundary at which the arrow has room for its label
 _ROOM_FOR_WORDS = 40.0
 
 
@@ -30,8 +30,8 @@ class Map:
     """A plane, its latest measurement, and further layers of the drawing.
 
     ``others`` are boundaries that were measured earlier. ``hands`` contains the exact boundary (n,) of every
-    hand over the plane's damping. ``outdated`` tells that the measurement belongs to other conditions.
-    ``dotted`` tells that the impedance can be shown as a dot.
+    hand over the plane's damping. ``outdated`` is True if the measurement belongs to other conditions.
+    ``dotted`` is True if the impedance can be shown as a dot.
     """
 
     plane: Plane
@@ -42,7 +42,7 @@ class Map:
 
     @property
     def particular(self) -> Cells | None:
-        """Return measured cells that no boundary line can replace: with dry friction or passivity control."""
+        """Return the measured cells if no line can replace them: with dry friction or passivity control."""
         cells = None if self.outdated else self.plane.cells
         return cells if cells is not None and (cells.real or cells.controller) else None
 
@@ -208,7 +208,7 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
 
 
 def _unstable_style(c: style.Colors, plane: Plane) -> dict[str, Any]:
-    """Return the style of the unstable side; it is harmless if the scene only pushes the handle out."""
+    """Return the style of the unstable region; it is a mild one if the scene only pushes the handle out."""
     ground, hatch = (c.contact, c.ink3) if plane.pushes else (c.unstable, c.danger)
     return {"facecolor": ground, "edgecolor": hatch + _FAINT, "hatch": "//"}
 

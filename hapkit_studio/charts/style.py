@@ -23,11 +23,11 @@ Paint = Callable[[Any, Colors], object]
 
 TICK, TEXT, HEAD = 12, 13, 16
 DOT, DASH, DASH_DOT = (0, (1, 1.6)), (0, (5, 3.5)), (0, (7, 2.6, 1.6, 2.6))
-# pt: width for ticks and titles of an axis, generous because a tight width makes the layout slow; largest
-# height of the legend, as a fraction.
+# pt: width for ticks and titles of an axis; it is generous, because a tight width makes the layout slow
+# largest height of the legend, as a fraction of the height of the figure
 _TICKS, _MOST = 100.0, 0.34
 _LETTER = 6.4  # pt: width of a character of a caption
-_DPI, _PAD = 110, 0.12  # dots per inch; inches
+_DPI, _PAD = 110, 0.12  # resolution in dots per inch; padding around the axes in inches
 # colour tokens that do not fade while the data are out of date
 _GROUND = {"surface", "plot", "grid", "line", "edge", "axis", "ink2", "ink3"}
 
@@ -62,7 +62,7 @@ def save(
         )
         figure.supxlabel(words, size=TICK - 1, color=light.ink3, x=0.01, ha="left")
     paint(figure, light)
-    picture = io.BytesIO()  # writers of picture formats seek, which is impossible in a pipe
+    picture = io.BytesIO()  # save to memory first: picture writers seek, which is impossible in a pipe
     figure.savefig(picture, format=ending(path), dpi=_DPI, facecolor=light.surface)
     with replacing(path) as part:
         part.write_bytes(picture.getvalue())
@@ -87,7 +87,7 @@ def style_axes(axes: Any, c: Colors, across: str, up: str) -> None:
 
 
 def number_ticks(axis: Any) -> None:
-    """Format an axis' ticks like the numbers in texts and in the window's plots: 1,000, −2, and 1, not 10⁰.
+    """Format an axis' ticks like the numbers in texts and in the window's plots: 1,000 and −2, not 10³.
 
     Call this function again after a change of the axis' scale, because the change restores matplotlib's
     formats.
@@ -186,7 +186,7 @@ def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> N
 
 
 def new_figure(path: str | Path, size: tuple[float, float]) -> Any:
-    """Return an empty figure of this size in inches; raise ParameterError for a suffix of no picture."""
+    """Return an empty figure of this size in inches; raise ParameterError for an unknown picture format."""
     from matplotlib.figure import Figure
 
     check_picture(path)

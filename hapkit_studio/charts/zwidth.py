@@ -38,7 +38,7 @@ class Walls:
 
     @classmethod
     def of(cls, result: "ZWidth") -> "Walls":
-        """Return the walls of a result; above a point walls buzz, unless no stiffer wall was tried."""
+        """Return the walls of a result; ``buzzes`` is True if a stiffer wall was tried above every point."""
         points = list(zip(result.damping.tolist(), result.points, strict=True))
         right = max(float(result.damping[-1]), 1.0)
         sure = all(point.ended != HIGHEST for point in result.points)
@@ -53,7 +53,10 @@ def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
 
 
 def draw(figure: Any, c: Colors, walls: Walls) -> None:
-    """Draw stiffness over damping; a hollow point reached the force limit, a bar shows the band."""
+    """Draw stiffness over damping.
+
+    A point is hollow if the force reached the limit. A bar shows the band in which only some walls rest.
+    """
     axes = figure.add_subplot()
     tried = walls.tried or (0.0, 0.0)
     damping, points = [b for b, _ in walls.points], [point for _, point in walls.points]
