@@ -47,7 +47,7 @@ def _loaded(point: EntryPoint) -> object:
 def named(library: Mapping[str, T], key: object, what: str) -> T:
     """Return the entry with a key.
 
-    Raise ParameterError, which names ``what`` was sought and the known keys.
+    ``what`` is the kind of the entry, for the message. Raise ParameterError, which lists the known keys.
     """
     if not isinstance(key, str) or key not in library:
         raise ParameterError(f"There is no {what} {key!r}; available: {', '.join(library)}.")

@@ -58,7 +58,7 @@ class Avrdude:
 
 
 def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude:
-    """Return the given avrdude, or that on the PATH or in the Arduino IDE; raise AvrdudeMissingError."""
+    """Return the given avrdude, or the one on the PATH or in the Arduino IDE; raise AvrdudeMissingError."""
     if given is not None:
         found = shutil.which(os.path.expanduser(given))
         if found is None:
@@ -158,7 +158,7 @@ class Output:
         return stage, min(bar.count("#") / _BAR, 1.0)
 
     def error(self, port: str) -> DeviceError:
-        """Return the error with what to do."""
+        """Return the error with its remedy."""
         name = port_errors.port_name(port)
         if _MISMATCH.search(self.text):
             where = ""

@@ -13,8 +13,8 @@ class Device:
     """A device on which the loop can run. Subclasses override the parts that differ.
 
     Everything is known before ``open``, except for the properties of the handle and ``rate``, which a board
-    reports when it is opened. The defaults are the safe values: with a motor, and with a delay to be
-    measured.
+    reports when it is opened. The defaults are the safe values: the device has a motor, and its delay
+    must be measured.
     """
 
     title: str

@@ -65,9 +65,9 @@ class Limits:
 class Track:
     """Recorded samples of a run, arrays (n,).
 
-    The columns are: board time in s from the first sample, counts, readings, signed duty of 255, flags, the
-    number of the sample, the number of the answered sample, and the time in s from the answered sample until
-    its force took effect.
+    The columns are: board time in s from the first sample, counts, readings, signed duty (255 is full duty),
+    flags, the number of the sample, the number of the answered sample, and the time in s from the answered
+    sample until its force took effect.
     """
 
     time: np.ndarray
@@ -103,7 +103,7 @@ def track_of(samples: list[Sample], settings: Board) -> Track:
 
 
 def motor_force(board: Board, pwm: np.ndarray) -> np.ndarray:
-    """Return the force on the handle (n,) in N at signed duties pwm (n,) of 255, positive to the right."""
+    """Return the handle force (n,) in N, positive to the right, at signed duties pwm (n,) of at most 255."""
     size = np.abs(np.asarray(pwm, dtype=float))
     duty = np.clip((size - board.dead_band) / (FULL_DUTY - board.dead_band), 0.0, 1.0)
     if board.motor_map == MotorMap.SQUARE:

@@ -110,7 +110,7 @@ def write(board: Board, notes: dict[str, str], day: date | None = None) -> Path:
 
 
 def read(path: str | Path) -> Board:
-    """Return the settings in a calibration file; raise ParameterError with one line."""
+    """Return the settings in a calibration file; raise ParameterError with a message of one line."""
     name = Path(path).name
     table = checked_table(read_toml(path).get("board"), f"{name}: board")
     wires = Board.layout()
@@ -118,7 +118,7 @@ def read(path: str | Path) -> Board:
 
 
 def _checked(table: dict[str, Any], wire: Wire, place: str) -> Any:
-    """Return a setting within the range that the board's message allows; raise FileError."""
+    """Return a setting in the range that the Board message allows; raise FileError."""
     if wire.name not in table:
         raise FileError(f"{place} is missing.")
     value = table[wire.name]

@@ -8,7 +8,7 @@ from hapkit_studio.dynamics.jit import compiled, internal
 
 OF_COMPUTER, OF_BOARD = 0, 1
 DELAYS_KEPT = 4096
-LONGEST_DELAY = 65.5e-3  # s: a longer delay saturates the field
+LONGEST_DELAY = 65.5e-3  # s: a longer delay saturates the 16-bit field ``delay_us`` of a sample
 FAR_BEHIND = 1024  # samples: an acknowledgement that is farther behind is invalid
 
 

@@ -121,7 +121,7 @@ def flash(
     found = avrdude.find(program)
     path, data = image_of(image)
     if len(data) > OLD_FLASH_BYTES:
-        # the image would overwrite part of the old boot loader
+        # omit the old boot loader's speed: this image would overwrite part of that boot loader
         speeds = tuple(speed for speed in speeds if speed != SPEEDS[1])
     progress(CONNECTING, 0.0)
     _wait_for_port(port, patience, progress)

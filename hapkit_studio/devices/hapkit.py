@@ -163,7 +163,7 @@ class HapkitBoard(Device):
             self.start_stream()
 
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
-        """Open the port and read Hello; raise the matching DeviceError. Motor and samples are off."""
+        """Open the port and read Hello; raise the matching DeviceError. Motor and samples are off then."""
         if self.identity.vendor is not None:  # a USB board may have moved to a different port
             found = serial_ports.find_same_board(self.identity, serial_ports.ports())
             if found is None:
@@ -352,7 +352,7 @@ class HapkitBoard(Device):
 
 
 def _checked(body: bytes, port: str) -> Hello:
-    """Return the Hello in a body of this version and size with plausible numbers; raise DeviceError."""
+    """Return the Hello in a body after checks of version, size and numbers; raise DeviceError."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
         words = f"The firmware has protocol version {version}; this studio needs {PROTOCOL_VERSION}."

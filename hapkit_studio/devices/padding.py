@@ -26,12 +26,12 @@ class Padding(NamedTuple):
 
     @property
     def better(self) -> int:
-        """Return the better padding; padding must reduce the delay by 5 %, because it costs bandwidth."""
+        """Return the better padding; it must reduce the delay by 5 %, because padding costs bandwidth."""
         return PACKET if self.padded < 0.95 * self.plain else 0
 
 
 def measure_padding(board: HapkitBoard, seconds: float = MEASURED_SECONDS) -> Padding:
-    """Answer samples with zero force, plain and padded, and return the delays; raise DeviceError.
+    """Answer samples with plain and with padded zero forces, and return both delays; raise DeviceError.
 
     The stream is off afterwards.
     """

@@ -24,7 +24,7 @@ class Role(IntEnum):
 
 
 class Chip(NamedTuple):
-    """The description of a USB vendor and product; without a product, of all other products of the vendor."""
+    """The description of a USB product by its numbers; a product of None means all others of the vendor."""
 
     words: str
     role: Role
@@ -107,7 +107,7 @@ def ports() -> list[Port]:
 
 
 def at(path: str) -> Port | None:
-    """Return what the system knows of a path; None if it is not listed, such as a pseudo-terminal."""
+    """Return the listed port at a path; None for an unlisted path, such as a pseudo-terminal."""
     return next((port for port in ports() if port.path == path), None)
 
 
@@ -195,7 +195,7 @@ _REGISTRY = r"SYSTEM\CurrentControlSet\Enum\FTDIBUS\VID_{0:04X}+PID_{1:04X}+{2}A
 
 @dataclass(frozen=True)
 class Latency:
-    """The latency timer of a port in s, None without a timer; ``known`` if the system reported it."""
+    """The latency timer of a port in s, None without a timer; ``known`` is True if the system reported it."""
 
     timer: float | None = None
     known: bool = True

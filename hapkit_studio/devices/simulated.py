@@ -1,7 +1,7 @@
-"""The simulated Hapkit: exact paddle between samples, command delay, and a hand on the handle.
+"""The simulated Hapkit: a paddle computed exactly between samples, a command delay, and a hand.
 
-Its terms have names, so that a scene can omit the terms that it does not need. The compiled functions work on
-two flat arrays of ``new_state``, which belong to the real-time loop.
+The terms of the model have names, so that a scene can omit the terms that it does not need. The compiled
+functions work on the two flat arrays of ``new_state``, which belong to the real-time loop.
 """
 
 import math
@@ -19,13 +19,13 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import check_number
 
 END_STOPS = 0.055  # m on either side: travel of the paddle in the window
-# kg: mass of the handle if only the hand's mass counts; it is not 0, because the equations divide by the mass
+# kg: the handle's mass if only the hand has a mass; it is not 0, because the equations divide by the mass
 NO_MASS = 1e-13
 
 
 @dataclass(frozen=True)
 class Term:
-    """A term: key, label, field of the device, and the value that switches the term off.
+    """A term of the model: key, label, field of the device, and the value that switches the term off.
 
     ``field`` is "" if the term belongs to the loop.
     """
@@ -157,7 +157,7 @@ def configure(
     period: float,
     delay: float,
 ) -> None:
-    """Set new constants; motion and pending commands are kept. For a released handle the hand is all zeros.
+    """Set new constants; motion and pending commands are kept. A released handle has a hand of zeros.
 
     ``delay`` is any time in s from a sample to its force; the queue's size limits it.
     """

@@ -119,7 +119,7 @@ HOOK_PERIOD = 0.5
 
 
 def program() -> Path:
-    """Return the path of the virtual board, even if it does not exist."""
+    """Return the path of the virtual board's program, which may not exist."""
     named = os.environ.get(VARIABLE)
     checkout = Path(__file__).resolve().parents[2]
     return Path(named) if named else checkout / "firmware" / "build" / "virtual_board"
@@ -262,7 +262,7 @@ class VirtualBoard(HapkitBoard):
             self.send(f"hand 0 {stiffness} 0 0 {HOOK_PERIOD}")
 
     def unplug(self) -> None:
-        """Unplug the cable: the port hangs up for the computer, and the firmware keeps running."""
+        """Unplug the cable: the computer loses the port, and the firmware keeps running."""
         self.send("unplug")
 
     def plug(self) -> None:
