@@ -90,7 +90,7 @@ def _command(given: Sequence[str]) -> int:
             text = json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text
             print(printable(text), flush=True)
     except StudioError as error:
-        # the next step, for the port that the command line names
+        # add the next step for the port that was given on the command line
         port = getattr(options, "port", None) or getattr(options, "device", None)
         step = f" Run `hapkit-studio flash {port}`." if port and getattr(error, "step", "") else ""
         return fail(f"{error}{step}", error.exit_code)
@@ -131,7 +131,7 @@ def _end_soon(code: int) -> None:
 
 
 def _exit_now(ends: Sequence[int]) -> None:
-    """Exit with a code if one is given; during Python's own shutdown Ctrl+C would change the code."""
+    """Exit at once if there is a code, because Ctrl+C during Python's own shutdown would change the code."""
     for code in ends:
         _flush()
         os._exit(code)
@@ -176,7 +176,7 @@ def _texts(_options: "argparse.Namespace") -> "Result":
 def _window(given: Sequence[str]) -> int:
     from hapkit_studio.arguments import window_parser
 
-    if given and given[0].endswith(SESSION_SUFFIX):  # the desktop opens a file with this argument
+    if given and given[0].endswith(SESSION_SUFFIX):  # the desktop opens a session in this way
         given = ["--replay", *given]
     options = window_parser().parse_args(given)  # invalid options are reported before any other work starts
     qt = sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM")

@@ -33,7 +33,7 @@ _GROUND = {"surface", "plot", "grid", "line", "edge", "axis", "ink2", "ink3"}
 
 
 def colors(mode: str = "light") -> Colors:
-    """Return the palette's colours of a mode."""
+    """Return the palette's colours in a mode such as "light"."""
     return SimpleNamespace(**table(mode))
 
 
@@ -46,7 +46,7 @@ def pale(strong: Colors) -> Colors:
 def save(
     paint: Paint, path: str | Path, size: tuple[float, float], title: str = "", caption: str = ""
 ) -> None:
-    """Write a drawing of this size in points, in light colours, with title and caption.
+    """Write a drawing in light colours, with title and caption; ``size`` is in points.
 
     The path's suffix selects the format. Raise ParameterError if the suffix is not that of a picture format.
     """

@@ -1,4 +1,4 @@
-"""Speed and accuracy of methods or scenes, or the needs of scenes: tables, JSON, a figure."""
+"""Speed and accuracy of methods or scenes, or the model terms that scenes need: tables, JSON, a figure."""
 
 import argparse
 from dataclasses import replace
@@ -41,7 +41,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Measure methods, scenes or needs; draw the results if requested."""
+    """Measure methods, scenes or the terms that scenes need; draw the results if requested."""
     if options.parameter and (len(options.environment) != 1 or options.needs):
         raise ParameterError("Parameters belong to one environment: name it.")
     if options.thresholds and not options.needs:
@@ -135,7 +135,7 @@ def _option_marks(scene: SceneResult, option: Option) -> str:
 
 
 def _needs(found: Needs) -> str:
-    """Return the gains without law terms and a line per term; * needed, † felt by only a few people."""
+    """Return the needed terms and a line per term: * needed, † perceptible to only a few people."""
     columns = (
         Column("Without", lambda e: TERMS[e.term].word, right=False),
         *EFFECT_COLUMNS,

@@ -86,7 +86,7 @@ def progress_line(what: str) -> Callable[[int, int], None]:
     begin, first = time.monotonic(), list[int]()
 
     def report(done: int, of: int) -> None:
-        first[:] = first or [done]  # the cells that an earlier run computed do not count for the speed
+        first[:] = first or [done]  # the speed excludes cells that an earlier run computed
         spent, new = time.monotonic() - begin, done - first[0]
         if spent < QUIET_SECONDS or not sys.stderr.isatty():
             return

@@ -57,7 +57,7 @@ def run(options: argparse.Namespace) -> base.Result:
 
 
 def _kit(key: str | None, port: str | None) -> sketch.Kit:
-    """Return the kit with a key, that of the board on a port, or the default kit."""
+    """Return the kit with a key, the kit of the board on a port, or the default kit."""
     if key and port:
         raise ParameterError("Name a kit or a port, not both.")
     if port is None:

@@ -126,7 +126,7 @@ _PLACE = re.compile(r"(?:(?P<time>\d+(?:\.\d+)?) s|step (?P<step>\d+)): *(?P<tex
 
 
 def _comment(words: str) -> Comment:
-    """Return a comment; it begins with "12.5 s:" or "step 2:" if it is about a time or a step."""
+    """Parse a comment; a text that begins with "12.5 s:" or "step 2:" is about this time or step."""
     found = _PLACE.fullmatch(words.strip())
     if found is None:
         return Comment(words.strip())

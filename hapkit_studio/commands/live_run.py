@@ -46,7 +46,7 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Played:
-    """The result of a live run: rows, duration in s, figures of both renderers, remarks, fault and health."""
+    """The result of a live run: rows, duration in s, data of both renderers, remarks, fault and health."""
 
     table: np.ndarray
     seconds: float
@@ -152,7 +152,7 @@ def fault_words(fault: Fault) -> str:
 
 
 def print_link_warning(engine: Engine) -> Callable[[float], None]:
-    """Return a callback that receives a run's time in s and once prints the link's warning on stderr."""
+    """Return a callback that receives a run's time in s, and prints the link's warning once on stderr."""
     done = False
 
     def look(now: float) -> None:
@@ -177,8 +177,8 @@ def play(
 ) -> tuple[np.ndarray, float]:
     """Run with the scripted hand; return the rows and the duration of the run in s.
 
-    The run ends early if the device disappears, its link is too slow, or on Ctrl+C; the rows so far are kept.
-    ``look`` is called regularly with the time.
+    The run ends early if the device disappears, if its link is too slow, or if the user presses Ctrl+C. The
+    rows received until then are returned. ``look`` is called regularly with the time.
     """
     begin, pieces = time.perf_counter(), []
     reader.read()
@@ -189,7 +189,7 @@ def play(
             pieces.append(reader.read())
             look(t)
             time.sleep(FRAME_SECONDS)
-    interrupts.listen()  # Ctrl+C has ended only the run
+    interrupts.listen()  # accept Ctrl+C again, because it may have ended the run
     if hand is not None:
         engine.move_hand(None)
     pieces.append(reader.read())
@@ -197,7 +197,7 @@ def play(
 
 
 def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[str]:
-    """Return remarks: the board's rate is lower than requested, the motor is off, a spring is too stiff."""
+    """Return remarks if the board's rate is too low, the motor is off, or a spring is too stiff."""
     remarks = []
     rate = found[BOARD]["rate_Hz"]
     if wish is not None and rate is not None and rate < wish:
@@ -225,7 +225,7 @@ def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[
 
 
 def _figures(engine: Engine, table: np.ndarray) -> dict[str, Any]:
-    """Return the figures of computer, board and link of an open device; ``table`` contains the run's rows."""
+    """Return measurements of computer, board and link of an open device; ``table`` is the run's rows."""
     found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.missed_of("board")}
     for where in RENDERERS:
         delay, loop = engine.delay_of(where), engine.loop_of(where, 0.0)

@@ -31,7 +31,7 @@ _REMARK_SKIPPED = 0.01
 
 
 def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dict]:
-    """Return the run and the figures of each renderer; raise StudioError."""
+    """Return the run and the measurements of each renderer; raise StudioError."""
     device = device_list.named(options.device)
     hand = hand_named(options.hand) if options.hand else None
     if hand is not None and not device.simulated_hand:

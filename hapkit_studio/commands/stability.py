@@ -117,7 +117,7 @@ def _text(found: Plane, seconds: float | None) -> str:
 
 
 def _hands(found: hands.Family, damping: float) -> list[str]:
-    """Return the worst hands at a damping, and the ranges that they come from."""
+    """Return lines on the worst hand at a damping, and on the published hands that define its range."""
     people = float(np.interp(damping, found.damping, found.people))
     worst = found.worst[int(np.abs(found.damping - damping).argmin())]
     mass, b, k = worst.mass, worst.damping, worst.stiffness
@@ -133,7 +133,7 @@ def _hands(found: hands.Family, damping: float) -> list[str]:
 
 
 def _table(found: Plane) -> list[str]:
-    """Return the lines of a table of stiffness limits, at most COLUMNS of the map's damping values.
+    """Return a table of stiffness limits as lines, for at most COLUMNS of the map's damping values.
 
     A row is a pair of indices: one into the measured arrays, one into the arrays of the whole map.
     """

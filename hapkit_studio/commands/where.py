@@ -1,4 +1,4 @@
-"""The command that lists what the studio stores for this user and does not remove with itself."""
+"""The command that lists the data that the studio stores for this user; uninstalling keeps these data."""
 
 import argparse
 import os
@@ -42,7 +42,7 @@ def places() -> list[tuple[str, str]]:
 
 
 def _matplotlib_cache() -> str:
-    """Return matplotlib's folder, without importing it."""
+    """Return matplotlib's cache folder without importing matplotlib."""
     own = os.environ.get("MPLCONFIGDIR")
     linux = sys.platform.startswith(("linux", "freebsd"))
     return own or (

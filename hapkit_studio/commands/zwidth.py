@@ -27,7 +27,7 @@ from hapkit_studio.devices.base import Device
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.engine import Engine
 
-# options shared with a Setting, which a board sets itself
+# options of the handle, which are also fields of LoopSettings; a board sets them itself
 _HANDLE = ("mass", "viscous", "coulomb", "quantum")
 _SHORT = {"virtual": "virtual-board"}
 
@@ -66,7 +66,7 @@ def _simulated(options: argparse.Namespace) -> ZWidth:
 
 
 def _on_device(options: argparse.Namespace) -> ZWidth:
-    """Measure on a separate device; Ctrl+C also ends with a command of zero force."""
+    """Measure on a device that is opened for this measurement; the force is zero afterwards."""
     hit = {"hit": options.speed} if options.speed is not None else {}
     limits = TrialLimits(**base.of_options(options, ("max_force", "push")), **hit)
     levels = dampings(options.damping, DEVICE_DAMPING)
