@@ -1,4 +1,4 @@
-"""A mass between two springy walls at ± reach, with a sampled contact force or a located contact; SI."""
+"""A mass between two springy walls at ± reach: the contact force is sampled, or the contact located; SI."""
 
 import math
 
@@ -17,7 +17,7 @@ def spring(x, reach, rate):
 
 @compiled
 def held(times: int, h: float, mass: float, wall: float, reach: float, x: np.ndarray, v: np.ndarray) -> None:
-    """Simulate ``times`` steps into x, v (n,); the wall's force is held between samples."""
+    """Fill x, v (n,) from their first values, ``times`` times; the wall's force is held between samples."""
     for _ in range(times):
         for n in range(x.size - 1):
             a = spring(x[n], reach, wall / mass)
@@ -28,7 +28,7 @@ def held(times: int, h: float, mass: float, wall: float, reach: float, x: np.nda
 def located(
     times: int, h: float, mass: float, wall: float, reach: float, x: np.ndarray, v: np.ndarray
 ) -> None:
-    """Simulate ``times`` steps into x, v (n,) by Verlet; steps are split at contact and release."""
+    """Fill x, v (n,) from their first values by Verlet, ``times`` times; contact and release split a step."""
     rate = wall / mass
     for _ in range(times):
         for n in range(x.size - 1):

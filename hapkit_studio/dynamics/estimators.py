@@ -25,9 +25,9 @@ from hapkit_studio.parameters import Parameter, check_number, resolve
 
 Spec = str | tuple[str, dict[str, float]]
 
-# default of the window: its error is small in most motions (see ``accuracy``)
+# default estimator of the graphical interface: its error is small in most motions (see ``accuracy``)
 USUAL = "kalman"
-# m: assumed for an ideal sensor, because the Kalman filter cannot be designed without noise
+# m: quantum assumed for an ideal sensor, because a Kalman filter cannot be designed without noise
 USUAL_QUANTUM = nominal.QUANTUM
 # highest cutoff as a fraction of the rate; the bilinear transform ends at half the rate
 HIGHEST_SHARE = 0.45
@@ -102,7 +102,7 @@ def reset(memory: np.ndarray, position: float) -> None:
 
 @compiled
 def resume(memory: np.ndarray, position: float, velocity: float) -> None:
-    """Initialise the memory at ``position`` with a steady ``velocity``; a change of method makes no jump."""
+    """Initialise the memory at ``position`` with a steady ``velocity``, so a new method makes no jump."""
     memory[:] = 0.0
     memory[_POSITION] = memory[_ESTIMATE] = position
     memory[_VELOCITY] = memory[_RAW] = memory[_OLDER_RAW] = memory[_OLDER] = velocity
@@ -309,7 +309,7 @@ def estimate_velocity(
 
 
 def count_response(estimator: Spec, rate: float, quantum: float) -> np.ndarray:
-    """Return the velocity (n,) in m/s that follows one count of motion after a rest, from this sample on."""
+    """Return the estimated velocity (n,) in m/s after a rest and one count of motion, from this count on."""
     position = np.full(_RESPONSE_SAMPLES, quantum)
     position[0] = 0.0
     return estimate_velocity(position, rate, estimator, quantum)[1:]

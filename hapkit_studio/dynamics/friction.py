@@ -10,7 +10,7 @@ from hapkit_studio.dynamics.jit import compiled
 
 @compiled
 def projected(velocity, limit):
-    """Return the velocity after dry friction that changes it by at most `limit` m/s: reduced, or exactly 0.
+    """Return the velocity after dry friction, which reduces the speed by at most `limit` m/s, down to 0.
 
     With limit = F_c dt / m this is the implicit step of dry friction (Kikuuwe et al. 2006).
     """
@@ -41,7 +41,7 @@ def stribeck(velocity, static, kinetic, stribeck_velocity):
 
 @compiled
 def bristle(bend, moved, level, stiffness):
-    """Return the bristle deflection in m after its root has moved; it approaches level / stiffness.
+    """Return the deflection in m of a bristle after its root has moved; the limit is level / stiffness.
 
     This is the law of Dahl and LuGre, exact for a level in N that is constant during the step. stiffness is
     in N/m and positive.
@@ -56,8 +56,8 @@ def bristle(bend, moved, level, stiffness):
 def sticking_tether(x, before, anchor, slides, stiffness, damping, static, kinetic, dt):
     """Return (force, anchor, slides) of a spring and damper to an anchor that sticks up to ``static`` N.
 
-    Beyond this force the anchor slides with ``kinetic`` N (positive) until the motion reverses. Then it
-    sticks to a new anchor, at a spring force of ``kinetic``. slides has the sign of the force while sliding,
+    Beyond this force the anchor slides with ``kinetic`` N (positive) until the motion reverses. Then the
+    anchor sticks where the spring force is ``kinetic``. slides has the sign of the force while sliding,
     else 0. x and before are in m, stiffness in N/m (positive), damping in N·s/m.
     """
     if slides != 0.0:

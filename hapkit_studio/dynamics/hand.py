@@ -67,7 +67,7 @@ def grip_named(name: str) -> Grip | None:
     return GRIPS[name]
 
 
-# every movement takes one time in s or an array of times
+# every movement function accepts one time in s or an array of times
 
 
 def _ramp(t, start: float, seconds: float):
@@ -76,7 +76,7 @@ def _ramp(t, start: float, seconds: float):
 
 
 def _there_and_back(t, reach: float, speed: float):
-    """Return a triangle wave between -reach and +reach at constant speed, which starts at 0 to the right."""
+    """Return a triangle wave between -reach and +reach at constant speed; it starts at 0 and rises first."""
     quarter = reach / speed
     phase = np.fmod(t + quarter, 4.0 * quarter) / quarter
     return reach * np.where(phase < 2.0, phase - 1.0, 3.0 - phase)
@@ -101,7 +101,7 @@ def _shake(t):
 
 
 def _fur(t, speed: float):
-    """Move from the middle to the head at 30 mm on the left, then stroke over 60 mm to and fro."""
+    """Move from the middle to the cat's head, 30 mm to the left, then stroke 60 mm to and fro."""
     return _there_and_back(t + 2.0 * 0.030 / speed, 0.030, speed)
 
 

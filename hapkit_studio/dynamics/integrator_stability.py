@@ -23,7 +23,7 @@ def _one_step(amplification: Callable[[np.ndarray], np.ndarray]) -> Callable:
 
 
 def _quadratic(trace: np.ndarray, determinant: np.ndarray) -> np.ndarray:
-    """Return the larger absolute root of z² − trace z + determinant."""
+    """Return the larger absolute value of the two roots of z² − trace z + determinant."""
     root = np.sqrt(np.asarray(trace * trace - 4.0 * determinant, complex))
     return 0.5 * np.maximum(np.abs(trace + root), np.abs(trace - root))
 
@@ -77,7 +77,7 @@ def spectral_radius(method: str, step: ArrayLike, ratio: ArrayLike) -> np.ndarra
 
 
 def _rk4_limit(ratio: float) -> float:
-    """Return the step at which the spectral radius exceeds 1; for a ratio above 1 the faster mode decides."""
+    """Return the largest step with a spectral radius of 1; for a ratio above 1, the faster mode limits it."""
     from scipy.optimize import brentq  # imported here because it is slow
 
     damped = min(ratio, 1.0)

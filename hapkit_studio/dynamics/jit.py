@@ -22,7 +22,7 @@ from numba.np import linalg
 from hapkit_studio import program
 from hapkit_studio.resources import PACKAGE, sources_stamp
 
-UNUSED_SECONDS = 60 * 86_400.0  # machine code of other sources is removed after this time
+UNUSED_SECONDS = 60 * 86_400.0  # a cache folder of other sources is removed if it is unused for this time
 # folders of the package with compiled functions; the file of a law is named by its hash
 _COMPILED = ("analysis", "devices", "dynamics", "haptics", "laws", "protocol")
 
@@ -32,7 +32,7 @@ def _probe():
 
 
 def forget_outdated(package: Path = PACKAGE) -> None:
-    """Remove compiled code of outdated sources next to the sources.
+    """Remove the compiled code next to the sources if it belongs to outdated sources.
 
     numba checks only the file of the function itself. After an update it would call an outdated version from
     another file, or fail because of a missing module.
@@ -48,11 +48,11 @@ def forget_outdated(package: Path = PACKAGE) -> None:
         for old in package.rglob("__pycache__/*.nb[ci]"):
             old.unlink(missing_ok=True)
     except OSError:
-        return  # this was done already, or the folder is read-only, and numba's cache is elsewhere
+        return  # this was already done, or the folder is read-only and numba's cache is elsewhere
 
 
 class ShippedCacheLocator(caching._CacheLocator):
-    """Finds the machine code in a bundle, which may be read-only; None for functions without machine code."""
+    """Finds the machine code of functions in a bundle, which may be read-only."""
 
     def __init__(self, py_func, py_file):
         self._line = py_func.__code__.co_firstlineno

@@ -69,7 +69,7 @@ POSSIBLE = {
     )
 }
 """Possible range of every setting, wider than the range that a user may set."""
-# longest delay in periods; the exact limit evaluates every turn of the phase that the delay causes
+# longest delay in periods; the exact limit evaluates points in every turn of the delay's phase
 MOST_LATE = 2000.0
 
 
@@ -86,8 +86,8 @@ def check_delay(rate: float, delay: float) -> None:
 class LoopSettings:
     """The settings of a loop, the hand and the device; raise ParameterError for impossible values.
 
-    rate is in Hz, and delay in s from a sample to its force. estimator is that of the velocity: "iir" or
-    ("iir", {"cutoff": 20.0}). controller tells whether the passivity controller is on. hand is the name of a
+    rate is in Hz, and delay in s from a sample to its force. estimator is the velocity estimator: "iir"
+    or ("iir", {"cutoff": 20.0}). controller is True if the passivity controller is on. hand is the name of a
     grip; own_grip replaces it by a grip without a name. The device has mass in kg, viscous in N·s/m, coulomb
     in N, the sensor quantum in m, and the force limit max_force in N. model selects the modelled terms of a
     simulated device. where is computer or board. board_rate is in Hz, None for the fastest that the law
@@ -328,8 +328,8 @@ def from_table(
     """Return a table's valid settings by their names in LoopSettings; ``reject`` receives the errors.
 
     The keys are those of ``to_table`` or of a session, such as rate_Hz. If the table has options but no
-    estimator, they belong to the estimator of ``usual``. ``only`` lists the permitted settings; other keys
-    are errors.
+    estimator, the options belong to the estimator of ``usual``. ``only`` lists the permitted settings; other
+    keys are errors.
     """
     fields = FIELDS.values() if only is None else [FIELDS[key] for key in only]
     names = {name: field for field in fields for name in (field.recorded, field.parameter.key)}
@@ -362,7 +362,7 @@ def recorded(settings: LoopSettings) -> dict[str, Any]:
 
 
 def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[Difference]:
-    """Return as text the settings that differ; only settings in both tables are compared."""
+    """Return the settings that differ, as text; only settings in both tables are compared."""
     return [
         field.difference(before[key], after[key])
         for key, field in FIELDS.items()

@@ -1,10 +1,10 @@
 """A moving mass with a spring, a damper, a handle that touches it, and two walls.
 
-m x'' = f - b x' - k x. In contact with the handle, contact (touch - x) is added, and while handle and object
-approach each other also pad (speed - x'). Beyond +-reach the spring ``wall`` acts. touch is the position of
-the object at first contact. side is +1 if the handle is on the left of the object, -1 if it is on the right.
-speed is that of the handle. After its first arguments, every function takes these eleven numbers, or some of
-them, in this order. All are in SI units; the functions are written in the law language.
+m x'' = f - b x' - k x. In contact with the handle, the force contact (touch - x) is added. While handle and
+object approach each other, pad (speed - x') is added, too. Beyond +-reach the spring ``wall`` acts. touch is
+the position of the object at first contact. side is +1 if the handle is on the left of the object, -1 if it
+is on the right. speed is the handle's velocity. After its first arguments, every function takes these eleven
+numbers, or some of them, in this order. All are in SI units; the functions are written in the law language.
 
 ``exact`` simulates the object without error: the motion is piecewise linear, with an exact map for each piece
 and located events. A piece ends when the object meets or leaves the handle or a wall, when the speeds are
@@ -28,7 +28,7 @@ _NONE, _TURN, _STOP, _MEET, _WALL = 0.0, 1.0, 2.0, 3.0, 4.0
 
 @compiled
 def place(x, v, touch, side, speed, reach):
-    """Return (touching, closing, beyond): 1 or 0, 1 or 0, and +1 or -1 beyond a wall, else 0."""
+    """Return (touching, closing, beyond): two flags, 1 or 0, and +1 or -1 beyond a wall, else 0."""
     touching = 1.0 if side * (touch - x) > 0.0 else 0.0
     closing = 1.0 if side * (speed - v) > 0.0 else 0.0
     if x > reach:

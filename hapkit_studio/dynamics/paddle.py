@@ -1,4 +1,4 @@
-"""The paddle's physics, exact: mass, damper, spring and Coulomb friction with a force linear in time.
+"""Exact physics of the paddle: mass, damper, spring and Coulomb friction, and a force linear in time.
 
 m x'' + c x' + k x = F + F' t - (Coulomb friction). The solution is accurate for any step and damping: the
 linear part is its exact discrete map, and friction is event-driven (stop, stick, break away).

@@ -20,7 +20,7 @@ Law = Callable[[np.ndarray, float, float, float], tuple[float, Sequence[float]]]
 It is linear in state, position and velocity.
 """
 
-_ESTIMATOR = 6  # size of the state of a linear estimator; the last position is the first value
+_ESTIMATOR = 6  # size of the state of a linear estimator; its first value is the last position
 _LAW = 2 + _ESTIMATOR  # offset of the law's state, which is followed by the commands, newest first
 
 
@@ -34,7 +34,7 @@ COUPLED = 5
 
 
 def coupled(integrator: float, mass: float, own: tuple[float, float], coupling: tuple[float, float]) -> Law:
-    """Return the law of an object that a spring and damper couple to the handle, pulling and pushing.
+    """Return the law of an object that a spring and damper connect to the handle in both directions.
 
     ``own`` and ``coupling`` contain a stiffness in N/m and a damping in N·s/m each. As in the scenes, the
     object moves during the past sample while the handle is held at its old position; then the coupling acts.
@@ -78,7 +78,7 @@ def without_law(loop: LoopSettings, remembered: int, period: float, late: float)
 
 
 def sample_matrix(free: np.ndarray, law: Law, remembered: int, period: float) -> np.ndarray:
-    """Return the whole map (s, s): a map of ``without_law`` closed with this law, ``period`` s later."""
+    """Return the map (s, s) of the closed loop over ``period`` s: a map of ``without_law`` and this law."""
     rows = slice(_LAW, _LAW + remembered)
     felt = np.vstack([np.eye(free.shape[1])[rows], free[0], free[-1]])
     answers = (law(unit[:-2], unit[-2], unit[-1], period) for unit in np.eye(remembered + 2))

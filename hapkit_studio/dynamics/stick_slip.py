@@ -1,8 +1,8 @@
-"""Stick-slip: a spring whose end moves pulls a mass with dry friction, for all friction models.
+"""Stick-slip for all friction models: a spring with a moving end pulls a mass with dry friction.
 
 The step of a model maps the velocity v in m/s to the next one. The applied force is known, as in a
-simulation. ``memory`` contains the anchor, the bristle deflection and the last position in m, which is 0
-while sticking. Options are numbers in the order of the model's parameters.
+simulation. ``memory`` contains the anchor, the bristle deflection and the last position in m, and the
+direction of sliding, which is 0 while sticking. Options are numbers in the order of the model's parameters.
 """
 
 import math
@@ -86,7 +86,7 @@ def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
 
 @compiled
 def run(model, times, applied, mass, spring, viscous, static, kinetic, options, dt, memory, x, v):
-    """Simulate ``times`` steps into x, v (n,) by the semi-implicit rule.
+    """Fill x, v (n,) from their first values by the semi-implicit rule, ``times`` times.
 
     m x'' = applied - spring x - viscous v - friction. The new velocity moves the mass.
     """
@@ -102,7 +102,7 @@ _UNITS = {"stiffness": "N/m", "damping": "N·s/m"}
 
 
 def _options(**defaults: float) -> tuple[Parameter, ...]:
-    """Return a model's options in addition to its friction levels; they are speeds unless a unit is given."""
+    """Return a model's options besides its friction levels; an option is a speed unless it has a unit."""
     found = []
     for key, default in defaults.items():
         words, low = key.replace("_", " ").capitalize(), 0.0 if key == "damping" else TINY
@@ -205,7 +205,7 @@ def exact_period(mass: float, spring: float, static: float, kinetic: float, spee
 
 
 def period_error(t: np.ndarray, force: np.ndarray, period: float) -> float:
-    """Return the relative error of the mean period between downward crossings of the force's middle.
+    """Return the relative error of the mean time between downward crossings of the middle of the force.
 
     force is (n,). Return inf if there are no crossings.
     """
