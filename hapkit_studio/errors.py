@@ -52,7 +52,7 @@ class PortPermissionError(DeviceError):
 
 
 class NotAHapkitError(DeviceError):
-    """The port has no Hapkit firmware: it sent no reply, or one that is unknown."""
+    """The port has no Hapkit firmware: it sent no reply or an unknown reply."""
 
 
 class NoFirmwareError(DeviceError):

@@ -27,9 +27,9 @@ class ForceTerms:
     """Spring, damper and friction of a law at given values; an undefined value is None.
 
     ``stiffness`` is in N/m about ``centre`` in m, ``damping`` in N·s/m, ``friction`` in N. ``one_way`` is +1
-    or -1 if damping acts only on motion to this side. ``contact`` tells that the terms act only while the law
+    or -1 if damping acts only on motion to this side. ``contact`` is True if the terms act only while the law
     pushes. ``settle`` is the distance in m after a reversal until friction is fully developed. ``simple``
-    tells that the law consists only of these terms. ``terms`` are those for identification.
+    is True if the law consists only of these terms. ``terms`` are the terms to identify.
     """
 
     stiffness: float | None = None
@@ -72,16 +72,16 @@ class Environment:
     """A virtual environment; every ``ENVIRONMENT`` of a module in this folder is discovered.
 
     ``formula`` is short HTML. ``impedance`` maps values by name to the (stiffness N/m, damping N·s/m) that
-    limit stability; it is None if there is no linear limit. ``terms`` maps them to the terms for
-    identification, by default the impedance. ``shades`` tells that contact is shaded in the plots. ``check``
+    limit stability; it is None if there is no linear limit. ``terms`` maps values to the terms for
+    identification, by default the impedance. ``shades`` is True if contact is shaded in plots. ``check``
     returns one line on why values are incompatible, "" if they are compatible. ``warnings`` returns what
     cannot be rendered well under given conditions. ``unused`` maps parameters that have no effect at the
     present values to the reason. ``over_position`` and ``over_velocity`` are theory curves, (n,) or one row
-    per branch, NaN for gaps; by default they are the law at rest. ``restless`` says why the scene does not
-    come to rest at its defaults, "" if it does. ``stored`` is a law that returns the energy in J stored in
-    objects. ``moves`` is the object whose position is plotted. ``drives`` says how the scene generates energy
-    itself. ``counts`` are states that count events which a person notices. ``hands`` are those for judging
-    the scene. ``needs`` are terms of the device whose absence is perceptible at the default values.
+    per branch, NaN for gaps; by default they are the law at rest. ``restless`` is why the scene does not come
+    to rest at its defaults, "" if it does. ``stored`` is a law that returns the energy in J stored in
+    objects. ``moves`` is the object whose position is plotted. ``drives`` is how the scene generates energy
+    itself. ``counts`` are states that count perceptible events. ``hands`` are the hands for judging the
+    scene. ``needs`` are terms of the device whose absence is perceptible at the default values.
     """
 
     key: str

@@ -10,8 +10,8 @@ from hapkit_studio.formatting import with_unit
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
-# N/m of the hysteresis between press and release: as stiff as a paddle can render. The hysteresis fades in
-# over the first half millimetre, so that contact causes no step of the force.
+# N/m: stiffness of the hysteresis between press and release, as high as a paddle can render. The hysteresis
+# fades in over the first half millimetre, so that contact causes no step of the force.
 PLAY_STIFFNESS = 1500.0
 FADE = 0.0005
 

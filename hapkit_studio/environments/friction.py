@@ -133,7 +133,7 @@ def impedance(values: Values) -> tuple[float, float]:
 
 
 def terms(values: Values) -> ForceTerms:
-    """Return viscous and kinetic friction, and the distance after a reversal until friction is developed."""
+    """Return viscous and kinetic friction, and the distance after a reversal until friction is complete."""
     model = values["model"]
     held = model not in (COULOMB, SMOOTHED)
     level = max(values["static_force"], values["kinetic_force"])
@@ -177,7 +177,7 @@ def creep_speed(pull: float, values: Values) -> float:
 
 
 def _damping_limit(conditions: Conditions) -> float:
-    """Return the damping limit in N·s/m of a released handle; a nonlinear filter counts as the difference."""
+    """Return the damping limit in N·s/m of a released handle; the difference replaces a nonlinear filter."""
     released = replace(conditions, hand="released", own_grip=None)
     return sampled_loop.damping_limit(
         released if released.linear else replace(released, estimator="difference")

@@ -1,4 +1,4 @@
-"""A mass on a spring and damper that the handle pushes from the left; its integrator is a choice."""
+"""A mass on a spring and damper, pushed by the handle from the left; the user selects the integrator."""
 
 from collections.abc import Iterable
 
