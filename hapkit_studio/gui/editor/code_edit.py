@@ -135,7 +135,7 @@ class Highlighter(QtGui.QSyntaxHighlighter):
         kind = match.lastgroup or ""
         if kind == "name":
             word = match[0]
-            # a keyword argument named x is not the position
+            # a keyword argument named x does not refer to the position x
             named = re.match(r"\s*=(?!=)", text[match.end() :])
             kind = "keyword" if keyword.iskeyword(word) else "" if named else _QUANTITIES.get(word, "")
         if kind:
@@ -151,7 +151,7 @@ class Highlighter(QtGui.QSyntaxHighlighter):
 
 
 class Gutter(QWidget):
-    """Shows line numbers and a column of figures, which scroll with the text."""
+    """Shows line numbers, and a column with a count for each line; both scroll with the text."""
 
     def __init__(self, code: "CodeEdit"):
         super().__init__(code)
@@ -160,7 +160,7 @@ class Gutter(QWidget):
 
     @property
     def wanted_width(self) -> int:
-        """Return the width that the last line's number and the column of figures need."""
+        """Return the width that the last line's number and the column of counts need."""
         column = 2 * _SIDE + QFontMetrics(self._code.font()).horizontalAdvance(_FIGURE)
         return self._numbers + (0 if self._code.counts is None else column)
 
@@ -170,7 +170,7 @@ class Gutter(QWidget):
         return _SIGN + _SIDE + digits * QFontMetrics(self._code.font()).horizontalAdvance("0")
 
     def follow(self, rect: QRect, dy: int) -> None:
-        """Scroll together with the text; if the text does not scroll, repaint the part that it repaints."""
+        """Scroll together with the text; otherwise repaint beside the repainted part of the text."""
         if dy:
             self.scroll(0, dy)
         else:
@@ -196,7 +196,7 @@ class Gutter(QWidget):
             block = block.next()
 
     def _paint_figure(self, painter: QPainter, box: QRectF, value: float, most: float) -> None:
-        """Paint a figure; the bar behind it is proportional to the figure and longest for the largest one."""
+        """Paint a line's count, and behind it a bar whose length is proportional to the count."""
         column = box.adjusted(self._numbers, 0, -_SIDE, 0)
         bar = column.adjusted(column.width() * (1.0 - value / most), 1, _SIDE / 2, -1)
         painter.fillRect(bar, theme.color("accentsoft"))
@@ -233,7 +233,7 @@ def _unchanged(notes: Iterable[_Note]) -> Iterator[tuple[QtGui.QTextBlock, Any]]
 
 
 class CodeEdit(QPlainTextEdit):
-    """A plain-text editor with marks and remarks by line (from 1); each stays until its line changes."""
+    """A plain-text editor with marks and remarks by line (from 1); a change of a line removes them."""
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
@@ -274,12 +274,12 @@ class CodeEdit(QPlainTextEdit):
             for given in (problems, remarks)
         )
         self._show_lines()
-        self.viewport().update()  # a message may change although the coloured lines do not
+        self.viewport().update()  # repaint, as a message may change although the coloured lines do not
         self.gutter.update()
 
     @property
     def counts(self) -> dict[int, float] | None:
-        """Return the figures by current line number, except those of changed lines.
+        """Return the counts by current line number, except the counts of changed lines.
 
         Return None if there is no column.
         """
@@ -288,7 +288,7 @@ class CodeEdit(QPlainTextEdit):
         return {block.blockNumber() + 1: value for block, value in _unchanged(self._counts)}
 
     def count(self, by_line: Mapping[int, float] | None) -> None:
-        """Show a figure beside each of these lines until the line changes; None removes the column."""
+        """Show a count beside each of these lines until the line changes; None removes the column."""
         self._counts = None
         if by_line is not None:
             blocks = ((self.document().findBlockByNumber(line - 1), value) for line, value in by_line.items())

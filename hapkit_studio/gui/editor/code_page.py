@@ -68,7 +68,7 @@ class MessageLine(QWidget):
         self.say("")
 
     def say(self, words: str, tone: str = "", buttons: Sequence[Button] = (), busy: bool = False) -> None:
-        """Show a message in a tone ("", ok, warn, danger), with buttons, or (``busy``) a progress bar."""
+        """Show a message in a tone ("", ok, warn, danger) with buttons, or a progress bar if ``busy``."""
         self.tone = tone
         self.words.setText(words)
         self.busy.setVisible(busy)
@@ -83,7 +83,7 @@ class MessageLine(QWidget):
         mark(self.words, "ink", color)
 
     def _button(self, words: str, run: Callable[[], object]) -> QPushButton:
-        # Enter presses this button, because Space pauses the plots
+        # let Enter press this button, because Space pauses the plots
         button = QPushButton(words, autoDefault=True)
         button.clicked.connect(lambda: run())
         self._row.addWidget(button)
@@ -96,8 +96,8 @@ class CodePage(QWidget):
 
     ``save_pressed`` and ``close_pressed`` are emitted by its buttons, ``unsaved_changed`` when the mark for
     unsaved text changes, and ``opened`` when another text is shown or the page is empty. The check box
-    ``count`` shows cycles. ``help_pressed(word)`` asks for the page on the law language at the word under the
-    cursor.
+    ``count`` shows cycles. ``help_pressed(word)`` requests the page on the law language, at the word under
+    the cursor.
     """
 
     opened = Signal()
@@ -152,12 +152,12 @@ class CodePage(QWidget):
         return self.count.isChecked()
 
     def show_cycles(self, by_line: Mapping[int, float] | None, words: str) -> None:
-        """Show cycles beside their lines and a message on the whole law; None removes the cycles."""
+        """Show each line's cycles beside it, and a message about the whole law; None removes the cycles."""
         self.code.count(by_line)
         self.say_cycles(words)
 
     def say_cycles(self, words: str) -> None:
-        """Replace the message on the whole law; the figures do not change."""
+        """Replace the message about the whole law; the cycles beside the lines do not change."""
         self.cycles.setText(words)
         self.cycles.setVisible(bool(words))
 
@@ -198,7 +198,7 @@ class CodePage(QWidget):
         self.opened.emit()
 
     def note_saved(self) -> None:
-        """Treat the text as saved or discarded."""
+        """Clear the mark for unsaved text, after the text was saved or discarded."""
         self.code.document().setModified(False)
 
     def keep_draft(self) -> None:
@@ -209,7 +209,7 @@ class CodePage(QWidget):
                 draft_path(self.path).write_text(self.text, encoding="utf-8")
 
     def event(self, event: QEvent) -> bool:
-        """Handle F1 here, because the window's F1 explains the window's keys."""
+        """Handle F1 here; otherwise the window would explain its own keys."""
         if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_F1:
             if event.type() == QEvent.Type.KeyPress:
                 cursor = self.code.textCursor()

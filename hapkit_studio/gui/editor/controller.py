@@ -30,7 +30,7 @@ _LINE = re.compile(r"\bline (\d+)")
 
 
 def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
-    """Return a trial's outcome as a text with its tone; ``unsaved``: the text has changed since the trial."""
+    """Return a trial's outcome as a text with its tone; ``unsaved`` is True if the law has changed since."""
     since = [_SINCE] if unsaved else []
     if verdict.problems:
         return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"
@@ -40,7 +40,7 @@ def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
 
 
 def write_error(error: OSError) -> str:
-    """Return a sentence that says why a file could not be written."""
+    """Return a sentence with the reason why a file could not be written."""
     return f"Not saved: {error.strerror or error}. What you typed is still here."
 
 
@@ -132,7 +132,7 @@ class EditorController(QObject):
         self.editor.source.leave.setFocus()
 
     def bring(self, path: Path) -> None:
-        """Open any file; one in the user's folder is opened directly, others after a question."""
+        """Open any file: directly if it is in the user's folder, otherwise after a question."""
         if path in folder.own_files():
             self.own.choose(path)
         elif (source := self._read(path)) is not None:
@@ -244,7 +244,7 @@ class EditorController(QObject):
         if self.editor.currentWidget() is self.editor.source:
             self._back()
 
-    # methods that follow the state
+    # messages about trials
 
     def _show_began(self, path: Path) -> None:
         if path == self.path:

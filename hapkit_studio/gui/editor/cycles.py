@@ -78,8 +78,8 @@ class Cycles(QObject):
         own.judged.connect(lambda _path, _verdict: self._soon.start())
 
     def refresh(self) -> None:
-        """Count the open law again if its cycles are shown; for an invalid law the previous figures stay."""
-        self._worker.forget()  # an equal request may belong to a text that was opened again
+        """Count the open law again if its cycles are shown; for an invalid law the previous counts stay."""
+        self._worker.forget()  # count again even if the request is equal: the text may be newly opened
         if not self._page.counting:
             self._page.show_cycles(None, "")
             return

@@ -224,7 +224,7 @@ class Centre(QWidget):
     def show_page(self, page: QWidget | None, scene: bool = True, law: bool = False) -> None:
         """Show an added page in place of the plots; None shows the plots.
 
-        ``scene``: the scene stays visible. ``law``: the force–position plot stays visible if it fits.
+        With ``scene``, the scene stays visible. With ``law``, so does the force–position plot if it fits.
         """
         if self._page is not None and self._page is not page:
             self._page.hide()
@@ -252,7 +252,7 @@ class Centre(QWidget):
         self._settings.setValue("phase_width", self._phase_width)
 
     def _move_phase(self) -> None:
-        """Show the force–position plot beside the time plots, or (narrow) in their place."""
+        """Show the force–position plot beside the time plots, or in their place if the window is narrow."""
         self.toolbar.set_narrow(self._narrow)
         self.phase_card.setProperty("card", not self._narrow)
         if self._narrow:

@@ -44,7 +44,7 @@ class Part(NamedTuple):
 def movement(hands: tuple[str, ...]) -> Hand:
     """Return the hand movement that compares an environment.
 
-    A press if the environment declares no suitable one.
+    Return a press if the environment declares no suitable movement.
     """
     return hand_named(next((name for name in hands if name in _ORDER), "press"))
 
@@ -104,7 +104,7 @@ class RenderingComparison(QObject):
     def cancel(self, why: str) -> None:
         """Release the hand, restore the original renderer and show ``why``.
 
-        A no-op if no comparison is running.
+        Do nothing if no comparison is running.
         """
         if self.running:
             self._left = []
@@ -165,7 +165,7 @@ class RenderingComparison(QObject):
     def _hold(self, part: Part, shift: float | None = None) -> None:
         """Replace the held trace by this interval.
 
-        It is shown at the right edge, or shifted by ``shift`` s.
+        The interval is shown at the right edge, or shifted by ``shift`` s.
         """
         self._drop()
         stretch = part.start, part.stop

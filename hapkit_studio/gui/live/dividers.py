@@ -36,7 +36,7 @@ class Dividers(QObject):
         }
 
     def _rebase(self) -> None:
-        """Take the current settings as the reference, because a new environment gets a divider of its own."""
+        """Compare later changes with the current settings; a new environment itself already has a divider."""
         self._last = self._in_force()
         self._gesture, self._at = -1, 0.0
         self._change: tuple[Settings, Settings] = {}, {}

@@ -1,6 +1,6 @@
-"""Held traces: earlier intervals of the plots, drawn below the live data.
+"""Held traces: earlier intervals of the plots, drawn behind the live data.
 
-The user can hide or remove each.
+The user can hide or remove each trace.
 """
 
 from dataclasses import dataclass
@@ -50,9 +50,9 @@ _FELT_SECONDS = 10.0
 class PastTrace:
     """A held trace: its samples in SI units, the times in s at which they are shown, and its name.
 
-    ``pinned``: the times are relative to the plots' zero, so while the plots follow the newest sample, the
-    trace ends there. ``felt``: position in m and force in N (m,) as felt by the hand; None if the delay is
-    unknown.
+    ``pinned`` is True if the times are relative to the plots' zero; while the plots follow the newest sample,
+    such a trace ends at this sample. ``felt`` contains position in m and force in N (m,) as felt by the hand;
+    it is None if the delay is unknown.
     """
 
     name: str
@@ -98,9 +98,9 @@ class HeldTraces(QObject):
     ) -> PastTrace | None:
         """Hold the interval (start, stop) in s and return its trace; None if it has no data.
 
-        Without ``shift``, the trace keeps its position in the plots; their zero is ``zero`` in s, or the end
-        of the interval. With ``shift``, it is moved by this many s. If all styles are used, the oldest trace
-        is removed. If the name exists already, a number is appended to it.
+        Without ``shift``, the trace keeps its position in the plots, whose zero is at ``zero`` s, or at the
+        end of the interval. With ``shift``, the trace is moved by this many s. If all styles are used, the
+        oldest trace is removed. If the name exists already, a number is appended to it.
         """
         edges = np.linspace(stretch[0], np.nextafter(stretch[1], np.inf), _COLUMNS)
         window = history.window(edges).known() if not history.empty else None

@@ -199,8 +199,8 @@ class Samples(History):
         if kept + more > len(time) or 2 * kept > len(time):
             room = 2 * (kept + more)
             self._time, self._data = np.empty(room), np.empty((len(data), room))
-        # Copy channel by channel: for the whole table numpy would allocate a temporary, whose memory stays
-        # allocated.
+        # Copy channel by channel: for the whole table numpy would allocate a temporary array and keep its
+        # memory.
         for to, values in zip((self._time, *self._data), (time, *data), strict=True):
             to[:kept] = values[shift : self._end]
         self._breaks = [i - shift for i in self._breaks if i > shift]

@@ -70,7 +70,7 @@ class Band:
         return low - margin, high + margin
 
     def around(self, x: np.ndarray, force: np.ndarray, max_force: float) -> tuple[Range, Range]:
-        """Return ranges for points (n,), the nearest landmark, and the curve between them up to the limit."""
+        """Return axis ranges that contain points (n,), the nearest landmark and the curve between them."""
         low, high = with_nearest(*_ends(x), landmarks(self.steps.x, self.steps.force))
         most = _OVER_LIMIT * max_force
         seen = np.clip(self.force[:, (self.x >= low) & (self.x <= high)], -most, most)
@@ -172,7 +172,7 @@ class PhaseCanvas(Canvas):
         self._under = None
 
     def set_held(self, held: tuple[PastTrace, ...]) -> None:
-        """Show these held traces below the curve."""
+        """Show these held traces behind the live data."""
         self._held = held
         for past in held:
             self._widen(*self._past(past))

@@ -1,4 +1,4 @@
-"""A plot of force over position or velocity with the theory below it, or of energy over time."""
+"""A plot of force over position or velocity with the theory behind it, or of energy over time."""
 
 import math
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ _LOW = 450  # px: below this height either the plot or the cursor table is shown
 
 
 class ForcePosition(QWidget):
-    """Shows the applied force over position or velocity, fading with age, with the theory below it.
+    """Shows the applied force over position or velocity, fading with age, with the theory behind it.
 
     A switch selects one of these plots or a time plot such as the energy; the cursor table is below.
     """
@@ -131,7 +131,7 @@ class ForcePosition(QWidget):
             self._take_theory()
 
     def set_note(self, words: str) -> None:
-        """Set the text that explains why a plot beside the force shows no data; "" shows no text."""
+        """Set the text that explains why a time plot in place of a force plot is empty; "" shows none."""
         self._unseen = words
         self._show_note()
 
@@ -146,7 +146,7 @@ class ForcePosition(QWidget):
     def choose(self, index: int) -> None:
         """Show the chosen plot.
 
-        A force plot stays until the environment changes, the energy stays permanently.
+        A force plot stays until the environment changes. The energy stays until the user selects a plot.
         """
         self._by_hand = True
         self._show(index)
@@ -179,7 +179,7 @@ class ForcePosition(QWidget):
         shown.refresh()
 
     def point(self, time: float | None) -> None:
-        """Mark the sample at a time in s, which is that of the pointer in the time plots.
+        """Mark the sample at the time in s to which the pointer points in the time plots.
 
         None removes the mark.
         """
@@ -194,7 +194,10 @@ class ForcePosition(QWidget):
             self._show_cycle()
 
     def _best_plot(self) -> int:
-        """Return the index of the plot in which this law is a curve; position unless velocity is declared."""
+        """Return the index of the first plot in which the law has a curve.
+
+        The position is first, unless the law declares a curve over velocity.
+        """
         order = list(range(len(self.plots)))
         if self._environment is not None and self._environment.over_velocity is not None:
             order.reverse()
