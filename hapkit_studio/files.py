@@ -52,7 +52,7 @@ def _open_without_blocking(path: str, flags: int) -> int:
 
 
 def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
-    """Return a regular file's bytes; raise FileError, also if there are more than ``most``."""
+    """Return a regular file's bytes; raise FileError, also if there are more than ``most`` bytes."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         try:
@@ -92,7 +92,7 @@ def parse_json(text: str, name: str) -> Any:
     """Return the value of a JSON text; raise FileError, which begins with the name of its file or setting."""
     if text.count("[") + text.count("{") > MOST_NESTED or _LONG_RUN.search(
         text
-    ):  # a shorter text cannot exceed the two limits
+    ):  # no other text can exceed the two limits
         _check_structure(text, name)
     try:
         return json.loads(text)
@@ -156,7 +156,7 @@ def checked_table(value: object, place: str) -> dict[str, Any]:
 
 
 def checked_list(value: object, place: str, count: int | None = None) -> list[Any]:
-    """Return a file's value as a list of ``count`` values, or of at least one; raise FileError."""
+    """Return a file's value as a list of ``count`` values, of at least one if None; raise FileError."""
     if not isinstance(value, list) or len(value) != (count or len(value) or 1):
         raise _wrong(value, place, f"a list of {count} values" if count else "a list of values")
     return value

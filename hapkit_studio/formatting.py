@@ -23,9 +23,9 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float, decimals: int, sign: bool = False) -> str:
-    """Format a value with fixed decimals: -1234.5 becomes −1,234.5. There is no sign if it rounds to zero.
+    """Format a value with fixed decimals: -1234.5 becomes −1,234.5. A value that rounds to zero has no sign.
 
-    ``sign``: positive values have a plus.
+    With ``sign``, positive values have a plus.
     """
     rounded = round(float(value), decimals)
     text = f"{abs(rounded):,.{decimals}f}"
@@ -55,7 +55,7 @@ def power_of_ten(value: float, digits: int = 1) -> str:
 def compact(value: float, digits: int = 6, sign: bool = False) -> str:
     """Format a value with at most ``digits`` significant digits, without final zeros: 0.5, 1,230, 10⁻⁶.
 
-    Powers of ten are used below 0.0001 and from a million on. ``sign``: positive values have a plus.
+    Powers of ten are used below 0.0001 and from a million on. With ``sign``, positive values have a plus.
     """
     rounded = float(f"{value:.{digits}g}")  # round first, because the rounded value determines the format
     text = f"{abs(rounded):,g}"
@@ -67,7 +67,7 @@ def compact(value: float, digits: int = 6, sign: bool = False) -> str:
 
 
 def with_unit(value: float, unit: str = "", digits: int = 3, sign: bool = False) -> str:
-    """Format a value with at most ``digits`` significant digits and its unit; ``sign``: show a plus, too."""
+    """Format a value with at most ``digits`` significant digits and its unit, also a plus with ``sign``."""
     return f"{compact(value, digits, sign)} {unit}".rstrip()
 
 
