@@ -24,7 +24,7 @@ EXIT_SECONDS = 1.0
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command and return the exit code; it is 2, with a message of one line, for invalid input.
+    """Run a command and return the exit code; for invalid input, print one line and return 2.
 
     ``argv`` is None for the program itself, which exits within EXIT_SECONDS even if threads still run.
     """
@@ -182,7 +182,7 @@ def _window(given: Sequence[str]) -> int:
     qt = sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM")
     if not (qt or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return _demo()
-    gc.disable()  # collecting the imported objects repeatedly would take 0.1 s, and they stay anyway
+    gc.disable()  # garbage collection during the imports takes 0.1 s and frees nothing
     from hapkit_studio.gui.state import prepare
 
     first = options.environment or prepare.FIRST

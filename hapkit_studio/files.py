@@ -156,7 +156,7 @@ def checked_table(value: object, place: str) -> dict[str, Any]:
 
 
 def checked_list(value: object, place: str, count: int | None = None) -> list[Any]:
-    """Return a file's value as a list of ``count`` values, of at least one if None; raise FileError."""
+    """Return a file's value as a list of ``count`` values, or of any number if None; raise FileError."""
     if not isinstance(value, list) or len(value) != (count or len(value) or 1):
         raise _wrong(value, place, f"a list of {count} values" if count else "a list of values")
     return value

@@ -135,7 +135,7 @@ def _option_marks(scene: SceneResult, option: Option) -> str:
 
 
 def _needs(found: Needs) -> str:
-    """Return the needed terms and a line per term: * needed, † perceptible to only a few people."""
+    """Return the needed terms, and a line per term; * means needed, † felt by only a few people."""
     columns = (
         Column("Without", lambda e: TERMS[e.term].word, right=False),
         *EFFECT_COLUMNS,

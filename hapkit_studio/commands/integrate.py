@@ -75,7 +75,7 @@ def _quoted(word: str) -> str:
 
 
 def mime_type() -> str:
-    """Return the declaration of the file type: a file has the suffix, or SQLite's application number."""
+    """Return the declaration of the file type, which names the suffix and SQLite's application number."""
     return f"""\
 <?xml version="1.0" encoding="UTF-8"?>
 <mime-info xmlns="http://www.freedesktop.org/standards/shared-mime-info">

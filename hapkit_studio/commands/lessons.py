@@ -126,7 +126,7 @@ _PLACE = re.compile(r"(?:(?P<time>\d+(?:\.\d+)?) s|step (?P<step>\d+)): *(?P<tex
 
 
 def _comment(words: str) -> Comment:
-    """Parse a comment; a text that begins with "12.5 s:" or "step 2:" is about this time or step."""
+    """Return the comment in a text; it is about a time or step if it begins with "12.5 s:" or "step 2:"."""
     found = _PLACE.fullmatch(words.strip())
     if found is None:
         return Comment(words.strip())

@@ -46,7 +46,7 @@ _REMEDY = {
 
 @dataclass(frozen=True)
 class Avrdude:
-    """An avrdude program, and its list of chips if the program cannot find the list."""
+    """The path of avrdude, and that of its list of chips if avrdude cannot find the list itself."""
 
     program: Path
     chips: Path | None = None
@@ -82,7 +82,7 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
 
 
 def _avrdude(program: Path) -> Avrdude:
-    # the Arduino IDE's avrdude looks for its chips in the folder for which it was built
+    # pass the list of chips: the Arduino IDE's avrdude looks for it in the folder of its build
     beside = program.resolve().parent.parent / "etc" / "avrdude.conf"
     return Avrdude(program, beside if beside.is_file() else None)
 

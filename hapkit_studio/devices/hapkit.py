@@ -163,7 +163,7 @@ class HapkitBoard(Device):
             self.start_stream()
 
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
-        """Open the port and read Hello; raise the matching DeviceError. Motor and samples are off then."""
+        """Open the port and read Hello; raise the matching DeviceError. The motor and the samples are off."""
         if self.identity.vendor is not None:  # a USB board may have moved to a different port
             found = serial_ports.find_same_board(self.identity, serial_ports.ports())
             if found is None:

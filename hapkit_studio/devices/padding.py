@@ -31,7 +31,7 @@ class Padding(NamedTuple):
 
 
 def measure_padding(board: HapkitBoard, seconds: float = MEASURED_SECONDS) -> Padding:
-    """Answer samples with plain and with padded zero forces, and return both delays; raise DeviceError.
+    """Answer samples with zero force in plain, then in padded frames; return the delays; raise DeviceError.
 
     The stream is off afterwards.
     """

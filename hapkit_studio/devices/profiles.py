@@ -106,7 +106,7 @@ KITS = (
 
 
 def nearest_kit(board: Board) -> tuple[Kit, float]:
-    """Return the kit with the same sensor and the most similar travel per count, and the ratio of these."""
+    """Return the kit with this sensor and the most similar travel per count, and the ratio of the travels."""
     ratios = [(kit, board.quantum / kit.board.quantum) for kit in KITS if kit.board.sensor == board.sensor]
     return min(ratios, key=lambda found: abs(math.log(found[1])))
 

@@ -24,7 +24,7 @@ class Role(IntEnum):
 
 
 class Chip(NamedTuple):
-    """The description of a USB product by its numbers; a product of None means all others of the vendor."""
+    """The description of a USB product; a product number of None means all other products of the vendor."""
 
     words: str
     role: Role

@@ -157,7 +157,7 @@ def configure(
     period: float,
     delay: float,
 ) -> None:
-    """Set new constants; motion and pending commands are kept. A released handle has a hand of zeros.
+    """Set new constants; motion and pending commands are kept. The hand of a released handle is 0.
 
     ``delay`` is any time in s from a sample to its force; the queue's size limits it.
     """

@@ -1,4 +1,7 @@
-"""A mass between two springy walls at ± reach: the contact force is sampled, or the contact located; SI."""
+"""A mass between two springy walls at ± reach, simulated in two ways; SI units.
+
+``held`` samples the contact force, and ``located`` computes the times of contact and release.
+"""
 
 import math
 
@@ -17,7 +20,10 @@ def spring(x, reach, rate):
 
 @compiled
 def held(times: int, h: float, mass: float, wall: float, reach: float, x: np.ndarray, v: np.ndarray) -> None:
-    """Fill x, v (n,) from their first values, ``times`` times; the wall's force is held between samples."""
+    """Compute x, v (n,) from their first values; the wall's force is held between samples.
+
+    The computation is repeated ``times`` times, to measure its speed.
+    """
     for _ in range(times):
         for n in range(x.size - 1):
             a = spring(x[n], reach, wall / mass)
@@ -28,7 +34,10 @@ def held(times: int, h: float, mass: float, wall: float, reach: float, x: np.nda
 def located(
     times: int, h: float, mass: float, wall: float, reach: float, x: np.ndarray, v: np.ndarray
 ) -> None:
-    """Fill x, v (n,) from their first values by Verlet, ``times`` times; contact and release split a step."""
+    """Compute x, v (n,) from their first values by Verlet; steps are split at contact and release.
+
+    The computation is repeated ``times`` times, to measure its speed.
+    """
     rate = wall / mass
     for _ in range(times):
         for n in range(x.size - 1):

@@ -102,7 +102,10 @@ def reset(memory: np.ndarray, position: float) -> None:
 
 @compiled
 def resume(memory: np.ndarray, position: float, velocity: float) -> None:
-    """Initialise the memory at ``position`` with a steady ``velocity``, so a new method makes no jump."""
+    """Initialise the memory at ``position`` with a steady ``velocity``.
+
+    This avoids a jump of the velocity when the method changes.
+    """
     memory[:] = 0.0
     memory[_POSITION] = memory[_ESTIMATE] = position
     memory[_VELOCITY] = memory[_RAW] = memory[_OLDER_RAW] = memory[_OLDER] = velocity
@@ -309,7 +312,7 @@ def estimate_velocity(
 
 
 def count_response(estimator: Spec, rate: float, quantum: float) -> np.ndarray:
-    """Return the estimated velocity (n,) in m/s after a rest and one count of motion, from this count on."""
+    """Return the estimated velocity (n,) in m/s when a handle at rest moves by one count, from then on."""
     position = np.full(_RESPONSE_SAMPLES, quantum)
     position[0] = 0.0
     return estimate_velocity(position, rate, estimator, quantum)[1:]

@@ -76,7 +76,7 @@ def _ramp(t, start: float, seconds: float):
 
 
 def _there_and_back(t, reach: float, speed: float):
-    """Return a triangle wave between -reach and +reach at constant speed; it starts at 0 and rises first."""
+    """Return a triangle wave between -reach and +reach at constant speed; it starts by rising from 0."""
     quarter = reach / speed
     phase = np.fmod(t + quarter, 4.0 * quarter) / quarter
     return reach * np.where(phase < 2.0, phase - 1.0, 3.0 - phase)

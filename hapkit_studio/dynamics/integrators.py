@@ -159,7 +159,7 @@ def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, cont
 
 @compiled
 def glide(h, m, b, k, force, x, v):
-    """Fill x, v (n,) from their first values by one exact map per step, without contact.
+    """Compute x, v (n,) from their first values by one exact map per step, without contact.
 
     force (n,) is held during a step.
     """
@@ -190,8 +190,9 @@ class Body:
 
 @compiled
 def drive(method, times, h, body, force, touch, x, v):
-    """Fill x, v (n,) from their first values, ``times`` times; force and touch (n,) are held during a step.
+    """Compute x, v (n,) from their first values; force and touch (n,) are held during a step.
 
+    The computation is repeated ``times`` times, to measure its speed.
     body contains the numbers of Body. Static friction acts on a body at rest, kinetic friction on a moving
     one.
     """

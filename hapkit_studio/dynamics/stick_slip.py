@@ -86,8 +86,9 @@ def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
 
 @compiled
 def run(model, times, applied, mass, spring, viscous, static, kinetic, options, dt, memory, x, v):
-    """Fill x, v (n,) from their first values by the semi-implicit rule, ``times`` times.
+    """Compute x, v (n,) from their first values by the semi-implicit rule.
 
+    The computation is repeated ``times`` times, to measure its speed.
     m x'' = applied - spring x - viscous v - friction. The new velocity moves the mass.
     """
     for _ in range(times):

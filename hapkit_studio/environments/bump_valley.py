@@ -70,7 +70,10 @@ def height(values: Values, x: np.ndarray) -> np.ndarray:
 
 
 def impedance(values: Values) -> tuple[float, float]:
-    """Return the steepest slope of the force, for the gradient law that at the centre, and no damping."""
+    """Return the steepest slope of the force, and no damping.
+
+    The force of the gradient law is steepest at the centre.
+    """
     per_width = values["peak_force"] / values["width"]
     if values["law"]:
         return per_width / _top(values), 0.0

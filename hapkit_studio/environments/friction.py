@@ -133,7 +133,7 @@ def impedance(values: Values) -> tuple[float, float]:
 
 
 def terms(values: Values) -> ForceTerms:
-    """Return viscous and kinetic friction, and the distance after a reversal until friction is complete."""
+    """Return viscous and kinetic friction, and the distance from a reversal to the full friction."""
     model = values["model"]
     held = model not in (COULOMB, SMOOTHED)
     level = max(values["static_force"], values["kinetic_force"])
@@ -177,7 +177,10 @@ def creep_speed(pull: float, values: Values) -> float:
 
 
 def _damping_limit(conditions: Conditions) -> float:
-    """Return the damping limit in N·s/m of a released handle; the difference replaces a nonlinear filter."""
+    """Return the damping limit in N·s/m of a released handle.
+
+    A nonlinear filter has no exact limit, so the limit of the difference estimator is returned.
+    """
     released = replace(conditions, hand="released", own_grip=None)
     return sampled_loop.damping_limit(
         released if released.linear else replace(released, estimator="difference")

@@ -170,7 +170,7 @@ class Gutter(QWidget):
         return _SIGN + _SIDE + digits * QFontMetrics(self._code.font()).horizontalAdvance("0")
 
     def follow(self, rect: QRect, dy: int) -> None:
-        """Scroll together with the text; otherwise repaint beside the repainted part of the text."""
+        """Scroll by ``dy`` px together with the text; if ``dy`` is 0, repaint the part beside ``rect``."""
         if dy:
             self.scroll(0, dy)
         else:
@@ -233,7 +233,7 @@ def _unchanged(notes: Iterable[_Note]) -> Iterator[tuple[QtGui.QTextBlock, Any]]
 
 
 class CodeEdit(QPlainTextEdit):
-    """A plain-text editor with marks and remarks by line (from 1); a change of a line removes them."""
+    """A plain-text editor with marks and remarks by line (from 1); they disappear when the line changes."""
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)

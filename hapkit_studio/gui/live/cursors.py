@@ -22,7 +22,7 @@ NAMES = "A", "B"
 _EACH_MS = 200  # ms: update interval of the statistics while a cursor is dragged
 # initial positions of A and B before the newest sample, as fractions of the time window
 _FIRST = 2 / 3, 1 / 3
-_FADE = 0.05  # s: excluded after a change, because numbers and forces fade for 30 ms
+_FADE = 0.05  # s: settings count as changing for this time, because numbers and forces fade for 30 ms
 # N: the motor's force equals the requested force within this tolerance, which exceeds a motor step
 _FOLLOWED = 0.05
 _BENT = 0.05  # a line is straight if its maximum residual is below this fraction of the force's RMS

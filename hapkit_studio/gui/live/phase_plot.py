@@ -146,7 +146,7 @@ class ForcePosition(QWidget):
     def choose(self, index: int) -> None:
         """Show the chosen plot.
 
-        A force plot stays until the environment changes. The energy stays until the user selects a plot.
+        A force plot stays until the environment changes. The energy stays until the user switches.
         """
         self._by_hand = True
         self._show(index)
@@ -179,7 +179,7 @@ class ForcePosition(QWidget):
         shown.refresh()
 
     def point(self, time: float | None) -> None:
-        """Mark the sample at the time in s to which the pointer points in the time plots.
+        """Mark the sample at a time in s, the time of the pointer in the time plots.
 
         None removes the mark.
         """
