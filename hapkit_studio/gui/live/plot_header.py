@@ -62,7 +62,7 @@ def _button(tip: str) -> QPushButton:
 
 
 class Remark(QLabel):
-    """A label that shows the longest of its texts that fits; its tooltip shows the longest text."""
+    """A label with several texts: it shows the longest one that fits. The tooltip shows the longest one."""
 
     def __init__(self) -> None:
         super().__init__(textFormat=Qt.TextFormat.PlainText)
@@ -118,7 +118,7 @@ class Header(QWidget):
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.value.setToolTip(plot.traces[-1].help)
         self.value.setProperty("ink", plot.traces[-1].color)
-        # beside the force plots, the switch already shows the plot's name
+        # a plot among the force plots needs no title, because the switch above it shows its name
         name = () if plot.beside else (title, 3)
         parts = (*name, *lines, *self.object, *self.surface)
         ends = ((self.remark, 1), self.back, self.unlock, self.value)
@@ -140,7 +140,7 @@ class Header(QWidget):
                 part.setText(name)
 
     def show_view(self, words: str, locked: bool) -> None:
-        """Show the view's state, such as "paused" ("" while following), and whether the axes are locked."""
+        """Show the view's state, such as "Paused", and whether the axes are locked; "" hides the state."""
         self.back.setText(words)
         self.back.setVisible(bool(words))
         self.unlock.setVisible(locked)
@@ -152,7 +152,7 @@ class Header(QWidget):
         self.value.setAccessibleName(f"{self.plot.title} {text}")
 
     def written(self, value: float) -> str:
-        """Format a value given in SI as the plot's axis does."""
+        """Format a value that is given in SI: with the unit of the plot's axis and the plot's decimals."""
         known = math.isfinite(value)
         text = number(value * self.plot.scale, self.plot.decimals, sign=True) if known else "–"
         return f"{text} {self.plot.unit}"

@@ -43,16 +43,16 @@ Signals = Mapping[str, np.ndarray]
 
 
 class Recorded(History):
-    """A session's samples by the recording computer's clock; ``now`` is the replay position.
+    """A session's samples; ``now`` is the replay position. All times are of the recording computer's clock.
 
-    Later samples remain readable, because a cursor may be there. While the history is not ``complete``, only
+    Samples after ``now`` can also be read, because a cursor may be there. While ``complete`` is False, only
     block extremes are drawn.
     """
 
     def __init__(self, session: Session, environments: Mapping[str, Environment] | None = None):
         """Read the extremes of all blocks; this takes a while and may run in a thread.
 
-        ``environments``, by key, compute the position of their object.
+        ``environments`` are all known environments by key; they compute the position of the second body.
         """
         super().__init__()
         self.session, self._environments = session, environments or {}
@@ -155,7 +155,7 @@ class Recorded(History):
         return bool(self.session.counts[first:last].sum() > most)
 
     def drawn(self, t0: float, t1: float) -> Window:
-        """Return ``between``; while not complete, return the newest second of block extremes."""
+        """Return the samples of the interval; while not complete, block extremes of its last second."""
         ours = self._draws_samples(t0, t1)
         return self.between(t0, t1) if ours else self._blocks.between(max(t0, t1 - _HASTY), t1)
 
@@ -210,7 +210,7 @@ class Recorded(History):
     def _chunk(self, time: float, side: Any) -> int:
         """Return the last chunk that began before a time ("left"), or not after it ("right").
 
-        -1 if there is none.
+        Return -1 if there is no such chunk.
         """
         return int(np.searchsorted(self.session.starts, time, side)) - 1
 
@@ -246,7 +246,7 @@ class Recorded(History):
     def _draws_samples(self, t0: float, t1: float) -> bool:
         """Return whether samples may be drawn.
 
-        While not complete, only samples that are already read may be.
+        While not complete, only samples that have already been read may be drawn.
         """
         return self.complete or self._has_read(*self._chunks(t0, t1))
 
@@ -278,7 +278,7 @@ class Recorded(History):
 
 
 def _blocks(session: Session) -> Samples:
-    """Return two samples per block: its minimum and maximum in the order of the trend."""
+    """Return two samples per block: first its minimum, then its maximum; reversed if the signal falls."""
     counts = -(-session.counts // BLOCK)
     firsts = np.cumsum(counts) - counts
     starts, stops = (np.repeat(ends, counts) for ends in (session.starts, session.stops))

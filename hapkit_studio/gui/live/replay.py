@@ -130,7 +130,7 @@ class Replay(QObject):
         return float(limit) if isinstance(limit, int | float) else None
 
     def seek(self, seconds: float) -> None:
-        """Go to a time in s after the beginning; samples are read once the position stays there."""
+        """Go to a time in s after the beginning; all samples are read once the position stops changing."""
         if self.history is not None:
             self.history.complete = False
             self._move_to(self.history.start + seconds)

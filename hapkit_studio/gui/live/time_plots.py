@@ -32,7 +32,7 @@ _EVALUATED = "evaluated here"
 _ROW, _LETTERS = 16, 10  # px: base line of a label below the frame's top, and height of its letters
 _GROUND = 0.85  # opacity of a divider label's background
 _PALE = 0.45  # opacity of a trace while the device is disconnected
-_SAME = 0.3  # px: two lines that are closer than this count as one
+_SAME = 0.3  # px: where two lines are closer than this, the line behind is not drawn
 _ROOMY = 1.5  # hysteresis: an axis narrows when its range is this many times the needed range
 _MOST_ASKED = 2.0  # a requested force beyond this multiple of the force limit is cut off at the frame
 _WIDTH, _UNIT_WIDTH = 44.0, 60.0  # px: width of the value axis, without a unit and with one
@@ -62,7 +62,7 @@ def gaps(x: np.ndarray, before: float = math.nan) -> list[tuple[float, float]]:
 class PlotState:
     """The state that all time plots share in one frame; times are in s relative to the zero of the axis.
 
-    The times of ``window`` are the history's own.
+    Exception: the times in ``window`` are those of the history's clock.
     """
 
     view: TimeView
@@ -211,7 +211,7 @@ class TraceCanvas(Canvas):
         self._pointer(painter, box, labels)
 
     def _label_evaluated(self, painter: QPainter, box: QRectF, evaluated: tuple[float, float]) -> None:
-        """Label the interval that a lesson evaluated if there is space for it.
+        """Label the interval that a lesson evaluated, if there is space for the label.
 
         The first plot has no such label, because it shows the dividers' labels.
         """
@@ -351,14 +351,14 @@ def _wide(words: str) -> float:
 
 
 def _label_box(left: float, row: float, words: str) -> QRectF:
-    """Return the box of a label that begins at a column, on a base line."""
+    """Return the box of a label; ``left`` is its left edge and ``row`` its base line, in px."""
     return QRectF(left, row - _LETTERS, _wide(words), _LETTERS).adjusted(-3, -3, 3, 4)
 
 
 def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
     """Return a line with NaN at points that another line hides.
 
-    Visible parts have one more point at each end.
+    At each end of a visible part, one hidden point is kept, so that the part joins the other line.
     """
     apart = np.abs(line - above) > _SAME
     near = apart.copy()
@@ -368,7 +368,7 @@ def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
 
 
 class TimePlots(QWidget):
-    """The plots, which can be panned and zoomed in time; ``back_pressed`` asks for live data."""
+    """The plots, which can be panned and zoomed in time; ``back_pressed``: the user wants live data again."""
 
     pointed = Signal(object)
     back_pressed = Signal()
@@ -408,10 +408,10 @@ class TimePlots(QWidget):
     # setters ------------------------------------------------------------------------------------
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
-        """Set the environment, from which contact shading and surface line follow, and the force limit in N.
+        """Set the environment and the force limit in N.
 
-        For another environment the value axes return to their initial ranges once older data have left the
-        view.
+        The environment determines the contact shading and the surface line. After a change of environment,
+        the value axes return to their initial ranges once older data have left the view.
         """
         if environment is not self._environment:
             for canvas in self.canvases:
@@ -459,7 +459,7 @@ class TimePlots(QWidget):
     def set_stale(self, stale: bool) -> None:
         """Paint in paler colours while the device is disconnected.
 
-        Repaint now, because no frames arrive then.
+        Repaint at once, because no new frame causes a repaint.
         """
         self.shown.stale = stale
         for canvas in self.canvases:
@@ -539,7 +539,10 @@ class TimePlots(QWidget):
             canvas.fit_values()
 
     def _contact(self) -> list[tuple[float, float]]:
-        """Return the intervals (start, stop) in s from zero in which this environment requested a force."""
+        """Return the intervals (start, stop) in which this environment requested a force.
+
+        The times are in s after the zero of the time axis.
+        """
         window = self.shown.window
         touching = (np.nan_to_num(window.y["force"]) != 0.0) & (window.x >= self.view.history.begin)
         if window.dense and not np.isnan(window.x).any():
@@ -551,7 +554,7 @@ class TimePlots(QWidget):
     # view ---------------------------------------------------------------------------------------
 
     def _follow_view(self) -> None:
-        """Apply the view's range to all plots; the pointer stays at the same pixel of the frame."""
+        """Apply the view's time range to all plots; keep the pointer's line at the same pixel."""
         left, right = self.canvases[-1].view.viewRange()[0]
         if self.shown.pointer is not None:
             place = (self.shown.pointer - left) / (right - left)
@@ -567,7 +570,7 @@ class TimePlots(QWidget):
         self.refresh()
 
     def set_folded(self, on: bool) -> None:
-        """Fold the plots that may be folded always (for a projector), or only if there is little height."""
+        """Fold plots until FEWEST remain (``on``, for a projector), or only if there is little height."""
         self._always_folded = on
         self._distribute()
 
@@ -590,7 +593,7 @@ class TimePlots(QWidget):
             self._column.setStretchFactor(canvas, max(int(free * plot.share / whole), 1) + axis)
 
     def _folded(self, room: int) -> list[bool]:
-        """Return for each plot whether it is folded at a height in px."""
+        """Return for each plot whether it is folded if ``room`` px of height are available."""
         shown = list(self.plots)
         for plot in sorted((p for p in self.plots if p.folds), key=lambda p: p.folds):
             needed = len(shown) * (HEIGHT + _LEAST_HEIGHT) + _AXIS

@@ -1,4 +1,4 @@
-"""Determines which interval of the history the plots show: the newest samples, or a fixed time."""
+"""Determines which interval of the history the plots show: the newest samples, or a fixed interval."""
 
 import math
 
@@ -16,8 +16,8 @@ _COPY_MARGIN = 1.0  # s: a fixed interval is copied this long before the history
 class TimeView(QObject):
     """The common time axis of all plots, from ``left`` to ``right`` in s relative to ``zero``.
 
-    ``history`` is the history that the plots show. While paused, or before its samples would be dropped, it
-    is a copy of the live history.
+    ``history`` is the history that the plots show. It is a copy of the live history while the view is paused,
+    and while it shows samples that the live history drops.
     """
 
     changed = Signal()
@@ -100,7 +100,7 @@ class TimeView(QObject):
             self.follow()
 
     def set_locked(self, locked: bool) -> None:
-        """If True, only the user changes the value axes; otherwise they also adapt to the data."""
+        """Lock or unlock the value axes; locked axes do not adapt to the data, only the user changes them."""
         self.locked = locked
         self.changed.emit()
 
@@ -110,7 +110,7 @@ class TimeView(QObject):
         self.changed.emit()
 
     def set_span(self, seconds: float) -> None:
-        """Show this many seconds; zero, or the edge next to it, stays at the same place of the frame."""
+        """Show this many seconds; time zero, or the edge nearest to it, keeps its position on the screen."""
         place = min(max(0.0, self.left), self.right)
         left = place - (place - self.left) / self.span * seconds
         self._show(left, left + seconds)
@@ -122,9 +122,9 @@ class TimeView(QObject):
             self._show(-(span or self.span), 0.0)
 
     def stand(self, time: float, before: float, happened: str) -> None:
-        """Stop at an event at a time in s, which is shown at the fraction ``before`` of the span.
+        """Stop the view at an event; the event is at a time in s, at the fraction ``before`` of the span.
 
-        The history still receives samples.
+        The live history still receives samples.
         """
         self.history, self._zero, self.happened = self.live, time, happened
         self._show(-before * self.span, (1.0 - before) * self.span)

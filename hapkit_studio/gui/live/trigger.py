@@ -22,7 +22,7 @@ class Level(NamedTuple):
 
     @property
     def si(self) -> float:
-        """Return the parameter's unit in SI units."""
+        """Return the size of the parameter's unit in the signal's SI unit."""
         signal = BY_NAME[self.channel]
         return 1.0 if self.parameter.unit == signal.unit else 1.0 / signal.scale
 
@@ -54,8 +54,8 @@ def _has_contact(environment: Environment) -> bool:
 class Trigger(QObject):
     """Searches new samples for an event and stops the view there.
 
-    In single mode it stops at the first event after arming. In repeated mode, it stops at the next event each
-    time the picture is complete.
+    In single mode, it stops at the first event after arming. In repeated mode, it searches for the next event
+    as soon as the plots show the previous event completely.
     """
 
     changed = Signal()

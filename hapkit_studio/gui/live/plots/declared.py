@@ -20,9 +20,9 @@ Theory = Callable[[Environment, Mapping[str, float], float, float], Curve | None
 
 @dataclass(frozen=True)
 class Trace:
-    """One line of a time plot: a signal of the row, or OBJECT, and a colour token.
+    """One line of a time plot: a signal of the telemetry row, or OBJECT, and a colour token.
 
-    ``dash`` has the lengths on and off in pixels along the line. A trace without a label is the environment's
+    ``dash`` lists the lengths of the dashes and gaps in pixels. A trace without a label is the environment's
     object; the object supplies the label and may be absent.
     """
 
@@ -72,9 +72,11 @@ class TimePlot:
 
 @dataclass(frozen=True)
 class PhasePlot:
-    """The applied force over another signal; ``theory`` returns the law's force over it in SI, or None.
+    """A plot of the applied force over another signal, its x axis.
 
-    The initial range is ±reach; it is extended up to ±most if the theory needs this.
+    ``theory`` returns the law's force over the same signal in SI, or None if there is no such curve.
+
+    The initial range is ±reach; it is extended up to ±most if the curve needs this.
     """
 
     key: str
@@ -100,11 +102,11 @@ class PhasePlot:
 
     @property
     def label(self) -> str:
-        """Return the name and unit of its axis."""
+        """Return the name and unit of the x axis."""
         return f"{self.channel.replace('_', ' ')}, {self.unit}"
 
     def theory_of(self, environment: Environment, values: Mapping[str, float]) -> Curve | None:
-        """Return the theory up to three times the reach on each side."""
+        """Return the law's curve from minus to plus three times the reach; None if there is no such curve."""
         far = 3.0 * self.reach / self.scale
         return self.theory(environment, values, -far, far)
 
@@ -117,8 +119,8 @@ def _check_channel(name: str) -> None:
 def landmarks(x: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Return the points of x (n,) at which a branch of a law's force (m, n) bends or changes sign.
 
-    Examples are a wall's surface and a spring's centre. On a curve without a straight part, every point
-    bends.
+    Examples are a wall's surface and a spring's centre. On a curve without a straight part, every inner
+    point is returned.
     """
     found = np.zeros(x.shape, dtype=bool)
     for row in force:

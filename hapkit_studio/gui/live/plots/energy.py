@@ -1,4 +1,4 @@
-"""The energy given to handle and hand over time, and the largest energy that a passive scene could give."""
+"""Energy over time: the energy given to the hand, and the most that a passive scene could have given."""
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 
