@@ -1,4 +1,4 @@
-"""The view Speed and accuracy: each method's cost and error, the best method, and the terms a scene needs."""
+"""The view Speed and accuracy: cost and error of each method, the best method, and necessary model terms."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -57,7 +57,7 @@ REST_MS = 400  # ms: all options are computed again this long after the last cha
 class Part(MeasuringPage):
     """Base class of the page's parts; each part shows one kind of result.
 
-    ``board``: the errors are plotted over the board's cycles instead of the computer's time.
+    ``board``: the chart shows the errors over the board's cycles instead of the computer's time.
     """
 
     buttons = ("Run", "Run again")
@@ -125,7 +125,7 @@ class MethodsPart(Part):
         self.show_chart()
 
     def show_chart(self) -> None:
-        """Show the chosen chart with its points, answer, best methods and conditions."""
+        """Show the chosen chart and its points, the answer, the best methods and the conditions."""
         sheet, plan = self.sheet, accuracy.plans()[self.choice.currentData()[0]]
         self.board = board = self.where.index == 1 and sheet is not None and sheet.boarded
         self.side.heading.setText(plan.title)
@@ -191,9 +191,9 @@ class ScenePart(Part):
         self.refresh()
 
     def question(self) -> SceneRequest:
-        """Return the current scene and loop, on the device in use."""
+        """Return the request for the current scene, loop and device."""
         studio, engine = self._studio, self._studio.engine
-        # the simulated device has every imperfection that an option may leave out
+        # default without a device: the simulated device has every imperfection that an option may leave out
         loop, device = studio.loop, SimulatedHapkit()
         here = Place(COMPUTER, loop.rate, loop.delay)
         if engine is not None:
@@ -216,9 +216,10 @@ class ScenePart(Part):
         self.job.start(work)
 
     def refresh(self) -> None:
-        """Handle changed settings. A change of the method only selects another option.
+        """Handle changed settings.
 
-        Other changes recompute.
+        A change of the method only selects another option; after any other change all options are computed
+        again.
         """
         if not self._seen or self._studio.hidden or self.found is None:
             return
@@ -262,7 +263,7 @@ class ScenePart(Part):
         ])  # fmt: skip
 
     def show_in_force(self, found: list[Option | str]) -> None:
-        """Show the error of the current settings on computer and board, or why they cannot be rendered."""
+        """Show the error of the current settings on computer and board, or why one of them cannot render."""
         places = [place.name.capitalize() for place in self.question().places]
         self.now.show_pairs([
             (name, one if isinstance(one, str) else f"{jnd(one.error)}, {this_scene.limit_words(one.limit)}")
@@ -289,7 +290,7 @@ class ScenePart(Part):
         self.point.setText(said)
 
     def _offer(self, one: Option | None, words: str) -> None:
-        """Offer an option's methods, unless the loop uses them already or the scene has no methods."""
+        """Offer an option's methods for the loop, unless the loop uses them or the scene has no choice."""
         question = self.question()
         self.use_button.setText(words)
         self.use_button.setEnabled(one is not None and one.options != question.options)
@@ -304,7 +305,7 @@ class ScenePart(Part):
         super().end()
 
 
-Row = tuple[str, Needs | None]  # a row of the table: a scene's title and its result
+Row = tuple[str, Needs | None]  # a row of the table: a scene's title, and its result if it was measured
 
 
 def _threshold_line(sense: str, typical: str, strict: str, source: str) -> str:
@@ -312,7 +313,7 @@ def _threshold_line(sense: str, typical: str, strict: str, source: str) -> str:
 
 
 class NeedsPart(Part):
-    """Shows a table of scenes over model terms; the side panel explains the chosen cell."""
+    """Shows a table with a row per scene and a column per model term; the side explains the chosen cell."""
 
     file = "accuracy-needs"
     begin = "What must be modelled? The scene is simulated again and again, each time without one property."
@@ -347,7 +348,7 @@ class NeedsPart(Part):
         self.use_own(None)
 
     def _change_threshold(self) -> None:
-        """Ask for a session with comparisons, or use the threshold from the literature again."""
+        """Ask for a session with force comparisons, or return to the threshold from the literature."""
         if self.own is None:
             choose_file(self, "Use my threshold", f"Sessions (*{SUFFIX})", self.open_own)
         else:
@@ -358,7 +359,7 @@ class NeedsPart(Part):
         self._reading.start(lambda _progress: own_threshold(path))
 
     def use_own(self, found: "Threshold | None") -> None:
-        """Judge forces by a measured threshold, or by the one from the literature (None)."""
+        """Use the user's measured threshold for the forces; None uses the threshold from the literature."""
         self.job.cancel()
         self.own = found
         self.choose_own.setText(USE_MINE if found is None else USE_LITERATURE)
@@ -376,7 +377,7 @@ class NeedsPart(Part):
         return key if key in discover() and key not in self._results else ""
 
     def run(self) -> None:
-        """Judge the current scene first, then all scenes of the library."""
+        """Determine the necessary terms of the current scene first; in the next run, those of all scenes."""
         library, key = discover(), self.first()
         wanted = [library[key]] if key else list(library.values())
         share = FORCE_SHARE if self.own is None else self.own.weber.value

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 
 class Page(QWidget):
-    """A view's page, below the scene; ``column`` holds its parts.
+    """A view's page, below the scene; ``column`` is the layout of its widgets.
 
     ``side`` is an optional widget that replaces the parameter panel while the page is visible. ``beside``:
-    the page replaces the gallery and is shown next to the live plots.
-    ``stays``: such a page also stays visible in the other views.
+    the page replaces the gallery and is shown next to the live plots. ``stays``: a page with ``beside`` also
+    stays visible in the other views.
     ``marked(text)`` is emitted when the page starts to change the scene (the text describes the change) or
-    stops (the text is empty); the view's tab shows a mark meanwhile.
+    stops (the text is empty). Until it stops, the view's tab shows a mark.
     ``changed`` is emitted when actions that depend on the page may have to be enabled or disabled.
     ``view_wanted(key)`` asks the window to show a view.
     ``plot_wanted(channel)`` asks the window to plot the force over a channel.
@@ -51,7 +51,7 @@ class Page(QWidget):
 
 @dataclass(frozen=True)
 class View:
-    """A view in the header. With ``scene``, the scene stays visible as a strip above the view's page."""
+    """A view in the header. ``scene``: the scene stays visible as a strip above the view's page."""
 
     key: str
     title: str
@@ -78,7 +78,7 @@ class Pairs(QWidget):
         self.show_pairs([])
 
     def show_pairs(self, pairs: list[tuple[str, str]]) -> None:
-        """Replace the shown pairs by these."""
+        """Show these pairs in place of the previous ones."""
         self.pairs = pairs
         for old in self.findChildren(QLabel):
             old.setParent(None)  # without a parent, the label is deleted
@@ -100,7 +100,7 @@ class SidePanel(ScrollColumn):
         self.add(self.heading, self.words)
 
     def section(self, name: str) -> tuple[QFrame, QLabel]:
-        """Add a rule and a section heading; return both."""
+        """Add a horizontal line and a section heading; return these two widgets."""
         begun = rule(), label(name, "section")
         self.add(*begun)
         return begun

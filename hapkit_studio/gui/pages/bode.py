@@ -88,7 +88,7 @@ class BodePage(MeasuringPage):
             raise ParameterError(self._facts.why_unknown()[1])
         scene, values, on_board = studio.environment, dict(studio.values), self.where.index == VIRTUAL
         reach, most = self.amplitude.value, float(studio.engine.device.max_force)
-        # None uses the default amplitude, which may be reduced automatically
+        # None stands for the default amplitude; the measurement may reduce it automatically
         amplitude = None if reach == AMPLITUDE.default else reach
 
         def work(progress: Progress) -> "Bode":

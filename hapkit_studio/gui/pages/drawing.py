@@ -26,9 +26,9 @@ _PIXELS_AN_INCH = 72  # with this resolution, a size in points equals a size in 
 
 
 class _Press(NamedTuple):
-    """Where a drag started, with its axes at that time.
+    """The start of a drag: the position, and the geometry of its axes at that time.
 
-    If a banner shifts the drawing during the drag, the value must not change.
+    A banner may shift the drawing during the drag. The stored geometry keeps the dragged value unchanged.
     """
 
     x: float
@@ -103,10 +103,10 @@ class Drawing(QWidget):
 
         self._soon.stop()
         self.figure.clear()
-        self.moving, self._ground = [], None  # the paint function fills these
+        self.moving, self._ground = [], None  # both are set again below
         canvas, least = self.canvas.size(), self.minimumSize()
         laid_out = canvas.width() >= least.width() and canvas.height() >= least.height()
-        # below the minimum size the axes would collapse, so the drawing waits until the layout is done
+        # before the layout is done, the widget may be too small for the axes; it is then drawn later
         self._old = not (self.isVisible() and laid_out)
         if self._old:
             return
@@ -120,7 +120,7 @@ class Drawing(QWidget):
                 with warnings.catch_warnings():
                     warnings.filterwarnings("error", _NO_ROOM)
                     moving: Any = self._paint(self.figure, style.pale(colors) if self.pale else colors)
-            except UserWarning:  # the window is just changing its size
+            except UserWarning:  # too small while the window changes its size: draw later
                 self.figure.clear()
                 self._old = True
                 return
@@ -160,7 +160,7 @@ class Drawing(QWidget):
             self._outdate()
 
     def _outdate(self) -> None:
-        """Schedule one redraw for the next events, so that several changes cause only one."""
+        """Schedule a redraw through the event loop, so that several changes cause only one redraw."""
         self._old = True
         self._soon.start()
 

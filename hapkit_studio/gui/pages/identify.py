@@ -35,10 +35,10 @@ _ALL = 1 << 30
 
 
 def newest_samples(studio: "Studio", live: "Live", seconds: float) -> "Callable[[], Recording]":
-    """Read the newest seconds of rows (inf: all rows); return a function that makes a recording of them.
+    """Read the rows of the newest ``seconds`` (inf: all rows), and return a function.
 
-    Call that function in a thread. Rows that arrive after this call are not included. Raise StudioError
-    without a device or with too few samples.
+    That function makes a recording of these rows; call it in a thread. Rows that arrive later are not
+    included. Raise StudioError without a device or with too few samples.
     """
     engine = studio.engine
     if engine is None:
@@ -69,8 +69,8 @@ def newest_samples(studio: "Studio", live: "Live", seconds: float) -> "Callable[
 
 
 _STEP_MS = 8
-# Amplitude in m, frequency in Hz and phase in rad of the hand's sines. They have no short common period, so
-# that their phase relative to the sensor's steps keeps changing.
+# Amplitude in m, frequency in Hz and phase in rad of the sines of the hand's motion. The sines have no short
+# common period, so that the motion does not repeat relative to the sensor's steps.
 _SINES = ((0.0085, 0.83, 0.0), (0.0045, 2.37, 1.0), (0.0020, 4.91, 2.0))
 _INTO_SURFACE = 0.003
 
@@ -93,7 +93,7 @@ def example(_progress: Progress) -> "Identified":
 
 
 def columns(part: "Part") -> tuple[Column, ...]:
-    """Return the columns of a part's table: the term with its unit, the value set, the value found."""
+    """Return the columns of a part's table: the term with its unit, its set value, its identified value."""
     from hapkit_studio.analysis.identify import words
 
     heads = ("Has", "Identified") if part.key == "handle" else ("Set", "Rendered")

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.state.studio import Studio
 
 
-# a status with more letters gets its own line; a shorter one is at this position among the buttons
+# a status with more than _BESIDE letters gets its own line; a shorter one is at index _STATUS of the row
 _BESIDE, _STATUS = 26, 2
 
 
@@ -52,7 +52,7 @@ class RunBar(QWidget):
         self._job, self._words = job, words
         self._measured = False
         self.status = label(role="hint", wrap=False)
-        # Enter presses this button, because Space pauses the plots
+        # Space pauses the plots, so Enter is the key that presses this button
         self.run = primary(QPushButton(autoDefault=True))
         self.run.clicked.connect(self._press)
         self.export = QPushButton("Export", autoDefault=True, flat=True)
@@ -74,7 +74,7 @@ class RunBar(QWidget):
         self._refresh()
 
     def add(self, widget: QWidget) -> None:
-        """Add a widget to the right of the others; it is as wide as its text."""
+        """Add a widget to the right of the others; its width is fixed to its natural width."""
         widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         for button in (widget, *widget.findChildren(QPushButton)):
             if isinstance(button, QPushButton):
@@ -101,7 +101,7 @@ class RunBar(QWidget):
         self._below.setContentsMargins(14, 0, 14, 6 if below else 0)
 
     def set_measured(self, measured: bool) -> None:
-        """Set the button's text, depending on whether this was measured before."""
+        """Choose the button's text: for example "Measure again" if there was a measurement before."""
         self._measured = measured
         self._refresh()
 
@@ -163,11 +163,11 @@ class Freshness:
         self._asked = dict(self._facts())
 
     def begin_elsewhere(self) -> None:
-        """Start a measurement that does not depend on the window, such as one of a file."""
+        """Store no facts, because the data come from elsewhere, for example from a file."""
         self._asked = {}
 
     def finish(self) -> None:
-        """Note that the result has arrived; it is valid for the facts at its start."""
+        """Note that the result has arrived; it is valid for the facts stored by ``begin``."""
         self._then = self._asked
 
     @property
@@ -229,7 +229,7 @@ class MeasuringPage(Page):
         card.setProperty("card", True)
         answer = (self.answer,) if self.begin else ()
         main = body or self.chart
-        # otherwise the bar and the answer would fill the card before there is a result
+        # keep the space of the hidden drawing: otherwise bar and answer fill the card until there is a result
         keep_size_when_hidden(main)
         vbox(self.bar, *answer, (main, 1), into=card, margins=(1, 1, 1, 1))
         self.column.addWidget(card)
@@ -243,7 +243,7 @@ class MeasuringPage(Page):
         self.side.add(self.conditions)
 
     def side_parts(self) -> tuple[QWidget, ...]:
-        """Return the view's own widgets at the side, between table and explanation of the drawing."""
+        """Return the view's own widgets for the side panel, below the table."""
         return ()
 
     # methods that a view implements

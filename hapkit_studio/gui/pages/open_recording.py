@@ -32,7 +32,7 @@ class RecordingOpener(QObject):
     def __init__(self, parent: QWidget):
         super().__init__(parent)
         self._parent = parent
-        # columns that the user chose before, by the column names of the file
+        # columns that the user chose for earlier files; the key is the tuple of the file's column names
         self._named: dict[tuple[str, ...], TableColumns] = {}
         self._job = Job(self, needs="")
         self._job.finished.connect(self._take)
@@ -43,7 +43,7 @@ class RecordingOpener(QObject):
         choose_file(self._parent, "Open a recording", _KINDS, self.open)
 
     def open(self, path: str, columns: TableColumns | None = None) -> None:
-        """Open a file; if neither the columns nor their names are known, ask the user for them."""
+        """Open a file; without ``columns``, ask the user for them if the file has unknown column names."""
 
         def work(_progress: Progress) -> tuple[Path, object]:
             from hapkit_studio import api  # imported late to keep start-up fast
@@ -72,7 +72,7 @@ class RecordingOpener(QObject):
 
 
 class ColumnsDialog(FormDialog):
-    """Asks which columns of an unknown table hold which quantity, and their units; a guess is preselected."""
+    """Asks which column of an unknown table is which quantity, and its unit; a guess is preselected."""
 
     def __init__(
         self,

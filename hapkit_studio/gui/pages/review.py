@@ -42,7 +42,7 @@ _PARTS = "My review", "All reviews"
 class ReviewDialog(TextDialog):
     """A dialog to review a handed-in file; it does not change that file.
 
-    ``replay`` returns the replay's time for a comment. Names are hidden if the lesson requires it.
+    ``replay`` supplies the time of a comment. Names are hidden if the lesson requires this.
     """
 
     def __init__(
@@ -217,7 +217,7 @@ class ReviewDialog(TextDialog):
         self.answer.say("The report is open in the browser." if shown else f"The report is {path}.")
 
     def _show_time(self) -> None:
-        """Offer the replay's current time for a comment while this file is being replayed."""
+        """While this file is being replayed, offer the replay's current time as the time of a comment."""
         replay, chosen = self._replay, self.place.currentIndex()
         shown = replay is not None and replay.history is not None
         shown = shown and replay.history.session.path == self._handed.path  # type: ignore[union-attr]

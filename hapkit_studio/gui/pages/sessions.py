@@ -71,7 +71,7 @@ def read_overviews(paths: list[Path], known: Known, progress: Progress) -> Known
 
 
 def recent(settings: QSettings) -> list[Path]:
-    """Return the recently opened sessions of other folders that still exist."""
+    """Return the recently opened sessions that are in other folders and still exist."""
     kept = settings.value(_OTHERS, [])
     paths = [Path(path) for path in (kept if isinstance(kept, list) else [kept]) if isinstance(path, str)]
     return [path for path in paths if path.is_file()]
@@ -261,7 +261,7 @@ class SessionsPage(Page):
             DeleteDialog(self.chosen.path, self._forget, self.window()).show()
 
     def _forget(self, path: Path) -> None:
-        """Also move the files that belong to a session in the trash to the trash."""
+        """After a session was moved to the trash, also move its accompanying files there."""
         for ending in BESIDE:
             if (beside := path.with_name(path.name + ending)).exists():
                 QFile.moveToTrash(str(beside))

@@ -101,10 +101,10 @@ class Views(QObject):
         self.take_focus()
 
     def cover(self, side: QWidget | None, page: Page | None = None, scene: bool = False) -> None:
-        """Allow only Live, with another widget in place of the parameter panel; None ends this.
+        """Allow only the view Live, and show ``side`` in place of the parameter panel; None ends this.
 
-        ``page`` replaces the plots, if given. The scene stays above it with ``scene``, or if the simulated
-        hand moves in the scene.
+        If ``page`` is given, it replaces the plots. The scene stays visible above it if ``scene`` is True, or
+        if the user moves the simulated hand in the scene.
         """
         self._bar.setCurrentIndex(self._index(LIVE))
         self.covered = side is not None
@@ -116,7 +116,7 @@ class Views(QObject):
         self.take_focus()
 
     def take_focus(self) -> None:
-        """Give the keyboard focus to the visible view; in a scene the arrow keys move the hand."""
+        """Give the keyboard focus to the scene, where the arrow keys move the hand, or else to the page."""
         if self._centre.scene.isVisible():
             self._centre.scene.setFocus()
         elif self._shown is not None:

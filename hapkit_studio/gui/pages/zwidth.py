@@ -83,7 +83,7 @@ class ZWidthPage(MeasuringPage):
     # methods that measure
 
     def first(self) -> str:
-        """Return SIMULATION's name if a device is connected: measuring on a device needs the user."""
+        """Return "simulation" if its device is known; a measurement on the device starts only on request."""
         known = self._studio.engine is not None and self._facts.setting(self._studio.grip) is not None
         return "simulation" if known and self.where.index == SIMULATION and self.result is None else ""
 
@@ -192,7 +192,7 @@ class ZWidthPage(MeasuringPage):
         self.conditions.show_pairs(pairs)
 
     def show_near(self, event: "MouseEvent | None") -> None:
-        """Describe the point under the pointer, and why no stiffer wall was tried there."""
+        """Describe the point under the pointer, and say why no stiffer wall was tried at its damping."""
         result = self.result
         index = self.chart.near(event, result.damping, result.stiffness) if event and result else None
         if result is None or index is None:

@@ -84,10 +84,10 @@ class VerdictRow(QWidget):
     def show_record(
         self, record: Record, harmless: bool, felt: bool, taken: bool, gone: bool = False
     ) -> None:
-        """Show a verdict.
+        """Show the verdict on a failure.
 
         ``harmless``: the device has no motor. ``felt``: the failure is in the scene. ``gone``: the user has
-        removed it from the scene. ``taken``: there are settings to restore.
+        removed the failure from the scene. ``taken``: there are settings to restore.
         """
         here = record.here if not record.wrong else None
         fresh = here is not None and "here" not in record.old
@@ -107,7 +107,7 @@ class VerdictRow(QWidget):
         self.feel.setEnabled(harmless and fresh and live is not None)
         self.feel.setToolTip(_FEEL if harmless else _BOARD)
         self.back.setVisible(taken)
-        # a hidden button would pass the focus to a spin box, which would take the next digit typed
+        # a hidden button would pass the keyboard focus to a spin box, which the next key press would change
         if pressed is not None and pressed.isHidden():
             (self.back if taken else self.feel).setFocus()
 
@@ -158,9 +158,9 @@ class Detail(QScrollArea):
         self.setWidget(sheet)
 
     def show_results(self, record: Record) -> None:
-        """Show the curve or plane as far as it is known.
+        """Show the measured part of the curve or plane.
 
-        If only the knob was turned, move only its marker.
+        If only the knob has changed, move only the knob's marker.
         """
         self.which.setVisible(record.failure.plane is not None)
         parts = (record.failure, record.inside, record.outside, record.chart, record.plane)

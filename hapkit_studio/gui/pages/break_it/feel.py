@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 class Feel(QObject):
     """Stores the settings from before the first failure was put into the scene, and restores them.
 
-    If the user chooses another scene, other values or another loop, the failure is no longer felt: ``felt``
-    is empty. The other settings can still be restored, but the chosen scene is kept. ``refused``: the
-    loop rejected the failure's settings after its environment had been compiled.
+    If the user chooses another scene, other values or another loop, the failure is no longer in the scene,
+    and ``felt`` is "". The previous settings can still be restored, except a scene that the user has
+    replaced. ``refused``: the loop rejected the failure's settings after its environment had been compiled.
     """
 
     changed = Signal()
@@ -87,7 +87,7 @@ class Feel(QObject):
             self.refused.emit(str(error))
 
     def _go_on(self) -> None:
-        """Set loop and grip as soon as the environment is running; it may still be compiling now."""
+        """Set loop and grip as soon as the environment runs; do nothing while it is still being compiled."""
         live = self.live
         if not self._waiting or live is None or self._studio.environment.key != live.environment:
             return
@@ -96,7 +96,7 @@ class Feel(QObject):
         self._put = self._studio.values_of(live.environment), self._studio.loop
 
     def _refresh(self) -> None:
-        """React to the user's changes; an environment that the user has replaced is not restored."""
+        """React to the user's changes; an environment that the user has chosen is kept at the end."""
         if not self._before or self._busy or self._waiting or self.live is None:
             return
         if self._studio.environment.key != self.live.environment:

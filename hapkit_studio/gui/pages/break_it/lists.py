@@ -74,7 +74,7 @@ class FailureList(QListWidget):
 
 
 def known_words(record: Record, busy: bool) -> str:
-    """Describe briefly what is known of a failure."""
+    """Describe a failure's state or limit in a few words."""
     if busy:
         return "Measuring…"
     if record.wrong:

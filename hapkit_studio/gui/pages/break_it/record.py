@@ -24,7 +24,9 @@ class Part(NamedTuple):
 
 
 class Record(Shown):
-    """One failure with its results and its knob; results for other conditions are listed in ``old``.
+    """One failure with its results and its knob.
+
+    ``old`` contains the names of the results that were measured under other conditions.
 
     ``share`` is the knob's value as a fraction of the limit; ``here`` is the result at that value.
     """
@@ -62,7 +64,7 @@ class Record(Shown):
         return tuple(one.evidence.holds if one else None for one in tried)
 
     def set_condition(self, key: str, value: float) -> None:
-        """Change a condition; all current results become old."""
+        """Change a condition; all present results are then out of date."""
         if self.case[key] != value:
             self.case = {**self.case, key: value}
             self.wrong, self.stopped = "", False
@@ -70,7 +72,7 @@ class Record(Shown):
             self.old |= {"plane"} if self.failure.plane else set()
 
     def turn(self, share: float) -> None:
-        """Turn the knob; the result at its previous value becomes old."""
+        """Turn the knob; the result at its previous value is then out of date."""
         self.share, self.wrong = share, ""
         self.old.add("here")
 
@@ -142,7 +144,7 @@ class FailureRunner(QObject):
     def run(self, records: list[Record]) -> None:
         """Measure failures one after the other; this cancels earlier work.
 
-        If one failure cannot be measured, the others still are.
+        If one failure cannot be measured, the others are measured nevertheless.
         """
         plans = [(record.failure, dict(record.case), record.share) for record in records]
         self.many = many = len(plans) > 1
@@ -159,7 +161,7 @@ class FailureRunner(QObject):
                         say(0, _FINE)
                         self.arrived.emit(part)
                 except Exception as error:
-                    # this call raises if the job was cancelled, so that no error is reported then
+                    # if the job was cancelled, this call raises, so that the error below is not reported
                     say(0, _FINE)
                     words = str(error) if isinstance(error, StudioError) else f"An error occurred: {error}"
                     self.wrong.emit(failure.key, words)
@@ -170,7 +172,7 @@ class FailureRunner(QObject):
         self.job.start(work)
 
     def try_at(self, record: Record, value: float) -> None:
-        """Try one value of a knob; a newer value replaces one that still waits."""
+        """Try one value of a knob; if an earlier value still waits for its trial, drop the earlier value."""
         self._next = (record, value)
         if not self._quick.running:
             self._go_on()

@@ -20,7 +20,7 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.lessons.evaluate import CORRECT, WAITING, WRONG, Result
 from hapkit_studio.lessons.lesson import Check, Hint, Plot, Question
 
-# every other result is shown as a circle
+# signs of a result's states; every other state is shown as a circle
 _SIGNS = {CORRECT: ("check", "ok"), WRONG: ("triangle", "warn"), "review": ("check", "ok")}
 _WAITS = "circle", "ink2"
 _NUMBER_WIDE, _TEXT_HIGH = 110, 78

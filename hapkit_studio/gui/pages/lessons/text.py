@@ -44,7 +44,7 @@ class RichLabel(QLabel):
 
 
 def text_label(tokens: Sequence[Any]) -> RichLabel:
-    """Return a label that shows Markdown's tokens."""
+    """Return a label that shows a text, given as the tokens of its parsed Markdown."""
     return RichLabel(lambda: rich_text(tokens, lambda tex: _picture(tex, theme.font("body"))))
 
 
@@ -65,8 +65,8 @@ def formula_label(tex: str) -> RichLabel:
 def _picture(tex: str, font: QFont) -> str:
     """Return a formula as an image aligned with the text's base line.
 
-    Qt centres an image at half the height of an x above the base line, so the image is made as high
-    above that point as below.
+    Qt centres an image at half the height of an x above the base line. The image therefore has equal heights
+    above and below that point.
     """
     shape = drawn(tex, theme.tokens["ink"])
     em, half_x = font.pixelSize(), QFontMetricsF(font).xHeight() / 2.0

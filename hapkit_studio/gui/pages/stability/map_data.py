@@ -17,7 +17,7 @@ from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.formatting import on_screen
 from hapkit_studio.gui.state.background import Progress, Work
 
-# a dot beyond this fraction of an axis changes the axes
+# if the dot is beyond this fraction of an axis, new axes are computed
 _EDGE = 0.95
 
 
@@ -25,7 +25,7 @@ _EDGE = 0.95
 class LinesRequest:
     """A request for the map's lines: the loop's settings, the rendered impedance and the axes.
 
-    ``axes`` are the width in N·s/m and the top in N/m; they are used again if the dot fits in them. ``asked``
+    ``axes`` are the present width in N·s/m and top in N/m; they are kept if the dot fits in them. ``asked``
     is the input of the scene's verdict.
     """
 
@@ -37,7 +37,7 @@ class LinesRequest:
     asked: VerdictInput | None = None
 
     def margin(self, hand: str) -> Margin:
-        """Return the impedance's margin with a given hand, as the scene's verdict computes it."""
+        """Return the margin of the rendered impedance with a given hand, as in the scene's verdict."""
         if self.asked is not None:
             return self.asked.margin(hand)
         return kb_plane.margin_of(replace(self.setting, hand=hand), self.stiffness, self.damping)
@@ -57,7 +57,7 @@ class Lines:
 
 
 def solve(ask: LinesRequest) -> Lines:
-    """Compute the lines; if only the dot moved, only its margin is computed."""
+    """Compute the lines; after a move of the dot only its margin is new, because the lines are cached."""
     axes = ask.axes
     if axes is None or ask.damping > _EDGE * axes[0] or ask.stiffness > _EDGE * axes[1]:
         axes = _axes(ask)
@@ -160,7 +160,7 @@ class Results:
         return last is not None and (last.setting != setting or last.real != real)
 
     def put_into(self, plane: Plane) -> Plane:
-        """Return a plane with the points and cells of the measurement shown."""
+        """Return a copy of ``plane`` with the points and cells of the shown measurement."""
         last = self.last
         return replace(plane, points=last.points, cells=last.cells) if last else plane
 

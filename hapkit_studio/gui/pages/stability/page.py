@@ -183,7 +183,7 @@ class StabilityPage(MeasuringPage):
             self._worker.ask(question)
 
     def show_lines(self, lines: Lines) -> None:
-        """Show the newest lines."""
+        """Show the computed lines."""
         self.lines = lines
         self._show_studio()
         self.verdict_column.show_limits(lines)

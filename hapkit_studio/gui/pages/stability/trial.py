@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 # m: minimum and maximum distance of a trial, and its distance if the handle settles after every push
 LEAST, MOST, USUAL = 0.001, 0.020, 0.005
-# a trial starts beyond the largest push that settles, by this factor and this many metres
+# distance of a trial if a larger push does not settle: the largest push that settles × _TIMES + _MORE (m)
 _TIMES, _MORE = 2.0, 0.0005
 
 
@@ -40,9 +40,9 @@ class TrialConditions:
 
 
 def starting_distance(does: Behaviour) -> float:
-    """Return the distance of a trial in m.
+    """Return the distance in m from rest at which a trial releases the handle.
 
-    It is beyond the largest push that settles, if a push does not settle.
+    If the handle does not settle after every push, the distance is beyond the largest push that settles.
     """
     if does.calm or does.flick:
         return USUAL
@@ -50,7 +50,8 @@ def starting_distance(does: Behaviour) -> float:
 
 
 _UNITS = ("N/m", "N·s/m")
-# fractions of a parameter's range: a parameter that equals the impedance at both fractions sets it
+# Fractions of a parameter's range. A parameter sets stiffness or damping if its value equals the impedance's
+# stiffness or damping at both fractions.
 _PROBES = (0.3, 0.6)
 
 
@@ -88,7 +89,7 @@ class MapParameters:
 
 
 def map_parameters(environment: Environment, values: Values) -> MapParameters:
-    """Return the parameters that equal the impedance, given the other parameters' values."""
+    """Return the parameters whose values are the impedance's stiffness and damping."""
     impedance = environment.impedance
 
     def sets(parameter: Parameter, which: int) -> bool:
@@ -105,9 +106,9 @@ def map_parameters(environment: Environment, values: Values) -> MapParameters:
     return MapParameters(*found)
 
 
-# s: the motion in an interval after the release is compared with that in an interval at the end
+# s: lengths of the first and the last interval after the release; the motion in both is compared
 _BEGIN, _END = 0.2, 0.4
-# the handle rests within this many sensor steps; its oscillation grows by more than this factor
+# the handle rests within _STEPS sensor steps; a change of the amplitude by the factor _GREW is significant
 _STEPS, _GREW = 3.0, 1.15
 _LEAST_STEP = 20e-6
 _THROWN = (
@@ -129,7 +130,7 @@ class Released:
 
     @property
     def end(self) -> float:
-        """Return half the peak-to-peak distance in m at the end."""
+        """Return half the peak-to-peak motion in m at the end of the trial."""
         return 0.5 * float(np.ptp(self.position[self.time >= self.time[-1] - _END]))
 
 
@@ -220,7 +221,7 @@ class Trial(QObject):
             self.changed.emit()
 
     def judge(self) -> None:
-        """Report the handle's motion since its release."""
+        """Compare the handle's motion since its release with the verdict, and report it."""
         if self._held is None:
             return
         window = self._live.history.between(self._since, math.inf)

@@ -41,7 +41,7 @@ def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
 
 
 def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
-    """Judge the dot; ``measured`` is the measurement with the same settings, if there is one."""
+    """Return the verdict on the dot; ``measured`` is the measurement with the same settings, if any."""
     said = plane.said
     if said is None:
         return Verdict("", "")
@@ -54,9 +54,9 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
 
 
 def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
-    """Return a title and every limit as a name and a value.
+    """Return a title, and the name and value of every limit.
 
-    The limits are those of the stiffness at the rendered damping, or of the damping without stiffness.
+    The limits apply to the stiffness at the rendered damping; without stiffness, to the damping.
     """
     plane, asked = lines.plane, lines.question.asked
     across = plane.margin.damping
