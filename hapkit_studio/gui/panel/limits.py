@@ -42,7 +42,7 @@ def coarse(delay: float, before: float | None) -> float:
 
 
 def steady_delay(engine: "Engine", where: str) -> float | None:
-    """Return one renderer's delay in s as the whole window shows it; None if it is unknown."""
+    """Return the delay in s of computer or board, rounded as everywhere in the window; None if unknown."""
     found = engine.delay_of(where)
     if found is None:
         return None
@@ -102,7 +102,7 @@ class LoopFacts(QObject):
             self.changed.emit()
 
     def _follow(self) -> None:
-        """Use the measured delay of the new renderer."""
+        """Use the measured delay of computer or board, whichever renders now."""
         engine = self._studio.engine
         if engine is not None and engine.device.measures_delay and engine.where != self._where:
             self._where = engine.where
@@ -110,7 +110,7 @@ class LoopFacts(QObject):
         self.changed.emit()
 
     def _forget(self) -> None:
-        """Discard the previous device's delay; a device that does not measure it has only the added delay."""
+        """Discard the previous device's delay. If the new device measures none, use only the added delay."""
         opened, self._where = self._studio.opened, COMPUTER
         known = opened is not None and not opened.measures_delay
         self.delay = self._studio.loop.delay if known else None
@@ -119,7 +119,7 @@ class LoopFacts(QObject):
 
 @dataclass(frozen=True)
 class CardRequest:
-    """A scene whose stability is to be judged, and the width of its map in N·s/m."""
+    """A request for a verdict on a scene, and the width in N·s/m of the map to compute."""
 
     asked: "VerdictInput"
     width: float
@@ -131,7 +131,7 @@ class CardResult:
 
     ``edge`` is the linear limit. ``friction`` is the limit up to which dry friction stops the motion after a
     knock of 1 mm. ``unstable_ranges`` are each parameter's ranges beyond that limit. All are empty if no
-    limit is known; there are no boundaries if they would belong to a different scene.
+    limit is known. The boundaries are also empty if they do not apply, for example with a second body.
     """
 
     question: CardRequest
@@ -153,7 +153,7 @@ def boundaries(setting: "LoopSettings", width: float) -> tuple[Points, Points]:
 
 
 def answer(question: CardRequest) -> CardResult:
-    """Judge a scene, after compiling the verdict if necessary."""
+    """Compute the verdict on a scene; compile its functions first if necessary."""
     from hapkit_studio.analysis.stability.verdict import unstable_ranges, verdict
 
     program = prepare.begin("verdict", gently=False)

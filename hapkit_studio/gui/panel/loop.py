@@ -158,7 +158,7 @@ class LoopPanel(QWidget):
         self.grip.set_locked("The hand on this device is your own." if own_hand else "")
 
     def summary(self) -> str:
-        """Return a line that describes the loop and fits the panel, without the estimator's options."""
+        """Return a short line that describes the loop; it omits the estimator's options to fit the panel."""
         spec, rate, board = self._studio.loop.estimator, f"{self._rate():,.0f} Hz", self._plan() is not None
         if board:
             from hapkit_studio.haptics.board_plan import spec_on_board  # imported late to keep start-up fast
@@ -180,7 +180,7 @@ class LoopPanel(QWidget):
         return float(round(plan.rate)) if plan is not None else (engine or self._studio).loop.rate
 
     def _note_values(self) -> None:
-        """Update the model, and the rate of a board that a more expensive law has slowed down."""
+        """Update the shown model, and the shown rate if a more expensive law has slowed down the board."""
         if self._rate() != self.rate.value:
             self.show_state()
         self._show_model()

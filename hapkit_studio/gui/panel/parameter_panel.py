@@ -126,7 +126,7 @@ class PanelTitle(QWidget):
         self.card.hide()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Move with the panel when the window's size changes, after the layout is done."""
+        """Move the card with the panel when the window's size has changed and the layout is done."""
         if event.type() == QEvent.Type.Resize and self.help.isChecked():
             QTimer.singleShot(0, self, self._place_card)
         return super().eventFilter(watched, event)
@@ -172,7 +172,7 @@ class ParameterRows(QWidget):
                 row.show_ranges(self._studio.unstable_ranges.get(key, ()))
 
     def order(self) -> None:
-        """Set the tab order of the rows, which come after the anchor."""
+        """Set the tab order: the anchor, then the rows."""
         before = self._anchor
         for row in self.rows.values():
             for stop in row.tab_stops():
@@ -192,7 +192,7 @@ class ParameterRows(QWidget):
 class ParameterPanel(QWidget):
     """The whole panel. A and B, warnings and verdict stay visible at the bottom; the other parts scroll.
 
-    The map below the verdict is hidden if the panel is too low.
+    If the panel is not high enough, the map below the verdict is hidden.
     """
 
     def __init__(
@@ -224,7 +224,7 @@ class ParameterPanel(QWidget):
             part.setHidden(on)
 
     def _show_top(self) -> None:
-        """Scroll to the top for another environment; hide a rule if it has no parameters."""
+        """Scroll to the top for another environment; hide the horizontal line if there are no parameters."""
         self.upper.verticalScrollBar().setValue(0)
         self._rule.setVisible(bool(self.parameters.rows))
 
@@ -233,7 +233,7 @@ class ParameterPanel(QWidget):
         self._lay_out_now()
 
     def _lay_out_now(self) -> None:
-        """Lay out immediately after a longer verdict; otherwise one frame would show only a part of it."""
+        """Lay out immediately: otherwise one frame would show only a part of a verdict that became longer."""
         self.stability.show_map(True)
         upper = self.height() - self._foot.heightForWidth(self.width())
         if self.two.isHidden():  # reserve this row's height, so that the map stays visible when A is stored

@@ -102,7 +102,7 @@ class Presets(QObject):
         )
 
     def import_file(self, path: Path) -> None:
-        """Apply a preset from another folder; if it is valid, store a copy under its name."""
+        """Apply a preset from another folder; if the preset is valid, store a copy with the same name."""
         if settings := self.apply(path):
             try:
                 presets.write(self._studio.environments[settings[ENVIRONMENT]], path.stem, settings)
@@ -259,7 +259,7 @@ class PresetRow(QWidget):
         self._add("Import…", presets_.bring)
 
     def _would_change(self, path: Path) -> str:
-        """Return the lines that describe a preset's changes: "Now" if there are none, or its errors."""
+        """Return one line per change that a preset would make, "Now" if it changes nothing, or its errors."""
         try:
             return "\n".join(map(str, self._presets.compared(path))) or "Now"
         except ParameterError as error:

@@ -1,4 +1,4 @@
-"""The switch between computer and board, which compute the force, and a table that compares both."""
+"""The switch that selects computer or board to compute the force, and a table that compares the two."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -46,7 +46,7 @@ TIP = (
 
 @dataclass(frozen=True)
 class RendererFacts:
-    """Delay, rate in Hz and processor load of computer or board if known, and the setting for its limit."""
+    """Known facts about computer or board: delay, rate in Hz, processor load; and settings for its limit."""
 
     delay: "MeasuredDelay | None"
     rate: float | None
@@ -95,7 +95,7 @@ def renderers(studio: "Studio") -> list[RendererFacts]:
 class Facts(QWidget):
     """Shows one row per fact, with a column for the computer and one for the board.
 
-    The active one is coloured.
+    The column of the active renderer is coloured.
     """
 
     def __init__(self) -> None:
@@ -202,7 +202,7 @@ class RenderingSwitch(QWidget):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show who renders, or why the board cannot; until the board's answer is known, nothing changes."""
+        """Show whether computer or board renders, or the reason why the board cannot render the law."""
         engine = self._studio.engine
         board = engine is not None and engine.device.has_board
         self.setVisible(board)
@@ -228,7 +228,7 @@ class RenderingSwitch(QWidget):
         self._look_for_cheaper(engine)
 
     def _remark(self, engine) -> str:
-        """Return a remark on settings that the board ignores, and while folded, on its processor load."""
+        """Return a remark on settings that the board ignores; while folded, also its processor load."""
         from hapkit_studio.haptics import board_plan
 
         loop, parts, decision = self._studio.loop, [], engine.decision()

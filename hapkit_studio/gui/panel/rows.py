@@ -18,11 +18,10 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 from hapkit_studio.quantity import Quantity
 
-# maximum number of options and letters of a segmented control in a narrow panel; larger choices use a combo
-# box
+# maximum number of options, and of letters, for a segmented control; a larger choice is shown as a combo box
 _MOST_SEGMENTS, _MOST_LETTERS = 3, 14
 BOX_WIDE, BOX_NARROW = 92, 72
-_WIDE = 260  # px: in a row narrower than this, the box is narrow, too
+_WIDE = 260  # px: if the row is narrower than this, its number box has the width BOX_NARROW
 _UNIT = 42  # px: width of the longest unit
 
 

@@ -56,7 +56,7 @@ def latency_timer(device: "Device") -> str:
 
 
 class StabilityMap(Canvas):
-    """Paints the map of one answer. The dot is moved into the frame if necessary.
+    """Paints the map of one verdict. A dot outside the frame is drawn at the frame's edge.
 
     The unstable region is hatched.
     """
@@ -77,14 +77,14 @@ class StabilityMap(Canvas):
         """Apply the theme's colours and fonts."""
         super().recolor()
         self.setFixedHeight(theme.px(_HEIGHT))
-        # tick labels leave space for a dot at zero damping
+        # move the tick labels away from the axis, so that a dot at zero damping does not cover them
         self.left.setStyle(tickTextOffset=theme.px(_RING) + 3)
         for axis in (self.bottom, self.left):
             axis.label.setFont(theme.font("tick"))
             axis.label.setDefaultTextColor(theme.color("ink3"))
 
     def show_answer(self, answer: CardResult) -> None:
-        """Show another answer; the axes include the dot, the limit, and the whole boundary if it is low."""
+        """Show another verdict; the axes include the dot, the limit, and a low boundary completely."""
         self._answer, self._opacity = answer, 1.0
         margin = answer.verdict.margins[answer.verdict.worst]
         highest = max([k for _, k in answer.edge if math.isfinite(k)], default=1.0)
@@ -93,7 +93,7 @@ class StabilityMap(Canvas):
         self.viewport().update()
 
     def fade(self) -> None:
-        """Paint the answer in paler colours, because it is out of date."""
+        """Paint the map in paler colours, because the verdict is out of date."""
         self._opacity = _PALE
         self.viewport().update()
 
@@ -144,7 +144,7 @@ def details(answer: CardResult) -> str:
 
 
 def caption(answer: CardResult) -> str:
-    """Return a sentence that says for which handle the map is valid."""
+    """Return the map's caption: whether the map is valid for a released or a held handle."""
     whose = "after you let go" if answer.verdict.worst == RELEASED else "for a handle in your hand"
     return f"Valid {whose}. Hatched: it buzzes."
 
@@ -190,7 +190,7 @@ class StabilityCard(QWidget):
 
     @property
     def calm(self) -> bool:
-        """Return whether the current scene is known to settle, held and released."""
+        """Return whether the handle is known to come to rest, both held and released."""
         return self._judged is not None and self._judged.verdict.calm
 
     def note_health(self, health: "Health") -> None:
@@ -235,7 +235,7 @@ class StabilityCard(QWidget):
         self._show_no_verdict(*((self._hidden, "") if self._hidden else self.facts.why_unknown()))
 
     def show_judging(self) -> None:
-        """Clear the verdict, which belongs to the previous scene."""
+        """Remove the previous scene's verdict until the new one is computed."""
         self.map.fade()
         self._show_no_verdict(JUDGING)
 

@@ -10,7 +10,7 @@ from hapkit_studio.gui.widgets.style import mark
 class StopButton(ShortcutButton):
     """The E-stop button. It stops the motor when pressed down, not when released.
 
-    While stopped it has no effect.
+    While the motor is stopped, the button has no effect.
     """
 
     word_role = "stop"
@@ -28,7 +28,7 @@ class StopButton(ShortcutButton):
         self.show_state()
 
     def show_state(self) -> None:
-        """Show the button in red while the motor may give a force, and hollow once it is stopped."""
+        """Show a red button while the motor may give a force, and only a red outline while it is stopped."""
         stopped = self._studio.stopped
         mark(self, "latched", stopped)
         self.set_appearance(

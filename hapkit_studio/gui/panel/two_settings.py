@@ -16,8 +16,8 @@ NAMES = "A", "B"
 class TwoSettings(QObject):
     """Stores each environment's values, loop and grip as A and B.
 
-    ``changed`` is emitted when a stored setting or the active one changes. Switching is no undo step: Ctrl+Z
-    undoes the change before it.
+    ``changed`` is emitted when a stored setting or the active one changes. Switching between A and B
+    is no undo step: Ctrl+Z undoes the last change before the switch.
     """
 
     changed = Signal()
@@ -69,7 +69,7 @@ class TwoSettings(QObject):
         return f"Switch to {NAMES[self.target]}" if count == len(NAMES) else f"Store as {NAMES[count]}"
 
     def step(self) -> None:
-        """Store the current settings as A; store different ones as B; after that, switch between A and B."""
+        """Store the current settings as A; the next time as B, if they differ; later, switch between both."""
         stored = self._stored.setdefault(self._studio.environment.key, [])
         if len(stored) == len(NAMES):
             target = self.target
@@ -90,7 +90,7 @@ class TwoSettings(QObject):
 
 
 class TwoSettingsRow(QWidget):
-    """Shows whether A or B is active, once A is stored; its button does the same as the key."""
+    """Shows whether A or B is active. It is visible once A is stored; its button does the same as the key."""
 
     def __init__(self, two: TwoSettings):
         super().__init__()

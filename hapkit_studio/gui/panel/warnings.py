@@ -30,7 +30,7 @@ class WarningLine(QWidget):
 
 
 class WarningLines(QWidget):
-    """Asks the environment for warnings when values, loop, device or the handle's speed change."""
+    """Shows the environment's warnings; updated when values, loop, device or the handle's speed change."""
 
     changed = Signal()
 
@@ -59,7 +59,7 @@ class WarningLines(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Ask the environment, and show its warnings if they have changed."""
+        """Get the environment's warnings, and show them if they have changed."""
         environment, conditions = self._studio.environment, self.conditions
         if conditions is None:
             texts = switched_off(environment)
