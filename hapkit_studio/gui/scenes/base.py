@@ -17,13 +17,13 @@ from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
 RING = 7.5  # px at u = 1: radius of the hand's ring
-_LARGEST = 1e6  # larger values of the state are clipped to this, which draws the same picture
+_LARGEST = 1e6  # limit for values of the state; larger values would not change the picture
 Values = Mapping[str, float]
 
 
 @dataclass
 class Motion:
-    """The newest row for drawing, in mm, mm/s and N; numbers in texts are updated less often."""
+    """The newest telemetry row, in mm, mm/s and N. The fields for texts are updated less often."""
 
     position: float = 0.0
     velocity: float = 0.0
@@ -49,7 +49,7 @@ class Zone(NamedTuple):
 
 
 def draw_zone(stage: Stage, zone: Zone) -> None:
-    """Draw a range from the rail to the top of the picture, with its name."""
+    """Draw a zone as an area from the rail to the top of the picture, with its name."""
     u, left, right = stage.u, stage.x(1e3 * zone.low), stage.x(1e3 * zone.high)
     box = QRectF(left, stage.top, right - left, stage.rail - stage.top)
     stage.p.fillRect(box, theme.color(zone.token, 0.22))
@@ -62,7 +62,7 @@ def draw_zone(stage: Stage, zone: Zone) -> None:
 def handle(stage: Stage, mm: float, tip: float | None = None, alpha: float = 1.0) -> None:
     """Draw knob, stem and foot at a position.
 
-    With ``tip``, the stem ends in this row and the rail has a mark.
+    If ``tip`` is given, the stem ends in this pixel row, and a mark on the rail replaces the foot.
     """
     u, x, p = stage.u, stage.x(mm), stage.p
     p.setOpacity(alpha)
@@ -115,7 +115,7 @@ def beyond(stage: Stage, motion: Motion) -> bool:
 
 
 def ring_place(stage: Stage, hand: float) -> float:
-    """Return the ring's column, which is that of the hand if it is inside the picture."""
+    """Return the pixel column of the hand's ring: that of the hand, clamped to the picture."""
     return min(max(stage.x(hand), 11 * stage.u), stage.width - 11 * stage.u)
 
 
@@ -128,7 +128,7 @@ def apart(stage: Stage, motion: Motion) -> bool:
 def hand_ring(stage: Stage, motion: Motion) -> None:
     """Draw the hand's ring at its target with a dotted line to the knob.
 
-    If both are close, draw it around the knob.
+    If the target is close to the knob, draw the ring around the knob.
     """
     if motion.hand is None:
         return
@@ -233,5 +233,5 @@ def discover() -> dict[str, Scene]:
 
 
 def named(key: str) -> Scene:
-    """Return a scene; for an environment without a drawing, it shows only the handle."""
+    """Return the scene with a key; if there is none, a scene that shows only the handle."""
     return discover().get(key) or Scene()

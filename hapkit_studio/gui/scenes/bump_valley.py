@@ -1,4 +1,4 @@
-"""Bump and valley: a ball on the visible relief. The force may differ from that of the relief."""
+"""Bump and valley: a ball on the visible relief. The rendered force may be that of a different relief."""
 
 import numpy as np
 
@@ -8,11 +8,11 @@ from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, sampled
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 
 _LEVEL, _ROOM = 0.42, 0.38  # fractions of the band: the level of the ground, and the largest height above it
-_REFERENCE = 2e-3  # m: a hill of this height takes 63 % of the largest height
+_REFERENCE = 2e-3  # m: a hill of this height is drawn with 63 % of the largest height
 
 
 def relief(stage: Stage, values: Values) -> Relief:
-    """Return the relief, which has the environment's own heights, scaled to fit the scene."""
+    """Return the relief: the environment's heights, scaled to fit the scene."""
     return stage.cached("relief", lambda: _relief(stage, values))
 
 

@@ -1,4 +1,4 @@
-"""Button: a cap on a snapping dome in front of a fixed base. Clicks are counted."""
+"""Button: a cap on a snapping dome in front of a fixed base, and the number of clicks."""
 
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath

@@ -1,4 +1,4 @@
-"""The cat, which a pad strokes. Its hairs lie with the nap, flatten under the pad, and bristle against it.
+"""The cat, which the handle strokes with a pad. The pad bends its hairs; they bristle in anger.
 
 The picture is assets/scenes/cat.svg; each of its groups is painted according to mood and breath.
 """
@@ -33,14 +33,14 @@ COAT: dict[str, tuple[str, str, str]] = {
     "whisker": ("#8C5321", "#F2E6D6", "#5A2F0B"),
 }
 _PER_MM, _HIGH = 2.5, 78.0  # units of the picture per mm along the rail; height of the cat in units
-# pivots of the parts: mm along the rail, and fraction of the cat's height
+# pivots of the parts: (position along the rail in mm, height as a fraction of the cat's height)
 _GROUND, _ROOT, _FACE, _EYES = (0.0, 0.0), (34.0, 0.20), (-38.5, 0.62), (-38.5, 0.63)
 _PAW, _SHOULDER, _WORD = (-35.5, 0.075), (-31.0, 0.24), (-28.5, 0.95)
 # length of the tail in units from root to tip; amplitude of its swing in degrees
 _TAIL_LONG, _SWING = 62.0, 14.0
 _BREATH = 0.012  # amplitude of the breath, as a fraction of the body's height
 _CONTENT, _FULL_BEND = 0.1, 3.0  # mm: hairs that are bent by this much are drawn fully bent
-_ASIDE, _AWAY = 1.9, -2.4  # units: distance by which a pupil moves to follow the hand, and to avoid it
+_ASIDE, _AWAY = 1.9, -2.4  # units: shift of the pupils towards the hand, and away from it
 _FARTHEST = 2.0  # mm: maximum reach of the paw
 _MM = np.arange(-60.0, 60.1, 0.2)
 _FIRST, _LAST = -27.0, 35.0  # mm: positions of the first and the last hair
@@ -99,7 +99,7 @@ class Mood:
 
 
 def read(motion: Motion) -> Mood:
-    """Return the mood that the newest row contains."""
+    """Return the mood in the newest row's state."""
     state = motion.state
     bent = (motion.position - 1e3 * state["anchor"]) / _FULL_BEND if state["started"] else 0.0
     contentment, bend = min(1.0, max(-1.0, state["contentment"])), min(1.0, max(-1.0, bent))
@@ -126,7 +126,10 @@ def _drawing(_theme: str) -> QSvgRenderer:
 def _picture(
     names: tuple[str, ...], across: float, up: float, ratio: float, theme_name: str
 ) -> tuple[QPointF, QPixmap]:
-    """Return groups painted at a scale in px per unit, and their upper left corner in units."""
+    """Return an image of some groups of the drawing, and its upper left corner in units.
+
+    ``across`` and ``up`` are the scale in px per unit.
+    """
     drawing, box = _drawing(theme_name), QRectF()
     for name in names:
         box |= drawing.boundsOnElement(name)
@@ -148,7 +151,7 @@ def part(
     stage: Stage, names: tuple[str, ...], pivot: tuple[float, float], scale: tuple[float, float],
     at: QPointF | None = None, turn: float = 0.0, stretch: float = 1.0,
 ) -> None:  # fmt: skip
-    """Paint groups with their pivot at a point, rotated by ``turn`` degrees and stretched vertically."""
+    """Paint groups of the drawing: pivot at a point, rotated by ``turn`` degrees, stretched vertically."""
     corner, picture = _picture(names, *scale, stage.ratio, theme.name)
     stage.p.save()
     stage.p.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
@@ -162,7 +165,7 @@ def part(
 
 @cache
 def _outline(*names: str) -> np.ndarray:
-    """Return the upper outline (n,) of groups at the positions _MM, as a fraction of the cat's height."""
+    """Return the upper outline (n,) of some groups at the positions _MM, as a fraction of the height."""
     image = QImage(2 * int(_PER_MM * 120) + 1, 220, QImage.Format.Format_Alpha8)
     image.fill(0)
     painter = QPainter(image)
@@ -178,7 +181,7 @@ def _outline(*names: str) -> np.ndarray:
 
 @cache
 def _path_of_the_pad() -> np.ndarray:
-    """Return the pad's height (n,) at the positions _MM as a fraction; the pad moves over back and head."""
+    """Return the height (n,) of the pad's path over back and head at the positions _MM, as a fraction."""
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(_outline("body", "head"), 10), 21).max(axis=1)
     return np.convolve(np.pad(beside, 10, "edge"), np.full(21, 1.0 / 21.0), "valid")
 
@@ -198,7 +201,7 @@ def _at(stage: Stage, mm: float, share: float) -> QPointF:
 
 
 def _unit(stage: Stage) -> float:
-    """Return px per unit for head, paw and hair; this grows with the height and is limited by the width."""
+    """Return px per unit for head, paw and hair; the scene's height or width limits this scale."""
     return min(stage.band / _HIGH, stage.per_mm / _PER_MM)
 
 
@@ -206,7 +209,7 @@ def _unit(stage: Stage) -> float:
 
 
 def tip(stage: Stage, values: Values, motion: Motion) -> float:
-    """Return the row where the stem ends on the pad."""
+    """Return the pixel row where the stem ends on the pad."""
     return y(stage, pad_height(motion.position, read(motion))) - 4.0 * stage.u
 
 
@@ -249,7 +252,7 @@ def _head(stage: Stage, mood: Mood, pad: float) -> None:
 
 
 def angles(place: np.ndarray, mood: Mood, pad: float) -> np.ndarray:
-    """Return each hair's angle in rad to the back: 0 lies towards the tail, π towards the head."""
+    """Return each hair's angle to the back in rad: at 0 it points to the tail, at π to the head."""
     near = np.exp(-(((place - pad) / _REACH) ** 2))
     pressed = _FLAT + max(0.0, -mood.bend) * (_BACKWARDS - _FLAT)
     return (_LIES + _BRISTLES * mood.anger) * (1.0 - near) + pressed * near
@@ -279,7 +282,7 @@ def _hair(stage: Stage, mood: Mood, pad: float) -> None:
         x + long * np.cos(angle), low - long * np.sin(angle),
         bow_x + half_x, bow_y + half_y, x + half_x, low + half_y,
     )).tolist()  # fmt: skip
-    for i in range(0, len(points), _TUFT):  # a path has only a few hairs, because a long path is slow
+    for i in range(0, len(points), _TUFT):  # draw a few hairs per path, because a long path is slow
         path = QPainterPath()
         path.setFillRule(Qt.FillRule.WindingFill)
         for a, b, c, d, e, f, g, h, k, m in points[i : i + _TUFT]:

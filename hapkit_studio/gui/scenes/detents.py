@@ -8,13 +8,13 @@ from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, saturat
 from hapkit_studio.gui.scenes.stage import Stage
 
 _LEVEL, _ROOM = 0.52, 0.42  # fractions of the band: the level of the ground, and the largest depth of a well
-_ENERGY = 1.1e-3  # J: a well of this energy takes 63 % of the largest depth
+_ENERGY = 1.1e-3  # J: a well of this energy is drawn with 63 % of the largest depth
 _STEEPEST = 1.6  # maximum ratio of a well's depth to half its width, so that the ball fits into the well
 _LEAST_BALL = 3.2  # px at u = 1: minimum radius of the ball
 
 
 def relief(stage: Stage, values: Values) -> Relief:
-    """Return the ground, a parabola around each multiple of the pitch, like a spring's energy."""
+    """Return the ground: around each multiple of the pitch, it is a parabola like a spring's energy."""
     pitch, half = 1e3 * values["pitch"], 1e3 * values["half_width"]
     energy = 0.5 * values["stiffness"] * (1e-3 * half) ** 2
     depth = min(saturating(energy, _ENERGY, _ROOM * stage.band), _STEEPEST * half * stage.per_mm)

@@ -12,7 +12,7 @@ LEAST_ARROW = 16.0
 _DECIMALS = 2  # decimals of a force in N
 HEAD, HEAD_HALF, SHAFT_HALF = 12.0, 8.0, 2.6
 EACH_MS = 100
-_SEEN = 0.02, 0.1  # N, mm: a number that differs by more than this from the drawing is updated at once
+_SEEN = 0.02, 0.1  # N, mm: a number with a larger error than this is updated at once
 
 
 def direction(force: float) -> int:
@@ -39,7 +39,7 @@ def force(stage: Stage, motion: Motion, per_newton: float) -> None:
     if motion.hand is not None and apart(stage, motion):
         ring = ring_place(stage, motion.hand)
         if 0.0 < d * (ring - start) < d * (tip - start) - (HEAD + RING) * u:
-            ring_alone(stage, ring)  # the ring may be drawn over the shaft, but not over the head
+            ring_alone(stage, ring)  # draw it again over the arrow's shaft, but not over the head
     if motion.clamped:
         stage.line(tip + d * 5 * u, y - 11 * u, tip + d * 5 * u, y + 11 * u, stage.pen("applied", 3.2))
         tip += d * 7 * u
@@ -55,7 +55,7 @@ def force(stage: Stage, motion: Motion, per_newton: float) -> None:
 
 
 def _arrow_ends(stage: Stage, motion: Motion, per_newton: float) -> tuple[float, float]:
-    """Return the arrow's columns, limited to the picture; at the edge the arrow starts above the knob."""
+    """Return the pixel columns of the arrow's start and tip; near the edge the arrow overlaps the knob."""
     u, d, x = stage.u, direction(motion.force), stage.x(motion.position)
     start = stage.knob_width / 2 + 7 * u
     room = (stage.width - x if d > 0 else x) - (16 if motion.clamped else 6) * u
@@ -89,7 +89,7 @@ class ReadOut:
         self._clock.invalidate()
 
     def refresh(self, motion: Motion) -> bool:
-        """If an update is due, set the shown numbers from the drawn row; return whether they changed."""
+        """Copy the drawn row's values into the shown numbers if an update is due; return whether it was."""
         due = not self._clock.isValid() or self._clock.elapsed() >= EACH_MS or self._contradicts(motion)
         if due:
             self._clock.start()

@@ -1,4 +1,4 @@
-"""Friction: a brush on rough ground. The lean of its bristles is the friction model's deflection."""
+"""Friction: a brush on rough ground. Its bristles lean by the friction model's deflection."""
 
 import math
 
@@ -16,8 +16,8 @@ _LEVEL = 0.34  # level of the ground, as a fraction of the band
 _GRAINS = np.random.default_rng(4).uniform(-1.0, 1.0, 101)
 _BRISTLES = 9
 _HEIGHT = 15.0  # px at u = 1: distance from the pad to the ground
-_REACH = 22.0  # px at u = 1: at this deflection the bristles lie flat
-_STILL = 2.0  # mm: if the motion in the last frames is smaller, the user can read a label
+_REACH = 22.0  # px at u = 1: maximum deflection of the bristles, which then lie flat
+_STILL = 2.0  # mm: below this motion in the last frames, the user can read a label
 
 
 def _row(stage: Stage) -> float:
@@ -50,7 +50,7 @@ def stretch(values: Values, motion: Motion) -> float:
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw bristles, pad and, while it sticks, the anchor."""
+    """Draw bristles and pad; while the brush sticks, also draw the anchor."""
     u, pad = stage.u, _pad(stage, motion)
     lean = stretch(values, motion) * stage.per_mm
     bent = max(-_REACH * u, min(_REACH * u, lean))
@@ -96,7 +96,7 @@ def labels(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def tip(stage: Stage, values: Values, motion: Motion) -> float:
-    """Return the row in which the stem ends, in the pad."""
+    """Return the pixel row inside the pad where the stem ends."""
     return _pad(stage, motion).top() + stage.u
 
 

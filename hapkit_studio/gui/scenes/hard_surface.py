@@ -13,8 +13,8 @@ from hapkit_studio.gui.scenes.parts import block, label, mark, ribbon, surface_l
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-_SECONDS = 2e-3  # s of the ringing per mm of the block
-_LARGEST = 3.0  # N: this amplitude fills the block's height
+_SECONDS = 2e-3  # time scale of the drawn ringing: s per mm of the block
+_LARGEST = 3.0  # N: a ringing of this amplitude fills the block's height
 _SPEED = 0.1  # m/s: impact speed for the drawing before the first impact
 _SHOWN = 0.25  # s: time during which the arcs of an impact are visible
 _BAR = 0.02  # s: length of the time scale bar
@@ -22,7 +22,7 @@ _ARCS = ((12.0, 0.9), (20.0, 0.6), (28.0, 0.35))  # radius at u = 1, and opacity
 
 
 def _face(stage: Stage, values: Values, motion: Motion) -> tuple[float, bool]:
-    """Return the face's column, and whether the handle presses the face in."""
+    """Return the pixel column of the block's face, and whether the handle presses the face in."""
     surface = 1e3 * values["position"]
     if motion.position > surface:
         return stage.x(motion.position) + 2.2 * stage.u, True
@@ -66,7 +66,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _draw_wave(stage: Stage, values: Values, face: float, speed: float, since: float) -> None:
-    """Draw the ringing after an impact: the past is pale, the rest is dark."""
+    """Draw the ringing after an impact: the past part is pale, the future part is dark."""
     left, ratio = face + 9 * stage.u, stage.ratio
     room = stage.x(48.0) - left
     if room < 12 * stage.u:
@@ -81,11 +81,11 @@ def _draw_wave(stage: Stage, values: Values, face: float, speed: float, since: f
 
 
 def _pictures(stage: Stage, values: Values, speed: float) -> tuple[QPixmap, QPixmap]:
-    """Return a pale and a dark picture of the ringing after an impact, both as long as the block."""
+    """Return a pale and a dark picture of the whole ringing after an impact; each is as long as the block."""
     seconds, newtons = wave(stage, values, speed)
     rows = 0.47 * stage.band - 0.42 * stage.band / _LARGEST * newtons
     swing = stage.per_mm / (_SECONDS * max(sound(values)[2], 1.0))
-    # px: the line is thin enough to separate the oscillations
+    # px: make the line so thin that single oscillations remain visible
     width = min(2.4 * stage.u, max(1.2, 0.2 * swing))
     line = ribbon(seconds / _SECONDS * stage.per_mm, rows, width)
     return _picture(stage, line, "matline"), _picture(stage, line, "handle")
@@ -103,7 +103,7 @@ def _picture(stage: Stage, line: QPainterPath, token: str) -> QPixmap:
 
 
 def _arcs(stage: Stage, face: float, left: float) -> None:
-    """Draw the impact's arcs in front of the face; ``left`` decreases from 1 to 0."""
+    """Draw the impact's arcs in front of the face; ``left`` is the remaining fraction of their time."""
     u, y = stage.u, stage.top + 0.5 * stage.band
     for radius, opacity in _ARCS:
         r, x = radius * u, face - (7.0 + 0.34 * radius) * u

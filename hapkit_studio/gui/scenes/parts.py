@@ -24,7 +24,7 @@ Relief = Callable[[np.ndarray], np.ndarray]
 
 
 def block(stage: Stage, face: float, end: float, token: str = "mat", hatched: bool = True) -> None:
-    """Draw a solid between two columns, with a rounded corner at its face."""
+    """Draw a solid block between two pixel columns, with a rounded corner at its face."""
     side = 1 if end > face else -1
     top, low, corner = stage.top + 2 * stage.u, stage.rail - 1.25 * stage.u, 7 * stage.u * side
     if side * (end - face) <= abs(corner):
@@ -73,7 +73,7 @@ def label(
 
 
 def on_object() -> str:
-    """Return the colour of labels on moving objects, which is the one with more contrast."""
+    """Return the colour token with the highest contrast for a label on a moving object."""
     ground = luminance(theme.tokens["obj"]) + 0.05
     ratios = {token: (luminance(theme.tokens[token]) + 0.05) / ground for token in ("ink", "scene")}
     return max(ratios, key=lambda token: max(ratios[token], 1.0 / ratios[token]))
@@ -100,7 +100,7 @@ def _columns(stage: Stage) -> np.ndarray:
 
 
 def ribbon(x: np.ndarray, y: np.ndarray, width: float) -> QPainterPath:
-    """Return a line through points (n,) in px as an area; Qt draws this faster than a wide stroke."""
+    """Return a line through points (n,) in px as an area, which Qt draws faster than a wide line."""
     slope = np.gradient(y, x)
     across = 0.5 * width / np.sqrt(1.0 + slope**2)
     edges = [(x - slope * across * side, y + across * side) for side in (-1.0, 1.0)]
@@ -114,7 +114,7 @@ def ribbon(x: np.ndarray, y: np.ndarray, width: float) -> QPainterPath:
 
 
 def ground(stage: Stage, relief: Relief, fine: bool = False) -> None:
-    """Fill and outline a relief along the rail; a ``fine`` one has a thin outline."""
+    """Fill and outline a relief along the rail; ``fine``: the outline is thin."""
     columns = _columns(stage)
     x, rows = stage.width / 2 + columns * stage.per_mm, stage.rail - relief(columns)
     left, right, low = float(x[0]), float(x[-1]), stage.rail
@@ -161,5 +161,5 @@ def occupy_stem(stage: Stage, motion: Motion, low: float) -> None:
 
 
 def saturating(value: float, reference: float, room: float) -> float:
-    """Return a height that saturates at ``room``; at the reference value it is 63 % of ``room``."""
+    """Return a height that grows with ``value`` and saturates at ``room``; 63 % of it at the reference."""
     return room * (1.0 - math.exp(-max(value, 0.0) / reference))

@@ -12,8 +12,8 @@ from hapkit_studio.gui.widgets.theme import number, theme
 # mm: radius of the puck, and distance of the walls from the centre
 RADIUS, WALL = 1e3 * law.RADIUS, 1e3 * (law.REACH + law.RADIUS)
 _LEAST_WIDTH = 2.0  # mm: minimum width of a compressed puck
-_ECHOES = ((3, 0.12), (2, 0.20), (1, 0.32))  # age in steps and opacity of each pale copy
-_STEP = 0.03  # s: duration of a step
+_ECHOES = ((3, 0.12), (2, 0.20), (1, 0.32))  # age in steps of _STEP, and opacity, of each pale copy
+_STEP = 0.03  # s: age difference between two copies
 _SLOW = 0.01  # m/s: below this speed no arrow and no copies are drawn
 _PER_SPEED = 130.0  # px at u = 1: length of the arrow per m/s
 _LONGEST = 46.0
@@ -27,7 +27,10 @@ def place(motion: Motion) -> float:
 
 
 def outline(stage: Stage, motion: Motion) -> QRectF:
-    """Return the puck's outline; handle or wall compress it, and a low scene flattens it."""
+    """Return the puck's outline.
+
+    It is narrower if the handle or a wall compresses the puck, and lower if the scene has little height.
+    """
     middle, side = place(motion), motion.state["side"]
     left = max(middle - RADIUS, min(-WALL, middle + RADIUS - _LEAST_WIDTH))
     right = min(middle + RADIUS, max(WALL, middle - RADIUS + _LEAST_WIDTH))
@@ -60,7 +63,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _echoes(stage: Stage, motion: Motion, shape: QRectF, speed: float) -> None:
-    """Draw copies at earlier positions, computed from the current speed, between walls and handle."""
+    """Draw copies at earlier positions between walls and handle; they follow from the current speed."""
     stage.p.setPen(Qt.PenStyle.NoPen)
     side = motion.state["side"]
     low = max(-WALL, motion.position if side > 0.0 else -WALL) + RADIUS

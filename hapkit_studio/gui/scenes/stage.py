@@ -1,8 +1,8 @@
 """The geometry of a scene (±50 mm on a rail), and drawing functions for all scenes.
 
-Lengths are in pixels, positions on the rail in mm. ``u`` scales all fixed sizes (1.0 at a height of 150, 1.32
-at 236). ``widest`` is the maximum width of the picture as a multiple of its height; the space beside it is
-empty.
+Lengths are in pixels, positions on the rail in mm. ``u`` is the scale of all fixed sizes (1.0 at a height of
+150, 1.32 at 236). ``widest`` is the maximum width of the picture as a multiple of its height; the space
+beside the picture is empty.
 """
 
 import math
@@ -48,7 +48,7 @@ class Stage:
         self._made: dict[str, tuple[object, Any]] = {}
 
     def begin(self, painter: QPainter) -> None:
-        """Use this painter from now on; only the areas of the fixed parts are occupied again."""
+        """Start a frame with this painter; only the areas of the fixed parts are occupied at its start."""
         self.p = painter
         self.occupied, self.texts = list(self._kept), list(self._kept_texts)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -119,7 +119,7 @@ class Stage:
     # text -----------------------------------------------------------------------------------------
 
     def font(self, size: float, weight: int) -> tuple[QFont, QFontMetricsF]:
-        """Return the scene's font and its metrics; ``size`` is that at u = 1."""
+        """Return the scene's font and its metrics; ``size`` is the size in px at u = 1."""
         if (size, weight) not in self._fonts:
             font = theme.font("body")
             font.setPixelSize(round(max(11.5, size * self.text_scale)))
@@ -177,7 +177,7 @@ class Stage:
             self.line(self.x(mm), self.rail, self.x(mm), self.rail + length, self.pen("rail", 1.2))
         for mm in range(-40, 41, 20):
             unit = " mm" if mm == 40 else ""
-            # the number is centred at the tick, without its unit
+            # shift the text by half the unit's width, so that the number alone is centred at the tick
             x = self.x(mm) + 0.5 * self.font(11.5, 400)[1].horizontalAdvance(unit)
             self.write(number(mm, 0) + unit, [(x, self.rail + 22 * self.u, 0)], "ink3", 11.5, 400)
 

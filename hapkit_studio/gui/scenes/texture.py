@@ -14,9 +14,9 @@ from hapkit_studio.gui.widgets.theme import theme
 
 _LEVEL, _ROOM = 0.40, 0.22  # fractions of the band: the level of the ground, and the largest height above it
 _RIDGE = 6.5  # px at u = 1: half the height of a ridge for 0.25 N and λ = 5 mm
-_CLOSE = 10.0  # px: ridges that are closer than this have a thin outline
-_FINEST = 3.5  # px: ridges that are closer than this are drawn as one strip
-_WIDE = 14.0  # px at u = 1: a λ wider than this is marked; if it is narrower, ten of them are marked together
+_CLOSE = 10.0  # px: ridges with a smaller spacing have a thin outline
+_FINEST = 3.5  # px: ridges or bands with a smaller spacing are drawn as one strip
+_WIDE = 14.0  # px at u = 1: the mark spans one λ if it is wider than this, otherwise ten λ
 _LEAST_BALL = 3.2  # px at u = 1: minimum radius of the ball
 
 
@@ -42,7 +42,7 @@ def height(stage: Stage, values: Values) -> float:
 
 
 def relief(stage: Stage, values: Values) -> Relief:
-    """Return the ground: it is flat for bands, otherwise it is the force's potential energy."""
+    """Return the ground: flat for bands, otherwise proportional to the potential energy of the force."""
     return stage.cached("relief", lambda: sampled(stage, _relief(stage, values)))
 
 
@@ -56,7 +56,7 @@ def _relief(stage: Stage, values: Values) -> Relief:
 
 
 def _grains(places: np.ndarray, seed: int) -> np.ndarray:
-    """Return heights (n,) from −1 to 1 at positions (n,) in grains; their slope is the law's force."""
+    """Return heights (n,) from −1 to 1 at positions (n,) in grains; the heights' slope gives the force."""
     first = math.floor(float(places.min()))
     heights = np.array([grain(n, seed) for n in range(first, math.ceil(float(places.max())) + 2)])
     n = np.floor(places).astype(int) - first
@@ -97,7 +97,7 @@ def _bands(stage: Stage, values: Values) -> None:
 
 
 def _measure(stage: Stage, values: Values) -> tuple[float, float, float, int]:
-    """Return the ends and the row of the mark for λ above the ground, and how many λ it spans.
+    """Return the mark for λ above the ground: its two end columns, its row, and how many λ it spans.
 
     The mark spans one λ, or ten if one λ is too short to be visible.
     """
@@ -128,7 +128,7 @@ def labels(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _radius(stage: Stage, values: Values) -> float:
-    """Return the ball's radius in px: the ball must fit between ridges and be large enough to be visible."""
+    """Return the ball's radius in px: small enough to fit between ridges, but not below the minimum."""
     fits = BALL * stage.u if height(stage, values) == 0.0 else 0.2 * _wave(values) * stage.per_mm
     return max(min(BALL * stage.u, fits), _LEAST_BALL * stage.u)
 

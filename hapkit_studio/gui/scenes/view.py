@@ -26,7 +26,7 @@ from hapkit_studio.gui.widgets.theme import number, theme
 
 REACH = 0.06  # m: maximum distance of the simulated hand from the centre
 COARSE, FINE = 1e-3, 1e-4  # m: the hand moves by this much per arrow key, and with Shift
-FARTHEST, STRONGEST = 1.0, 1e3  # m, N: larger values are clipped for drawing
+FARTHEST, STRONGEST = 1.0, 1e3  # m, N: maximum position and force in the drawing; larger values are clipped
 _SMOOTHING = 0.25
 _KEYS = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}
 _BY_KEYBOARD = (
@@ -80,7 +80,7 @@ class SceneView(QWidget):
         self.setMinimumSize(theme.px(320), theme.px(150))
 
     def sizeHint(self) -> QSize:
-        """Return a size at which all parts are large."""
+        """Return the preferred size, at which all parts are large enough."""
         return QSize(880, 236)
 
     # what is shown ------------------------------------------------------------------------------
@@ -92,7 +92,7 @@ class SceneView(QWidget):
         self.set_values(values)
 
     def show_force(self, on: bool) -> None:
-        """Show the force arrow and its number; hide them if they would reveal hidden values."""
+        """Show or hide the force arrow and its number; they are hidden if they would reveal hidden values."""
         self._shows_force = on
         self.update()
 
@@ -160,14 +160,14 @@ class SceneView(QWidget):
         self.update()
 
     def set_paused(self, paused: bool) -> None:
-        """Show whether the picture is paused; a paused picture keeps the numbers of its row."""
+        """Show whether the picture is paused; a paused picture shows exactly the numbers of its row."""
         self._paused = paused
         self._words.invalidate()
         self._words.refresh(self._motion)
         self.update()
 
     def set_grip(self, grip: str) -> None:
-        """Set the grip; a released hand follows the pointer without pulling the handle."""
+        """Set the grip; with the grip "released", the hand's ring follows the pointer but pulls no handle."""
         self._motion.loose = grip == "released"
         self.update()
 

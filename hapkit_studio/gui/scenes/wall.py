@@ -12,7 +12,7 @@ def _side(values: Values) -> int:
 
 
 def depth(values: Values, position: float) -> float:
-    """Return the depth in mm behind the surface of a position in mm; it is negative outside the wall."""
+    """Return how deep a position in mm is inside the wall, in mm; the depth is negative outside."""
     return _side(values) * (position - 1e3 * values["position"])
 
 
