@@ -16,11 +16,10 @@ Window = TypeVar("Window", bound=QWidget)
 class Action(Generic[Window]):
     """A command of the window: an entry of a menu and of the command palette, and its shortcut.
 
-    ``key`` is the menu's name, a dot, and the action's name. ``checked`` returns whether the entry has a
-    check mark. ``filtered``: the window's event filter handles the shortcut. ``extra`` are further shortcuts.
-    ``current_text`` returns the present text of the entry. ``exclusive``: exactly one entry of the submenu is
-    checked. ``rule``: a separator precedes the entry. ``on_plots``: the entry is also in the plots' context
-    menu.
+    ``key`` has the form "menu.action". ``checked`` returns whether the entry has a check mark. ``filtered``:
+    the window's event filter handles the shortcut. ``extra`` are further shortcuts. ``current_text`` returns
+    the entry's text if the text can change. ``exclusive``: exactly one entry of the submenu is checked.
+    ``rule``: a separator precedes the entry. ``on_plots``: the entry is also in the plots' context menu.
     """
 
     key: str
@@ -45,7 +44,7 @@ class Action(Generic[Window]):
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Return all shortcuts in portable text."""
+        """Return all shortcuts in Qt's portable text format."""
         return tuple(k for k in (self.shortcut, *self.extra) if k)
 
     @property
@@ -63,9 +62,10 @@ def native(key: str) -> str:
 
 
 def matches(sought: str, words: str) -> bool:
-    """Return whether ``words`` match each sought word.
+    """Return whether the text ``words`` matches every sought word.
 
-    A sought word matches if it occurs, or if its letters occur in this order in one word.
+    The text matches a sought word if it contains this word, or if one of its words contains the letters of
+    the sought word in the same order.
     """
     return all(
         part in words.lower() or re.search(r"\b" + r"\w*?".join(map(re.escape, part)), words.lower())

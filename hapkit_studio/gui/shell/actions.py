@@ -138,7 +138,7 @@ def _one_of(
 
 
 def _sessions(window: MainWindow) -> "SessionsPage":
-    """Show the view *Sessions* if the view may be changed now, and return its page."""
+    """Show the view *Sessions*, unless the view cannot be changed now; return the page of this view."""
     window.views.show("sessions")
     return cast("SessionsPage", window.views.page("sessions"))
 
@@ -248,7 +248,7 @@ _EDIT = (
 
 
 def _value(place: int, words: str, steps: int, key: str, *extra: str) -> Action:
-    """Return an action that changes one of the projector's values by some steps."""
+    """Return an action that changes the projector's value number ``place`` by ``steps``."""
     return Action(
         f"view.{words.lower().replace(' ', '_')}", words, lambda w: w.projector.card.step(place, steps), key,
         enabled=lambda w: w.projector.on, extra=extra, submenu="Projector values",

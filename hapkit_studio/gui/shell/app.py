@@ -27,18 +27,18 @@ from hapkit_studio.gui.widgets.theme import MODES, theme
 
 FIRST_SIZE = 1440, 900
 POLL_MS = 50
-REST_MS = 1000  # ms: wait after the first sample before compiling functions that it did not need
+REST_MS = 1000  # ms: delay after the first sample before the remaining functions are compiled
 _REJECTED = "Some stored settings cannot be used. Their default values are used instead."
 _OFFERED = "tour_offered"  # key of the setting that is True once the tour was offered
 SWITCH_SECONDS = 0.5e-3
-"""Python's thread switch interval in s. While a thread translates a law for the board, a picture
-took 0.7 s with Python's default of 5 ms, and takes 0.09 s with this."""
+"""Python's thread switch interval in s. While a thread translates a law for the board, drawing a picture
+takes 0.09 s with this interval, but 0.7 s with Python's default of 5 ms."""
 
 
 def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> int:
     """Open the window and return the exit code; see ``window_parser`` for the options in ``argv``.
 
-    ``preparing`` is a program that compiles the loop, if it was started before Qt was imported.
+    ``preparing`` is the program that compiles the loop, if one was started before Qt was imported.
     """
     options = window_parser().parse_args(list(sys.argv[1:] if argv is None else argv))
     application = QApplication.instance() or QApplication(["hapkit-studio"])
@@ -69,7 +69,7 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
 
 
 def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
-    """Set the window's size to the requested one, else the stored one, else one that fits the screen."""
+    """Set the window's size: the requested size, else the stored size, else a size that fits the screen."""
     if size is None and window.settings.geometry("geometry", window.restoreGeometry):
         # Qt reserves space for a frame, but this window manager does not draw one
         frameless = window.settings.value("frameless")
@@ -127,8 +127,8 @@ def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | No
 def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Callable[[], None]) -> None:
     """Compile the loop with its first environment, call ``done``, then compile all other functions.
 
-    It takes 0.1 s to find out which other laws are compiled. The first sample does not wait for this, unless
-    the loop must be compiled, too.
+    ``expect`` checks which other laws are compiled, which takes 0.1 s. This check precedes the first sample
+    only if the loop must be compiled.
     """
 
     def expect() -> None:

@@ -62,7 +62,7 @@ class Banner(QWidget):
     def _button(self, at: int, words: str) -> QPushButton:
         button = QPushButton(words)
         button.setProperty("tall", True)
-        # the button disappears after a click and must not take the focus with it
+        # a click must not move the focus to this button, because the button disappears after the click
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         button.clicked.connect(lambda: self.notice.buttons[at][1]())
         return button

@@ -83,7 +83,7 @@ class CommandPalette(QDialog):
         self._search("")
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """While typing, pass navigation keys to the list; Enter runs the selected command."""
+        """While the user types, pass navigation keys to the list, and run the selected command on Enter."""
         if event.type() != QEvent.Type.KeyPress or not isinstance(event, QKeyEvent):
             return super().eventFilter(watched, event)
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):

@@ -25,7 +25,7 @@ _SAVED = {True: ("check", "ok"), False: ("triangle", "warn")}
 
 
 class ExportDialog(FormDialog):
-    """Asks for kit, rate and file without blocking the window; the sketch uses the values at saving."""
+    """Asks for kit, rate and file without blocking the window. Saving uses the parameters at that time."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__("Export as sketch", _ABOUT, parent)
@@ -54,14 +54,14 @@ class ExportDialog(FormDialog):
         self.show_limit()
 
     def show_limit(self) -> None:
-        """Show the stiffness limit at the sketch's rate on its kit, and remarks on lines that drift."""
+        """Show the stiffness limit of the sketch on its kit, and remarks on lines of the law that drift."""
         words, safe = self._limit()
         remarks = list(map(str, self._studio.environment.force.remarks))
         words = " ".join(["Not saved yet.", *filter(None, [words]), *remarks])
         self.verdict.say(words, *(() if safe and not remarks else ("triangle", "warn")))
 
     def _limit(self) -> tuple[str, bool]:
-        """Return a text with limit and verdict, and whether the handle is calm."""
+        """Return a text with limit and verdict, and whether the handle comes to rest."""
         studio = self._studio
         kit, spec = self.kits.currentData(), spec_on_board(studio.loop.estimator)
         rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)

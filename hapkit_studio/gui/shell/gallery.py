@@ -53,7 +53,7 @@ class OwnRow(GalleryRow):
         self.file, self._gallery = file, gallery
         super().__init__("circle", file.title, "")
         self.pencil = QToolButton(self)
-        self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # by keyboard, the user edits through the menu
+        self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # for the keyboard, the row's menu has this action
         self.setAccessibleDescription("Use the menu key to edit, show or delete its file.")
         self.pencil.clicked.connect(lambda: gallery.edit_pressed.emit(self.file.path))
         icons.bind(self.pencil, "pencil", "ink2", 18)
@@ -76,7 +76,7 @@ class OwnRow(GalleryRow):
         return f"{self.title}\n{self.summary}\n{self.file.path.name}"
 
     def sizeHint(self) -> QSize:
-        """Return a small size, because long titles are cut and the tooltip shows them completely."""
+        """Return a small size: a long title may be cut, because the tooltip shows the whole title."""
         return super().sizeHint().boundedTo(QSize(_LEAST, theme.px(LEAST_ROW)))
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
@@ -174,7 +174,7 @@ class Gallery(QScrollArea):
         return self.rows.get(key) or self.own_rows.get(self._own.path_of(key))
 
     def show_readiness(self) -> None:
-        """Show which environments are still being compiled or are locked; a click does not select these."""
+        """Show which environments are still being compiled or are locked; the user cannot select these."""
         for key, row in self.rows.items():
             waiting = environment_library.WORDS.get(self._studio.readiness.state(key), "")
             for lock, why in self._studio.permissions.lasting_locks():

@@ -62,7 +62,7 @@ class DeviceList(QPushButton):
             part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.menu_of_devices = QMenu(self)
         self.menu_of_devices.aboutToShow.connect(lambda: fill_menu(self.menu_of_devices, studio))
-        # Qt sends no leave event while a menu is open
+        # Qt sends no leave event while a menu is open, so the button would stay highlighted
         self.menu_of_devices.aboutToHide.connect(
             lambda: self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
         )
@@ -77,7 +77,7 @@ class DeviceList(QPushButton):
         link = self._studio.link
         words = _WORDS.get(link.state, "{}").format(link.title.partition(": ")[0])
         if link.state in ("connecting", "idle") and link.text:
-            words = link.text  # this text says what the link waits for, or which program uses the port
+            words = link.text  # the text gives the reason for waiting, or the program that uses the port
         self.word.setText(words)
         self.setToolTip(link.text or "Choose a device")
         self.setAccessibleName(f"Device: {words}")

@@ -1,4 +1,4 @@
-"""Connects the live rows with the widgets that show them: scene, plots, clamp light, status bar."""
+"""Passes the live telemetry rows to the widgets that show them: scene, plots, clamp light, status bar."""
 
 import math
 from pathlib import Path
@@ -108,7 +108,7 @@ class LiveDisplay(QObject):
 
     @property
     def _may_change(self) -> bool:
-        """Return whether the display may change: while paused, it changes only during a replay."""
+        """Return whether the display may change; a paused display changes only during a replay."""
         return self._live.replaying or not self._live.paused
 
     def show_source(self) -> None:
@@ -151,7 +151,7 @@ class LiveDisplay(QObject):
         self._centre.scene.update_state(position, applied, asked, hand, clamped, stopped, state)
 
     def _update_acting_force(self) -> None:
-        """Store the newest force for the status bar, at a rate at which the user can read it."""
+        """Store the newest force for the status bar; called slowly enough for the user to read the number."""
         last = self._live.last
         self._acting = float(last[rows.APPLIED_FORCE]) if self._live.paused and last is not None else None
 
@@ -162,7 +162,7 @@ class LiveDisplay(QObject):
         self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)
 
     def hold_recording(self, recording: "Recording", path: Path) -> None:
-        """Hold the end of a recording from a file; its length is at most the longest time window."""
+        """Hold the last part of a recording from a file, at most as long as the longest time window."""
         time = recording.time
         history = Samples.of(time, ((name, getattr(recording, name)) for name in _RECORDED))
         self._centre.held.hold(history, (max(time[0], time[-1] - KEPT_SECONDS), time[-1]), path.name)
@@ -175,14 +175,14 @@ class LiveDisplay(QObject):
         self._centre.view.follow()
 
     def release_here(self) -> None:
-        """Release the simulated handle at rest at its current position, whether it was held or moved."""
+        """Stop the simulated handle at its current position and release it, even if it was moving."""
         self.releasing.emit()
         self._live.set_paused(False)
         self._studio.release_at_rest()
         self._centre.scene.release()
 
     def _own_rate(self) -> tuple[float | None, bool]:
-        """Return the nominal rate in Hz (None if unknown), and whether the board itself keeps this rate."""
+        """Return the nominal rate in Hz (None if unknown), and whether the board's clock sets this rate."""
         engine = self._studio.engine
         if engine is None or not engine.device.own_clock:
             return None, False
@@ -190,7 +190,7 @@ class LiveDisplay(QObject):
         return (engine.loop.rate, False) if plan is None else (float(plan.rate), True)
 
     def show_health(self, health: "Health") -> None:
-        """Show the loop's health in the status bar; if no frames arrive, repaint the plots, too."""
+        """Show the loop's health in the status bar; while no frames arrive, also repaint the plots."""
         self._centre.view.keep_samples()
         self._measured_delay = health.delay
         self._show_delay()
@@ -207,7 +207,7 @@ class LiveDisplay(QObject):
                 self._show_oscillation()
 
     def _show_delay(self) -> None:
-        """Pass the delay of the shown samples to the force plot and the held traces."""
+        """Pass the delay with which the shown samples were rendered to the force plot and the held traces."""
         delay = self._measured_delay
         if self._live.replaying:
             recorded = self._replay.settings.get("delay_s")
@@ -225,7 +225,7 @@ class LiveDisplay(QObject):
         environment, values = self._studio.environment, self._studio.values
         left_out = self._studio.permissions.left_out
         self._centre.phase.hide_theory(bool(self._studio.hidden) or "theory" in left_out)
-        # the environment's name would reveal the settings
+        # a held trace is named after its settings, and this name would reveal hidden settings
         self._centre.toolbar.hold.setEnabled(not self._studio.hidden)
         self._centre.scene.show_force(self._studio.hidden not in BARE_SCENE)
         if self._studio.hidden in BARE_SCENE:
@@ -235,7 +235,7 @@ class LiveDisplay(QObject):
         self.show_values()
 
     def show_values(self) -> None:
-        """Show changed parameters; while paused they are shown after resuming."""
+        """Show changed parameters; while paused, wait until the user resumes."""
         if not self._may_change:
             return
         environment, values = self._studio.environment, self._studio.values

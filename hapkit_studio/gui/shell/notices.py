@@ -74,7 +74,7 @@ class Notices(QObject):
         self._show(self._studio.stopped, "stop", _STOP, (title, text), ways, tone, "octagon")
 
     def on_row(self, row: np.ndarray, _clamped: bool) -> None:
-        """Show a fault in the frame in which it occurs."""
+        """Show a fault as soon as a row reports it."""
         self._heard = True
         if int(row[rows.FLAGS]) & rows.FAULT or self._banners.get("fault") is not None:
             self.show_fault()
@@ -88,7 +88,7 @@ class Notices(QObject):
             self._stale.start()
             self._stale_reason = health.stale
         recent = self._stale.isValid() and self._stale.elapsed() < STALE_SHOWN_MS
-        # if the board has never sent a sample, the banner of show_silence already shows the remedy
+        # before the board's first sample, the banner of show_silence already shows the remedy
         recent = recent and self._banners.get("silence") is None
         silent = recent and self._studio.fault is None and self._studio.link.state == "running"
         words = (
@@ -105,12 +105,13 @@ class Notices(QObject):
             return
         slow = fault.code == arrays.SLOW_LINK
         ways = (*(self._board_button() if slow else ()), ("Clear fault", self._studio.clear_fault))
-        self._banners.set("stale", None)  # remove the banner that says that the force will return by itself
+        # the "stale" banner says that the force returns by itself, which is wrong after a fault
+        self._banners.set("stale", None)
         section = _SECTIONS.get(fault.code, _NO_FORCE)
         self._show(True, "fault", _FAULT, (fault.text, fault.detail), ways, "danger", section=section)
 
     def show_silence(self, health: "Health") -> None:
-        """Show that a board answered but has sent no row since it was opened."""
+        """Show a banner if a board has answered, but has sent no row since it was opened."""
         link = self._studio.link
         silent = not self._heard and self._silent.elapsed() > NO_DATA_MS and health.running
         words = (
@@ -122,7 +123,7 @@ class Notices(QObject):
         self._show(shown, "silence", _DEVICE, words, ways, icon="unplugged", section=_NO_FORCE)
 
     def show_unmeasured(self, health: "Health") -> None:
-        """Show that the delay, and therefore the limit, is unknown although the computer sends forces."""
+        """Show a banner if delay and stability limit are unknown although the computer sends forces."""
         studio = self._studio
         measures = studio.opened is not None and studio.opened.measures_delay
         forces = health.running and self._heard and measures and studio.link.state == "running"
@@ -162,12 +163,12 @@ class Notices(QObject):
         return (("Render on the board", self._render_on_board),)
 
     def _render_on_board(self) -> None:
-        # a setting has changed meanwhile, and the switch in the panel shows why the board cannot render
+        # refused after a change of settings: the switch in the panel shows why the board cannot render
         with suppress(ParameterError):
             self._studio.set_loop(where="board")
 
     def _listen(self) -> None:
-        """Start waiting for the first row of a new engine."""
+        """Wait for the first row of a new engine, and remove the banners of the previous engine."""
         self._heard = False
         self._silent.restart()
         self._stale.invalidate()

@@ -22,7 +22,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 FRAME_MS = 16
 RELEASED = "released"
-# s: a hand's movement is repeated after six taps or two strokes, so that the plots show its effect again
+# s: period (six taps or two strokes) with which the hand repeats its movement, so that the plots show it
 AGAIN_SECONDS = 4.8
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 MESSAGE_MS = 5000  # ms: the status bar shows a message for this time
 _RANK = 5
-_WHOLE_S = 1.0  # s: tolerance of the displayed length, because the stored samples end with a whole chunk
+_WHOLE_S = 1.0  # s: tolerance of the displayed length, because only whole chunks are stored
 
 
 class RecordingDisplay(QObject):
@@ -34,7 +34,7 @@ class RecordingDisplay(QObject):
         banners: BannerStack,
         show: Callable[[], Any],
     ):
-        """``show`` shows the view *Sessions*."""
+        """``show()`` opens the view *Sessions*."""
         super().__init__(recording)
         self._recording, self._live = recording, live
         self._header, self._status, self._banners = header, status, banners
@@ -61,7 +61,7 @@ class RecordingDisplay(QObject):
             self._banners.set("recording", None)
 
     def _status_field(self, progress: "Progress | None") -> tuple:
-        """Return text, sign and colour token for the status bar, and whether it offers the sessions."""
+        """Return text, sign and colour token for the status bar, and whether it links to the sessions."""
         lost, newest = self._live.lost, self._recording.newest
         paused = "Paused. " if self._live.paused else ""
         if progress is not None:
@@ -78,12 +78,12 @@ class RecordingDisplay(QObject):
 
     def _show_newest(self, show: Callable[[], Any]) -> None:
         show()
-        # the user has seen the message, so the status bar shows the stored samples again
+        # the user has now seen the written file, so the status bar shows the stored samples again
         self._recording.newest = None
         self.show_state()
 
     def show_message(self, words: str) -> None:
-        """Show a message on a completed action in the status bar for MESSAGE_MS."""
+        """Show in the status bar, for MESSAGE_MS, a message that an action is complete."""
         self._message = words
         self._quiet.start()
         self._banners.set("recording", None)

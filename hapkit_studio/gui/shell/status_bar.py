@@ -29,10 +29,10 @@ _PRIORITY_WORDS = ("Normal priority, late up to 88.8 ms.",)
 
 
 class Field(QWidget):
-    """Shows a sign and a text, and a line on their left unless ``edged`` is False; as wide as the text.
+    """Shows a sign and a text, and a vertical line to their left unless ``edged`` is False.
 
-    There is always space for each of the texts ``longest``, so that a link to the right of the text does not
-    move.
+    The field is as wide as its text, and at least as wide as the texts ``longest``, so that a link to the
+    right of the text does not move.
     """
 
     def __init__(self, name: str, edged: bool = True, longest: tuple[str, ...] = ()):
@@ -73,13 +73,13 @@ class Field(QWidget):
 
 
 def late(microseconds: float) -> str:
-    """Format a lateness in ms with two decimals; from 10 ms on, with one decimal."""
+    """Format a lateness, given in µs, in ms: with two decimals below 10 ms, otherwise with one."""
     value = microseconds / 1000.0
     return f"{number(value, 2 if value < 9.95 else 1)} ms"
 
 
 def _is_off(rate: float, nominal: float | None) -> bool:
-    """Return whether a rate in Hz differs from the nominal rate; a rate of 0 is unknown."""
+    """Return whether a rate in Hz differs from the nominal rate; a rate of 0 means unknown."""
     return bool(rate) and nominal is not None and abs(rate - nominal) > _RATE_OFF * nominal
 
 
@@ -197,7 +197,7 @@ class StatusBar(QWidget):
     def show_clamp(self, clamped: bool, limit: float, acting: float | None = None) -> None:
         """Show the clamp light; it stays lit for half a second so that it can be seen.
 
-        ``acting`` is the current force in N if no other widget shows it.
+        ``acting`` is the present force in N; it is given only while no other widget shows this force.
         """
         now = time.monotonic()
         if clamped:

@@ -251,7 +251,7 @@ class MainWindow(QMainWindow):
             page.open(key)
 
     def _forget_undo_of_lesson(self) -> None:
-        """Clear the undo list when a lesson begins or ends, because its steps belong to other settings."""
+        """Clear the undo list when a lesson begins or ends, because its changes do not apply any more."""
         page = self.views.built("lessons")
         if page is not None and page.stays != self._in_lesson:
             self._in_lesson = page.stays
@@ -376,12 +376,12 @@ class MainWindow(QMainWindow):
             self.file_watcher.check_files()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Ask about unsaved changes, then stop the loop with a zero command before the window closes."""
+        """Ask about unsaved changes; then send a zero force and stop the loop before the window closes."""
         if event.spontaneous() and not self.editor.ask_to_quit(self.close):
             event.ignore()
             return
         self.replay.shut()
-        self.views.end()  # do this first, because an open lesson restores the settings that are saved next
+        self.views.end()  # first, because an open lesson restores settings that are saved below
         self.closed.emit()
         fills_screen = self.isMaximized() or self.isFullScreen()
         frameless = self.geometry() == self.frameGeometry() and not fills_screen
@@ -417,7 +417,7 @@ class MainWindow(QMainWindow):
         self.status.how_to_fix.connect(self.show_priority)
         for signal in (self.history.changed, self.studio.hidden_changed):
             signal.connect(lambda: self.banners.set("undo", None))
-        # such a message is shown until a setting changes
+        # the banner of a refused change is shown until a setting changes
         for signal in (self.history.refused, self.studio.refused):
             signal.connect(lambda why: self.banners.warn("undo", "Nothing was changed.", why))
         for taken in (self.centre.scene.grabbed, self.display.releasing):
@@ -437,7 +437,7 @@ class MainWindow(QMainWindow):
         application.installEventFilter(self.stop_filter)
 
     def _keep_actions_fresh(self) -> None:
-        """Refresh the actions after every change on which they depend."""
+        """Refresh the actions whenever something changes that enables or disables them."""
         studio = self.studio
         for signal in (
             studio.environment_changed, studio.stop_changed, studio.link_changed, studio.hidden_changed,
@@ -449,10 +449,10 @@ class MainWindow(QMainWindow):
 
 
 class StopFilter(QObject):
-    """An event filter for the whole application; it sees every event, and ignores most after one comparison.
+    """An event filter for the whole application. It is called for every event, so it rejects most at once.
 
     Every Esc first stops the motor and then has its usual effect. With the simulated device, which has no
-    motor, an Esc that closes a dialog or popup does not stop. Space on a button of the window is ignored,
+    motor, an Esc that closes a dialog or popup is no E-stop. Space on a button of the window is ignored,
     because Space is the pause key and must not press the focused button while the motor pushes. Every press
     and release starts a new gesture, whose changes become a separate undo step.
     """
@@ -480,7 +480,7 @@ class StopFilter(QObject):
         return False
 
     def _stop_unless_closed(self, front: QWidget) -> None:
-        # a dialog may refuse to close, for example while it writes to a board
+        # stop if the dialog has refused to close, for example while it writes to a board
         if isValid(front) and front.isVisible():
             self._studio.stop()
 
@@ -502,7 +502,7 @@ class Collector(QObject):
 
 
 def collect() -> None:
-    """Collect the oldest generation whose collection is due."""
+    """Collect garbage of the oldest generation whose threshold is exceeded."""
     for generation in (2, 1, 0):
         if gc.get_count()[generation] > gc.get_threshold()[generation]:
             gc.collect(generation)
