@@ -570,7 +570,7 @@ class TimePlots(QWidget):
         self.refresh()
 
     def set_folded(self, on: bool) -> None:
-        """Fold plots until FEWEST remain (``on``, for a projector), or only if there is little height."""
+        """If ``on`` (projector), fold plots until FEWEST remain; otherwise only if there is little height."""
         self._always_folded = on
         self._distribute()
 

@@ -7,8 +7,8 @@ from PySide6.QtCore import QObject, Signal
 from hapkit_studio.gui.live.history import History, LiveHistory
 
 SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s: time windows that the toolbar offers
-# Fraction of the span. This much of the data stays visible at an edge; if a zoomed view ends this close to
-# the newest sample, it keeps following that sample.
+# Fraction of the span. At least this much of the data stays visible when the user pans; if a zoomed view ends
+# this close to the newest sample, the view keeps following the newest sample.
 _SOME = 0.05
 _COPY_MARGIN = 1.0  # s: a fixed interval is copied this long before the history drops its samples
 
