@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.state.studio import Studio
 
 
-# s: after a change, numbers and forces fade for 30 ms; samples in this interval are ignored
+# s: samples in this time after a change are ignored, because numbers and forces fade for 30 ms
 _SETTLED = 0.05
 _LEAST = 0.2
 _ALL = 1 << 30

@@ -145,7 +145,7 @@ class ZWidthPage(MeasuringPage):
             self.answer.say(words, "hand", "accent")
 
     def show_trial(self) -> None:
-        """Show which wall is being tried; say so in words, too, unless an instruction is shown."""
+        """Show the wall that is being tried; also describe it in words, unless an instruction is shown."""
         engine = self._studio.engine
         if not self.job.running or self._mode != DEVICE or engine is None or engine.environment.key != _WALL:
             return

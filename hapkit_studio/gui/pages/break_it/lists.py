@@ -17,7 +17,7 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import Choice
 
 WIDE, NARROW = 244, 204
-_SHORT = 6  # the label replaces a symbol that is longer than this number of letters
+_SHORT = 6  # if a symbol has more letters than this, the label is shown instead
 _PADDING, _MARGIN = 16, 6  # px: vertical padding of a row, horizontal margin of its text
 _SAID = {None: "not tried", True: "holds", False: "fails"}
 _SIGNS = {None: "", True: "✓", False: "✕"}
