@@ -14,7 +14,7 @@ class DifferenceTable(Table):
 
     def __init__(self, old: str, new: str):
         super().__init__("What differs")
-        # the focus is only for Ctrl+C, which copies the table; Enter belongs to the buttons
+        # a click focuses the table for Ctrl+C (copy); the Tab key skips it, so that Enter presses a button
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._columns = (
             Column("Setting", lambda row: ", ".join(filter(None, (row.name, row.unit))), right=False),
