@@ -12,7 +12,7 @@ def _side(values: Values) -> int:
 
 
 def depth(values: Values, position: float) -> float:
-    """Return how deep a position in mm is inside the wall, in mm; the depth is negative outside."""
+    """Return the depth in mm of a position (in mm) inside the wall; outside the wall it is negative."""
     return _side(values) * (position - 1e3 * values["position"])
 
 
