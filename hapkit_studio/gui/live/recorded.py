@@ -208,14 +208,14 @@ class Recorded(History):
         return found
 
     def _chunk(self, time: float, side: Any) -> int:
-        """Return the last chunk that began before a time ("left"), or not after it ("right").
+        """Return the last chunk whose start is < time (side "left") or <= time (side "right").
 
         Return -1 if there is no such chunk.
         """
         return int(np.searchsorted(self.session.starts, time, side)) - 1
 
     def _sample(self, time: float, side: Any) -> tuple[Signals, int] | None:
-        """Return chunk and index of the last sample before a time ("left"), or not after it ("right")."""
+        """Return chunk and index of the last sample at < time (side "left") or <= time (side "right")."""
         number = self._chunk(time, side)
         signals = self._cached(number) if number >= 0 else None
         if signals is None:
