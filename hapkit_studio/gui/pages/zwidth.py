@@ -83,7 +83,7 @@ class ZWidthPage(MeasuringPage):
     # methods that measure
 
     def first(self) -> str:
-        """Return "simulation" if its device is known; a measurement on the device starts only on request."""
+        """Return "simulation" if the loop is known; a measurement on the device starts only on request."""
         known = self._studio.engine is not None and self._facts.setting(self._studio.grip) is not None
         return "simulation" if known and self.where.index == SIMULATION and self.result is None else ""
 
