@@ -46,7 +46,7 @@ TIP = (
 
 @dataclass(frozen=True)
 class RendererFacts:
-    """Known facts about computer or board: delay, rate in Hz, processor load; and settings for its limit."""
+    """Known facts about computer or board: delay, rate in Hz, processor load, and settings for the limit."""
 
     delay: "MeasuredDelay | None"
     rate: float | None
