@@ -1,4 +1,4 @@
-"""Bump and valley: a ball on the visible relief. The rendered force may be that of a different relief."""
+"""Bump and valley: a ball on the visible relief. The felt force may belong to another relief."""
 
 import numpy as np
 

@@ -89,7 +89,7 @@ class ReadOut:
         self._clock.invalidate()
 
     def refresh(self, motion: Motion) -> bool:
-        """Copy the drawn row's values into the shown numbers if an update is due; return whether it was."""
+        """Copy the drawn row into the shown numbers if an update is due; return whether it was due."""
         due = not self._clock.isValid() or self._clock.elapsed() >= EACH_MS or self._contradicts(motion)
         if due:
             self._clock.start()
