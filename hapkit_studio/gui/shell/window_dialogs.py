@@ -30,7 +30,7 @@ HAND_KEYS = (
     ("Code: the law language", "F1"),
 )
 _SHEET_WIDE, _SHEET_HIGH = 520, 440
-_LONGEST = 40  # maximum number of letters of a marker, so that it fits beside its divider
+_LONGEST = 40  # maximum number of letters of a marker; a longer text has no space beside its divider
 
 
 class KeysDialog(TextDialog):
@@ -64,7 +64,7 @@ class KeysDialog(TextDialog):
             self._form.setRowVisible(head, any(found))
 
     def _add(self, title: str, lines: Iterable[tuple[str, str]], explained: bool = False) -> None:
-        """Add a group: keys beside their actions, or explanations below their terms."""
+        """Add a group of lines: keys and actions or, if ``explained``, terms and explanations."""
         form, rows = self._form, []
         name = label(title, "section")
         name.setContentsMargins(0, 10, 0, 2)
@@ -92,7 +92,7 @@ class KeysDialog(TextDialog):
 
 
 def priority_dialog(found: "Priority", parent: QWidget) -> TextDialog:
-    """Return the dialog on the loop's real-time priority and how to improve it."""
+    """Return the dialog that shows the loop's real-time priority and how to raise it."""
     more = found.how or "This system allows no more."
     return text_dialog("Real-time priority", [f"The loop runs with: {found.text}.", more], parent)
 
@@ -104,7 +104,7 @@ def about_dialog(parent: QWidget) -> TextDialog:
 
 
 class MarkerDialog(WordsDialog):
-    """Adds a marker at the time at which the dialog was opened, even if typing takes long."""
+    """Adds a marker. The marker's time is the time at which the dialog was opened."""
 
     def __init__(self, recording: Recording, live: Live, parent: QWidget | None = None):
         super().__init__("Marker", "A few words, or none", _LONGEST, self._note, parent)

@@ -133,9 +133,9 @@ class WindowLayout(QWidget):
         self._settings.setValue("panel_width", self._panel_width)
 
     def _place_banners(self, across: bool) -> None:
-        """Place the banners beside the panel, so that a dragged slider does not move.
+        """Place the banners beside the panel or, if ``across``, above all parts.
 
-        If ``across``, above all parts.
+        A banner beside the panel does not move a slider that the user is dragging.
         """
         if across:
             self._column.insertWidget(1, self._banners)
