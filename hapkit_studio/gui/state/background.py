@@ -1,4 +1,4 @@
-"""Background work: long jobs with progress and cancel, and answers to the newest of quick requests."""
+"""Background work: long jobs with progress and cancel, and quick requests, of which the newest counts."""
 
 import threading
 import time
@@ -25,9 +25,9 @@ class Job(QObject):
     """Runs one job at a time in a thread; a new job replaces the running one.
 
     ``work(progress)`` returns the result. It must call ``progress(done, of)`` often; this call raises once
-    the job is cancelled. ``needs`` is the part that must be compiled before, "" for none; ``preparing`` is
-    emitted while it is being compiled. ``must_finish``: ``end`` waits and does not cancel, because an
-    incomplete file is useless.
+    the job is cancelled. ``needs`` is the part that must be compiled before the job, or "". ``preparing`` is
+    emitted while this part is being compiled. ``must_finish``: ``end`` waits for the job and does not cancel
+    it, because an incomplete file is useless.
     """
 
     preparing = Signal()
@@ -64,7 +64,7 @@ class Job(QObject):
             self.running_changed.emit(False)
 
     def wait(self) -> None:
-        """Wait until the thread has ended; tests and closing need this."""
+        """Wait until the thread has ended; tests and the closing window call this."""
         while self._threads:
             self._threads.pop().join()
 
@@ -98,7 +98,7 @@ class Job(QObject):
             self._done.emit(token, None, f"An error occurred: {error}")
 
     def _prepare(self, token: object) -> None:
-        """Wait until a program has compiled the needed part; compiling in a thread freezes the window."""
+        """Wait until a separate program has compiled the needed part: a thread would freeze the window."""
         program = prepare.begin(self._needs) if self._needs else None
         if program is None:
             return
@@ -124,7 +124,7 @@ class Job(QObject):
 class LatestResult(QObject):
     """Answers the newest request in a thread and emits ``answered``; a new request replaces a waiting one.
 
-    ``late`` is emitted if there is no answer after LATE_MS, so that the shown result is out of date.
+    ``late`` is emitted if there is no answer within LATE_MS; the shown result is then out of date.
     """
 
     answered = Signal(object)
@@ -174,7 +174,7 @@ class LatestResult(QObject):
     def _deliver(self, job: Future[Any]) -> None:
         if job is self._job:
             self._waiting.stop()
-            if not isinstance(job.exception(), StudioError):  # a law that is too slow has no answer
+            if not isinstance(job.exception(), StudioError):  # a law that is too slow gets no answer
                 self.answered.emit(job.result())
 
 

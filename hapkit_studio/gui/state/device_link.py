@@ -181,7 +181,7 @@ class DeviceLink(QObject):
             self._adopt(engine)
 
     def _retry(self) -> None:
-        """Try to reconnect, unless an attempt is running: that would reset a board that is just starting."""
+        """Try to reconnect, unless an attempt is running: a second one would reset a starting board."""
         if self.entry is not None and self._served == self._request:
             self._open(self.entry)
 
@@ -192,7 +192,7 @@ class DeviceLink(QObject):
         return old
 
     def _note_waiting(self, request: int, words: str) -> None:
-        """Show what the opening is waiting for; at this stage a lost board is present again."""
+        """Show what the connection attempt is waiting for. A lost board is connected again by then."""
         link = self.link
         if request != self._request:
             return
@@ -214,7 +214,7 @@ class DeviceLink(QObject):
         self.engine_changed.emit()
 
     def _fail(self, error: DeviceError) -> None:
-        """Show why there is no device; still try to reconnect to a lost device or a busy port."""
+        """Show why there is no device; for a lost device or a busy port, keep trying to reconnect."""
         if self.link.state in ("gone", "failed") and self._again.isActive():
             if not self._should_report(error):
                 return
@@ -224,9 +224,9 @@ class DeviceLink(QObject):
         self._set_link(LinkStatus("failed", title, error.brief, error.step, error.command))
 
     def _should_report(self, error: DeviceError) -> bool:
-        """Return whether to report a failed attempt.
+        """Return whether to report a failed attempt, which is the case after several failures.
 
-        After busy and permission errors, more attempts follow.
+        After busy and permission errors, the attempts go on; after any other reported error, they end.
         """
         if isinstance(error, PortGoneError):
             self._refusals = 0

@@ -79,7 +79,7 @@ def usable(
 
 
 class Readiness(QObject):
-    """Knows each environment's state: "ready", "preparing", "next" (requested) or "broken".
+    """Tracks each environment's state: "ready", "preparing", "next" (requested) or "broken".
 
     Polling stops once all environments are ready. If the compiling programs have ended and a law is still
     missing, the law is compiled in the window when the user chooses it. ``changed`` is emitted when a state
@@ -115,7 +115,7 @@ class Readiness(QObject):
     def expect(self, library: Mapping[str, Environment], soon: Collection[str]) -> None:
         """Start waiting for all environments that are not compiled.
 
-        Those compiled with the loop are excluded.
+        The environments in ``soon`` are excluded, because they are compiled together with the loop.
         """
         self._waiting = {k: e for k, e in library.items() if k not in soon and not e.force.is_compiled()}
         if self._waiting:
@@ -123,7 +123,7 @@ class Readiness(QObject):
             self.changed.emit()
 
     def follow(self, programs: Sequence[Popen]) -> None:
-        """Wait only until these programs, which compile the expected environments, have ended."""
+        """Stop waiting once these programs, which compile the expected environments, have ended."""
         self._programs = programs
         self.refresh()
 

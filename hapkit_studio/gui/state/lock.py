@@ -22,7 +22,7 @@ ENTRY = "lock"
 """Name of the lock's entry in the stored settings."""
 _COST = {"n": 2**14, "r": 8, "p": 1}
 _SALT, _DIGEST = 16, 64  # numbers of bytes of salt and digest
-# length of a place, by its first element
+# number of elements of a Place, by its first element
 _LENGTHS = {"environment": 2, "value": 3, "loop": 1, "grip": 1, "device": 1}
 
 
@@ -60,7 +60,7 @@ class Lock:
 
     @classmethod
     def read(cls, text: object) -> "Lock":
-        """Return the lock from a string that ``text`` has made; raise FileError if it is damaged."""
+        """Return the lock from a string made by ``text``; raise FileError if the string is damaged."""
         if text == "":
             return cls()
         stored = checked_table(parse_json(str(text), ENTRY), ENTRY)

@@ -65,10 +65,10 @@ def declared_words(text: str) -> Mapping[str, str]:
 
 
 def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
-    """Return the environment with the scene that it names; if this scene does not fit, only show the handle.
+    """Return the environment with the scene that it names; if this scene does not fit, with the handle only.
 
     A scene reads parameters and state by name. The environment must therefore have the same state names, and
-    limits within those for which the scene was drawn.
+    its limits must lie within those for which the scene was drawn.
     """
     theirs = built_in().get(environment.scene)
     if theirs is None:
@@ -102,7 +102,7 @@ def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
 
 
 class OwnEnvironments(QObject):
-    """The user's own environments; no code of a file is executed here before its trial elsewhere has passed.
+    """The user's own environments. A file must pass a trial in another process before this one executes it.
 
     ``asked(source)``: the user has chosen an untrusted file. ``chosen``: the user has chosen a trusted file
     or a built-in environment. ``began(path)`` and ``judged(path, verdict)`` are emitted at the start and the
@@ -246,7 +246,7 @@ class OwnEnvironments(QObject):
     def _activate(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
         """Select a loaded environment in place of its older version."""
         path = environment.source.path
-        if verdict == TrialResult():  # this is the result of an earlier trial, which had no remarks
+        if verdict == TrialResult():  # the result of an earlier trial has no remarks
             verdict = TrialResult(remarks=remarks(environment))
         old = self._loaded.get(path)
         self._loaded[path] = environment
@@ -254,7 +254,7 @@ class OwnEnvironments(QObject):
         self._studio.adopt(environment)
         if old is not None and old.key != environment.key:
             self._studio.drop(old.key)
-        QTimer.singleShot(0, self, lambda: self._publish(path, verdict))  # do this after the next frame
+        QTimer.singleShot(0, self, lambda: self._publish(path, verdict))  # publish after the next frame
 
     def _key_owner(self, key: str, path: Path) -> str:
         """Return the other file or environment that uses a key; "" if there is none."""

@@ -26,7 +26,7 @@ ALWAYS = ("free", "wall")
 FIRST = "wall"
 _SOURCES = ("analysis", "devices", "dynamics", "environments", "haptics", "laws", "protocol")
 _STAMPED = ("loop", "verdict", "boards", "analysis")
-# nice values of parts that the user does not wait for
+# nice values (low priority) for parts that the user does not wait for
 _NICE = {"laws": 10, "boards": 19, "analysis": 10}
 _GENTLY = "--gently"
 _MOST_PROGRAMS = 2
@@ -45,7 +45,7 @@ def stamp(part: str) -> Path:
 def prepared(part: str) -> bool:
     """Return whether a part was compiled before.
 
-    "laws" has no stamp, because each law knows its own state.
+    The part "laws" has no stamp, because each law itself knows whether it is compiled.
     """
     return stamp(part).exists() or (uses_shipped_code() and not FILLING)
 
@@ -118,7 +118,8 @@ def compile_loop(key: str) -> None:
 def compile_paddle(key: str) -> None:
     """Compile the simulated paddle, the loop's functions except the tick, and its first laws.
 
-    To balance the load, it starts with the end of the tick, before the other program reaches that.
+    To balance the load, this program first compiles the last function of the tick, before the other program
+    reaches that function.
     """
     from numba import typeof
 
@@ -140,7 +141,7 @@ def compile_paddle(key: str) -> None:
     health.add_lateness(health.new_histogram(), 0.0)
     clock.until(clock.now())
     compile_laws(*ALWAYS, key)
-    count_response("difference", 1000.0, _QUANTUM)  # the window's warnings need this
+    count_response("difference", 1000.0, _QUANTUM)  # the window's warnings call this function
 
 
 def compile_laws(*keys: str) -> None:

@@ -114,9 +114,9 @@ def _items(table: dict[str, Any], name: str, wrong: list[str]) -> Iterator[tuple
 
 
 def number(parameter: AnyParameter, value: object) -> float:
-    """Return a value as the number that the law takes; raise ParameterError.
+    """Convert a stored value to the number that the law uses; raise ParameterError.
 
-    Options are stored by name.
+    An option is stored by its name.
     """
     if isinstance(parameter, Choice) != isinstance(value, str):
         wanted = f"one of {', '.join(parameter.options)}" if isinstance(parameter, Choice) else "a number"

@@ -32,7 +32,7 @@ class Recording(QObject):
     failed = Signal(str, str)
 
     def __init__(self, device: DeviceLink, environment: Callable[[], str], parent: QObject):
-        """``environment()`` returns the key of the current environment, with which file names begin."""
+        """``environment()`` returns the current environment's key; the names of files begin with this key."""
         super().__init__(parent)
         self._device, self._environment = device, environment
         self._recorder: Recorder | None = None

@@ -26,9 +26,9 @@ class StoredSettings(QSettings):
         self.rejected: dict[str, str] = {}
 
     def read(self, name: str, default: T, check: Callable[[object], T]) -> T:
-        """Return the stored value as ``check`` converts it; if there is none or it is rejected, the default.
+        """Return the stored value, converted by ``check``, or the default if there is no valid value.
 
-        ``check`` raises ParameterError.
+        ``check`` raises ParameterError to reject a value.
         """
         if not self.contains(name):
             return default
@@ -59,7 +59,7 @@ class StoredSettings(QSettings):
         return self.read(name, {}, lambda value: checked_table(parse_json(str(value), name), name))
 
     def geometry(self, name: str, restore: Callable[[QByteArray], bool]) -> bool:
-        """Return whether ``restore`` has applied a stored geometry."""
+        """Pass a stored geometry to ``restore``; return whether it was applied."""
 
         def check(value: object) -> bool:
             if not isinstance(value, QByteArray) or not restore(value):

@@ -1,4 +1,4 @@
-"""The user's choices and the engine that renders them. The window accesses the engine only through this."""
+"""The user's choices and the engine that renders them. The window uses the engine only via Studio."""
 
 import math
 import time

@@ -69,7 +69,7 @@ def put(studio: Studio, settings: Settings) -> None:
 def change_text(studio: Studio, before: Settings, after: Settings) -> str:
     """Describe a change for a menu, for example "stiffness 300 → 500 N/m".
 
-    A new velocity filter includes its options.
+    If the velocity filter has changed, the text includes the options of the new filter.
     """
     if ENVIRONMENT in after:
         known = studio.environments
@@ -93,7 +93,10 @@ def joined(first: tuple[Settings, Settings], then: tuple[Settings, Settings]) ->
 
 
 def differences(studio: Studio, before: Settings, after: Settings) -> list[Difference]:
-    """Return the differences between two sets of settings in settings of both, except the environment."""
+    """Return the differences between two sets of settings, except that of the environment.
+
+    Settings that only one of the sets contains are ignored.
+    """
     return [
         _difference(studio, place, before[place], value)
         for place, value in after.items()
