@@ -37,7 +37,7 @@ def score(right: int, answers: int) -> str:
 
 
 class BlindPage(Page):
-    """Replaces the plots until ``ended`` is emitted with the score as text.
+    """The page of the comparison. It replaces the plots until ``ended`` is emitted with the score as text.
 
     The rendered values are hidden from the window; choosing another environment ends the comparison.
     """
@@ -46,7 +46,7 @@ class BlindPage(Page):
     title, about, reason = "Blind comparison", _ABOUT, permissions.BLIND
 
     def __init__(self, studio: Studio, pair: "Sequence[Values]", source: random.Random | None = None):
-        """``pair`` holds the environment's values for A and for B."""
+        """``pair`` contains the environment's values for A and for B."""
         super().__init__()
         self._studio, self._source, self._values = studio, source or random.Random(), list(pair)
         self._wanted, self._question = self._ask()
@@ -155,7 +155,7 @@ class BlindComparison(QObject):
             self._studio.refused.emit(f"{self._studio.hidden}.")
             return
         self.beginning.emit()
-        if not self._two.comparable:  # the comparison that has just ended belonged to another environment
+        if not self._two.comparable:  # the settings belong to another environment
             self._studio.refused.emit(_OTHERS)
             return
         key = self._studio.environment.key

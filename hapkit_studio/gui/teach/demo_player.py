@@ -23,9 +23,9 @@ _RATE = "loop", "rate"
 class DemoPlayer(QObject):
     """Changes settings and moves the virtual hand as a demo prescribes, until the user takes over or ends it.
 
-    The previous settings are then restored. A real motor waits for *Render*; otherwise the player stops and
-    does not release the E-stop. ``changed`` is emitted when a demo starts or ends, and for each new caption.
-    ``clock()`` returns the time in s.
+    The previous settings are then restored. If a real motor waits for *Render*, the demo goes on; any other
+    E-stop ends the demo, and the player never releases it. ``changed`` is emitted when a demo starts or ends,
+    and for each new caption. ``clock()`` returns the time in s.
     """
 
     changed = Signal()
@@ -150,7 +150,7 @@ class DemoPlayer(QObject):
         self.changed.emit()
 
     def _end_if_begun(self) -> None:
-        """End the demo when the device changes: the new one may have no hand, or a motor."""
+        """End the demo when the device changes: the new device may have a real motor, or no virtual hand."""
         if self._start is not None:
             self.end()
 

@@ -29,7 +29,7 @@ Path_ = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True)
 class Step:
-    """The settings, the caption and the hand's path of a demo from ``at`` s on.
+    """One step of a demo: settings, caption and the hand's path, valid from the time ``at`` in s on.
 
     The path consists of (time in s, position in m). Without a path the handle is released.
     """

@@ -77,7 +77,7 @@ class PointingDialog(FormDialog):
 class PointingPage(Page):
     """Guides the user through the trials below the scene.
 
-    ``ended`` is emitted when no value is hidden any more.
+    ``ended`` is emitted when the values are no longer hidden.
     """
 
     ended = Signal()
@@ -222,7 +222,7 @@ class PointingExperiment(QObject):
         page = PointingPage(self._studio, self._live, self._scene, run)
         try:
             page.begin()
-        except ParameterError as error:  # friction is locked
+        except ParameterError as error:  # the settings of the friction are locked
             page.end()
             page.deleteLater()
             self._studio.refused.emit(str(error))

@@ -20,7 +20,7 @@ from hapkit_studio.parameters import AnyParameter, Choice
 from hapkit_studio.quantity import Quantity
 
 VALUES = 2
-_ROOM_FOR_SLIDERS = 200  # px: the sliders are hidden if the card is lower than this
+_ROOM_FOR_SLIDERS = 200  # px: minimum height of the card for sliders; in a lower card they are hidden
 
 
 class LargeValue(QWidget):

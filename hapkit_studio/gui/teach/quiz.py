@@ -60,7 +60,7 @@ def draw(parameter: Parameter, source: random.Random) -> list[float]:
 
 
 def first_calm(asked: "VerdictInput", key: str, drawn: list[float], progress: Progress) -> float | None:
-    """Return a parameter's first value for which the verdict is calm; None if there is no such value."""
+    """Return the first drawn value for which the verdict is calm; None if there is no such value."""
     from hapkit_studio.analysis.stability.verdict import verdict  # imported late to keep start-up fast
 
     for done, value in enumerate(drawn):
@@ -101,7 +101,7 @@ class QuizSide(SidePanel):
         self.leave.clicked.connect(lambda: studio.hide_values(None))
 
     def begin(self) -> None:
-        """Lock all settings, because the values are drawn for them, and draw the first value."""
+        """Lock all settings, because the verdict is valid for these only, and draw the first value."""
         self._studio.hide_values(self._asked.values, QUIZ)
         self.ask()
 
@@ -161,7 +161,7 @@ class Quiz(QObject):
         self._studio, self._card, self._views = studio, card, views
         self.side: QuizSide | None = None
         studio.hidden_changed.connect(self._refresh)
-        studio.engine_changed.connect(self.end)  # values are checked for one device only
+        studio.engine_changed.connect(self.end)  # the verdict is valid for one device only
 
     @property
     def parameter(self) -> Parameter | None:
@@ -173,7 +173,7 @@ class Quiz(QObject):
         return None if studio.why_fixed("value", studio.environment.key, wanted.key) else wanted
 
     def begin(self, source: random.Random | None = None) -> None:
-        """Ask about the current environment; ``source`` draws the values."""
+        """Ask about the current environment; ``source`` generates the random values."""
         wanted, asked = self.parameter, self._card.verdict_input()
         if wanted is not None and asked is not None:
             self.side = QuizSide(self._studio, asked, wanted, source or random.Random())

@@ -1,4 +1,4 @@
-"""The experiment on the just-noticeable difference: a blind comparison whose steps a staircase chooses."""
+"""The experiment on the just-noticeable difference: a blind comparison with a staircase procedure."""
 
 import random
 from typing import TYPE_CHECKING
@@ -58,7 +58,7 @@ def comparable(studio: Studio) -> list[Parameter]:
 
 
 class ThresholdDialog(FormDialog):
-    """Asks for the parameter to be compared; ``begun`` is emitted with it."""
+    """Asks for the parameter to be compared; ``begun`` is emitted with this parameter."""
 
     begun = Signal(object)
 
@@ -107,7 +107,7 @@ class ThresholdPage(BlindPage):
             self.trials = RecordedTrials(self._studio.recording)
 
     def answer(self, place: int) -> None:
-        """Record an answer, and let the staircase choose the next step."""
+        """Record an answer, and let the staircase choose the next difference."""
         turns, step = len(self.stairs.reversals), self.stairs.step * self.base
         more = self._order.index(self._wanted) + 1
         self.stairs.answer(place + 1 == more)
