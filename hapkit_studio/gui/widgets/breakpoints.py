@@ -1,6 +1,7 @@
-"""Breakpoints: the window sizes below which parts are hidden or made smaller, in this order.
+"""Breakpoints: the window sizes below which parts are hidden or made smaller.
 
-All sizes are device-independent pixels at scale 1; in a large window, all parts grow by one factor.
+The numbers in the comments give the order. All sizes are device-independent pixels at scale 1. In a large
+window, all parts grow by the same factor.
 """
 
 # A window that is larger than LARGE in both directions is scaled up in steps. A window that is smaller than
@@ -22,8 +23,8 @@ GAP = 12
 HEADER_HEIGHT, BANNER_HEIGHT = 52, 54
 BANNERS = 2  # maximum number of banners shown at a time
 
-# 1. If the centre is narrower than this, the gallery becomes a rail of icons and keys, and the panel becomes
-# narrower.
+# 1. If the centre is narrower than CENTRE, the gallery becomes a rail of icons and keys, and the panel
+# becomes narrower.
 CENTRE = 880
 GALLERY, RAIL, GALLERY_MOST = 228, 64, 320
 PANEL, PANEL_NARROW, PANEL_MOST = 300, 272, 440
@@ -41,13 +42,13 @@ _USUAL_CENTRE, _FREE_FOR_PLOTS = 910, 430
 # as wide as its text. In a header narrower than HEADER_ICONS, icons are hidden, too.
 KEY_CAPS, HEADER_ICONS = 1440, 1180
 
-# 4. If the centre is narrower than this, a switch selects the time plots or the force–position plot. Beside a
-# law, the plot needs a wider centre.
+# 4. If the centre is narrower than PLOTS_BESIDE, a switch selects the time plots or the force–position plot.
+# Beside a law, the force–position plot needs a centre at least LAW_BESIDE wide.
 PLOTS_BESIDE, LAW_BESIDE = 720, 1240
 PHASE, _PHASE_SHARE, _PHASE_MOST = 348, 0.32, 680
 
-# 5. If the window is smaller than this, its panel is a drawer. In a narrower window, banners take the whole
-# width.
+# 5. If the window is smaller than DRAWER_WIDTH or DRAWER_HEIGHT, its panel is a drawer. In a window narrower
+# than BANNERS_BESIDE_PANEL, banners have the whole width.
 DRAWER_WIDTH, DRAWER_HEIGHT = 1280, 640
 BANNERS_BESIDE_PANEL = 1100
 
@@ -74,7 +75,7 @@ def projected_scene(window: int, free: int) -> int:
 def gallery_width(window: float, gallery: float, panel: float) -> float:
     """Return the gallery's width for preferred widths of gallery and panel.
 
-    It is a rail if there is little space.
+    If there is little space, this is the width of the rail.
     """
     return RAIL if window - max(gallery, GALLERY) - max(panel, PANEL) < CENTRE else gallery
 

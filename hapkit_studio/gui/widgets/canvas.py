@@ -13,7 +13,7 @@ from hapkit_studio.formatting import tick_labels
 from hapkit_studio.gui.widgets.text import paint_words
 from hapkit_studio.gui.widgets.theme import theme
 
-# fractions of the range: data closer than this are on the frame; margin beyond the data
+# fractions of the range: distance from the frame below which data extend the range; margin of the new range
 _EDGE, _MARGIN = 0.04, 0.12
 _LOOSE = 1.15  # an axis is fitted to this multiple of the data's range
 _OVERHANG = 40  # px: a label may extend beyond the frame by this much
@@ -28,7 +28,7 @@ def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> lis
     """Return the ticks in [low, high]: multiples of a step 1, 2 or 5 × 10ⁿ.
 
     The step is the smallest with at most ``most`` ticks. ``gaps`` is the maximum number of steps in the
-    range, from which a minimum distance of the labels follows.
+    range; it ensures a minimum distance between labels.
     """
     span = max(high - low, 1e-12)
     least = span / gaps
@@ -44,7 +44,7 @@ def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> lis
 def widened(shown: tuple[float, float], low: float, high: float) -> tuple[float, float]:
     """Return the range extended to show [low, high], with a margin on each extended side.
 
-    The range is extended before a line reaches the frame.
+    A side is extended as soon as the data come close to the frame.
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return shown
@@ -65,7 +65,7 @@ def fitted(low: float, high: float, least: float) -> tuple[float, float]:
 
 
 def with_nearest(low: float, high: float, places: np.ndarray) -> tuple[float, float]:
-    """Return [low, high] if it contains one of some values (n,); otherwise extend it to the nearest one."""
+    """Return the interval [low, high], extended if necessary to contain at least one of the values (n,)."""
     if not len(places):
         return low, high
     nearest = float(places[np.argmin(np.maximum(low - places, places - high))])
@@ -203,7 +203,7 @@ class Canvas(pg.GraphicsView):
         return box
 
     def to_pixels(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
-        """Map data to pixels with the mapping of the last ``measure``; painting calls that first."""
+        """Map data to pixels with the mapping of the last ``measure``; painting calls ``measure`` first."""
         left, across, bottom, up = self._map
         return left + x * across, bottom + y * up
 

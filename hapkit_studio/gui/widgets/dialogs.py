@@ -25,7 +25,7 @@ def on_screen(widget: QWidget, size: tuple[int, int]) -> QSize:
 
 
 class TextDialog(QDialog):
-    """A non-modal dialog, because the motor keeps running. It replaces an open dialog with the same title."""
+    """A dialog that replaces an open one with the same title; non-modal, because the motor keeps running."""
 
     def __init__(self, title: str, parent: QWidget | None = None):
         super().__init__(parent)

@@ -1,6 +1,6 @@
 """A row of the gallery with icon, title, summary and shortcut.
 
-On a narrow rail, with icon and shortcut only.
+On a narrow rail, the row has only an icon and a shortcut.
 """
 
 from PySide6.QtCore import QRectF, QSize, Qt
@@ -46,7 +46,7 @@ class GalleryRow(QAbstractButton):
     def set_words(self, icon: str, title: str, summary: str, waiting: str = "") -> None:
         """Set icon and texts. ``waiting`` says why the environment is not available yet.
 
-        Its colours are faded then.
+        The icon and the shortcut of such a row are pale.
         """
         self.picture, self.title, self.summary, self.waiting = icon, title, summary, waiting
         words = waiting or summary
@@ -55,7 +55,7 @@ class GalleryRow(QAbstractButton):
         self.update()
 
     def set_rail(self, rail: bool, height: int) -> None:
-        """Show only icon and key, with title and summary as a tooltip; or show all parts."""
+        """Set the height; on a rail, show icon and key only, and title and summary as a tooltip."""
         self.rail = rail
         self.setFixedHeight(height)
         self._show_tip()
@@ -118,7 +118,9 @@ class GalleryRow(QAbstractButton):
             lines = [("body", color, self.title, 0, self.height())]
         for role, token, words, top, height in lines:
             font = theme.font(role)
-            if QFontMetrics(font).horizontalAdvance(words) > room:  # otherwise the text would be truncated
+            if (
+                QFontMetrics(font).horizontalAdvance(words) > room
+            ):  # with normal spacing, the text would be cut off
                 font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, _TIGHT)
             painter.setPen(theme.color(token))
             painter.setFont(font)

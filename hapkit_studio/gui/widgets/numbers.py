@@ -28,7 +28,7 @@ _THOUSANDS = re.compile(r"-?[1-9]\d{0,2}(,\d{3})+(\.\d+)?")
 _BEYOND = 1e9
 _HEIGHT = 20
 _THUMB = 16.0
-_END = 11.0  # px: distance from the thumb at a limit to the slider's end, for the focus ring
+_END = 11.0  # px: space for the focus ring between a thumb at its limit and the slider's end
 _GROOVE = 4.0
 
 

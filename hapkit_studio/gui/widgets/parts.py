@@ -74,7 +74,7 @@ def refill(box: QBoxLayout, parts: Iterable[QWidget]) -> None:
 class Words(QLabel):
     """A label that does not wrap between a number and its unit, nor within a unit.
 
-    ``text`` returns the text without the changes for this.
+    ``text`` returns the text as it was set, without the non-breaking characters.
     """
 
     def __init__(self, text: str):
@@ -193,7 +193,7 @@ SIDE = 16
 
 
 class ScrollColumn(QScrollArea):
-    """A scrolling column. The scroll bar is in its margin, so that it does not move the widgets.
+    """A scrolling column. The scroll bar is in the column's margin, so that showing it moves no widget.
 
     A row that the bottom edge cuts is hidden, unless it is at least half as tall as the view.
     """
@@ -243,7 +243,7 @@ class ScrollColumn(QScrollArea):
         bar.setValue(max(bar.value(), min(top, bottom - self.viewport().height())))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Resize with the column, as Qt's own scroll area does, and with the rows in it."""
+        """Update the cover of a cut row after the column or a row in it has been resized."""
         done = super().eventFilter(watched, event)
         if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
             self._cover_cut_row()
@@ -254,7 +254,7 @@ class ScrollColumn(QScrollArea):
         self._cover_cut_row()
 
     def _cover_cut_row(self) -> None:
-        """Cover a row that the bottom edge cuts, and a line that has no visible row below it."""
+        """Cover a row that the bottom edge cuts, and a dividing line directly above covered rows."""
         view = self.viewport()
         end = edge = self.verticalScrollBar().value() + view.height()
         spans = [(part.mapTo(self.body, QPoint()).y(), part.height()) for part in rows_of(self.body)]

@@ -56,7 +56,7 @@ def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width:
 
 
 def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a line without the points that are closer than a step, along the line, to the previous one."""
+    """Return a line with at most one point per _LEAST_STEP px along the line, and its last point."""
     steps = np.nan_to_num(np.hypot(np.diff(x), np.diff(y)), nan=10.0 * _LEAST_STEP)
     whole = np.floor(np.concatenate([[0.0], np.cumsum(steps)]) / _LEAST_STEP)
     kept = np.concatenate([[True], np.diff(whole) > 0])
@@ -94,7 +94,7 @@ def dashed(
     if not len(edges) or along[-1] > _HAZE * max(np.nanmax(x) - np.nanmin(x), 1.0):
         return joined(x, y)
     lengths = along[edges[:, 1] - 1] - along[edges[:, 0]]
-    # each run starts at a multiple of the period in the concatenated line
+    # each part between two NaN starts at a multiple of the period in the concatenated line
     ends = np.cumsum(np.ceil(lengths / period) * period)
     begins = np.concatenate([[0.0], ends[:-1]])
     start = np.arange(0.0, ends[-1] - 0.5 * period, period)
