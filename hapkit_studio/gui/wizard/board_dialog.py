@@ -1,4 +1,4 @@
-"""A dialog that owns the board. It has an E-stop, Esc stops the motor, and closing returns the board."""
+"""A dialog that owns the board. It has an E-stop, and Esc stops the motor."""
 
 import math
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ class Recent:
 
 
 class BoardDialog(QDialog):
-    """A non-modal dialog that takes the board from the loop while it is open, and returns it."""
+    """A non-modal dialog that takes the board from the loop, and returns it when the dialog is closed."""
 
     title = ""
 
@@ -69,7 +69,7 @@ class BoardDialog(QDialog):
 
     @classmethod
     def open_over(cls, studio: "Studio", window: QWidget, closed: SignalInstance) -> "BoardDialog":
-        """Open the dialog over the window, or raise the one that owns the board; the window will close it."""
+        """Open a dialog that the signal ``closed`` closes, or raise the open dialog that owns the board."""
         for dialog in window.findChildren(BoardDialog):
             if dialog.isVisible():
                 dialog.raise_()
@@ -85,7 +85,7 @@ class BoardDialog(QDialog):
 
     @staticmethod
     def prepare(runner: "BoardRunner") -> Any:
-        """Return the argument of jobs; it is made from the open board in the board's thread."""
+        """Return the argument of every job; the board's thread calls this when the board is open."""
         return runner
 
     def show_recent(self, recent: Recent) -> None:

@@ -25,8 +25,8 @@ class BoardThread(QObject):
     """Opens a board in a thread of its own; ``run_job`` runs a job with the result of ``prepare``.
 
     Signals are emitted in the window's thread. ``refused``: a job ended without a result, and the board is
-    still connected. ``failed``: the board is lost; no job runs until ``start`` is called. ``progressed`` has
-    the argument of ``report_progress`` in a job.
+    still connected. ``failed``: the board is lost; no job runs until ``start`` is called. ``progressed`` is
+    emitted with the argument of ``report_progress`` in a job.
     """
 
     opened = Signal(object)
@@ -71,7 +71,7 @@ class BoardThread(QObject):
     def run_job(self, job: Job, after: Callable[[Any], object]) -> bool:
         """Run a job, then call ``after(result)`` in the window's thread.
 
-        Return False if busy or without a board.
+        Return False if another job runs or if there is no board.
         """
         if self.busy or self.runner is None:
             return False
@@ -114,7 +114,7 @@ class BoardThread(QObject):
             self.runner.board.move_hand(place)
 
     def end(self) -> None:
-        """Switch the motor off, release the board, and wait for this; a second call does nothing."""
+        """Switch the motor off, release the board, and wait for the thread; a second call does nothing."""
         self._quit.set()
         self._timer.stop()
         if self.runner is not None:
@@ -168,7 +168,7 @@ class BoardThread(QObject):
             self._reports.put(("done", job(self.subject)))
         except StudioError as error:
             self._reports.put(("refused", str(error)))
-        except OSError as error:  # an error of a file, because errors of the port are DeviceError
+        except OSError as error:  # this is an error of a file; errors of the port are DeviceError
             self._reports.put(("refused", f"{error.strerror}: {error.filename}."))
 
     def report_progress(self, what: object) -> None:

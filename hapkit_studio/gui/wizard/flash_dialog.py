@@ -111,7 +111,7 @@ class FlashDialog(FormDialog):
         self.bar.setValue(max(done - _WHOLE, 0))
 
     def _written(self, result: Flashed) -> None:
-        """Open the board again; its answer arrives together with the link."""
+        """Open the board again. Its answer is shown as soon as the connection runs."""
         self._flashed = result
         self.write.setText("Flash")
         self._show_busy(False)
@@ -131,7 +131,7 @@ class FlashDialog(FormDialog):
         if link.state != "running":
             self.verdict.say(f"{wrote} {link.text}", "triangle", "warn")
         elif engine is None:
-            return  # the engine will emit its signal again
+            return  # this method is called again when there is an engine
         else:
             found = engine.device.about()
             words = f"The board answers: build {found['firmware']}, protocol version {found['protocol']}."

@@ -60,15 +60,15 @@ class KitDrawing(QSvgWidget):
         self.renderer().setAspectRatioMode(Qt.AspectRatioMode.KeepAspectRatio)
 
 
-_PER_NEWTON = 90.0  # px per newton of the force's arrow
+_PER_NEWTON = 90.0  # px: length of the force's arrow per newton
 _BESIDE = 8  # px: distance between the button and the edges
 
 
 class HandleView(SceneView):
     """Draws the handle on its rail, marks and, optionally, the motor's force.
 
-    ``marks`` are positions in m, each with whether its mark was taken. A simulated hand holds the handle
-    where it was dragged, so that the user can press a button meanwhile; the button *Let go* releases the
+    ``marks`` maps the position of each mark in m to True if the mark was taken. After dragging, a simulated
+    hand holds the handle in place, so that the user can press a button. The button *Let go* releases the
     handle.
     """
 
@@ -161,7 +161,7 @@ class HandleView(SceneView):
 
 SECONDS = 10.0
 _MOST_POINTS = 1500
-_JUMP = 64.0  # counts: the sensor's wrap-around is larger than this; smaller steps are motion
+_JUMP = 64.0  # counts: a larger step is the sensor's wrap-around, a smaller step is motion
 
 
 class RecentPlot(pg.PlotWidget):

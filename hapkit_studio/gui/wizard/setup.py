@@ -38,9 +38,9 @@ _WORDS = {_BACK: "Back", _NEXT: "Next", _SKIP: "Skip", _AGAIN: "Try again"}
 
 
 class _Pages(QWizard):
-    """The pages.
+    """The wizard with the steps' pages.
 
-    Keys are passed to the dialog, where Esc stops the motor and Enter presses the focused button.
+    It passes all keys to the dialog, where Esc stops the motor and Enter presses the focused button.
     """
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -50,7 +50,7 @@ class _Pages(QWizard):
 class SetupDialog(BoardDialog):
     """Shows the steps with Back, Next, Skip and a list.
 
-    Every action of the board needs the press of a button.
+    The board acts only after the user has pressed a button.
     """
 
     title = "Set up my Hapkit"
@@ -73,7 +73,7 @@ class SetupDialog(BoardDialog):
         self.column.addWidget(self.pages, 1)
         self._connect()
         self.pages.restart()
-        around = self.list.parentWidget()  # QWizard made this widget, which has a margin
+        around = self.list.parentWidget()  # QWizard has created this widget with a margin
         around.layout().setContentsMargins(0, 0, 0, 0)  # type: ignore[union-attr]
         self._show_opening()
 
@@ -136,7 +136,7 @@ class SetupDialog(BoardDialog):
             self.step.box.show_progress(*self.board.runner.progress)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """If settings have changed, return the board in the stopped state: the handle may be inside a wall.
+        """If settings have changed, return the board stopped, because the handle may be inside a wall.
 
         If the user has released the E-stop in this dialog, the motor is not stopped again.
         """

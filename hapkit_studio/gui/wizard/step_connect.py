@@ -60,7 +60,7 @@ class ConnectStep(StepPage):
         self.enter()
 
     def use_kit(self) -> None:
-        """Apply the numbers of the chosen kit."""
+        """Send the parameters of the chosen kit to the board."""
         kit = profiles.named(self.kits.currentData())
         if kit is profiles.numbered(self.calibration.board.profile):
             self.finish(passed(f"The board is already set to this kit: {kit.title}."))

@@ -123,7 +123,7 @@ class StepPage(QWizardPage):
     ) -> QPushButton:
         """Return a button of the step; it is disabled during a job, or if ``ready()`` is False.
 
-        A button that starts the motor requires the direction test if the step needs that test.
+        If the step needs the direction test, a button that starts the motor is disabled before that test.
         """
         made = as_primary(QPushButton(words)) if primary else QPushButton(words)
         made.setProperty("tall", True)

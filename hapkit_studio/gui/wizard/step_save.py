@@ -1,4 +1,4 @@
-"""The step Save: it shows the changes, asks for the kit's name, and stores them on board and disk."""
+"""The step Save: it shows the changes, asks for the kit's name, and saves all on the board and on disk."""
 
 import math
 from collections.abc import Callable
@@ -71,7 +71,9 @@ class SaveStep(StepPage):
             "Undo it all", "Restoring…", lambda work: work.undo(), lambda _none: self.undone.emit()
         )
         self.keep = self.button("Keep", self.keep_everything)
-        self.foot.insertWidget(0, self.confirm)  # the box must stay in sight even if the table is long
+        self.foot.insertWidget(
+            0, self.confirm
+        )  # below the scrolling part, the box stays visible even if the table is long
         buttons = self.save, self.undo, self.undo_all, self.keep
         self.foot.insertLayout(1, hbox(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
         self.file = self.add_text()
@@ -140,7 +142,7 @@ class SaveStep(StepPage):
         self.finish(passed(f"Saved on the board and in {Path(path).name}. {self._next_start()}"))
 
     def _next_start(self) -> str:
-        """Return the handle's position for a correct zero when the board is switched on."""
+        """Describe where the handle must be when the board is switched on, so that its zero is correct."""
         board = self.calibration.board
         if board.sensor == Sensor.QUADRATURE:
             return (

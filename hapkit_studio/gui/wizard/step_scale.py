@@ -1,4 +1,4 @@
-"""The step Scale: zero and scale follow from marks at which the handle is held; the radii are a check."""
+"""The step Scale: the user holds the handle at marks, which give zero and scale; the radii are a check."""
 
 from PySide6.QtWidgets import QLabel
 

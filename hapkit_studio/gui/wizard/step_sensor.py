@@ -39,5 +39,5 @@ class SensorStep(StepPage):
     def show_recent(self, recent: Recent) -> None:
         super().show_recent(recent)
         bottom, top = _SCALES.get(Sensor(self.calibration.board.sensor), _USUAL)
-        most = int(abs(recent.raw).max())  # an encoder's range is the range of the handle
+        most = int(abs(recent.raw).max())  # an encoder's range depends on how far the handle was moved
         self.plot.show_readings(recent.time, recent.raw, min(bottom, -most) if bottom else 0, max(top, most))

@@ -104,7 +104,7 @@ class StrengthStep(StepPage):
 
     def enable_buttons(self) -> None:
         super().enable_buttons()
-        self.method.setEnabled(not self.board.busy)  # the button that ends a push must stay visible
+        self.method.setEnabled(not self.board.busy)  # another method would hide the button that ends a push
 
     def _show_method(self, index: int) -> None:
         self.how.setText((_WEIGHTS, _SCALE, _SPRINGS)[index])
