@@ -11,7 +11,7 @@ from hapkit_studio.haptics.block import Block
 from hapkit_studio.haptics.record import Record, record, zeros
 from hapkit_studio.laws import native
 
-# the passivity observer can record the law's force in this many cells on each side of its start
+# number of cells, on each side of the start, in which the passivity observer can record the law's force
 CELLS = 640
 
 # the tick's private state: forces in N, positions in m, times in s
@@ -111,14 +111,14 @@ CONTROL = record(
     *_lines("stale_forces", "board_errors"),
 )
 
-# fault codes: those of a law, and between them those of the loop
+# fault codes: laws.native defines those of a law; the other numbers are those of the loop
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL = native.NOT_A_NUMBER, native.LAW_INDEX, native.LAW_FUEL
 LAW_DIVISION = native.LAW_DIVISION
 NO_FAULT, OVER_SPEED, STALE_SENSOR, DEVICE_GONE, RUNAWAY = 0, 4, 5, 6, 7
 SLOW_LAW, SLOW_LINK = 9, 10
 
 # Why the force was temporarily zero: no sample arrived, the computer was suspended, the law blocked the loop,
-# the board switched its motor off although it was answered, or the board's clock jumped.
+# the board switched its motor off although the computer had answered, or the board's clock jumped.
 CAUSES = NO_SAMPLE, AWAY, LAW_BLOCKED, CUT, CLOCK_JUMP = range(5)
 
 

@@ -53,9 +53,9 @@ SETTINGS = record(
 PROGRAM_WORDS = 256
 """int64 words for the board's law: 2,048 bytes, the whole memory of an ATmega328P."""
 
-# replaces an estimator's code: the law reads the true velocity, which the driver has written into the row
+# value in place of an estimator's code: the law reads the true velocity, which the driver writes to the row
 TRUTH = -1
-# replaces program_id: the packed law is a torn copy
+# value in place of program_id: the packed law is a torn copy
 TORN = -1
 
 

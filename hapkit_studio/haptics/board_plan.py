@@ -81,9 +81,10 @@ class RenderingDecision:
     """Who renders the settings in force, computer or board; only the engine decides this.
 
     ``plan`` is how the board renders these settings, or would render them. It is None if the board cannot
-    render them, or while the decision is ``pending``: then the law is being compiled for the board, and the
-    last refusal stays. ``refusal`` says in one line why the board cannot render the settings. ``in_force`` is
-    the plan that the loop uses, None while the computer renders.
+    render them, or while the decision is ``pending``, which means that the law is being compiled for the
+    board. ``refusal`` says in one line why the board cannot render the settings; while the decision is
+    pending, it keeps its last value. ``in_force`` is the plan that the loop uses, None while the computer
+    renders.
     """
 
     where: str = COMPUTER
@@ -141,7 +142,7 @@ class BoardPlanner:
         return answer
 
     def _work_out(self, request: PlanRequest) -> BoardPlan | str:
-        """Try the fastest rate up to the requested one, then the rates that the law's cycles allow."""
+        """Plan for the requested or the fastest rate; if it does not fit, for the next rate that fits."""
         law = request.environment.force
         numbers = tuple(request.values[p.key] for p in law.parameters)
         title, room = request.environment.title, min(self.arena, 8 * block.PROGRAM_WORDS)
@@ -198,7 +199,7 @@ class BackgroundPlanner:
         def work_out() -> None:
             try:
                 planner.plan(request)
-            except Exception as defect:  # nobody reads the future's exception
+            except Exception as defect:  # report it here, because the future's exception is never read
                 traceback.print_exc()
                 planner.store(
                     request, f"{request.environment.title} cannot be rendered on the board: {defect}"
@@ -235,12 +236,12 @@ def share(program: "Program", rate: float) -> float:
 
 
 def frames(rate: float) -> float:
-    """Return the telemetry rate in Hz at a loop rate in Hz: the loop rate over an integer, 500 to 1000."""
+    """Return the telemetry rate, 500 to 1000 Hz: the loop rate in Hz divided by an integer."""
     return rate / math.ceil(rate / 1000.0 - 1e-9)
 
 
 def fits(program: "Program", rate: float) -> bool:
-    """Return True if a law's typical load at a rate in Hz is allowed and its longest call fits."""
+    """Return True if a law fits at a rate in Hz: its typical load is allowed, and its longest call fits."""
     return share(program, rate) <= _SHARE and rate * (program.most + REST_AT_MOST) <= CLOCK
 
 

@@ -87,7 +87,7 @@ def finite(value: float) -> float:
 def fill_row(
     r: LoopArrays, conn: Link, sample: np.ndarray, row: np.ndarray, position: float, period: float
 ) -> None:
-    """Fill in the board's motion, force and state; store the state only while the state's law is in force."""
+    """Fill in the board's motion, force and state; store the state only if its law is in force."""
     t, sign = r.tick, conn.state.sign
     duty = int(sample[codec.PWM])
     applied = sign * math.copysign(conn.motor[min(abs(duty), conn.motor.size - 1)], duty)
@@ -117,7 +117,7 @@ def fill_row(
 def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: bool) -> int:
     """Return the row's flags, and latch the faults that the board reports.
 
-    ``gap`` tells that frames before this one are missing or have no row. Skipped sensor readings also count
+    ``gap`` is true if frames before this one are missing or have no row. Skipped sensor readings also count
     as a gap.
     """
     state, board_flags = conn.state, int(sample[codec.FLAGS])
@@ -206,10 +206,10 @@ def encode_zero(conn: Link, k: int, frame: np.ndarray) -> int:
 
 @internal
 def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Start the handover at zero force; send zero and direction first if a person has changed them.
+    """Start the handover at zero force; send zero and direction first if the user has changed them.
 
-    The board's zero is a count before its direction is applied; its force is a force after the direction is
-    applied.
+    In the board's settings, the zero is a count before the direction is applied, and the force is a force
+    after the direction is applied.
     """
     state, body = conn.state, conn.settings
     state.law_due = 1
@@ -230,7 +230,7 @@ def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndar
 
 @internal
 def send_settings(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Send the settings until the board has them; from the next frame on it uses the computer's zero."""
+    """Send the settings until the board confirms them; from then on it uses the computer's zero."""
     state = conn.state
     if conn.reader[codec.SETTINGS_FRAMES] != state.settings_seen:
         state.zero, state.sign = 0.0, 1.0
@@ -383,7 +383,7 @@ def constant_differs(r: LoopArrays, conn: Link, i: int) -> bool:
 
 @internal
 def send_constants(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Send the first changed constants; they are unsure until the board acknowledges them."""
+    """Send the first changed constants, and mark them as unsure until the board acknowledges them."""
     state = conn.state
     state.tuning, state.tuned_at = next_generation(conn, k), now
     law_frames.begin_tune(frame, state.law_generation, state.tuning)

@@ -82,7 +82,7 @@ def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, np.ndarray]:
 def _end_of(parts: np.ndarray, part: int, limits: Limits) -> int:
     """Return how a run ends after a complete part; COMPLETED if the run continues.
 
-    The motion is steady if the last three parts have the same reach and this is at most `small`.
+    The motion is steady if its range is the same in the last three parts and is at most ``small``.
     """
     if max(-parts[part, LOW], parts[part, HIGH]) < limits.faint:
         return DIED_OUT

@@ -1,7 +1,8 @@
 """C functions by symbol, and ordered loads and stores, for code compiled with numba.
 
 A compiled function that refers to a ctypes pointer contains an address, so numba does not cache the function.
-A symbol is resolved each time the machine code is loaded. Addresses are integers, e.g. ``array.ctypes.data``.
+It caches a function that refers to a symbol, because the symbol is resolved each time the machine code is
+loaded. Addresses are integers, e.g. ``array.ctypes.data``.
 
 Two threads share words by ordered loads and stores. Without these, LLVM would hoist the load of a flag out of
 a loop. Words are elements of one-dimensional int64 arrays. In interpreted mode Python's lock orders all
@@ -46,7 +47,7 @@ def declare(symbol, result, *arguments):
 poll = declare("poll", _int, _ADDRESS, _ulong, _int)
 read = declare("read", _long, _int, _ADDRESS, _ulong)
 write = declare("write", _long, _int, _ADDRESS, _ulong)
-# on Windows the upper half of the result is undefined
+# on Windows the upper half of recv's result is undefined
 recv = declare("recv", _long, _int, _ADDRESS, _ulong, _int)
 clock_gettime = declare("clock_gettime", _int, _int, _ADDRESS)
 clock_nanosleep = declare("clock_nanosleep", _int, _int, _int, _ADDRESS, _ADDRESS)

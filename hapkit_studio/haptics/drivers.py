@@ -14,16 +14,16 @@ from hapkit_studio.haptics.health import silent
 from hapkit_studio.haptics.link import Link
 from hapkit_studio.haptics.rows import Ring
 
-# s of zero force after connecting, during which the delay of the line is measured
+# s: duration of zero force after connecting, during which the delay of the line is measured
 ZERO_FORCE_SECONDS = 0.5
 
 
 class Driver:
     """The owner of one connection; ``run`` occupies its thread until the control word ``quit`` is set.
 
-    ``zero_force_seconds`` is the time of zero force at the start. ``rate`` is that of the device's clock in
-    Hz, None if the device has no clock. ``planner`` plans what the board can render, and is None without a
-    board; ``no_planner`` then states the reason in one line.
+    ``zero_force_seconds`` is the time of zero force at the start. ``rate`` is the rate of the device's
+    clock in Hz, or None if the device has no clock. ``planner`` plans how the board renders laws. It is None
+    if there is no board; ``no_planner`` then states the reason in one line.
     """
 
     zero_force_seconds = 0.0

@@ -214,12 +214,12 @@ class Engine:
         self._change(values=values)
 
     def set_loop(self, **changes: Any) -> None:
-        """Change loop settings, except where rendering happens; raise ParameterError."""
+        """Change loop settings, but not who renders (see ``set_where``); raise ParameterError."""
         checked = self.loop.changed(**changes)
         self.change_loop({key: getattr(checked, key) for key in changes})
 
     def change_loop(self, changes: Mapping[str, Any]) -> None:
-        """Change checked loop settings; raise ParameterError if the device does not have the rate."""
+        """Change checked loop settings; raise ParameterError if the device has a different rate."""
         rate = changes.get("rate")
         own_rate = self.driver.rate if self.driver is not None else None
         if rate is not None and own_rate not in (None, rate):
@@ -276,7 +276,7 @@ class Engine:
         return BOARD if on_board else COMPUTER
 
     def set_where(self, where: str, rate: float | None = None) -> None:
-        """Let the "computer" or the "board" render, the board at a rate in Hz or the law's fastest.
+        """Let the "computer" or the "board" render; ``rate`` is the board's in Hz, None the law's fastest.
 
         The force fades out and in again. Raise ParameterError if it is known that the board cannot render.
         """
@@ -289,7 +289,7 @@ class Engine:
             self.clear_fault()  # a slow link is no problem for rendering on the board
 
     def prefer(self, where: str, rate: float | None = None) -> None:
-        """Choose who renders every scene, if possible; raise ParameterError for an unsupported rate."""
+        """Choose who renders all scenes for which this is possible; raise ParameterError for a wrong rate."""
         board_plan.check_rate(rate)
         self._change_loop(where=where, board_rate=rate)
 
@@ -309,7 +309,7 @@ class Engine:
     def _decide(
         self, content: BlockContent, last: RenderingDecision, wait: bool = False
     ) -> RenderingDecision:
-        """Decide who renders a content of the block; while the decision is pending, return ``last``."""
+        """Decide who renders the given content; while the decision is pending, return ``last``."""
         answer, wanted = self._plan(content, wait), content.settings.where == BOARD
         if isinstance(answer, BoardPlan):
             refusal = self.driver.refusal(answer) if self.driver is not None else ""
@@ -360,7 +360,7 @@ class Engine:
         return delays.measured_delay(self.driver.conn.delays, which, LATELY)
 
     def loop_of(self, where: str, delay: float, hand: str = "released") -> LoopSettings | None:
-        """Return device and loop as the "computer" or the "board" renders, with a delay in s and a hand.
+        """Return the loop settings when the "computer" or the "board" renders, for a delay in s and a hand.
 
         Return None if the board's plan is unknown, or if there is no plan.
         """
@@ -435,7 +435,7 @@ class Engine:
 
     @property
     def settled(self) -> bool:
-        """Return True if only the environment's law makes the newest rows, after the cross-fade."""
+        """Return True if the cross-fade has ended: only the environment's law makes the newest rows."""
         r = self.arrays
         if not self.renders(self.environment) or r.tick.blend < 1.0:
             return False
@@ -454,8 +454,7 @@ class Engine:
     def health(self) -> Health:
         """Return the loop's health; call this method a few times per second.
 
-        If the device disconnects, the loop ends at once. Its message is available as soon as the loop has
-        ended.
+        If the device disconnects, the loop ends at once. From then on ``message`` describes the reason.
         """
         control, thread, current = self.arrays.control, self._thread, self._priority
         rate, late, missed_lately = self._health_monitor.poll(control, self.lateness_bins)

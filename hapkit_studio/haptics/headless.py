@@ -26,9 +26,10 @@ from hapkit_studio.haptics.tick import tick
 def simulate_sample(
     r: LoopArrays, body: Plant, row: np.ndarray, target: float, after: float, shown: float
 ) -> bool:
-    """Fill one row, whose time is set, and move the device while the hand's target moves to `after` m.
+    """Fill one row, whose time is already set, and advance the device by one period.
 
-    ``shown`` is the target that is stored in the row, NaN without a hand. Return False if the run shall end.
+    During the period the hand's target moves from ``target`` to ``after`` in m. ``shown`` is the target that
+    is stored in the row, NaN without a hand. Return False if the run shall end.
     """
     simulated_loop.write_truth(body, shown, row)
     force = tick(r, simulated_loop.measure(body), r.block.settings.period, body.dev[simulated.EFFECT], row)
@@ -44,8 +45,8 @@ def run_batch(
     """Fill one row per sample; return the number of rows, which is smaller only if the run was cancelled.
 
     ``hand`` contains mass, damping and stiffness. ``targets`` (n + 1,) are in m and linear between samples.
-    ``holding`` (n,) tells whether the hand holds the handle from sample k on. ``out`` is (n, ROW_WIDTH); row
-    0 is the initial state.
+    Element k of ``holding`` (n,) is True if the hand holds the handle from sample k to the next. ``out`` is
+    (n, ROW_WIDTH); row 0 is the initial state.
     """
     settings = r.block.settings
     period, grip = settings.period, (hand[0], hand[1], hand[2])

@@ -1,8 +1,9 @@
 """One serial connection in a loop: frames in, rows and answers out, for both serial drivers.
 
-The board renders from the first telemetry of its law on; the computer renders from the first sample on. The
-handover happens at zero force. Towards the board, the computer's force fades out, and the computer sends zero
-and direction as a person has set them, then the law. The board then fades its force in.
+The first telemetry of a law shows that the board renders now, and the first sample shows that the computer
+renders again. The handover happens at zero force. In a handover to the board, the computer's force fades out.
+Then the computer sends zero and direction as set by the user, and then the law. Finally the board fades its
+force in.
 """
 
 import math
@@ -88,7 +89,7 @@ Then: the board receives its law; the board renders; the board was told to stop 
 """
 
 CHUNK, HISTORY = 4096, 2048
-# largest number of periods of added delay: the message has one byte for the age of its sample
+# largest number of periods of added delay: the message of a force has one byte for the age of its sample
 MOST_ADDED = 255
 # s without a frame after which the board counts as disconnected: it has restarted and no longer streams, or
 # it hangs
@@ -157,8 +158,8 @@ def new_link(quantum: float, watchdog: float = 0.025) -> Link:
 def wanted_code(r: LoopArrays, link: Link) -> int:
     """Return the CODE_ID of the law that the board shall render now; 0 if the computer renders.
 
-    The computer applies a zero and a direction that a person has set. It also renders laws that the board
-    refused.
+    The computer renders until it has applied a new zero or direction set by the user. It also renders laws
+    that the board refused.
     """
     zeroed, flipped = load_acquire(r.control.zero, 0), load_acquire(r.control.flip, 0)
     if zeroed != link.state.zeroed or flipped != link.state.flipped:
@@ -169,7 +170,7 @@ def wanted_code(r: LoopArrays, link: Link) -> int:
 
 @internal
 def fade_out(r: LoopArrays, link: Link, period: float) -> float:
-    """Return the force's weight in a sample's answer, which fades out during a handover to the board."""
+    """Return the factor of the force in an answer; it falls from 1 to 0 during a handover to the board."""
     state = link.state
     blocked = r.tick.zero_force_left > 0.0 or r.tick.stale or load_acquire(r.control.fault, 0)
     if state.handover == ON_COMPUTER:
@@ -230,7 +231,7 @@ def apply_zero_and_direction(r: LoopArrays, link: Link, count: float) -> None:
 
 @internal
 def effect(link: Link, sample: np.ndarray, period: float) -> float:
-    """Return the mean force in N over the last period, weighted by the time before and after the answer."""
+    """Return the mean force in N over the last period, during which an answer replaced the force."""
     old = link.state.effect
     new = link.forces[int(sample[codec.ANSWERED]) % HISTORY]
     if int(sample[codec.FLAGS]) & _MOTOR_OFF:
@@ -275,9 +276,9 @@ def added_periods(r: LoopArrays) -> int:
 
 @compiled
 def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
-    """Return True if nothing was answered for STALE_AFTER; after the first sample mark the sensor stale.
+    """Return True if no frame was answered for STALE_AFTER; after the first sample, mark the sensor stale.
 
-    By then the board's motor is off. A wait never takes much longer than STALE_AFTER.
+    The board's motor is off after this time. A wait never takes much longer than STALE_AFTER.
     """
     state = link.state
     if now - state.last_answer < STALE_AFTER:
@@ -297,8 +298,8 @@ def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
 def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
     """Return True if a board that has sent frames is silent for GONE_AFTER, and latch this as a fault.
 
-    An iteration that took longer than its wait, e.g. because the computer was suspended, counts at most as
-    twice the wait.
+    An iteration that took longer than its wait, e.g. because the computer was suspended, counts as at
+    most twice the wait.
     """
     state = link.state
     if not math.isfinite(state.last_arrival):
@@ -313,7 +314,7 @@ def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
 
 @internal
 def watch_motor(r: LoopArrays, link: Link, flags: int, now: float) -> None:
-    """Treat the sensor as stale if the board switched its motor off although it was answered.
+    """Treat the sensor as stale if the board switched its motor off although the computer had answered.
 
     The motor may be off until the first answer arrives, and after an E-stop and its release, but only for
     MOTOR_ON_WITHIN.
@@ -374,7 +375,7 @@ def write_times(link: Link, board_time: float, row: np.ndarray, now: float) -> N
     """Fill in the row's times, and NaN for simulated quantities.
 
     The lateness of a frame is its delay beyond one board period after the previous frame. Only the previous
-    frame is used, because the two clocks drift and a delayed virtual board stays behind.
+    frame is used, because the two clocks drift, and a virtual board does not make up for a delay.
     """
     state = link.state
     row[rows.LATENESS] = max(0.0, (now - state.last_arrival) - (board_time - state.last_board_time))

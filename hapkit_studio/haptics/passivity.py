@@ -115,7 +115,7 @@ def unknown_work(r: LoopArrays, effect: float) -> float:
 
 @inlined
 def straighten(w: Record, position: float, half: float, elapsed: float) -> float:
-    """Extend the straightest motion by one count of 2 half m; return the increase of v² dt in m²/s."""
+    """Extend the straightest motion by one count, 2 ``half`` wide in m; return the added ∫v² dt in m²/s."""
     w.lasted += elapsed
     ahead = position - w.turn
     if ahead - half > w.greatest * w.lasted:

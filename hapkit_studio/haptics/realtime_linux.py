@@ -1,9 +1,11 @@
 """Real-time priority on Linux for the calling thread: SCHED_FIFO, RealtimeKit, nice.
 
-The module also sets timer slack, locks memory and keeps processors out of sleep states, which needs no
-priority. A signal handler demotes a thread that does not block: the kernel sends SIGXCPU once a real-time
-thread has run for RLIMIT_RTTIME without blocking (setrlimit(2)). The handler is compiled, because a Python
-handler would have to wait for the main thread and the GIL.
+The module also sets timer slack, locks memory and keeps processors out of sleep states. These functions need
+no real-time priority.
+
+A signal handler demotes a thread that does not block: the kernel sends SIGXCPU once a real-time thread has
+run for RLIMIT_RTTIME without blocking (setrlimit(2)). The handler is compiled, because a Python handler would
+have to wait for the main thread and the GIL.
 """
 
 import ctypes
@@ -31,8 +33,8 @@ _SLOTS = 16
 _SYMBOL = "hapkit_studio_realtime_threads"
 _OTHER_RESET_ON_FORK = 0x40000000
 
-# word 0 counts demotions, the other words are thread ids or 0; numba can cache the handler because it uses a
-# symbol
+# Word 0 counts demotions; the other words are thread ids or 0. The handler refers to the table by a symbol,
+# so numba can cache the handler.
 _table = (ctypes.c_int64 * (1 + _SLOTS))()
 llvm.add_symbol(_SYMBOL, ctypes.addressof(_table))
 
@@ -103,7 +105,7 @@ _KIT = ("org.freedesktop.RealtimeKit1", "/org/freedesktop/RealtimeKit1", "org.fr
 def obtain() -> tuple[str, int]:
     """Raise the calling thread's priority as far as allowed; return a description and the level, or level 0.
 
-    Compile everything first, because from here on 100 ms without blocking end the privilege.
+    Compile everything first, because the thread loses its priority after 100 ms without blocking.
     """
     thread = threading.get_native_id()
     if not config.DISABLE_JIT:
@@ -137,7 +139,7 @@ def demote() -> None:
 
 
 def set_timer_slack(nanoseconds: int) -> None:
-    """Limit how late the calling thread's sleeps may end, in addition to the scheduler; 0 is the default."""
+    """Set by how much the kernel may delay the end of the calling thread's sleeps; 0 is the default."""
     ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(nanoseconds), 0, 0, 0)
 
 

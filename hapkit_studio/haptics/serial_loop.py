@@ -82,7 +82,7 @@ def has_no_time_for(r: LoopArrays, conn: Link, sample: np.ndarray, older: int) -
 def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
     """Fill the ring's next row from frame k; return False if the row must not be published.
 
-    While the board changes its zero no row is published, because the zero of the count is unknown.
+    While the board changes its zero no row is published, because the count may refer to the old zero.
     """
     state = conn.state
     count_errors(r, conn, conn.samples[k])
@@ -151,7 +151,7 @@ def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
 
 @compiled
 def answer_silence(r: LoopArrays, conn: Link) -> int:
-    """If nothing was answered for STALE_AFTER, mark the sensor stale and encode zero force.
+    """If no frame was answered for STALE_AFTER, mark the sensor stale and encode zero force.
 
     A rendering board gets a keep-alive message, because it switches off without one.
     """
@@ -181,7 +181,7 @@ _POLLIN = 1
 _POLL_ENDED = 8 | 16 | 32
 _EAGAIN, _EINTR = errno.EAGAIN, errno.EINTR
 _TIMEOUT_MS = int(1e3 * STALE_AFTER)
-# s: poll returns sooner if bytes are already available, and takes longer if it has to wait
+# s: poll takes less time than this if bytes are already available, and more if it has to wait
 _NO_WAIT = 10e-6
 
 
@@ -207,7 +207,7 @@ def wait(fd: int, spec: np.ndarray) -> int:
 
 @compiled
 def wait_if_too_slow(r: LoopArrays, before: float, hurried: int) -> int:
-    """Latch a fault if the machine cannot keep up; then wait a period per iteration until it is cleared.
+    """Latch a fault if the machine is too slow; wait a period per iteration until the fault is cleared.
 
     Return the number of consecutive iterations that found bytes without waiting. Clearing the fault resets
     this number: after a wait of a period bytes are always available, so otherwise the fault of a board with
