@@ -322,7 +322,7 @@ class Engine:
         )
 
     def _plan(self, content: BlockContent, wait: bool) -> BoardPlan | str | None:
-        """Return how the open board renders a content, or why it cannot in one line; None if unknown yet."""
+        """Return the board's plan for a content, or one line that says why there is none; None if unknown."""
         driver = self.driver
         if driver is None:
             return "No device is open." if self.device.has_board else no_board(self.device)

@@ -94,7 +94,7 @@ MOST_ADDED = 255
 # s without a frame after which the board counts as disconnected: it has restarted and no longer streams, or
 # it hangs
 GONE_AFTER = 1.0
-MOTOR_ON_WITHIN = 0.3  # s after which a board that is answered has certainly switched its motor on
+MOTOR_ON_WITHIN = 0.3  # s after which a board that receives answers has certainly switched its motor on
 # the computer cannot render if this many consecutive answers over this many s were late
 _SLOW_ANSWERS, SLOW_AFTER = 4, 0.15
 REPEAT_AFTER = 0.1  # s after which a message that had no effect is repeated
@@ -231,7 +231,7 @@ def apply_zero_and_direction(r: LoopArrays, link: Link, count: float) -> None:
 
 @internal
 def effect(link: Link, sample: np.ndarray, period: float) -> float:
-    """Return the mean force in N over the last period, during which an answer replaced the force."""
+    """Return the mean force in N over the last period; within the period an answer has changed the force."""
     old = link.state.effect
     new = link.forces[int(sample[codec.ANSWERED]) % HISTORY]
     if int(sample[codec.FLAGS]) & _MOTOR_OFF:

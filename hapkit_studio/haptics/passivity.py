@@ -136,7 +136,7 @@ def straighten(w: Record, position: float, half: float, elapsed: float) -> float
 
 @inlined
 def turn(w: Record, velocity: float, time: float) -> None:
-    """Turn at a count's edge after a time in s with a velocity in m/s; the motion before is final."""
+    """Add a reversal at a count's edge, reached after a time in s at a velocity in m/s."""
     w.turn += velocity * time
     w.before += velocity * velocity * time
     w.lasted -= time

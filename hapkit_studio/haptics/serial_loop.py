@@ -71,7 +71,7 @@ def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> i
 
 @internal
 def has_no_time_for(r: LoopArrays, conn: Link, sample: np.ndarray, older: int) -> bool:
-    """Return True if the law, at its last duration, is too slow to render samples before the newest one."""
+    """Return True if the law's last duration leaves no time to render samples before the newest one."""
     if sample[codec.KIND] != codec.SAMPLE or not conn.state.last_was_sample:
         return False
     each = r.tick.law_time
@@ -91,7 +91,7 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
         board_rendering.show(r, conn, out, k, now)
         return True
     if state.handover == link.SENDING_SETTINGS or state.handover == link.SENDING_LAW:
-        # a board that applies settings or verifies a law skips samples, so the line has not lost them
+        # a board that applies settings or verifies a law skips samples: these are not lost on the line
         conn.reader[codec.LOST_FRAMES] -= int(conn.samples[k, codec.LOST])
     if state.handover == link.SENDING_SETTINGS:
         state.left_out, state.last_was_sample = 1, 0
