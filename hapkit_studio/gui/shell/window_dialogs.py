@@ -56,7 +56,7 @@ class KeysDialog(TextDialog):
         self._arrange()
 
     def seek(self, words: str) -> None:
-        """Show only the lines that match, with the headings of their groups."""
+        """Show only the lines that match the words, and the headings of their groups."""
         for head, lines in self._groups:
             found = [matches(words, text) for _, text in lines]
             for (row, _), shown in zip(lines, found, strict=True):

@@ -105,7 +105,7 @@ class WindowLayout(QWidget):
         self._header.panel.setVisible(small and not self.projected and not self.side_fixed)
         self.side.setVisible(opened)
         self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)
-        self._column.activate()  # do this now, otherwise one frame would show parts of two sizes
+        self._column.activate()  # lay out now; otherwise one frame would show some parts in their old sizes
         usual = breakpoints.gallery_width(wide / theme.scale, self._gallery_width, self._panel_width)
         narrow = usual == breakpoints.RAIL != self._gallery_width
         if page is not None:

@@ -31,7 +31,7 @@ class WindowState:
         self._presets, self._trigger = presets, trigger
 
     def save(self) -> None:
-        """Store the state; choices are stored by the names of their options."""
+        """Store the state; a choice is stored as the name of its option."""
         studio, settings = self._studio, self._settings
         values = {
             key: _by_name(environment.parameters, studio.values_of(key))

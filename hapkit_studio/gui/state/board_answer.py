@@ -1,4 +1,4 @@
-"""Polls the board's plan for the current settings, or its refusal, while laws are being compiled."""
+"""Polls the board's plan for the current settings, or the reason why the board refuses them."""
 
 from PySide6.QtCore import QObject, QTimer, Signal
 

@@ -162,7 +162,7 @@ class OwnEnvironments(QObject):
     # selecting
 
     def choose(self, path: Path) -> None:
-        """Select a file's environment: at once if it is loaded, otherwise after a trial or a question."""
+        """Select a file's environment, if necessary after a trial; an untrusted file emits ``asked``."""
         try:
             source = read(path)
         except LawError as error:

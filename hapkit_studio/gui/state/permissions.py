@@ -74,7 +74,7 @@ class Permissions(QObject):
         return BY_LESSON if self.lesson.covers(place) else ""
 
     def hide(self, values: Mapping[str, float] | None, why: str) -> bool:
-        """Hide the rendered values; with None, show them again. Return whether this is a change."""
+        """Hide the rendered values; None shows them again. Return whether the hidden values have changed."""
         before, self.hidden_values = self.hidden_values, None if values is None else dict(values)
         self.hidden = "" if values is None else why
         return before != self.hidden_values

@@ -45,7 +45,7 @@ def differing(studio: Studio, settings: Settings) -> Settings:
 
 
 def put(studio: Studio, settings: Settings) -> None:
-    """Apply all settings, or none of them and raise ParameterError."""
+    """Apply all settings; if one of them is refused, apply none and raise ParameterError."""
     loop = {names[0]: value for (kind, *names), value in settings.items() if kind == "loop"}
     values: dict[str, dict[str, float]] = defaultdict(dict)
     for (kind, *names), value in settings.items():
@@ -93,9 +93,9 @@ def joined(first: tuple[Settings, Settings], then: tuple[Settings, Settings]) ->
 
 
 def differences(studio: Studio, before: Settings, after: Settings) -> list[Difference]:
-    """Return the differences between two sets of settings, except that of the environment.
+    """Return the differences between two sets of settings.
 
-    Settings that only one of the sets contains are ignored.
+    The environment, and settings that only one of the sets contains, are ignored.
     """
     return [
         _difference(studio, place, before[place], value)

@@ -20,7 +20,7 @@ FRAME = QSize(0, 40)
 
 
 def on_screen(widget: QWidget, size: tuple[int, int]) -> QSize:
-    """Return the size in px of a new window, reduced to its screen without the window manager's frame."""
+    """Return a new window's size in px, reduced so that the window and its frame fit on the screen."""
     return QSize(*size).boundedTo(widget.screen().availableSize() - FRAME)
 
 

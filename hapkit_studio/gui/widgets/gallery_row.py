@@ -46,7 +46,7 @@ class GalleryRow(QAbstractButton):
     def set_words(self, icon: str, title: str, summary: str, waiting: str = "") -> None:
         """Set icon and texts. ``waiting`` says why the environment is not available yet.
 
-        The icon and the shortcut of such a row are pale.
+        The icon and the shortcut of a waiting row are pale.
         """
         self.picture, self.title, self.summary, self.waiting = icon, title, summary, waiting
         words = waiting or summary

@@ -110,7 +110,7 @@ class NumberBox(QDoubleSpinBox):
         super().keyPressEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Ignore the wheel without the focus, so that scrolling the panel does not change values."""
+        """Ignore the wheel if the box does not have the focus: scrolling must not change values."""
         if self.hasFocus():
             super().wheelEvent(event)
         else:
@@ -183,7 +183,7 @@ class ValueSlider(QSlider):
         self._pick(self._quantity.default)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Ignore the wheel without the focus, so that scrolling the panel does not change values."""
+        """Ignore the wheel if the slider does not have the focus: scrolling must not change values."""
         if self.hasFocus():
             super().wheelEvent(event)
         else:

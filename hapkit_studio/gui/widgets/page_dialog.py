@@ -41,7 +41,7 @@ class PageDialog(TextDialog):
         self.field.setText(word)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Scroll to the section; this needs the page's final width."""
+        """Scroll to the section, whose position depends on the page's final width."""
         super().showEvent(event)
         document = self.page.document()
         block = document.begin()

@@ -43,7 +43,7 @@ def segments(painter: QPainter, ends: np.ndarray) -> None:
 
 
 def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width: float = 2.0) -> None:
-    """Draw a line; it is smoothed unless it is noise, and has round joints on high-resolution screens."""
+    """Draw a line, without antialiasing if it is dense noise; joints are round on high-resolution screens."""
     rise = np.diff(y)
     noise = np.count_nonzero(rise[1:] * rise[:-1] < -_TREMOR) > _NOISY * len(rise)
     haze = noise and np.nansum(np.abs(rise)) > _LONG * len(rise)
@@ -109,7 +109,7 @@ def dashed(
 
 
 def arrows(painter: QPainter, box: QRectF, x: np.ndarray, y: np.ndarray, color: QColor) -> None:
-    """Draw arrow heads where a line (n,) in px leaves a frame; they keep a minimum distance."""
+    """Draw arrow heads where a line (n,) in px leaves a frame, with a minimum distance between them."""
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(color)
     for edge, beyond, inwards in ((box.top(), y < box.top(), 1.0), (box.bottom(), y > box.bottom(), -1.0)):

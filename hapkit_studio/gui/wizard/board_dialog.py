@@ -121,7 +121,7 @@ class BoardDialog(QDialog):
         self.show_recent(Recent(time, readings(raw, runner.settings.sensor), position, force))
 
     def _release(self) -> None:
-        """Release the E-stop for the board in this dialog, and for the loop that follows."""
+        """Release the E-stop for the board in this dialog, and for the loop that uses the board later."""
         self.released = True
         # the user has released the E-stop, so the loop does not wait for Render
         self.studio.stop_state.restored = False

@@ -111,7 +111,7 @@ class FlashDialog(FormDialog):
         self.bar.setValue(max(done - _WHOLE, 0))
 
     def _written(self, result: Flashed) -> None:
-        """Open the board again. Its answer is shown as soon as the connection runs."""
+        """Open the board again. Its answer is shown as soon as the board is connected."""
         self._flashed = result
         self.write.setText("Flash")
         self._show_busy(False)

@@ -105,7 +105,7 @@ class SetupDialog(BoardDialog):
             self.pages.back()
 
     def skip_step(self) -> None:
-        """Skip a step, and say what is assumed instead."""
+        """Skip a step, and show the assumption that replaces its result."""
         self._skipped[self.index] = CheckResult(SKIP, f"Skipped. Assumed: {self.step.if_skipped}.")
         self.pages.next()
 
@@ -124,7 +124,7 @@ class SetupDialog(BoardDialog):
         self.pages.restart()
 
     def notes(self) -> Notes:
-        """Return for every step but the last whether it is done, and its result or assumption."""
+        """Return for every step except the last whether it is done, and its result or assumption."""
         return {
             step.name: (step.result is not None, step.result.words if step.result else step.if_skipped)
             for step in self.steps[:-1]
