@@ -25,10 +25,11 @@ class BlockContent:
 
     ``settings.mass`` and ``settings.viscous`` are the values that the passivity observer assumes. ``viscous``
     and ``coulomb`` are the friction of a simulated device; they are 0 for a board, whose friction is real.
-    ``true_velocity`` tells that the law gets the paddle's true velocity. ``designed_for`` is the sensor
-    quantum in m that the estimator assumes, None for settings.quantum. ``target`` is that of the hand in m,
-    None after a release. ``releases`` counts how often a simulated handle was released at rest. ``decision``
-    tells who renders, and the board's plan in force.
+    If ``true_velocity`` is true, the law gets the paddle's true velocity. ``designed_for`` is the sensor
+    quantum in m that the estimator assumes; None means settings.quantum. ``target`` is the hand's target
+    position in m; it is None after a release. ``releases`` is the number of times that a simulated handle was
+    released at rest. ``decision`` states whether the computer or the board renders, and has the board's plan
+    in force.
     """
 
     environment: Environment
@@ -43,7 +44,7 @@ class BlockContent:
     generation: int = 0
 
     def encode(self) -> Block:
-        """Return the block; a law that is new is compiled."""
+        """Return the content as a block; compile the law if it is new."""
         content = block.new_block()
         settings = content.settings
         law = self.environment.force.compiled()

@@ -17,15 +17,16 @@ from hapkit_studio.haptics.cell_batch import restart
 from hapkit_studio.haptics.simulated_loop import Plant
 from hapkit_studio.laws.native import call
 
-# The outcomes: the handle rests; it has moved far away; the oscillation shrinks for long, is steady, grows,
-# or is irregular; the outcome is undecided after the largest number of windows.
+# The outcomes. RESTS: the handle is at rest. LEAVES: the handle has moved far away. SHRINKS: the oscillation
+# has not ended after a long time, but it still shrinks. STEADY, GROWS and IRREGULAR describe the other
+# oscillations. OPEN: the outcome is undecided after MOST_WINDOWS windows.
 RESTS, LEAVES, SHRINKS, STEADY, GROWS, IRREGULAR, OPEN = range(7)
 FIRST_CHECK, MOST_WINDOWS, CALM_WINDOWS = 16, 256, 4
-# Largest relative change of a steady oscillation from one quarter of the run to the next; above the second
-# value the oscillation grows.
+# An oscillation is steady if its relative change from one quarter of the run to the next is at most the first
+# value. It grows if its relative increase is above the second value.
 _STEADY_SHARE, _GROWING_SHARE = 0.002, 0.04
-# After this many windows an oscillation that neither grows nor shrinks is irregular; it is steady if its last
-# two quarters differ by less than this fraction.
+# After _LONG_CHECK windows, an oscillation that neither grows nor shrinks is steady if its last two quarters
+# differ by at most this fraction; otherwise it is irregular.
 _LONG_CHECK, _IRREGULAR_SHARE = 64, 0.05
 # The oscillation converges to a limit cycle if the logarithmic decay of the last quarter is below this
 # fraction of the decay in the quarter before.
@@ -49,13 +50,14 @@ class Quiet(NamedTuple):
 class Swing(NamedTuple):
     """The oscillation in the last half of a run; each array is of shape (1,), except low and high."""
 
-    # m, peak to peak; with a drift, it is the mean of the reversals, or the maximum of an irregular
-    # oscillation
+    # m: peak-to-peak amplitude; if the handle drifts, the mean width of the reversals, or the largest width
+    # if the oscillation is irregular
     reach: np.ndarray
     frequency: np.ndarray  # Hz; NaN if there is no complete cycle
     clamped: np.ndarray  # fraction of the samples at which the force is at its limit
     samples: np.ndarray  # number of samples of the whole run, up to the end of its last window
-    # (MOST_WINDOWS,) m: lowest and highest position of each window; with a drift, 0 and the mean reversal
+    # (MOST_WINDOWS,) m: lowest and highest position of each window; if the handle drifts, 0 and the mean
+    # width of the window's reversals
     low: np.ndarray
     high: np.ndarray
 
@@ -111,8 +113,9 @@ def let_go(
 
     ``flat`` is the memory of arrays and plant, and ``made`` a copy of its initial content. ``hand`` contains
     mass, damping and stiffness, or zeros without a hand. ``start`` contains the position in m, the speed in
-    m/s and the hand's target in m. ``window`` is a number of samples. ``shrinks`` and ``grows`` tell whether
-    the run ends with these outcomes. ``row`` (ROW_WIDTH,) is a buffer for one sample.
+    m/s and the hand's target in m. ``window`` is the number of samples in a window. If ``shrinks`` or
+    ``grows`` is true, the run ends when the outcome is SHRINKS or GROWS, respectively. ``row`` (ROW_WIDTH,)
+    is a buffer for one sample.
     """
     restart(r, body, flat, made, hand, start[:0], start[0])
     body.dev[simulated.V] = start[1]
@@ -144,8 +147,8 @@ def let_go(
             elif way * (extreme - x) > band:
                 if way > 0.0:
                     first, last, turns = done if turns == 0 else first, done, turns + 1
-                # the width of a reversal without a straight drift is the distance of its far end from the
-                # middle of its neighbours
+                # The width is the distance of an extreme from the mean of its two neighbours, which removes a
+                # linear drift.
                 width = abs(turned - 0.5 * (earlier + extreme))
                 turn, widest, sides = turn + width, max(widest, width), sides + 1
                 earlier, turned = turned, extreme

@@ -1,7 +1,7 @@
 """The signals: every quantity that a tick writes into its row is declared once.
 
-Rows, session files, exported tables, plots, cursors and trigger take name, unit, scale and storage format
-from this table. Its order is that of the row's columns; the law's state variables follow.
+This table defines the name, unit, scale and storage format for rows, session files, exported tables, plots,
+cursors and the trigger. It has the order of the row's columns; the law's state variables follow them.
 """
 
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ class Signal:
     """A quantity in every row, in SI units.
 
     ``shown_unit`` is its unit in the window, and ``scale`` the number of such units per SI unit. Session
-    files store integer multiples of ``step``, or 32-bit floats without a step. ``in_counts`` tells that step
-    is in units of the sensor's quantum. ``delta_to`` is a signal to which session files store the difference.
-    ``whole`` tells that the values are integers. ``extremes`` tells that session files store the extremes of
+    files store integer multiples of ``step``, or 32-bit floats without a step. ``in_counts``: ``step`` is in
+    units of the sensor's quantum. ``delta_to`` is another signal; session files store the difference between
+    the two signals. ``whole``: the values are integers. ``extremes``: session files store the extremes of
     every block for the overview plot. ``header`` is the column's name in exported tables if it is not the
-    name with the unit. ``gaps`` tells that plots show every single NaN as a gap, even if a pixel column
-    contains many samples.
+    name with the unit. ``gaps``: plots show every single NaN as a gap, even if a pixel column contains many
+    samples.
     """
 
     name: str
@@ -42,9 +42,9 @@ class Signal:
         return self.header or "_".join(filter(None, (self.name, self.unit.replace("/", "_per_"))))
 
 
-# energy is the work on the handle since the loop started, and energy_given that since the passivity observer
-# restarted. energy_limit is the largest energy that a passive scene could have given since then. Both are NaN
-# while the observer is inactive.
+# energy is the work on the handle since the loop started. energy_given is the work on the handle since the
+# passivity observer restarted. energy_limit is the largest energy that a passive scene could have given since
+# the observer restarted. energy_given and energy_limit are NaN while the observer is inactive.
 SIGNALS = (
     Signal("tick", step=1.0, whole=True),
     Signal("time", "s", "s", step=1e-6),

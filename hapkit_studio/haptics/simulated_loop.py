@@ -24,8 +24,8 @@ from hapkit_studio.haptics.tick import adopt, latch, live_tick
 MASS, QUANTUM = 0, 1
 HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET, TOP_SPEED, RELEASES = 2, 5, 6, 7, 8, 9, 10, 11
 _CONSTANTS = 12
-# s: the pointer moves in steps, once per video frame; they are smoothed over this time, because a hand moves
-# smoothly
+# s: The pointer moves in steps, once per video frame. Its motion is smoothed over this time, because a hand
+# moves smoothly.
 POINTER_SECONDS = 0.012
 
 
@@ -105,7 +105,7 @@ def measure(plant: Plant) -> float:
 
 @compiled
 def write_truth(plant: Plant, target: float, row: np.ndarray) -> None:
-    """Write the row's truth, which is the paddle's true motion at this instant."""
+    """Write the paddle's true motion at this instant into the row."""
     row[rows.TRUE_POSITION] = plant.dev[simulated.X]
     row[rows.TRUE_VELOCITY] = plant.dev[simulated.V]
     row[rows.HAND_FORCE] = plant.dev[simulated.HAND_FORCE]
@@ -132,7 +132,8 @@ MOST_PASSES_WITHOUT_WAITING = 100
 def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: float) -> None:
     """Render one sample at the present time, publish its row, and advance the paddle to the next sample.
 
-    Settings that the tick adopts apply from this sample on; the time until now still had the old period.
+    Settings that the tick adopts apply from this sample on. The interval before this sample still had the old
+    period.
     """
     row = out.rows[rows.next_index(out)]
     write_truth(body, body.constants[TARGET], row)
@@ -153,7 +154,7 @@ def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: f
 
 @compiled
 def run(r: LoopArrays, body: Plant, out: Ring, late: np.ndarray) -> None:
-    """Occupy the calling thread until told to quit; always send zero force last."""
+    """Run the loop in the calling thread until it is told to quit; the last force is always zero."""
     adopt(r, measure(body))
     follow_settings(body, r)
     deadline = clock.now()

@@ -1,4 +1,4 @@
-"""The tick: position in, force out. Every driver renders through the tick, live, headless and in sweeps.
+"""The tick: position in, force out. All drivers call it: live loops, headless runs and sweeps.
 
     position -> velocity estimate -> law -> passivity -> fade -> safety -> motor command -> telemetry row
 
@@ -30,9 +30,10 @@ clear a page."""
 LONGEST_TURN = 20e-6
 """Largest s of processor time of one loop iteration of a law, and of the rest of a call: about 1,000 sines.
 
-A longer time does not count as the law's: a shared processor adds the time of other threads, 4 ms at once.
+A longer time is not attributed to the law: on a shared processor, the measured time may include that of other
+threads, 4 ms at once.
 """
-# fraction of a period: the processor time is read only after ticks that are longer than this by the wall
+# fraction of a period: the processor time is read only after a tick that took longer than this by the wall
 # clock
 _SUSPECT = 0.1
 _ROUNDING = 1e-9
@@ -178,14 +179,14 @@ def restore(r: LoopArrays, slot: int) -> None:
 
 @internal
 def advanced(share: float, step: float) -> float:
-    """Return a progress that is advanced towards 1; a remainder due to rounding counts as complete."""
+    """Return a progress increased by a step; return exactly 1 if only a rounding error is missing to 1."""
     share += step
     return share if share < 1.0 - _ROUNDING else 1.0
 
 
 @internal
 def move(r: LoopArrays, step: float) -> None:
-    """Advance the parameters' ramp and the cross-fade by a step, which is a fraction of the whole."""
+    """Advance the parameters' ramp and the cross-fade by a step, a fraction of their duration."""
     t = r.tick
     if t.ramp < 1.0:
         ramp = advanced(t.ramp, step)
@@ -254,9 +255,10 @@ def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
 
 @compiled
 def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: int) -> bool:
-    """Record the processor time in s of some ticks; latch a law whose calls are longer than a limit.
+    """Record the processor time in s of some ticks; latch a fault if a law's calls are too long.
 
-    ``now`` is in s by any clock that runs meanwhile. Return True if this call latches the law.
+    ``limit`` is the permitted processor time of a tick in s. ``now`` is the present time in s; any clock that
+    runs all the time is suitable. Return True if this call latches the fault.
     """
     t, each = r.tick, spent / ticks
     if each <= limit:
@@ -337,8 +339,8 @@ def guard(
 def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
     """Render one sample; fill the row's columns that the tick knows; return the motor force in N.
 
-    ``effect`` is the mean force in N in effect since the last sample. The driver fills in times and truth; if
-    the block requests the true velocity, the truth is filled in before the tick.
+    ``effect`` is the mean force in N in effect since the last sample. The driver fills in times and truth. If
+    the block requests the true velocity, the driver must fill in the truth before it calls the tick.
     """
     t = r.tick
     if due(r):
@@ -376,10 +378,11 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
 
 @inlined
 def live_tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
-    """Render one sample like ``tick``, and measure its law's duration; a law that is too slow gives no force.
+    """Render one sample like ``tick``, and measure the law's duration; the force is zero for a slow law.
 
-    During a cross-fade each of the two laws may take a period. Only processor time that the law's loop
-    iterations explain counts: if a thread waited for a processor, the machine is slow, not the law.
+    During a cross-fade, each of the two laws may take a period. The law's processor time is limited to the
+    largest time that its number of loop iterations can take. A longer time means that the machine is slow,
+    because the thread waited for a processor.
     """
     r.watch.calls = 0
     used, begun = clock.thread_time(), clock.now()
