@@ -44,7 +44,7 @@ class Program:
 
     @property
     def rest(self) -> int:
-        """Return the typical cycles of a tick without the law; a law that reads the velocity adds some."""
+        """Return a tick's typical cycles without the law, but with the velocity estimate if it is needed."""
         reads = any(
             kind == "s" and self.code[at + 1 + i] == machine.V
             for at, operation, _ in instructions(self.code)
@@ -561,7 +561,8 @@ class _Section:
         return live
 
 
-# Instructions that may end the law, which keeps the state, or that access the state by index.
+# All states are live at these instructions: they may end the law, which preserves its state, or they access
+# the state by index.
 _ENDING_MAYBE = frozenset(
     ("DIVIDE", "DIVIDE_INTO", "FLOOR_DIVIDE", "MODULO", "REMAINDER", "LOAD_AT", "STORE_AT")
 )
@@ -578,7 +579,7 @@ def _jumps_to_next(codes: Sequence[Code], at: int) -> bool:
 
 
 def _lay_out(sections: Sequence[_Section]) -> None:
-    """Assign a slot after the constants to every local variable; variables that are live together differ.
+    """Assign slots after the constants to local variables; variables live at the same time do not share one.
 
     The variables of a function come after those of its callees.
     """

@@ -1,4 +1,4 @@
-"""A law as C for a sketch, generated from the readable tree."""
+"""Translates a law into C for a sketch, from the syntax tree that ``readable`` returns."""
 
 import math
 import textwrap

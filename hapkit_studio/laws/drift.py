@@ -95,7 +95,7 @@ def _limited(forms: Iterable[Form]) -> Forms:
 
 
 def _unknown_function(*values: Forms) -> Forms:
-    """Return the value of an unknown function of other values."""
+    """Return the abstract result of an unknown function; it depends on everything its arguments depend on."""
     return frozenset((Form(parts=frozenset(part for forms in values for f in forms for part in f.depends)),))
 
 
@@ -226,7 +226,7 @@ class _Evaluation:
         return none, none
 
     def compared(self, node: ast.expr) -> set[int]:
-        """Return the states that an operand equals, apart from constants and dt."""
+        """Return the states from which an operand differs only by constants and multiples of dt."""
         return {f.base for f in self.value(node) if f.base is not None and f.parts <= {DT, FRACTION}}
 
     # --- values
@@ -327,12 +327,12 @@ class _Evaluation:
 
 
 def _wrapped(forms: Forms) -> Forms:
-    """Return the remainder of a value; the sum before the division still grows."""
+    """Return the abstract remainder of a value; the value before the division may still grow."""
     return frozenset(replace(f, wrapped=True) for f in forms)
 
 
 def _place(node: ast.Subscript) -> tuple[int, bool]:
-    """Return the index of a state, for an array the first index, and whether the index is exact."""
+    """Return the index of a state and True; for a variable index, the array's first index and False."""
     match node.slice:
         case ast.Constant(value=int() as place):
             return place, True
@@ -408,7 +408,7 @@ def _drifts(place: int, form: Form, forms: set[Form], finals: Mapping[int, set[F
 
 
 def _causes(parts: Iterable[str | int], finals: Mapping[int, set[Form]]) -> set[str | int]:
-    """Return the transitive dependencies of parts, which lead through states."""
+    """Return all dependencies of parts: the parts, and the dependencies of the states among them."""
     found, open_ = set[str | int](), set(parts)
     while open_:
         part = open_.pop()
@@ -419,9 +419,9 @@ def _causes(parts: Iterable[str | int], finals: Mapping[int, set[Form]]) -> set[
 
 
 def _one_of(counters: set[int], form: Form) -> tuple[int, ...]:
-    """Return the counter on which a growing value depends, as a tuple; empty if there are several states.
+    """Return the only state on which a value depends, as a tuple, if this state is one of ``counters``.
 
-    A difference of two counters does not grow.
+    Otherwise return (). A value that depends on two counters may be their difference, which does not grow.
     """
     states = tuple(part for part in form.depends if isinstance(part, int))
     return states if len(states) == 1 and states[0] in counters else ()

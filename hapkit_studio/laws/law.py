@@ -47,7 +47,8 @@ class Law:
     def bind(self, parameters: Sequence[AnyParameter]) -> None:
         """Set the parameters, once; raise LawError if the function is outside the law language.
 
-        The studio's laws are translated on first use instead, because tests check them.
+        This translates a user's law at once. The studio's own laws are translated on first use, because tests
+        have already checked them.
         """
         if len(parameters) > MAX_PARAMETERS:
             raise LawError(f"A law has at most {MAX_PARAMETERS} parameters, not {len(parameters)}.")
@@ -124,7 +125,7 @@ class Law:
 
 
 class _Option(float):
-    """An option of a choice in a law; it equals the option's name, and in a helper its number."""
+    """An option of a choice: it is equal to the option's name, and in a helper function to its index."""
 
     def __new__(cls, value: float, choice: Choice):
         made = super().__new__(cls, value)

@@ -30,8 +30,8 @@ FAULT_WORDS = 4
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL, LAW_DIVISION = 1, 2, 3, 8
 INTERPRETED = bool(numba.config.DISABLE_JIT)
 _real, _array = ctypes.c_double, ctypes.c_void_p
-# Calls a law from Python, because numba would need 0.1 s to compile a wrapper. Arrays are passed by address,
-# which is ten times as fast as with checks.
+# This type calls a law from Python; numba would need 0.1 s to compile a wrapper. Arrays are passed by
+# address, which is ten times as fast as passing checked arrays.
 Function = ctypes.CFUNCTYPE(_real, _array, _array, _real, _real, _real, _array)
 _SHIPPED = program.SHIPPED / "laws"
 _functions: dict[int, object] = {}
@@ -68,7 +68,7 @@ def is_compiled(source: str) -> bool:
 
 
 def _loads(index: Path) -> bool:
-    """Return True if numba can load a cache index, which contains the version first and the data last."""
+    """Return True if a cache index is of this version of numba and has a file of machine code."""
     with index.open("rb") as file:
         version = pickle.load(file)
     return version == numba.__version__ and any(index.parent.glob(f"{index.stem}.*.nbc"))

@@ -99,7 +99,7 @@ class _Readable(Specialiser):
     def emit(self, statement: t.Statement) -> None:
         match statement:
             case t.If(t.Compare("==", t.Var(name), t.Num(0.0)), [t.Assign(to, t.Num(0.0))], []) if name == to:
-                pass  # this only turns 0 into 0
+                pass  # the statement has no effect: it sets a variable to 0 only if it is 0
             case _:
                 super().emit(statement)
 
@@ -109,7 +109,7 @@ class _Readable(Specialiser):
     def assign_several(self, targets: Sequence[ast.expr], value: ast.expr) -> None:
         values = [self.value(v) for v in value.elts] if isinstance(value, ast.Tuple) else self.call(value)
         for i, target in enumerate(targets):
-            # a later value must not read what this assignment changes
+            # a later value must not read a variable that this assignment changes
             written = frozenset(self.written([target]))
             for j, other in enumerate(values[i + 1 :], i + 1):
                 if t.mentions(other, written):

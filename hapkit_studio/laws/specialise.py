@@ -185,7 +185,7 @@ class Specialiser:
             self.detach(frozenset((place.name,)))
             self.emit(t.Assign(place.name, value))
             if isinstance(value, t.Num | t.Var):
-                self.states[place.name] = value  # valid until place or value is written again
+                self.states[place.name] = value  # valid until the state or the value is overwritten
 
     def assign_several(self, targets: Sequence[ast.expr], value: ast.expr) -> None:
         if isinstance(value, ast.Tuple):
@@ -362,7 +362,7 @@ class Specialiser:
         return scope.found
 
     def write_in(self, tree: ast.FunctionDef, given: dict[str, t.Expr]) -> list[t.Expr]:
-        """Return the results of a function that is inlined here."""
+        """Inline a function and return its results."""
         block = t.Block()
         found = self.enter(tree, given, block)
         if len(found) == 1 and block.body[-1] is found[0][0]:
@@ -466,7 +466,7 @@ class Specialiser:
         return self.truth(node)
 
     def truth(self, node: ast.expr, once: bool = False) -> t.Expr:
-        """Return a test's value as a number, 1 or 0; with ``once``, it is read once and not stored."""
+        """Return a test's value as a number, 1 or 0; ``once``: it is read only once, so it is not stored."""
         if isinstance(node, ast.BoolOp) and not all(map(self.is_truth, node.values)):
             return self.one_of(node)
         one, zero = t.literal(1.0), t.literal(0.0)

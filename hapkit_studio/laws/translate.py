@@ -1,6 +1,7 @@
 """Translate a law and its helpers into plain source for numba: names become indices, faults are checked.
 
-Loops use up fuel. Each function that a law calls is translated once.
+Every loop iteration uses one unit of fuel; a law without fuel stops. Each function that a law calls is
+translated once.
 """
 
 import ast
@@ -45,7 +46,7 @@ class Helpers(dict[FunctionType, str]):
         return wanted
 
     def table(self, name: str, numbers: tuple[float, ...]) -> str:
-        """Return a table's name in the generated file; two source files may use the same table name."""
+        """Return a table's unique name in the generated file; two source files may use the same name."""
         wanted = TABLE_PREFIX + name
         while repr(self.tables.setdefault(wanted, numbers)) != repr(numbers):
             wanted += "_"
@@ -69,7 +70,7 @@ def parse(text: str, name: str = "<unknown>") -> ast.Module:
 
 @lru_cache(maxsize=256)
 def _text(function: FunctionType) -> str:
-    """Return a function's text after empty lines, so that line numbers are those of its file."""
+    """Return a function's text with empty lines before it, so that line numbers are those of its file."""
     lines, first = inspect.getsourcelines(function)
     return "\n" * (first - 1) + textwrap.dedent("".join(lines))
 
@@ -90,7 +91,7 @@ def function_tree(function: Callable) -> ast.FunctionDef:
 
 
 def values_returned(tree: ast.FunctionDef) -> int:
-    """Return how many values a function returns; raise LawError if its returns differ."""
+    """Return how many values a function returns; raise LawError if its ``return`` statements differ."""
     found = sorted((n for n in ast.walk(tree) if isinstance(n, ast.Return)), key=lambda n: n.lineno)
     sizes = [len(n.value.elts) if isinstance(n.value, ast.Tuple) else 1 for n in found]
     for node, size in zip(found, sizes, strict=True):
@@ -113,7 +114,7 @@ class Names:
             start += size or 1
 
     def function(self, name: str) -> FunctionType | None:
-        """Return a function that a law may call, of its file or of the studio's dynamics, else None."""
+        """Return a function of the law's file or of the studio's dynamics by its name, or None."""
         found = self.globals.get(name)
         found = getattr(found, "py_func", found)
         if not isinstance(found, FunctionType):
@@ -158,7 +159,7 @@ class Names:
 # integers remain floats, so that infinities and NaN are preserved
 FUNCTIONS = {"int": "_np.trunc", "float": "_float", "floor": "_np.floor", "ceil": "_np.ceil"}
 FUNCTIONS |= {"fmod": "_np.fmod", "trunc": "_np.trunc"}
-# these factors are multiplied as in CPython
+# CPython multiplies by the same factors
 _FACTORS = {"radians": math.pi / 180.0, "degrees": 180.0 / math.pi}
 _TABLE_IS = "a table is a tuple of numbers, as `(0.0, 1.0)` or `tuple(…)`"
 # functions with undefined or infinite values for some arguments
@@ -362,7 +363,7 @@ class Rewriter(ast.NodeTransformer):
         return ast.Compare(new[0], node.ops, new[1:])
 
     def _option(self, node: ast.expr, choice: Choice) -> ast.expr:
-        """Return the index of a choice, or that of a given option's name."""
+        """Return the expression for a choice's index, or for the index of an option that is given by name."""
         if self.names.choice(node) is choice:
             return self._parameter(node)
         if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
@@ -615,7 +616,7 @@ def _stored(function: ast.FunctionDef) -> set[str]:
 
 FUEL = 20_000
 
-# a part of the hash of the generated file, so that a change of the watch functions invalidates the cache
+# The generated file contains this hash, so a change of the watch functions invalidates the cache.
 _WATCHED = hashlib.sha256(inspect.getsource(watch).encode()).hexdigest()[:20]
 HEADER = f'''\
 """Generated from a force law, watched by {_WATCHED}; edit the law, not this file."""

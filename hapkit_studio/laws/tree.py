@@ -101,7 +101,7 @@ Test = Compare | Logic | Not
 # --- statements
 @dataclass
 class Stated:
-    """The base of statements; ``line`` is that in the law's file, 0 if there is none."""
+    """The base of statements; ``line`` is the line number in the law's file, 0 if there is none."""
 
     line: int = field(default=0, compare=False, kw_only=True)
 
@@ -340,7 +340,7 @@ COMPUTED: dict[str, Callable] = {
 
 
 def beyond_single(op: str, left: Expr, value: float) -> Test | bool:
-    """Return a comparison with a number outside single precision: overflow, or underflow to 0."""
+    """Simplify a comparison with a number that in single precision overflows, or underflows to 0."""
     if abs(value) > MOST_FLOAT:
         return op == "!=" or (op in ("<", "<=")) == (value > 0.0)
     if op in ("==", "!="):
@@ -522,7 +522,7 @@ def replaced(value: Expr | Test, name: str, by: Expr):
             case Op(op, args):
                 numbers = [a for a in args if isinstance(a, Num)]
                 known = folded(op, numbers) if len(numbers) == len(args) else None
-                # a quotient that remains must be exact for integers
+                # a remaining quotient is not simplified, because it must be exact for integers
                 return known or (part if op == "/" else simplified(op, args))
         return part
 
