@@ -1,7 +1,7 @@
 """Guided labs: lessons are Markdown files with checks, which are evaluated on recorded data.
 
-A lesson is a file in assets/lessons or in an instructor's folder (``library``). ``evaluate`` answers a step's
-check with a sentence, from the samples recorded so far (``Samples``).
+A lesson is a file in assets/lessons or in an instructor's folder (``library``). ``evaluate`` evaluates a
+step's check on the samples recorded so far (``Samples``) and describes the result in a sentence.
 """
 
 from hapkit_studio.lessons.evaluate import Result, evaluate

@@ -34,7 +34,7 @@ _ENOUGH = 0.95  # minimum fraction of a window's length that must have been reco
 
 @dataclass(frozen=True)
 class Result:
-    """The answer to a check: state, sentence, and the value in SI with half its 95 % interval.
+    """The result of a check: its state, a sentence, and the value in SI with half of its 95 % interval.
 
     ``start`` and ``stop`` are the limits of the evaluated interval in s after the start of the recording; NaN
     if there is none. ``stamp`` is a hash of the interval's samples.
@@ -137,7 +137,7 @@ def _verdict(check: Check, entry: Measurement, found: Measured, part: Samples) -
 
 def _wanted(check: Check, part: Samples) -> tuple[float, str]:
     if isinstance(check.expect, str):
-        assert part.scene is not None  # the interval suits the check, so its environment is that of the check
+        assert part.scene is not None  # _wrong_setting has checked the environment
         return part.scene[1][check.expect], "set"
     assert check.expect is not None
     return check.expect, "expected"
@@ -241,7 +241,10 @@ def _passes(check: Check, segment: Samples) -> Iterator[Samples]:
 
 
 def _reached(check: Check, entry: Measurement, part: Samples) -> tuple[float, str]:
-    """Return the smallest ratio of a movement to the required one, and a sentence if it is below 1, or ""."""
+    """Return the smallest ratio of a movement to the required movement, and a sentence.
+
+    The sentence is "" unless the ratio is below 1.
+    """
     needs = dict(check.needs)
     if entry.intervals not in (PASS,) and not (entry.intervals in (PRESS, TOUCH) and part.depth is not None):
         needs.setdefault("seconds", _ENOUGH * (check.seconds or entry.seconds))

@@ -1,4 +1,4 @@
-"""Experiments with people in a session: it reads pointing trials and comparisons from the session's events.
+"""Reads experiments with people, which are pointing trials and comparisons, from a session's events.
 
 Every pointing trial is measured again from the session's samples.
 """

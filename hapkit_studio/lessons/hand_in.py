@@ -33,13 +33,13 @@ from hapkit_studio.settings_log import Settings
 from hapkit_studio.version import __version__
 
 LESSON, STEP, ANSWER = "lesson", "step", "answer"
-"""Kinds of events: one has lesson and student, one the number of a step that starts, one an answer."""
+"""Kinds of events. They contain lesson and student, the number of a step that starts, or an answer."""
 MOST_TEXT = 20_000  # maximum number of characters in an answer
 _MOST_LINES, _NAME, _SENTENCE = 1_000, 200, 2_000
 _MOST_ANSWERS = 1_000  # maximum number of answers in a file
 _LONGEST = 31 * 86_400.0  # s: maximum length of a session
 _CHUNK = 1000  # number of samples in a chunk
-# s: pause between two parts; time from the event with the settings to the first sample
+# s: pause between two parts; time between the settings' event and the first sample after it
 _PAUSE, _BEFORE = 0.5, 0.001
 _STATES = ("correct", "wrong", "waiting", "review")
 
@@ -178,8 +178,9 @@ class Part:
 def write_parts(path: str | Path, parts: Sequence[Part], recordings: Iterable[Session] = ()) -> None:
     """Write recordings unchanged, then parts one after another, into a new session; raise SessionError.
 
-    The clocks of each part are shifted so that the part starts _PAUSE after the samples before it. Recordings
-    whose times overlap with those of another one are omitted; this happens after a restart of the computer.
+    The clocks of each part are shifted so that the part starts _PAUSE after the samples before it. A
+    recording that overlaps in time with an earlier one is omitted. This may happen if the computer, and with
+    it its clock, was restarted.
     """
     step = 0
     about: Settings = {}
@@ -221,7 +222,7 @@ def _copy(writer: SessionWriter, recordings: Iterable[Session]) -> float:
 
 
 def read(path: str | Path) -> HandedIn:
-    """Read a handed-in file; raise SessionError if the file is not a handed-in one."""
+    """Read a handed-in file; raise SessionError for any other file."""
     with closing(Session(path)) as session:
         lesson = session.latest(LESSON)
         if not lesson:

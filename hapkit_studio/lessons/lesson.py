@@ -40,7 +40,7 @@ class Hint:
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot to which a step refers; the report draws it from the evaluated interval."""
+    """A plot in a step's text; the report draws it from the evaluated interval."""
 
     over: str
     caption: str
@@ -69,9 +69,9 @@ class Check:
 
     ``expect`` is a number in SI, or the key of a parameter whose present value is expected. ``tolerance`` is
     in SI, or in percent of the expected value. ``at_least`` and ``at_most`` are limits that replace an
-    expected value. ``needs`` is the smallest movement, by the name of a quantity. ``where`` has the permitted
-    range of settings by key, or a choice's option. ``between`` has the positions in m between which the
-    handle must move.
+    expected value. ``needs`` contains the required smallest movements by the name of their quantity.
+    ``where`` contains the permitted range, or a choice's permitted option, of each setting by key.
+    ``between`` contains the two positions in m between which the handle must move.
     """
 
     key: str

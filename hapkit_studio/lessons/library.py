@@ -26,11 +26,12 @@ class Library:
 
 
 def library(folder: str | Path | None = None, known: Mapping[str, Environment] | None = None) -> Library:
-    """Return the studio's lessons and those of a folder, which replace studio lessons of the same name.
+    """Return the studio's lessons and those of a folder; the latter replace studio lessons of the same name.
 
-    If ``folder`` is None, the lab's folder is used if it has one; if that folder is missing (for example on a
-    share that is not mounted), the errors say so. ``known`` are the environments by key; None means those of
-    the library. Raise ParameterError if the given folder is missing.
+    If ``folder`` is None, the folder in the lab's settings is used, if there is one; if that folder is
+    missing (for example on a share that is not mounted), the library's ``errors`` contain a message.
+    ``known`` contains the environments by key; None means the environments of the library. Raise
+    ParameterError if ``folder`` is missing.
     """
     found, errors = list[Lesson](), list[str]()
     if folder is None:

@@ -28,7 +28,7 @@ _CLEAR = 6.0  # minimum ratio of a spectral peak to the median of its band
 _RINGS = (5.0, 400.0)  # Hz: frequency range of a ringing surface
 _SWINGS = 6  # minimum number of extremes of a free oscillation for a measurement
 _EXACT = 1e-4  # an interval with a smaller relative width is not shown
-# m/s: friction is compared between a speed below the first and one above the second value
+# m/s: friction at speeds below the first value is compared with friction at speeds above the second value
 _SLOW, _FAST = 0.005, 0.03
 _STEADY = 0.02  # m/s: maximum change per sample in the velocity of an object that moves freely
 
@@ -115,7 +115,7 @@ def _identified(name: str) -> Callable[[Samples, Region], Measured]:
 
 
 def _delay(samples: Samples, region: Region) -> Measured:
-    """Return the delay in s of a pure spring; its negative damping is −K(T/2 + delay)."""
+    """Return the delay in s of a pure spring, from its identified damping −K(T/2 + delay)."""
     stiffness, damping = _identified("stiffness")(samples, None), _identified("damping")(samples, None)
     if not stiffness.value > 0.0:
         raise NotMeasured("The delay is measured on a spring or a wall: set a stiffness.")
@@ -190,9 +190,9 @@ def _speed(samples: Samples) -> Measured:
 
 
 def _transient(index: int) -> Callable[[Samples, Region], Measured]:
-    """Return the function that fits the ringing after an entry.
+    """Return the function that fits the surface's ringing after the handle has entered it.
 
-    ``index`` selects its frequency (1) or decay (2).
+    ``index`` selects the result of the function: the frequency (1) or the decay (2).
     """
 
     def compute(samples: Samples, region: Region) -> Measured:
@@ -266,7 +266,7 @@ def _oscillation_amplitude(samples: Samples, region: Region) -> Measured:
 
 
 def _rest(samples: Samples, region: Region) -> Measured:
-    """Return the peak-to-peak motion of the handle at the end."""
+    """Return the peak-to-peak motion of the handle in the interval."""
     return Measured(float(np.ptp(samples.position)))
 
 
@@ -294,7 +294,7 @@ def _purring(samples: Samples, region: Region) -> Measured:
 
 
 def _peaks(strong: np.ndarray) -> bool:
-    """Return True if the strong frequencies in Hz form one peak; the pitch varies by 2.4 Hz."""
+    """Return True if the strong frequencies in Hz are close together; the pitch varies by 2.4 Hz."""
     return bool(len(strong)) and float(np.ptp(strong)) < 6.0
 
 
@@ -328,7 +328,7 @@ def _slips(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
     """Return the start times in s (n,) and distances in m (n,) of slips."""
     from scipy.ndimage import uniform_filter1d
 
-    # The difference is over 10 ms, because a sensor step within a millisecond is not a slip.
+    # The speed is averaged over 10 ms, because a single sensor step within a millisecond is not a slip.
     count = max(round(0.010 / samples.period), 1)
     speed = np.abs(uniform_filter1d(np.gradient(samples.position, samples.time), count))
     mean = float(np.ptp(samples.position) / np.ptp(samples.time))
@@ -450,10 +450,10 @@ def _travel(samples: Samples, region: Region) -> Measured:
 
 
 def _friction_ratio(samples: Samples, region: Region) -> Measured:
-    """Return the ratio of the largest force on a slow handle to the force on a fast one.
+    """Return the ratio of the largest force on a slow handle to the median force on a fast handle.
 
-    The ratio tells the friction model: it is 1 for Coulomb friction, more with static or Stribeck friction,
-    and less with viscous friction.
+    The ratio depends on the friction model: it is 1 for Coulomb friction, more with static or Stribeck
+    friction, and less with viscous friction.
     """
     count = max(round(0.020 / samples.period), 1)
     if len(samples) <= count:

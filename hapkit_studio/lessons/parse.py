@@ -1,4 +1,4 @@
-"""The parser of lesson files. They are Markdown with a TOML header and fenced blocks; all of it is checked.
+"""The parser of lesson files, which are Markdown with a TOML header and fenced blocks; it checks all parts.
 
 No part of a lesson is executed, and HTML in it is shown as text. An error names the file and the line.
 """
@@ -521,7 +521,7 @@ class _Table:
         return found
 
     def points(self, key: str, value: object, reach: float = 1e9, unit: str = "") -> tuple[float, float]:
-        """Return two numbers; those of a range must be in ascending order."""
+        """Return two numbers; if they are a range, they must be in ascending order."""
         pair = self.attempt(key, checked_list, value, key, 2)
         low, high = (self.attempt(key, checked_number, v, key, -reach, reach, unit) for v in pair)
         if key != "hand" and low >= high:

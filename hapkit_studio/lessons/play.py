@@ -1,6 +1,6 @@
 """Plays a lesson without a window: a scripted student uses the simulated Hapkit.
 
-Authors and tests need this.
+Authors of lessons and tests use it.
 """
 
 from collections.abc import Iterable, Mapping

@@ -27,12 +27,12 @@ from hapkit_studio.workshop.folder import VARIABLE
 
 NOT_STARTED = Result(WAITING, "Nothing is recorded yet.")
 _MARGIN = 1e-6  # s: resolution of times in a file
-_SAMPLE_SECONDS = 1.0  # s: length of the samples in a file that has no evaluated interval
+_SAMPLE_SECONDS = 1.0  # s: duration of the samples in a file without an evaluated interval
 
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A check's result, and the rows of its interval with device and settings; without an interval, no rows.
+    """A check's result, and the rows of its interval with device and settings; None without an interval.
 
     ``start`` and ``stop`` are the limits of the interval in s of the rows' clock; NaN without an interval.
     """
@@ -115,8 +115,8 @@ class Progress:
     def save(self, path: Path, student: str, newest: Rows, recordings: Iterable[Path] = ()) -> None:
         """Write the progress as a handed-in file, which replaces the previous one; raise SessionError.
 
-        ``newest`` are rows that the file contains if no interval was evaluated. ``recordings`` are the paths
-        of sessions; those with trials of an experiment are handed in, too.
+        ``newest`` contains the rows that are saved if no interval was evaluated. ``recordings`` are paths of
+        sessions; the file also contains those sessions that have trials of an experiment.
         """
         numbers = {task.key: number for number, _, task in self.lesson.tasks()}
         order = [key for key in numbers if key in self.evaluated and self.evaluated[key].part is not None]

@@ -134,7 +134,7 @@ def _given(review: Review, criterion: str, most: int) -> str:
 
 
 def _step(step: Step, handed: HandedIn, missing: list[str]) -> Iterator[str]:
-    """Yield a step's text, tasks and figures; append the measurements that it lacks to ``missing``."""
+    """Yield a step's text, tasks and figures; append its missing measurements to ``missing``."""
     last: Samples | None = None
     drawn = any(isinstance(block, Plot) for block in step.blocks)
     for block in step.blocks:

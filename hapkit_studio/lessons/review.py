@@ -127,7 +127,7 @@ def path_of(session: Path, reviewer: str) -> Path:
 
 
 def write(path: str | Path, review: Review, replace_file: bool = False) -> None:
-    """Check a review and write it to a file; raise ReviewError, also if the file exists."""
+    """Check a review and write it; raise ReviewError, also if the file exists and is not to be replaced."""
     path = Path(path)
     text = json.dumps({"version": VERSION, **asdict(review)}, ensure_ascii=False, indent=1)
     parse(text, path.name)
@@ -223,7 +223,10 @@ def _comment(value: object, place: str) -> Comment:
 
 @dataclass(frozen=True)
 class Reviews:
-    """The reviews beside a handed-in file, by path in alphabetical order; ``errors`` has one line each."""
+    """The reviews beside a handed-in file by path, in alphabetical order.
+
+    ``errors`` has one line for each review that is unreadable or refers to different answers.
+    """
 
     found: Mapping[Path, Review]
     errors: tuple[str, ...] = ()
@@ -236,7 +239,7 @@ class Reviews:
 
 
 def reviews_of(handed: HandedIn) -> Reviews:
-    """Return the reviews in the folder of a handed-in file that name it or its answers."""
+    """Return the reviews of a handed-in file, which are in the same folder."""
     answers, found, errors = answers_hash(handed), dict[Path, Review](), list[str]()
     for path in sorted(handed.path.parent.glob(f"*{SUFFIX}"))[:_MOST_FILES]:
         try:

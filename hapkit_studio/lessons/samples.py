@@ -156,7 +156,7 @@ class Samples:
 
     @property
     def hand_force(self) -> np.ndarray:
-        """Return NaN (n,).
+        """Return NaN (n,) as the hand's force.
 
         Checks ignore the force of a simulated hand, because that of a real hand is unknown.
         """
