@@ -45,7 +45,7 @@ _INFINITE = ("inf", "-inf")  # JSON has no infinite numbers, so they are stored 
 def changed(before: Settings, after: Settings) -> dict[str, Any]:
     """Return the settings that have changed; of parameters and device, return only the changed entries.
 
-    A new environment includes all its parameters.
+    If the environment has changed, return all its parameters.
     """
     other = before.get("environment") != after.get("environment")
     found: dict[str, Any] = {}
@@ -101,7 +101,7 @@ def lines(log: Log) -> list[str]:
 
 
 def read(comments: Iterable[str], name: str = "header") -> Log:
-    """Return the log that a table's comments contain, without "#"; () if there are no settings.
+    """Return the log in a table's comments, which are given without "#"; () if there are no settings.
 
     A single JSON object, which was the studio's former format, is accepted, too. Other comments are ignored.
     Raise FileError, which begins with the file's name, for invalid JSON.

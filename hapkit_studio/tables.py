@@ -132,7 +132,7 @@ class Table:
         if self.decimal == ",":
             if any("." in line for line in rows) and (error := self._cell_error(places)):
                 raise error
-            if delimiter == ",":  # the numbers are in quotes
+            if delimiter == ",":  # the numbers must be in quotes
                 rows, delimiter = [";".join(_cells(line, ",")) for line in rows], ";"
             rows = [line.replace(",", ".") for line in rows]
         try:
@@ -229,7 +229,7 @@ def _is_comment(line: str) -> bool:
 
 
 def _comment(line: str, delimiter: str) -> str:
-    """Return a comment without "#" as it was before a spreadsheet quoted it or split it at commas."""
+    """Return a comment without "#"; a spreadsheet may have quoted the comment or split it at commas."""
     line = line.strip()
     if line.startswith('"'):
         line = ",".join(_split(line, delimiter))
@@ -255,7 +255,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 
 def _delimiter_score(lines: Sequence[str], delimiter: str) -> tuple[int, int]:
-    """Return a delimiter's score: the number of lines with only numbers and empty cells, and of numbers."""
+    """Return a delimiter's score: the number of lines without text cells, and the number of numeric cells."""
     rows = [[bool(_NUMBER.fullmatch(cell)) for cell in _cells(line, delimiter) if cell] for line in lines]
     return sum(all(row) for row in rows if row), sum(map(sum, rows))
 
@@ -263,7 +263,7 @@ def _delimiter_score(lines: Sequence[str], delimiter: str) -> tuple[int, int]:
 def _names(
     above: Sequence[Sequence[str]], comments: Sequence[str], delimiter: str, width: int
 ) -> tuple[str, ...]:
-    """Return the columns' names from the row above the numbers or above their units, otherwise 1, 2, …"""
+    """Return the columns' names from the row above the numbers or units, or a comment; otherwise 1, 2, …"""
     found = [row for row in above[-2:] if len(row) > 1 or width == 1]
     if len(found) == 2 and all(_is_unit(cell) for cell in found[1]):
         return tuple(found[0])

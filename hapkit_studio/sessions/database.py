@@ -1,8 +1,8 @@
-"""Opens a session's SQLite file for reading; it does not trust its content and writes no file beside it.
+"""Opens a session's SQLite file for reading; the content is not trusted, and no file is written beside it.
 
 During a recording the newest samples are in ``NAME-wal``. SQLite keeps an index of that file in ``NAME-shm``
-and creates it if it is missing. If SQLite cannot or must not do this, a private copy is read. ``immutable=1``
-would also open a file in a read-only folder, but would ignore ``NAME-wal``.
+and creates the index if it is missing. If SQLite cannot or must not create it, a private copy is read.
+``immutable=1`` would also open a file in a read-only folder, but would ignore ``NAME-wal``.
 """
 
 import os
@@ -63,7 +63,7 @@ def _has_journal(path: Path) -> bool:
 class Database:
     """A read-only connection to a session's file.
 
-    ``layout`` is that of the file's chunks. ``complete``: the recording has ended. ``log_lost``: the
+    ``layout`` is the layout of the file's chunks. ``complete``: the recording has ended. ``log_lost``: the
     recording has not ended, and ``NAME-wal`` with its newest samples is missing.
     """
 

@@ -1,8 +1,8 @@
 """Exports tables of samples: CSV for spreadsheets, Parquet, and MATLAB's .mat.
 
 Each file has the settings at the start and every later change with its time. A column "group.name" belongs to
-a group, such as "state" for the law's state variables. Its name therefore differs from those of the studio's
-columns.
+a group, such as "state" for the law's state variables. The prefix distinguishes the column from the studio's
+own columns.
 """
 
 import csv

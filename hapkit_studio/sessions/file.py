@@ -59,12 +59,12 @@ def checksum(values: Iterable) -> int:
 class SessionWriter:
     """Writes a new session.
 
-    If the program is killed or the disk is full, two files contain the data (``remains``). Methods raise
-    SessionError if the disk is full or the file was deleted.
+    If the program is killed or the disk is full, two files contain the data; ``remains`` names them. Methods
+    raise SessionError if the disk is full or the file was deleted.
     """
 
     def __init__(self, path: str | Path, layout: Layout = LAYOUT):
-        """Create a file, which must not exist yet; ``layout`` is that of its chunks."""
+        """Create a file, which must not exist yet; ``layout`` is the layout of its chunks."""
         self.path = Path(path)
         self._layout = layout
         try:
@@ -129,7 +129,7 @@ class SessionWriter:
 
     @property
     def size(self) -> int:
-        """Return the file's size in bytes after it is closed now."""
+        """Return the size in bytes that the file would have if it were closed now."""
         with self._reason():
             pages, of = (self._database.execute(f"PRAGMA {what}") for what in ("page_count", "page_size"))
             return int(pages.fetchone()[0] * of.fetchone()[0])
@@ -162,7 +162,7 @@ class SessionWriter:
 
     @property
     def _in_place(self) -> bool:
-        """Return True if the path is still that of this file; SQLite continues to write to a deleted file."""
+        """Return True if the path still refers to this file; SQLite would also write to a deleted file."""
         try:
             return _identity(self.path.stat()) == self._identity
         except OSError:

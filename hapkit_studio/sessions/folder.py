@@ -106,7 +106,7 @@ def rename(path: Path, name: str) -> Path:
     if new == path:
         return path
     try:
-        path.stat()  # this raises before a file with the new name is created
+        path.stat()  # if the session is missing, raise before a file with the new name is created
         # the mode "x" creates the file only if it does not exist, so no file is ever replaced
         new.open("xb").close()
     except FileExistsError:

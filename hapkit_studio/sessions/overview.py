@@ -25,11 +25,12 @@ _FEW = 60_000  # a session with fewer samples is read directly, because its bloc
 class Overview:
     """A session's file and a summary of its content.
 
-    ``size`` is in bytes; ``saved`` is the time.time of the last write. ``environments`` are keys in order of
-    use. ``markers`` and ``changes`` have the time in s after the start, and a text; ``notes`` concern the
-    whole session. ``trace`` (3, n) has the time in s after the start, and the minimum and maximum position in
-    m until the next time; it is NaN without samples. ``unfinished`` is advice for an incomplete recording, ""
-    for a complete one. ``error`` is the reason why no data can be read.
+    ``size`` is in bytes. ``saved`` is the time of the last write in s, as returned by ``time.time``.
+    ``environments`` contains keys in order of use. ``markers`` and ``changes`` contain the time in s after
+    the start, and a text; ``notes`` concern the whole session. ``trace`` (3, n) contains the time in s after
+    the start, and the minimum and maximum position in m until the next time; the positions are NaN without
+    samples. ``unfinished`` is advice for an incomplete recording, "" for a complete one. ``error`` is the
+    reason why no data can be read.
     """
 
     path: Path
@@ -129,7 +130,7 @@ def _of(session: Session, size: int, saved: float) -> Overview:
 def _trace(session: Session) -> np.ndarray:
     """Return times after the start, and minimum and maximum positions (3, n); NaN without samples."""
     times, least, greatest = _samples(session) if session.counts.sum() <= _FEW else _blocks(session)
-    # Each point contains at least two times, so that an empty point is a gap.
+    # Each point covers at least two times on average, so a point without any time is a gap.
     count = max(min(_MOST, len(times) // 2), 1)
     edges = session.starts[0] + session.seconds * np.arange(count) / count
     first = np.searchsorted(times, edges)

@@ -35,7 +35,7 @@ from hapkit_studio.sessions.file import (
 
 KEPT_SECONDS = 600.0
 CHUNK_SECONDS = 0.3
-# maximum number of rows; it limits the chunks' size, and the memory for packing if the thread was delayed
+# maximum number of rows per read; it limits the size of chunks, and the memory if the thread was delayed
 _AT_ONCE = 512
 # kinds of events that are valid until the next event of the same kind
 _STANDING = (ABOUT, SETTINGS, STOP, FAULT)
@@ -50,7 +50,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Progress:
-    """A recording's file, samples, bytes and duration in s; if it ended by itself, also the reason."""
+    """A recording's file, samples, bytes and duration in s; ``error`` is the reason if it ended by itself."""
 
     path: Path
     samples: int = 0
@@ -154,7 +154,7 @@ class Recorder:
             self._take()
 
     def _change_to(self, engine: Engine | None) -> None:
-        # do this before reading the next engine's rows, so that times increase even while both loops run
+        # first write the previous engine's rows, so that times increase even while both loops run
         self._flush()
         self._reader = None if engine is None else engine.reader()
         self._engine, self._seen = engine, {}

@@ -41,7 +41,7 @@ SQLITE = b"SQLite format 3\0"
 """The first bytes of a session's file."""
 _MOST_ROWS = 1 << 32
 # Limits of reading. Rows beyond these limits are skipped.
-_MOST_EVENTS = 50_000  # settings that change all the time for 40 minutes
+_MOST_EVENTS = 50_000  # enough for settings that change all the time for 40 minutes
 _MOST_TEXT = 1 << 26  # maximum number of characters in all events
 _MOST_DAMAGED = 100_000  # maximum number of damaged rows
 _MOST_SECONDS = 31 * 86_400.0
@@ -213,7 +213,7 @@ class Session:
             raise self._left_out("chunk", self._ids[number], error) from None
 
     def _left_out(self, table: str, row: int, error: Exception | str) -> DamagedError:
-        """Store the reason why a row is skipped, unless there is one already; return the error."""
+        """Store the reason why a row is skipped, unless a reason is already stored; return it as an error."""
         place, reason = f"{table} {row}", f"{one_line(str(error)):.{_LONGEST_REASON}}"
         text = reason if reason.startswith(place) else f"{place}: {reason}"
         return DamagedError(self._damaged.setdefault((table, row), text))
@@ -288,7 +288,7 @@ class Session:
     def _is_whole(self, row: int) -> bool:
         """Return True if a chunk's checksum, and therefore its times, are correct.
 
-        The last answer is cached.
+        The last result is cached.
         """
         if row != self._whole:
             try:

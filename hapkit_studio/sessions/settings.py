@@ -1,4 +1,4 @@
-"""An engine's settings and device, with the names that a run's settings have."""
+"""An engine's settings and device as JSON values, and descriptions of their changes."""
 
 import math
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ def of_scene(environment: Environment, values: dict[str, float]) -> dict[str, An
 
 
 def of_model(device: Device, modelled: SimulatedHapkit) -> dict[str, Any]:
-    """Return a device's title and its model's simulated terms; infinity is given as text."""
+    """Return a device's title and its model's simulated terms; infinite values are converted to text."""
     terms = {key: repr(value) if math.isinf(value) else value for key, value in vars(modelled).items()}
     return {"title": device.title, **terms}
 
@@ -78,7 +78,7 @@ def log(events: Sequence[Event], start: float, stop: float) -> Log:
 
 
 def differences(before: Settings, after: Settings) -> list[str]:
-    """Describe each changed setting with both values."""
+    """Describe each changed setting with its old and new value."""
     old, new = ({**kept, **kept.get("parameters", {})} for kept in (before, after))
     units = {"rate_Hz": "Hz", "delay_s": "s", "max_force_N": "N", **after.get("units", {})}
     if old.get("environment") != new.get("environment"):
