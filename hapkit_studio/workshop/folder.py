@@ -108,7 +108,7 @@ def templates() -> tuple[Template, ...]:
 def fill_template(template: Template, title: str, key: str) -> str:
     """Return a template's text with a different title and key."""
     new = {"key": key, "title": title}
-    # encoded, because the syntax tree counts columns in bytes
+    # the text is encoded, because the syntax tree counts columns in bytes
     lines = template.text.encode().splitlines(keepends=True)
     own = [k for call in calls(ast.parse(template.text), "Environment") for k in call.keywords]
     for value, name in reversed([(k.value, k.arg) for k in own if k.arg in new]):

@@ -1,8 +1,8 @@
 """Functions of a user's file, called in a separate process so that they cannot block the window or a run.
 
 The process is ``function_process``: it receives a line of JSON with the text, then one line per call. Time is
-limited on every system. Memory is limited on Linux; elsewhere the time limits how much can be allocated.
-Module-level code also runs in the studio's process, which creates the law, without limits.
+limited on every system. Memory is limited on Linux; elsewhere only the limited time restricts allocation.
+The studio's process also executes the file's module-level code, without limits, because it creates the law.
 """
 
 import contextlib

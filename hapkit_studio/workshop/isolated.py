@@ -35,7 +35,7 @@ def end(process: subprocess.Popen) -> None:
 
 
 def take_pipes() -> tuple[BinaryIO, BinaryIO]:
-    """Return the streams from and to the parent process; text that the file prints is discarded."""
+    """Return the streams from and to the parent process; text that the user's file prints is discarded."""
     requests, replies = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", 0)
     nothing = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):

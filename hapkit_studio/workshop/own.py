@@ -1,6 +1,6 @@
 """A user's environment: its law always runs compiled, and its other functions run in another process.
 
-Compiled laws are called in compiled loops, or once without compiling a caller.
+Compiled loops call the compiled law. Python can also call it once, without compiling anything for the call.
 """
 
 import ast
@@ -34,10 +34,10 @@ CURVE_SECONDS = 0.5
 
 @compiled
 def call_law(address, p, s, x, v, dt, fault, force):
-    """Call a law at every x (n,) in m and v (n,) in m/s, into force (n,) in N; return the failed index.
+    """Call a law at every x (n,) in m and v (n,) in m/s; write its forces in N to ``force`` (n,).
 
-    The index is NO_FAULT if no call failed. ``fault`` has FAULT_WORDS words; the first one is the code, 0
-    without a fault.
+    Stop at the first call that fails, and return its index; return NO_FAULT if no call fails. ``fault`` has
+    FAULT_WORDS words; the first word is the fault code, 0 without a fault.
     """
     for i in range(len(x)):
         force[i] = native.call(address, p, s, x[i], v[i], dt, fault)
@@ -47,7 +47,7 @@ def call_law(address, p, s, x, v, dt, fault, force):
 
 
 def law_memory(law: CompiledLaw) -> tuple[np.ndarray, np.ndarray]:
-    """Return the initial state of a law, which has at least one value, and its fault words."""
+    """Return a law's initial state, padded to at least one value, and its fault words."""
     return np.append(law.initial_state, 0.0), np.zeros(FAULT_WORDS, dtype=np.int64)
 
 
@@ -98,7 +98,7 @@ def taken_keys() -> set[str]:
 
 
 def owned(environment: Environment, source: Source) -> OwnEnvironment:
-    """Return an environment that is marked as a user's, without a shortcut."""
+    """Return an environment that is marked as a user's; it has no keyboard shortcut."""
     given = {f.name: getattr(environment, f.name) for f in fields(Environment) if f.init}
     given |= {"parameters": tuple(environment.parameters), "shortcut": "", "terms": None}
     given["formula"] = _own_formula(environment.formula, source.text)

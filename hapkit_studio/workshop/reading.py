@@ -254,7 +254,7 @@ def execute(source: Source) -> Environment:
     """Execute a text as a separate module and return its checked ENVIRONMENT; raise LawError."""
     name, file = str(source.path), f"own_environment_{source.digest[:20]}"
     lines = io.StringIO(source.text, newline="\n").readlines()
-    # the source for tracebacks and laws; without a time it is never compared with the file on disk
+    # Tracebacks and laws read the source here. An entry without a time is never compared with a file.
     linecache.cache[name] = (len(source.text), None, lines, name)
     module = ModuleType(file)
     module.__file__ = name

@@ -104,9 +104,10 @@ def text(
 ) -> str:
     """Return the sketch.
 
-    values are those that differ from the defaults. rate is in Hz, by default ``usual_rate``. prints is the
-    number of lines per second on the serial monitor. remark is a text for the reader at the top. Raise
-    ParameterError for options that a sketch does not support, and LawError for an invalid law.
+    ``values`` contains the values that differ from the defaults. ``rate`` is in Hz, by default
+    ``usual_rate``. ``prints`` is the number of lines per second on the serial monitor. ``remark`` is a text
+    for the reader at the top. Raise ParameterError for options that a sketch does not support, and LawError
+    for an invalid law.
     """
     kit, values = kit or Kit(), environment.values(values)
     rate = usual_rate(environment, values) if rate is None else rate
@@ -135,7 +136,7 @@ def text(
 
 
 def usual_rate(environment: Environment, values: Mapping[str, float]) -> int:
-    """Return the highest usual rate in Hz at which no tick is late."""
+    """Return USUAL_RATE in Hz, or a lower rate if the law would be too slow for it."""
     chosen = [p.text(values[p.key]) for p in environment.parameters if isinstance(p, Choice)]
     return min([USUAL_RATE, *(SLOWER[name] for name in chosen if name in SLOWER)])
 

@@ -126,7 +126,7 @@ def places(parameters: tuple[AnyParameter, ...], values: Values) -> list[float]:
 
 
 def visits(at: list[float], dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return x in m and v in m/s (n,): rest, each position at each speed, sensor steps around it, rest."""
+    """Return x in m and v in m/s (n,) of rest, each position at each speed, nearby sensor steps, and rest."""
     x, v = [0.0] * _RESTING, [0.0] * _RESTING
     for place in at:
         x += [place] * len(SPEEDS)
