@@ -13,7 +13,7 @@ TOKENS: dict[str, tuple[str, str, str]] = {
     "ink":        ("#15202B", "#EEF2F6", "#000000"),
     "ink2":       ("#43505D", "#BBC5CF", "#000000"),
     "ink3":       ("#5A6774", "#97A3AF", "#1C1C1C"),
-    # disabled
+    # disabled controls
     "off":        ("#5A6774", "#97A3AF", "#6B6B6B"),
     "offedge":    ("#D3DAE2", "#2B3641", "#8C8C8C"),
     # semantic
@@ -42,7 +42,7 @@ TOKENS: dict[str, tuple[str, str, str]] = {
     "theory":     ("#D5DCE3", "#3A4650", "#D3D9DF"),
     "energy":     ("#8A6100", "#F6BF57", "#5E3600"),
     "lecture":    ("#B0226B", "#F58CC0", "#7A0F46"),
-    # scenes: blue is fixed, amber moves
+    # scenes: fixed objects are blue, moving objects amber
     "scene":      ("#F9FBFC", "#141B22", "#FFFFFF"),
     "scenegrid":  ("#EBEFF3", "#1C252E", "#E3E7EB"),
     "rail":       ("#8A96A3", "#71808F", "#000000"),

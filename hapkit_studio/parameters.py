@@ -126,8 +126,8 @@ def check_number(
 ) -> None:
     """Raise ParameterError unless a value is a number from ``low`` to ``high``.
 
-    It checks values without a slider, which have no Parameter. ``above``: ``low`` itself is excluded.
-    ``endless``: infinity is allowed.
+    This function checks values without a slider, which have no Parameter. ``above``: ``low`` itself is
+    excluded. ``endless``: infinity is allowed.
     """
     number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not (math.isfinite(number) or (endless and number == math.inf)):

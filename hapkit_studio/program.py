@@ -1,7 +1,8 @@
 """How the studio starts its own modules, from Python or from a bundle; and the machine code of a bundle.
 
-A bundle (``make bundle``) is a folder with Python, the packages and the studio. It contains machine code that
-was compiled when the bundle was built, for a baseline processor and not for the processor of that computer.
+A bundle (``make bundle``) is a folder with Python, the packages and the studio. It contains machine code,
+which is compiled when the bundle is built. The code requires only a baseline processor, because other
+computers will run it.
 """
 
 import functools
@@ -33,13 +34,13 @@ BASELINES = {"x86_64": _V3, "amd64": _V3}
 
 def module_command(module: str, *words: str) -> list[str]:
     """Return the command line that runs a module of the studio in a new process."""
-    # with -P the current folder is not searched, where a file may have the name of a standard module
+    # With -P, Python does not search the current folder, in which a file may have a standard module's name.
     return [sys.executable, "-P", "-m", module, *words]
 
 
 @functools.cache
 def baseline() -> str | None:
-    """Return the processor for which a bundle compiles; None if this computer lacks one of its features."""
+    """Return the baseline processor of a bundle; None if this computer lacks one of its features."""
     from llvmlite import binding
 
     name, required = BASELINES.get(platform.machine().lower(), _GENERIC)

@@ -185,7 +185,8 @@ def _push(state, buffer, byte):
 def _lost_before(state, seq, kind):
     """Return how many sequence numbers are missing since the last row; 0 after a row of the other kind.
 
-    For telemetry this is not a number of lost frames, because the spacing of ticks depends on the rate.
+    For telemetry, the result is not the number of lost frames, because the spacing of ticks depends on the
+    rate.
     """
     follows = state[FRAMES] > 0 and state[_LAST_KIND] == kind
     lost = (seq - state[_LAST_SEQ] - 1) & 0xFFFF if follows else 0
@@ -195,7 +196,7 @@ def _lost_before(state, seq, kind):
 
 @compiled
 def _continued(state, time_us):
-    """Return the board's unwrapped time in µs; a difference below half the range may be negative."""
+    """Return the board's unwrapped time in µs; the clock may also go back by up to half of its range."""
     passed = (time_us - state[_LAST_TIME]) & 0xFFFFFFFF
     if state[FRAMES] > 0 and passed >= 1 << 31:
         passed -= 1 << 32
@@ -206,7 +207,7 @@ def _continued(state, time_us):
 
 @compiled
 def _kind(state, buffer):
-    """Return the kind of the row in a complete frame, -1 if it has none; count the other frames."""
+    """Return the kind of the row in a complete frame; count a frame without a row and return -1."""
     size = state[_SIZE] - CRC_SIZE
     if buffer[0] == SAMPLE_ID and size == SAMPLE_BODY:
         return SAMPLE

@@ -18,7 +18,7 @@ def crc16(body: bytes) -> int:
 
 
 def cobs_encode(raw: bytes) -> bytes:
-    """Return raw without zeros: each is replaced by the distance to the next (Cheshire & Baker 1999)."""
+    """Replace each zero by the distance to the next zero (COBS, Cheshire & Baker 1999)."""
     out = bytearray()
     for run in raw.split(b"\0"):
         rest = run
@@ -45,7 +45,7 @@ def cobs_decode(coded: bytes) -> bytes | None:
 
 
 def frame(body: bytes) -> bytes:
-    """Return the frame of a body: id and payload."""
+    """Return the frame of a body, which consists of id and payload."""
     return cobs_encode(body + crc16(body).to_bytes(CRC_SIZE, "big")) + DELIMITER
 
 
