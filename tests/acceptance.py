@@ -30,7 +30,7 @@ def main(roots: list[str]) -> None:
         place = Path(name) / "Über Labor"  # the path has a space and an umlaut
         place.mkdir()
         subprocess.run(["tar", "-C", place, "-xzf", ARCHIVE], check=True)
-        os.chmod(name, 0o755)  # other users must be able to read it, too
+        os.chmod(name, 0o755)  # other users must be able to read the folder, too
         bundle = place / "hapkit-studio"
         subprocess.run(["chmod", "-R", "a-w", place], check=True)
         try:
@@ -98,7 +98,7 @@ def start_times(program: Path) -> None:
 
 
 def tour(where: str, words: list, folder: Path, environment: dict[str, str] | None = None) -> None:
-    """Visit every environment, view and lesson; compile, record and export a law."""
+    """Run the tour: visit every environment, view and lesson; compile, record and export a law."""
     results = folder / "tour"
     results.mkdir()
     environment = environment or clean(folder / "home")
@@ -120,7 +120,7 @@ def check_tour(where: str, seen: dict) -> None:
 
 
 def no_home(program: Path) -> None:
-    """Start the window without a writable home directory; if this user is root, as another user."""
+    """Start the window without a writable home directory; root starts it as a different user."""
     other = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"] if os.getuid() == 0 else []
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o777)
@@ -131,7 +131,7 @@ def no_home(program: Path) -> None:
 
 
 def lab_file(program: Path, folder: Path) -> None:
-    """Limit the force by a lab's file; a mistake in the file stops the loop."""
+    """Check that a lab's file limits the force, and that no loop starts if the file contains a mistake."""
     settings = folder / "xdg" / "hapkit-studio" / "lab.toml"
     settings.parent.mkdir(parents=True)
     environment = clean(folder / "home-lab", XDG_CONFIG_DIRS=str(folder / "xdg"))
@@ -175,7 +175,7 @@ def mounted(*places: tuple[str, Path]):
 
 
 def bare(root: Path, bundle: Path) -> None:
-    """Let the bundle make its tour in a bare system, on a display of this one."""
+    """Run the bundle's tour in a bare system; its windows are shown on a display of the present system."""
     if (root / "usr/bin/python3").exists():
         sys.exit(f"{root} has Python: make a new one by debootstrap --variant=minbase.")
     inside, name = root / "opt" / "Über Labor", (root / "etc/debian_version").read_text().strip()

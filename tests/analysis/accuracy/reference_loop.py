@@ -56,7 +56,7 @@ class Difference(LowPass):
 
 
 def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0, estimate=Kalman):
-    """Return a law's rows at perception.RATE, in a loop in which only the parts in ``real`` are real.
+    """Return a law's rows at perception.RATE; only the loop's parts in ``real`` are real, the others ideal.
 
     An event is a sample or the start of a force. Between two events, the handle moves for half a step, is
     accelerated, and moves for the other half.
@@ -81,7 +81,7 @@ def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0, 
     x, v, motor, forces, seen = 0.0, trial.thrown, 0.0, [], []
     for n, (h, m, lost, f, k) in enumerate(steps):
         if n in asks:
-            ahead = x if real else x + 0.5 * h * v  # the ideal uses the position at the middle of a step
+            ahead = x if real else x + 0.5 * h * v  # an ideal loop uses the position at half a step
             place = quantum * math.floor(ahead / quantum) if quantum else ahead
             asked = law.call(place, filtered(place) if filtered else v)
             forces.append(min(max(asked, -limit), limit))

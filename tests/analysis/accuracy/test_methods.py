@@ -21,7 +21,7 @@ LIBRARY = environments.discover()
 
 
 def one_step(method, h, k, b):
-    """Return the matrix of one step of (x, v, a before) for x'' = -k x - b v."""
+    """Return the matrix of one step of (x, v, previous a) for x'' = -k x - b v."""
     eye, a = np.eye(2), np.array([[0.0, 1.0], [-k, -b]])
     now = a[1]
     u = {"explicit_euler": [0.0, 1.0] + h * now, "semi_implicit": [0.0, 1.0] + h * now}.get(method)

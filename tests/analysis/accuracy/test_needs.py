@@ -1,6 +1,7 @@
-"""Required terms: the force limit by statics, a law's terms by counting.
+"""Tests of the required terms of models and of laws.
 
-Crossings, files, texts and cells.
+The effect of the force limit is computed by statics, and the cycles of a law's terms are counted. Every other
+cell is computed in plain Python.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""This scene: errors by an independent loop, Shapley values by permutations, and the selection rule."""
+"""The page *This scene*: errors by an independent loop, Shapley values by permutations, selection rule."""
 
 import math
 from dataclasses import replace
@@ -30,7 +30,7 @@ PLACES = "computer", "board"
 def test_rows_are_at_whole_milliseconds_for_every_rate(rate):
     """A handle is thrown at 0.5 m/s and decelerated by 0.5 N·s/m and 0.1 N.
 
-    The closed form holds until it stops.
+    The closed form is valid until the handle stops.
     """
     free = LIBRARY["free"]
     scene = headless.Scene(free, free.values(), HANDLE, LoopSettings(rate))
@@ -75,7 +75,7 @@ def test_a_methods_own_error_decreases_by_its_order_at_twice_the_rate(integrator
     (cycles, error), (twice, smaller) = Ideal(question).own(option)
     assert error / smaller == pytest.approx(2.0**order, rel=0.15)
     assert cycles == pytest.approx(option.cycles)
-    # less than twice the cycles, because the telemetry keeps its rate
+    # the cycles do not quite double, because the rate of the telemetry is unchanged
     assert 1.7 * cycles < twice < 2.0 * cycles
 
 
@@ -85,7 +85,7 @@ def test_a_scene_without_methods_has_one_row_per_place_with_the_present_estimato
     iir = replace(damping.question, estimator="iir")
     assert not damping.knows(iir)
     now = scene.in_force(iir, damping)
-    # the Kalman filter gives 1.08 and 0.83
+    # with the Kalman filter, the errors would be 1.08 and 0.83
     assert [o.error for o in now] == pytest.approx([1.98, 1.33], abs=0.05)
     assert "velocity estimate, " in damping.reason("computer")
     assert damping.reason("computer").endswith(
@@ -124,9 +124,9 @@ def made_up(*options, stiffness=500.0, place="board"):
         ([(2.0, 751.0, 3.0), (1.0, 749.0, 1.0), (3.0, 9e9, 1.0)], "M0"),
         # the first two errors are equal, so the cheaper model is selected
         ([(1.00, 900.0, 3.0), (1.04, 900.0, 2.0), (1.06, 900.0, 1.0)], "M1"),
-        # no limit is high enough: the least error within 1 % of the stiffest is selected
+        # no limit is high enough: of the limits within 1 % of the highest, the least error is selected
         ([(2.0, 300.0, 1.0), (1.9, 296.0, 1.0), (2.1, 298.0, 1.0)], "M0"),
-        # the second is stiffer, but has more than twice the error
+        # the second limit is higher, but its error is more than twice as large
         ([(2.0, 300.0, 1.0), (4.1, 310.0, 1.0)], "M0"),
         # the limits are unknown, so only the errors are compared
         ([(2.0, math.nan, 2.0), (1.0, math.nan, 1.0)], "M1"),
@@ -140,7 +140,7 @@ def test_the_recommended_option_has_the_least_error_of_the_stable_ones(options, 
 
 
 def test_the_answer_and_its_reason_are_stated_as_text():
-    """The rate may matter more than the method; an error below 1 JND feels ideal; a lead cancels a part."""
+    """The cases: the rate matters more than the method; an error is below 1 JND; one part cancels another."""
     found = made_up((3.0, 900.0, 1.0), (5.0, 800.0, 1.0))
     best = replace(found.options[0], parts=(2.0, 1.0, 0.0, 0.0, 0.0, 0.0), rate=2000.0)
     truer = replace(found.options[1], parts=(0.1, 4.9, 0.0, 0.0, 0.0, 0.0))
@@ -187,7 +187,7 @@ def scenes(*quick):
 
 @cache
 def ideals(key):
-    """Return the plain loop's rows for every hand, with every part of the scene ideal."""
+    """Return the rows of the loop in plain Python for every hand, if all parts of the scene are ideal."""
     q = computed(key).question
     at = q.device, q.environment, q.with_options(q.exact)
     return {trial: rendered(trial, *at) for trial in trials.scripts(q.environment)}
@@ -225,7 +225,7 @@ def test_the_error_of_every_row_agrees_with_plain_python(key):
 
 @pytest.mark.parametrize("key", scenes())
 def test_the_parts_of_a_recommended_row_agree_with_plain_python(key):
-    """A part's value is its mean gain over all orders in which the parts become real."""
+    """A part's value is the mean of the error that it adds, over all orders in which parts become real."""
     found = computed(key)
     for place in PLACES:
         best = found.recommended(place)

@@ -10,7 +10,7 @@ from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
 
 MASS, SPRING, STATIC, KINETIC, SPEED = 0.05, 300.0, 1.0, 0.5, 0.02
-TRUE_PERIOD = 0.211193  # s: from a solver that locates every stop
+TRUE_PERIOD = 0.211193  # s: computed by a solver that locates every stop
 
 
 def period_error(forces, dt):
@@ -146,7 +146,10 @@ def exact_step(x, v, pull, h):
 
 
 def free_step(method, x, v, before, pull, h):
-    """Return (x, v) after a step without friction, and the time in s for which v moves the mass."""
+    """Return (x, v) after a step without friction, and dx/dv in s.
+
+    If friction changes v afterwards, x changes by dx/dv times that change.
+    """
 
     def a(q):
         return (pull - SPRING * q) / MASS
