@@ -114,7 +114,7 @@ def _connect() -> None:
     if before == -1:
         _ends[:] = near, far
         return
-    signal.set_wakeup_fd(before)  # the host program has a wakeup socket of its own
+    signal.set_wakeup_fd(before)  # restore the wakeup socket of the host program
     near.close()
     far.close()
 

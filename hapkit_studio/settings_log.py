@@ -62,7 +62,7 @@ def changed(before: Settings, after: Settings) -> dict[str, Any]:
 
 
 def merged(before: Settings, changes: Settings) -> dict[str, Any]:
-    """Return the settings to which the changes from ``changed`` are applied."""
+    """Return settings after applying changes, which ``changed`` returned."""
     other = "environment" in changes
     gone = ("parameters", "units", "state_names") if other else ()
     found = {key: value for key, value in before.items() if key not in gone}

@@ -1,7 +1,7 @@
 """Release a scene's handle, at rest or with a speed: does it settle, and if not, how does it oscillate?
 
 The run is evaluated in windows of a given number of samples, and ends as soon as the outcome is known. Every
-sample equals that of the batch engine bit for bit.
+sample is equal to the batch engine's sample, bit for bit.
 """
 
 import math

@@ -515,7 +515,7 @@ class _Section:
         return found
 
     def overwritten(self, code: Code) -> list[str]:
-        """Return the variables that an instruction may write; a call may write all but its arguments."""
+        """Return the variables that an instruction may write; a call leaves its own arguments unchanged."""
         if code.name == "STORE":
             name = code.operands[0].name
             # arguments and results of different functions may share slots
@@ -530,7 +530,7 @@ class _Section:
 
     def live(self) -> list[int]:
         """Return the variables, as bits, that are live before each instruction and at the end."""
-        # a caller may rely on the arguments of the previous call
+        # arguments stay live, because a caller may reuse those of its previous call
         lasting = self._bits(self.function.lasting) if self.function else 0
         used = {o.name for c in self.code for o in c.operands if isinstance(o, t.Var)}
         states = self._bits(name for name in used if name.startswith("s["))

@@ -175,7 +175,7 @@ def longest_path(code: bytes) -> int:
                 reached = {}
             case "NEXT":
                 times, before, outside = loops.pop()
-                # this is an upper bound for each of the other iterations, even for one that leaves the loop
+                # every other iteration costs at most the same, even one that leaves the loop
                 more = (times - 1) * (cost - before)
                 cost += more
                 for aim, c in reached.items():

@@ -47,7 +47,7 @@ def specialise(law: CheckedLaw, known: Mapping[int, float], period: float, small
 
 @dataclass
 class _Scope:
-    """The state of a function during the walk."""
+    """The state of a function while it is evaluated."""
 
     tree: ast.FunctionDef
     shows: bool  # True if its line numbers are those of the law's file
@@ -299,7 +299,7 @@ class Specialiser:
         outside, self.out, self.states, line = self.out, [], {}, self.line
         if counted:
             place = self.scope.pinned[counter]
-            # use a separate counter if the body assigns to the name or code after the loop reads it
+            # use a separate counter if the body changes the name, or if code after the loop reads the name
             own = self.fresh(counter) if counter in assigned or known else place
             outside.append(t.Assign(own, t.literal(float(turns.start))))
             if own != place:
@@ -398,7 +398,7 @@ class Specialiser:
                 self.emit(t.Assign(parameter, given[name]))
                 self.states[parameter] = given[name]
         self.emit(t.Call(function))
-        # the call may have changed the arguments of its callees
+        # the call may have changed the arguments of other functions
         own = frozenset(function.parameters)
         self.states = {k: v for k, v in self.states.items() if k in own or k.startswith("s[")}
         return [self.copy(t.Var(name), "r") for name in function.results]

@@ -248,7 +248,7 @@ def reads(value: object) -> Iterator[str]:
         if isinstance(n, Var):
             yield n.name
         elif isinstance(n, At | Entry):
-            # each variable appears twice, which prevents a substitution: an index must stay a variable
+            # an index must stay a variable; each name is yielded twice, which prevents a substitution
             yield from reads(n.index)
 
 

@@ -128,7 +128,7 @@ def as_csv(rows: Iterable[Row]) -> str:
 
 
 def _as_text(cell: str) -> str:
-    """Escape a cell that a spreadsheet would take for a formula, because students enter names and answers."""
+    """Escape a cell that a spreadsheet would run as a formula; students can enter any name and answer."""
     return f"'{cell}" if cell[:1] in ("=", "+", "-", "@") else cell
 
 

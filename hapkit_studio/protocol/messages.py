@@ -26,7 +26,7 @@ class Wire(NamedTuple):
 
     @property
     def numbers(self) -> int:
-        """Return the number of numbers in the field; a text is one value."""
+        """Return how many numbers the field contains; a text is one value."""
         return 1 if self.code.endswith("s") else int(self.code[:-1] or 1)
 
     @property
@@ -134,7 +134,7 @@ class Pins(IntEnum):
     """Connector of motor 1."""
 
     D5_D8 = 0
-    """PWM on D5, direction on D8: every board since 2013's second."""
+    """PWM on D5, direction on D8: every board after board 1.0."""
     D3_D12 = 1
     """PWM on D3, direction on D12: board 1.0."""
 
@@ -166,11 +166,11 @@ class Origin(IntEnum):
 
     DEFAULT = 0
     STORED = 1
-    """Loaded from the EEPROM, or saved to it since."""
+    """The settings were loaded from the EEPROM, or saved to it."""
     DAMAGED = 2
     """The checksum of the EEPROM is wrong, so the defaults are used."""
     UNSAVED = 3
-    """Changed since the start, not saved."""
+    """The settings were changed since the start and not saved."""
 
 
 class BoardFlag(IntFlag):
@@ -183,13 +183,13 @@ class BoardFlag(IntFlag):
     CLAMPED = 4
     """The last force command exceeded the force limit and was clamped."""
     OVERRUN = 8
-    """A sample was skipped or its frame did not fit the send buffer since the last frame."""
+    """Since the last frame, a sample was skipped, or its frame did not fit into the send buffer."""
     REFUSED = 16
     """The last force was not a finite number: the motor is off until the next command, or the next law."""
     OVER_SPEED = 32
     """The handle was faster than the board's limit: the motor is off until Release."""
     SENSOR = 64
-    """Implausible readings were bridged since the last frame; after several in a row the motor is off."""
+    """Implausible readings were replaced since the last frame; after several in a row the motor is off."""
 
 
 @dataclass(frozen=True)

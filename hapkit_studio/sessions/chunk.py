@@ -81,7 +81,7 @@ def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) ->
     columns = {signal.name: _encoded(table, signal, quantum) for signal in recorded}
     columns[STATE] = encode(table[:, rows.STATE : rows.STATE + states].T.ravel())
     step = BY_NAME["time"].step or 1.0
-    # round as the samples' times are rounded
+    # these times are rounded like the samples' times
     start, stop = step * np.rint(table[[0, -1], rows.HOST_TIME] / step)
     extremes = encode(_extremes(table).ravel())
     return Chunk(len(table), float(start), float(stop), states, extremes, columns)

@@ -60,9 +60,10 @@ class Progress:
 
 
 class Recorder:
-    """Keeps an engine's newest samples and events; ``record`` writes new samples, ``save`` those in memory.
+    """Keeps an engine's newest samples and events in memory.
 
-    Settings, E-stop and faults are polled 20 times per second and recorded as events if they have changed.
+    ``record`` writes new samples to a file, and ``save`` writes the samples in memory. Settings, E-stop and
+    faults are polled 20 times per second and recorded as events if they have changed.
     """
 
     def __init__(self, seconds: float = KEPT_SECONDS, truth: bool = False):
@@ -74,7 +75,7 @@ class Recorder:
         self.progress: Progress | None = None
         """The progress of the present recording, or of the last one if it ended by itself.
 
-        None before the first.
+        It is None before the first recording.
         """
         self.kept = 0.0
         """Age in s of the oldest sample that ``save`` would write."""

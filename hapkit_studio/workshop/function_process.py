@@ -15,7 +15,10 @@ from hapkit_studio.workshop.functions import CALL_SECONDS, GIVES, START_SECONDS
 
 
 def main(path: str) -> None:
-    """Execute a text with this file path, then call its functions on request until the input ends."""
+    """Execute the text that the first request contains, then call its functions on request.
+
+    ``path`` is the path of the text's file. This process exits when the input ends.
+    """
     requests, replies = isolated.take_pipes()
     isolated.limit_memory()
     try:

@@ -128,7 +128,10 @@ def _verdict(words: bytes, otherwise: str) -> TrialResult:
 
 
 def main(path: str) -> None:
-    """Print the verdict on a text with this file path as JSON, after one line for each function called."""
+    """Try the text from the standard input, and print the verdict as JSON.
+
+    One line for each called function is printed before the verdict. ``path`` is the path of the text's file.
+    """
     requests, replies = isolated.take_pipes()
     isolated.exit_after(2 * TIMEOUT)
     if sys.platform != "win32":
