@@ -179,7 +179,7 @@ def restore(r: LoopArrays, slot: int) -> None:
 
 @internal
 def advanced(share: float, step: float) -> float:
-    """Return a progress increased by a step; return exactly 1 if only a rounding error is missing to 1."""
+    """Return a progress increased by a step; if it reaches 1 apart from rounding, return exactly 1."""
     share += step
     return share if share < 1.0 - _ROUNDING else 1.0
 
@@ -378,11 +378,11 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
 
 @inlined
 def live_tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
-    """Render one sample like ``tick``, and measure the law's duration; the force is zero for a slow law.
+    """Render one sample like ``tick``, and measure the law's duration; a law that is too slow is a fault.
 
-    During a cross-fade, each of the two laws may take a period. The law's processor time is limited to the
-    largest time that its number of loop iterations can take. A longer time means that the machine is slow,
-    because the thread waited for a processor.
+    During a cross-fade, each of the two laws may take a period. The measured time is reduced to the longest
+    time that the law's number of loop iterations can take. A longer time means that the machine is slow: for
+    example, the thread waited for a processor.
     """
     r.watch.calls = 0
     used, begun = clock.thread_time(), clock.now()

@@ -179,8 +179,8 @@ def write_parts(path: str | Path, parts: Sequence[Part], recordings: Iterable[Se
     """Write recordings unchanged, then parts one after another, into a new session; raise SessionError.
 
     The clocks of each part are shifted so that the part starts _PAUSE after the samples before it. A
-    recording that overlaps in time with an earlier one is omitted. This may happen if the computer, and with
-    it its clock, was restarted.
+    recording that overlaps in time with an earlier one is omitted. This may happen after a restart of the
+    computer, which also restarts its clock.
     """
     step = 0
     about: Settings = {}

@@ -124,7 +124,7 @@ def made_up(*options, stiffness=500.0, place="board"):
         ([(2.0, 751.0, 3.0), (1.0, 749.0, 1.0), (3.0, 9e9, 1.0)], "M0"),
         # the first two errors are equal, so the cheaper model is selected
         ([(1.00, 900.0, 3.0), (1.04, 900.0, 2.0), (1.06, 900.0, 1.0)], "M1"),
-        # no limit is high enough: of the limits within 1 % of the highest, the least error is selected
+        # no limit is high enough: the least error is selected among the limits within 1 % of the highest
         ([(2.0, 300.0, 1.0), (1.9, 296.0, 1.0), (2.1, 298.0, 1.0)], "M0"),
         # the second limit is higher, but its error is more than twice as large
         ([(2.0, 300.0, 1.0), (4.1, 310.0, 1.0)], "M0"),
