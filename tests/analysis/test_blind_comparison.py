@@ -63,7 +63,7 @@ HARDLY = {
 def judged(one: np.ndarray, two: np.ndarray, counts: Sequence[int]) -> dict[str, float]:
     """Return the perceived difference in JND by sense.
 
-    A released handle is only seen, and its events counted.
+    For a released handle, the senses are only sight and the counting of events.
     """
     pair = one, two
     found = {"place": furthest(*(t[:, rows.TRUE_POSITION] for t in pair), 0.0, 0.4e-3)}
@@ -80,7 +80,7 @@ def judged(one: np.ndarray, two: np.ndarray, counts: Sequence[int]) -> dict[str,
 
 
 def furthest(one: np.ndarray, two: np.ndarray, share: float, least: float) -> float:
-    """Return the largest distance of either series from the other within MOMENT, in JND."""
+    """Return the largest distance in JND between two series that may differ in time by up to MOMENT."""
     return max(beyond(one, two, share, least), beyond(two, one, share, least))
 
 
@@ -91,7 +91,7 @@ def beyond(values: np.ndarray, other: np.ndarray, share: float, least: float) ->
 
 
 def level(place: np.ndarray, frequency: float) -> np.ndarray:
-    """Return the amplitude in m in a third octave, by the energy of 0.25 s."""
+    """Return the amplitude in m in a third octave, from the energy over 0.25 s."""
     edges = frequency * 2.0 ** np.array([-1.0 / 6.0, 1.0 / 6.0])
     band = sosfilt(butter(3, edges, "bandpass", fs=RATE, output="sos"), place - place[0])
     energy = np.convolve(band * band, np.full(SUMMED, 2.0 / SUMMED))

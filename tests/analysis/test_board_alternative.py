@@ -1,4 +1,4 @@
-"""If a board cannot render an option, an alternative that a person cannot distinguish from it is offered."""
+"""If a board cannot render an option, the studio offers an alternative that feels the same."""
 
 import pytest
 

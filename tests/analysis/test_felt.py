@@ -1,4 +1,4 @@
-"""The felt force: its hysteresis area by theory and by the loop's energy, lost samples, and cycles."""
+"""The area of the felt force's hysteresis agrees with theory and with the energy; samples may be lost."""
 
 import math
 
@@ -18,7 +18,7 @@ def sine(amplitude=2e-3, tone=4.0, rate=1000.0, seconds=3.0):
 
 @pytest.mark.parametrize("delay", [0.0, 0.4e-3, 2e-3, 5.3e-3])
 def test_a_delayed_spring_gives_the_area_of_its_ellipse(delay):
-    """For a force held for T, the area is π k a² sin(ω (t_d + T/2)) times the hold's sinc per cycle."""
+    """With a hold of T, the area of a cycle is π k a² sin(ω (t_d + T/2)) times the sinc of the hold."""
     stiffness, amplitude, tone = 300.0, 2e-3, 4.0
     time, x = sine(amplitude, tone)
     cycle = last_cycle(time, x, -stiffness * x, delay, 1e-3)

@@ -60,7 +60,7 @@ def test_a_spring_at_its_limit_oscillates_at_the_theoretical_frequency(mass, vis
 
 @pytest.mark.parametrize(("kept", "lasts"), [(0.808, True), (0.792, False)])
 def test_an_oscillation_is_sustained_above_80_percent(kept, lasts):
-    """20 Hz has 15 cycles between the quarters, so only the decay makes them differ."""
+    """The first and last quarters are 15 cycles of 20 Hz apart, so they differ only by the decay."""
     since = seconds(4000.0) - 7.3
     wave = 5e-3 * kept ** (since / 0.75) * np.sin(math.tau * 20.0 * since)
     assert (sustained(since, wave) is not None) == lasts

@@ -1,4 +1,4 @@
-"""Perceived differences of two runs: each threshold is tested 1 % inside and outside by closed forms."""
+"""Each threshold of the perceived difference of two runs is tested 1 % below and above its closed form."""
 
 import math
 

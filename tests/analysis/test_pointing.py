@@ -33,7 +33,7 @@ def recovered(runs, rate):
 
 
 def test_a_virtual_subject_is_recovered_in_most_runs():
-    """The interval is right in 95 % of runs, so that fewer than 10 of 12 have a probability of 2 %."""
+    """An interval is right in 95 % of runs, so fewer than 10 of 12 are right with a probability of 2 %."""
     assert min(recovered(12, rate=250.0)) >= 10
 
 
@@ -62,7 +62,7 @@ def test_a_minimum_jerk_movement_is_timed_from_its_exact_start_to_its_exact_end(
 
 
 def test_two_submovements_are_timed_together():
-    """The handle moves for 0.4 s to the neighbourhood, rests for 0.05 s, and is corrected for 0.2 s."""
+    """The handle moves near the target for 0.4 s, rests for 0.05 s, and moves to the target for 0.2 s."""
     share = np.clip(np.arange(1600) / 400.0 - 0.75, 0.0, 1.0)
     late = np.clip(np.arange(1600) / 200.0 - 3.75, 0.0, 1.0)
     place = sum(d * s**3 * (10 - 15 * s + 6 * s**2) for d, s in ((0.030, share), (0.005, late)))
@@ -87,7 +87,7 @@ def test_the_line_is_exact_for_times_on_a_line():
 
 
 def test_the_slopes_interval_has_students_distribution():
-    """By hand, with residuals ∓1, ±1 about y = x: s² = 4/2, Σ(x − x̄)² = 5, t(0.975, 2) = 4.3027."""
+    """Calculated by hand for residuals of ±1 about y = x: s² = 4/2, Σ(x − x̄)² = 5, t(0.975, 2) = 4.3027."""
     _, slope, _ = pointing.regression([0.0, 1.0, 2.0, 3.0], [1.0, 0.0, 1.0, 4.0])
     assert slope.value == pytest.approx(1.0)
     assert slope.half == pytest.approx(4.3027 * math.sqrt(4.0 / 2.0 / 5.0), rel=1e-4)
@@ -117,7 +117,7 @@ def test_the_effective_width_of_a_normal_distribution_contains_96_percent():
 
 
 def test_the_effective_width_of_few_trials_is_unbiased():
-    """The logarithm of the width is unbiased for four trials each."""
+    """The mean logarithm of the width from four trials is that of the true width."""
     many = trials_about(0.001, 4000)
     found = [pointing._cell(0.020, 0.004, many[at : at + 4]).effective_width for at in range(0, 4000, 4)]
     assert np.mean(np.log(found)) == pytest.approx(math.log(0.004133), abs=0.04)
@@ -137,7 +137,7 @@ def test_a_slower_condition_is_compared_pair_by_pair():
 
 
 def test_a_plan_is_balanced_and_in_random_order():
-    """Every condition, distance and width occurs equally often in each round, and to both sides."""
+    """In each round, every condition, distance, width and side occurs equally often."""
     found = pointing.plan(seed=3)
     cells = len(pointing.DISTANCES) * len(pointing.WIDTHS)
     block = cells * len(CONDITIONS)

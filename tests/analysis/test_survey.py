@@ -165,7 +165,7 @@ def test_axes_in_a_file_are_checked_value_by_value(tmp_path, given, capsys):
 
 
 def test_a_file_with_other_tables_is_not_a_survey(tmp_path):
-    """A view instead of a table could compute for ever."""
+    """A view in place of a table is refused, because its query could run for ever."""
     path = tmp_path / "x.survey"
     survey.compute(path, AXES, Serial())
     with closing(sqlite3.connect(path)) as database, database:

@@ -1,4 +1,4 @@
-"""Sweeps give the same results in the same order with every executor; progress, cancelling, errors."""
+"""Sweeps give the same results in the same order with every executor; progress and cancelling work."""
 
 import math
 import multiprocessing

@@ -134,7 +134,7 @@ def counted(law):
 
 @pytest.mark.parametrize("long", [1e-6, 0.1e-3, 1e-3, 1.0])
 def test_samples_per_step_are_limited(long):
-    """At any wavelength, 4 samples per step remain; a third more are taken first, in few calls."""
+    """At any wavelength, at most 4.33 samples per step are taken, in few calls."""
     force_at, calls = counted(lambda x: np.sin(2.0 * np.pi * x / long)[np.newaxis])
     sampled(force_at, -FAR, FAR, 1000)
     assert sum(calls) <= 1000 * (4 + 0.33)
@@ -143,7 +143,7 @@ def test_samples_per_step_are_limited(long):
 
 @pytest.mark.parametrize(("milliseconds", "most"), [(10.0, 70), (1.0, 320), (0.001, 5000)])
 def test_a_slow_law_gets_fewer_samples(monkeypatch, milliseconds, most):
-    """Sampling stops at the end of the pass in which its own clock exceeds 50 ms."""
+    """Sampling stops at the end of the pass in which its processor time exceeds 50 ms."""
     force_at, calls = counted(lambda x: -300.0 * np.maximum(x, 0.0)[np.newaxis])
     monkeypatch.setattr(theory.time, "thread_time", lambda: 1e-3 * milliseconds * sum(calls))
     curve = sampled(force_at, -FAR, FAR, 1000)

@@ -49,7 +49,7 @@ def velocity(spec, rate, turn):
 
 
 def impedance(stiffness, damping, rate, delay, spec, frequency):
-    """Return K + B V(z) with the delay and the hold, integrated over a period, in N/m (n,)."""
+    """Return the impedance in N/m (n,): K + B V(z), times the factors of the hold and of the delay."""
     turn = 2.0 * math.pi * frequency
     middle = np.sinc(frequency / rate) * np.exp(-0.5j * turn / rate)
     law = stiffness + (damping * velocity(spec, rate, turn / rate) if damping else 0.0)
@@ -124,7 +124,7 @@ def test_a_slightly_different_loop_is_distinguished_from_theory():
 
 
 def test_impedance_is_the_hands_force_minus_own_mass_and_damping():
-    """A hand moves the free handle in closed loop: its force over the motion, without m and b, is Z."""
+    """A hand moves the handle in closed loop. Z is its force divided by the motion, without m and b."""
     stiffness, rate, delay, mass, viscous = 400.0, 2000.0, 0.7e-3, 0.05, 3.0
     tones = np.array([2.0, 5.0, 11.0, 23.0, 41.0])
     target = lambda t: 1e-3 * sum(np.sin(2 * math.pi * f * t + k) for k, f in enumerate(tones))  # noqa: E731

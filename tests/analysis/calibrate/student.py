@@ -9,7 +9,7 @@ from tests.devices.paddle_kit import PaddleKit
 MARKS = (0.0, -0.02, 0.02, 0.0)
 
 
-# the first functions move the hand while a test runs the kit itself
+# functions for tests that run the kit without a calibration
 
 
 def lead(kit, place, seconds=0.2):
@@ -42,7 +42,7 @@ def leave(kit):
     kit.student, kit.hand = (lambda k: None), None
 
 
-# the remaining functions move the hand of a calibration, whose runner runs the kit
+# functions for tests with a calibration, whose runner runs the kit
 
 
 def session(kit: PaddleKit) -> Calibration:
@@ -68,7 +68,7 @@ def walk(kit, work, place, seconds=0.2):
 def hold_at_marks(kit, work, slip_at=None):
     """Hold the handle at the marks; return the scale.
 
-    Before the mark ``slip_at`` the cable slips 200 counts.
+    The cable slips by 200 counts before the mark with the index ``slip_at``.
     """
     work.forget_marks()
     for number, place in enumerate(MARKS):

@@ -1,4 +1,4 @@
-"""Calibrations of kits with one fault each find the fault, and make position and force correct."""
+"""The calibration finds the fault of a kit, and corrects the kit's position and force."""
 
 from dataclasses import replace
 

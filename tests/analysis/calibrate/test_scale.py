@@ -41,7 +41,7 @@ def test_intervals_contain_the_truth(rng):
 
 
 def test_marks_that_contradict_each_other_or_the_sensor_check_are_a_fault():
-    """Marks are wrong: taken at +20 mm instead of −20 mm, or with both sides swapped."""
+    """The wrong marks are at +20 mm instead of −20 mm, or their sides are swapped."""
     same_side = [
         scale.Mark(place, mark.count)
         for place, mark in zip((0.0, -0.02, 0.02, 0.0), marks_of((0.0, 0.02, 0.02, 0.0)), strict=True)

@@ -73,7 +73,7 @@ STRONG = {"torque": 1.4 * BOARD.motor_constant}
     "truth", [{**WEAK, "coulomb": 0.25}, {**STRONG, "noise": 1.0}], ids=["rubs", "noisy"]
 )
 def test_friction_and_parallel_stiffness_cancel(truth):
-    """In parallel with the springs, gravity and the cable act with 12 N/m."""
+    """Gravity and the cable act like a spring of 12 N/m in parallel with the attached springs."""
     kit = PaddleKit(**truth)
     found = measured(kit, student.session(kit), beside=12.0)
     assert found.ratio == pytest.approx(kit.torque / BOARD.motor_constant, rel=0.01)
@@ -121,16 +121,17 @@ def test_later_marks_correct_the_result_of_springs():
     assert work.strength.half / work.strength.ratio >= work.scale.quantum_half / work.scale.quantum
 
 
-# these pulls are synthetic and vectorised; the handle moves as far as the friction left by shaking allows
+# the pulls below are computed for many kits at once; the remaining friction may hold the handle
 
 PERIOD = 1e-3
 
 
 def pulls(random, nominal, stiffness, strength, coulomb, grows, noise):
-    """Return a track for each element of the arrays (n,): stiffness in N/m, true force per commanded force.
+    """Return one track per element of the arrays (n,).
 
-    Friction is coulomb in N, with different values for rising and falling force, and increases by ``grows``
-    N/m; noise is in counts.
+    ``stiffness`` is in N/m; ``strength`` is the true force divided by the commanded force. Friction is
+    ``coulomb`` in N, varied at random for each rise and fall of the force, and increases by ``grows`` N/m.
+    ``noise`` is in counts.
     """
     time = np.arange(0.0, motions.PULLS * motions.PULL_PERIOD, PERIOD)
     rise = 1.0 - np.abs(2.0 * (time / motions.PULL_PERIOD % 1.0) - 1.0)
@@ -170,7 +171,7 @@ def test_intervals_contain_the_truth_in_95_percent_of_many_kits(known):
     errors = np.array([f.ratio for f in found]) / strength - 1.0
     halves = np.array([f.half / f.ratio for f in found])
     assert (np.abs(errors) <= halves).mean() >= 0.93
-    # the interval is not much wider than the uncertainty of two such springs allows
+    # the interval is hardly wider than the uncertainty of the two springs requires
     least = known * np.hypot(*SPRINGS) / np.ptp(SPRINGS)
     assert np.median(halves) == pytest.approx(least, abs=0.01)
     assert abs(errors.mean()) < 3.5 * errors.std() / n**0.5 + 0.002

@@ -1,4 +1,4 @@
-"""Each failure's instruction is true on the device with every term, for a mouse that pulls and releases."""
+"""Each failure's instruction is true on the complete device, if a mouse pulls and releases the handle."""
 
 import math
 
@@ -38,7 +38,7 @@ def test_a_push_beyond_its_amplitude_oscillates_and_one_below_settles():
     for share, words in ((0.96, "it comes to rest."), (1.04, "it keeps oscillating.")):
         assert live("large_push", share).advice.endswith(words)
     assert behind(1e-3, 2000.0) == pytest.approx(11e-3)
-    # at the motor's limit of 3 N, a grip of 200 N/m is 15 mm away from the pointer
+    # at the motor's limit of 3 N, the pointer is 15 mm beyond a handle that a grip of 200 N/m pulls
     assert behind(5e-3, 2000.0) == pytest.approx(20e-3)
 
 

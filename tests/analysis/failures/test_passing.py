@@ -67,7 +67,7 @@ def test_a_pattern_decays_inside_its_exact_limit_and_grows_outside(usual, long, 
 
 
 def test_below_the_limit_of_the_longest_period_every_order_of_periods_is_stable(rng):
-    """A spring of 2 b/T for the longest period is stable in 200 patterns, computed by the exact map."""
+    """A spring of 2 b/T, where T is the longest period, is stable in 200 random sequences of periods."""
     case, lengths = JITTER.case(), (1e-3, 1.5e-3, 2e-3, 5e-3)
     limits = {t: stiffness_limit(case["mass"], case["viscous"], rate=1.0 / t) for t in lengths}
     for _ in range(200):

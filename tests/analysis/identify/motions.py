@@ -30,7 +30,7 @@ def shaken(seed, environment="spring", values=None, *, quantum=20.7e-6, seconds=
 
 
 def sine_run(stiffness, damping, hertz, amplitude, phase=0.0, *, quantum=20.7e-6, seconds=3.0, **loop):
-    """Return the run of a sine imposed on the handle in a spring, without a force limit."""
+    """Return a run in which the handle follows a sine in a spring, without a force limit."""
     motion = Prescribed(lambda t: amplitude * math.sin(2.0 * math.pi * hertz * t + phase))
     device = hs.SimulatedHapkit(quantum=quantum, max_force=math.inf)
     values = {"stiffness": stiffness, "damping": damping}
@@ -38,7 +38,7 @@ def sine_run(stiffness, damping, hertz, amplitude, phase=0.0, *, quantum=20.7e-6
 
 
 def impedance(stiffness, damping, hertz, rate, delay):
-    """Return (K, B) of a sampled spring and backward difference at one frequency, held and delayed.
+    """Return (K, B) at one frequency of a spring with backward-difference damping, held and delayed.
 
     Z = (K + B (1 - e^-jwT) / T) e^-jw(td + T/2) sin(wT/2) / (wT/2): K = Re Z, B = Im Z / w.
     """

@@ -57,7 +57,7 @@ DEVICE = {"viscous": 0.5, "coulomb": 0.10}
 
 
 def told(hand, scene, values, estimator):
-    """Return |error| / half width, and whether the interval contains the truth, for each value told."""
+    """Return |error| / half width, and whether the interval contains the truth, for each reported value."""
     part = identify(from_run(hs.simulate(scene, values, hand=hand, estimator=estimator, seconds=8.0))).handle
     truth = {**DEVICE, "mass": 0.044 + SCRIPTS[hand].mass}
     return [(abs(e.value - truth[e.key]) / e.half, e.holds(truth[e.key])) for e in part.estimates if e.told]

@@ -1,4 +1,4 @@
-"""Recordings are read from the studio's files, from those that a spreadsheet saved again, and from others."""
+"""Recordings are read from the studio's files, from copies saved by a spreadsheet, and from other files."""
 
 import csv
 import io
@@ -47,7 +47,7 @@ def resaved(text, read, write, end="\r\n"):
 
 
 def old(run, text):
-    """Return the text with all settings in one line of JSON, which was the studio's former format."""
+    """Return the text in the studio's former format, with all settings in one line of JSON."""
     table = [line for line in text.splitlines() if not line.startswith("#")]
     return "\n".join([f"# {json.dumps(run.settings, ensure_ascii=False)}", *table]) + "\n"
 
@@ -130,7 +130,7 @@ NAMED = ("--time", "t_ms:ms", "--position", "x_mm:mm", "--force", "F:mN")
 
 
 def foreign(count=3000, velocity=True):
-    """Return a recording's text: a spring of 210 N/m about 2 mm with 1.5 N·s/m moves to and fro."""
+    """Return the text of a recording of two sines in a spring of 210 N/m at 2 mm with 1.5 N·s/m."""
     t = 1e-3 * np.arange(count)
     sines = [(8.0, 0.83, 0.0), (4.0, 2.37, 1.0)]
     x = sum(a * np.sin(2.0 * np.pi * f * t + p) for a, f, p in sines)  # mm
@@ -173,7 +173,7 @@ def test_an_unknown_table_lists_its_columns_and_the_option_to_name_them(tmp_path
 
 
 def test_plot_columns_are_in_si_units(tmp_path):
-    """The shared example has four samples; its velocity is recorded, or computed from positions."""
+    """The table has four samples; the velocity is read from it, or computed from the positions."""
     path = tmp_path / "four.csv"
     path.write_text(
         "t_ms;x_mm;dx_mms;F\n0;0,00;0,0;0,00\n1;0,10;100,0;-0,03\n2;0,20;100,0;-0,06\n3;0,30;100,0;-0,09\n"

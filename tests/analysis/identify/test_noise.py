@@ -1,4 +1,4 @@
-"""Recordings with more noise than quantisation causes get wider intervals; others keep theirs."""
+"""Noise beyond quantisation widens the intervals; without such noise, the intervals stay the same."""
 
 import math
 from dataclasses import replace
@@ -18,7 +18,7 @@ TIME = np.arange(2000) / RATE
 
 
 def counted(position, noise=0.0, seed=0):
-    """Return what a sensor reads at positions in m (n,), with noise in counts."""
+    """Return a sensor's readings in m (n,) of positions in m (n,), with noise in counts."""
     random = np.random.default_rng(seed)
     return QUANTUM * np.floor(position / QUANTUM + random.normal(0.0, 1.0, len(position)) * noise)
 
@@ -50,7 +50,7 @@ def test_lost_samples_are_not_noise():
 
 
 def noisy(recording, noise, seed):
-    """Return a recording with noise in whole counts that was not in the loop."""
+    """Return a recording with added noise in whole counts, to which the loop did not react."""
     errors = np.round(np.random.default_rng(seed).normal(0.0, noise, len(recording)))
     return replace(recording, position=recording.position + QUANTUM * errors)
 

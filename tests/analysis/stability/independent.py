@@ -1,7 +1,7 @@
 """Independent simulation of a handle in a hand that is released or kicked, in steps of 1/32 of a period.
 
-It shares only numpy and numba with the product. It has event-driven friction inside a step, and estimators
-from their difference equations.
+It shares only numpy and numba with the product. Friction is event-driven inside a step; estimators use
+their difference equations.
 """
 
 import math

@@ -176,7 +176,7 @@ def holds_between(handle, pushes):
 
 @pytest.mark.slow
 def test_reported_oscillations_cover_untried_pushes():
-    """Oscillations that few pushes reach are found by chance, so one of twenty scenes may miss one."""
+    """Some oscillations start from few pushes only, so the search may miss one in one of twenty scenes."""
     pushes = [np.random.default_rng(seed).uniform(np.log(6e-5), np.log(16e-3), 3) for seed in range(20)]
     held = [holds_between(sprung(seed), np.exp(some).tolist()) for seed, some in enumerate(pushes)]
     assert held.count(False) <= 1
@@ -228,7 +228,7 @@ def test_a_repelled_handle_is_reported_as_such():
 
 
 def test_coexisting_limit_cycles_are_reported_as_a_range():
-    """Quantisation causes several limit cycles in a spring of 320 N/m, 1 ms late, without dry friction."""
+    """Quantisation causes several limit cycles in a spring of 320 N/m with 1 ms of delay and no friction."""
     device = SimulatedHapkit(coulomb_force=0.0)
     handle = Released(device, LoopSettings(1000.0, 1e-3), 320.0, 0.0)
     said = said_of_spring(handle)
@@ -315,7 +315,7 @@ def said_of(key, values, loop, coulomb=0.1, grip=None):
 
 
 def test_larger_pushes_are_tried_if_a_smaller_one_settles_late():
-    """A hand is on 30 N·s/m with filter and delay: tiny pushes stay within a count, 5 cm/s oscillate."""
+    """With 30 N·s/m in a hand, tiny pushes stay within a count, but a kick of 5 cm/s causes oscillation."""
     loop = LoopSettings(1000.0, 2.5e-3, ("iir", {"cutoff": 102.577}))
     said = said_of("damping", {"damping": 30.05}, loop, grip="light")
     share = -math.expm1(-2.0 * math.pi * 102.577 / 1000.0)
@@ -331,7 +331,7 @@ def test_larger_pushes_are_tried_if_a_smaller_one_settles_late():
 
 
 def damped_in_a_grip(seed):
-    """Return a random handle in a hand, with damping near its limit, for this simulation and as a scene."""
+    """Return a random handle in a hand, with damping near its limit, for the simulation and as a scene."""
     chance = np.random.default_rng(seed)
     rate = float(chance.choice([500.0, 1000.0, 2000.0]))
     delay = float(chance.choice([0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0])) / rate
@@ -384,7 +384,7 @@ def test_both_oscillations_of_damping_in_a_grip_are_reported(seed, little, much)
 
 @pytest.mark.slow
 def test_few_oscillations_of_damping_in_a_grip_are_not_reported():
-    """At most one of 100 random scenes, each kicked 52 times, has a 1.4 times smaller amplitude."""
+    """In at most one of 100 scenes, one of 52 kicks gives less than 1/1.4 of the least reported amplitude."""
     missing = []
     for seed in range(3000, 3100):
         handle, scene, grip = damped_in_a_grip(seed)
@@ -420,7 +420,7 @@ def test_a_frequency_needs_four_cycles_in_the_last_half(cycles, told, monkeypatc
 
 @pytest.mark.parametrize("stiffness", [600.0, 1100.0, 1600.0])
 def test_drift_is_removed_from_an_oscillation(stiffness):
-    """A tether without viscous friction, 1 ms late, drifts by millimetres per second while it oscillates."""
+    """A tether with a delay of 1 ms and no viscous friction drifts by millimetres per second."""
     values = {"model": "tether", "tether_stiffness": stiffness, "viscous": 0.0}
     said = said_of("friction", values, LoopSettings(1000.0, 1e-3), coulomb=0.0)
     device = SimulatedHapkit(coulomb_force=0.0, initial_velocity=0.1)
@@ -449,7 +449,7 @@ def test_it_waits_for_returning_objects():
 
 
 def test_a_passive_returning_object_settles():
-    """Without delay, the object loses energy: impacts at equal times go on for seconds, then it rests."""
+    """Without delay, the object loses energy: it bounces at equal intervals for seconds, then rests."""
     values = {
         "mass": 2.0, "damping": 0.17, "stiffness": 64.0, "contact_stiffness": 1970.0,
         "contact_damping": 0.8, "rest_position": 0.01,
@@ -473,7 +473,7 @@ def test_a_walls_oscillation_is_a_range_over_pressing_forces():
 
 
 def test_an_oscillation_started_by_few_pushes_is_found():
-    """Some pushes against a wall without dry friction lead to more than a step of 60 µm."""
+    """Some pushes against a wall without dry friction cause a motion larger than the step of 60 µm."""
     handle, scene, grip = scene_of(466)
     place, target = 0.6 / handle.stiffness, 0.6 / handle.stiffness + 0.6 / grip.stiffness
     runs = [handle.let_go(place + push, target, 8.0) for push in np.linspace(0.09e-3, 0.4e-3, 15)]

@@ -1,4 +1,4 @@
-"""Maps computed from few of their cells equal full evaluation, for random maps and rendered ones."""
+"""A map computed from few of its cells equals the fully evaluated map, for random and rendered maps."""
 
 import numpy as np
 import pytest

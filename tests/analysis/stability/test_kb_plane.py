@@ -31,7 +31,7 @@ def test_the_boundary_of_a_hapkit_agrees_with_the_table():
 def test_without_damping_passive_and_stable_limits_nearly_agree():
     """Colgate & Schenkel's limit 2 b/T equals the rule of thumb.
 
-    That of the released handle is b²/(3 m) higher.
+    The limit of the released handle is b²/(3 m) higher.
     """
     setting, none = LoopSettings(), np.zeros(1)
     passive = passivity_line(setting, none)[0]

@@ -106,7 +106,7 @@ def test_the_limit_of_a_spring_without_delay_agrees_with_the_closed_form(rng):
 
 
 def closed_loop(mass, viscous, damping, rate, delay, estimator, hand):
-    """Return a function from stiffness (n,) to the matrices (n, s, s) of one period.
+    """Return a function that maps stiffnesses (n,) to the loop's matrices (n, s, s) of one period.
 
     States are x, v, the estimator's recursion and past commands; the matrix exponential gives the plant.
     """
@@ -135,7 +135,7 @@ def closed_loop(mass, viscous, damping, rate, delay, estimator, hand):
 
 
 def some_loop(rng):
-    """Return the arguments of a loop with any filter; half of the loops have a slow second-order one."""
+    """Return the arguments of a loop with any filter; half of the loops have a slow second-order filter."""
     mass, viscous, rate = 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(2.3, 4)
     slow = ("butterworth", {"cutoff": 10 ** rng.uniform(0, 2)})
     filters = ["difference", ("iir", {"cutoff": 10 ** rng.uniform(0, 2)}), "kalman", slow, slow, slow]
@@ -270,9 +270,9 @@ def own_seconds(compute):
 
 @pytest.mark.alone
 def test_it_is_fast_enough_for_a_status_bar():
-    """Computing the limit takes at most the time of 100,000 squares in Python.
+    """Computing the limit takes less than four times as long as computing 100,000 squares in Python.
 
-    With 100 ms of delay at 10 kHz it takes at most five times that time.
+    With 100 ms of delay at 10 kHz, it takes less than 15 times as long as the squares.
     """
     squares = own_seconds(lambda: sum(i * i for i in range(100_000)))
     assert own_seconds(lambda: stiffness_limit(0.05, 0.5, damping=2.0)) < 4.0 * squares

@@ -65,7 +65,7 @@ def test_the_dot_keeps_a_distance_from_the_right_edge(damping):
 
 
 def test_the_axes_show_where_the_boundary_leaves_or_turns():
-    """A straight boundary leaves through the top; a boundary with its maximum at 9 is shown up to there."""
+    """A straight boundary leaves through the top; a boundary with its maximum at 9 is shown up to 9."""
     wide, top = round_axes(lambda b: 1000.0 + 2000.0 * b, 900.0, 0.0, 1000.0)
     assert (wide, top) == (1.0, 1500.0)
     wide, top = round_axes(lambda b: 1500.0 - 15.0 * (b - 9.0) ** 2, 620.0, 2.0, 765.0)

@@ -117,7 +117,7 @@ def test_no_motion_gains_energy_inside_the_line_and_one_does_outside(damping, la
     ("damping", "late", "estimator"), [(0.2, 0.0, "difference"), (0.3, 0.4, "difference"), (0.5, 0.6, "iir")]
 )
 def test_the_simulated_worst_motion_gains_energy_only_outside(damping, late, estimator):
-    """The worst motion, the same for both sides, is imposed on the handle with the rendered spring."""
+    """The worst motion is imposed on the handle, with springs 1 % below and above the limit."""
     limit = largest(damping, late, estimator)
     gained = []
     for part in (0.99, 1.01):

@@ -93,7 +93,7 @@ def test_unstable_damping_does_not_settle_after_a_kick():
 def test_an_unstable_wall_does_not_settle_in_the_hand():
     """A wall is pressed with 1 and 2 N.
 
-    Its range starts within 156 N/m of the first nudge that oscillates.
+    The unstable range starts within 156 N/m of the first stiffness at which a nudge oscillates.
     """
     ((low, high),) = unstable_ranges(asked("wall"))["stiffness"]
     assert high == 5000.0

@@ -65,7 +65,7 @@ def hits(found, surface=0.005):
 
 
 def after(calls, act):
-    """Return a progress function that calls ``act`` at its ``calls``-th call that reports a pressed wall."""
+    """Return a progress function that calls ``act`` at the ``calls``-th report of a pressed wall."""
     seen = []
 
     def progress(done, of):

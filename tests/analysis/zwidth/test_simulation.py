@@ -1,4 +1,4 @@
-"""Z-width by simulation agrees with published tables and an independent program, and so does its search."""
+"""The simulated Z-width and its search agree with published tables and with an independent program."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
