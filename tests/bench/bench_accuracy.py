@@ -46,7 +46,7 @@ def run(folder: Path | None = None) -> list[Row]:
 
 
 def live(found: SceneResult) -> float:
-    """Return the median processor time in s of a scene's answer to a slider."""
+    """Return the median processor time in s of a scene's new answer after a slider was moved."""
     question, times = found.question, []
     key = next((p.key for p in question.environment.parameters if isinstance(p, Parameter)), "")
     for n in range(SLIDES):

@@ -41,7 +41,7 @@ def run() -> list[Row]:
 
 
 def jitter(shown: list[Telemetry], rate: int) -> float:
-    """Return the largest difference in µs between the time of some samples and that of their tick counts."""
+    """Return the largest difference in µs between the samples' intervals by time and by tick count."""
     ticks = np.diff([row.seq for row in shown]) & 0xFFFF
     apart = np.diff([row.time_us for row in shown])
     return float(np.abs(apart - ticks * 1e6 / rate).max())

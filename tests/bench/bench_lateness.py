@@ -104,7 +104,7 @@ def rows(prefix: list[str], who: str) -> list[Row]:
         else:
             table.append(Row(what, value, "µs"))
     value, slow = float(np.median(engine[:, -1])), float(np.median(python[:, -1]))
-    # at normal priority the scheduler decides, in any language
+    # at normal priority the scheduler determines the lateness of any program
     goal = ("≥ 20 × better", slow / value >= 20.0) if level else ("", None)
     what = f"lateness p{POINTS[-1]:g}, {who} ({priority})"
     table.append(Row(what, value, "µs", "Python thread", slow, slow / value, *goal))
@@ -113,7 +113,7 @@ def rows(prefix: list[str], who: str) -> list[Row]:
 
 
 def run() -> list[Row]:
-    """Return the rows of this user; as root, also those without real-time priority."""
+    """Return the rows of this user; if the user is root, add rows without real-time priority."""
     table = rows([], "this user")
     if os.name == "posix" and os.geteuid() == 0 and shutil.which("setpriv"):
         table += rows(UNPRIVILEGED, "unprivileged")

@@ -30,7 +30,7 @@ def move_hand(engine: Engine, seconds: float) -> None:
 
 
 def lateness(engine: Engine, seconds: float) -> float:
-    """Return the loop's p99.9 in µs over some seconds."""
+    """Return the 99.9th percentile of the loop's lateness in µs over some seconds."""
     before = engine.lateness_bins.copy()
     move_hand(engine, seconds)
     return health.lateness_percentiles(engine.lateness_bins - before)["p99.9"]

@@ -12,7 +12,7 @@ WARM_RUNS = 5
 
 
 def start(*words: str, **environment: str) -> dict[str, Any]:
-    """Return s to the window, to the first plotted sample and to the end, and the messages meanwhile."""
+    """Return the times in s until the window, the first plotted sample and the end, and all messages."""
     begin = time.perf_counter()
     seen = child("first_sample", *words, **environment)
     return {key: value - begin if isinstance(value, float) else value for key, value in seen.items()}

@@ -23,7 +23,7 @@ PUSHES = (0.5e-3, 6e-3)  # m: pushes below and above the boundary at 500 N/m
 
 
 def scenes() -> dict[str, tuple[VerdictInput, str]]:
-    """Return eight scenes, with or without friction, held or released; each has the drawn motion's hand."""
+    """Return eight scenes, with or without friction, held or released; each has a hand for the drawing."""
     spring, found = environments.named("spring"), {}
     for name, stiffness in STIFFNESS.items():
         for friction, hand in ((True, "released"), (name in ("calm", "above"), "light")):

@@ -7,7 +7,7 @@ SECONDS = 10
 
 
 def run() -> list[Row]:
-    """Return both rows; each is measured in a separate process."""
+    """Return the rows of frame rate and load, both measured in a child process."""
     found = child("plots", str(SECONDS))
     ours, reference = found["ours"], found["pyqtgraph_peak"]
     fps, other = ours["fps"], reference["fps"]

@@ -17,7 +17,7 @@ from hapkit_studio.devices import virtual_board
 
 @dataclass(frozen=True)
 class Row:
-    """One figure, with reference and ratio if available; ``ok`` is None without a target."""
+    """One result, with reference and ratio if available; ``ok`` is None without a target."""
 
     what: str
     value: float
@@ -30,9 +30,9 @@ class Row:
 
 
 def discover() -> dict[str, Callable[..., list[Row]]]:
-    """Return {name: run} of every ``bench_*.py`` in this folder, in declared order.
+    """Return {name: run} of every ``bench_*.py`` in this folder, sorted by ``ORDER``.
 
-    Benchmarks with figures take the folder for them as argument.
+    If a benchmark draws figures, the folder for the figures is its argument.
     """
     files = sorted(Path(__file__).parent.glob("bench_*.py"))
     modules = [importlib.import_module(f"tests.bench.{path.stem}") for path in files]

@@ -70,7 +70,7 @@ def _let_go(
 def _step(
     what: LoopSettings, x: np.ndarray, v: np.ndarray, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return position and velocity a period later, exactly with friction, as it stops at most once in it."""
+    """Return position and velocity after a period, exactly, because the handle stops at most once."""
     m, b, friction = what.mass, what.viscous, what.coulomb
     x_v, v_v, x_f, v_f = _glide(what, what.period)
     way = np.sign(np.where(v == 0.0, force, v))
