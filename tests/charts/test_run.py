@@ -62,7 +62,7 @@ def test_the_curve_is_over_the_laws_variable(key, over, has):
 
 @pytest.mark.parametrize(("max_force", "shown"), [(1.0, True), (3.0, False), (math.inf, False)])
 def test_the_force_limit_is_drawn_if_visible(max_force, shown):
-    """Pressed to 10 mm, the wall's force is 2 N; a motor of 1 N gives half of it, one of 3 N gives it all."""
+    """The wall's force at 10 mm is 2 N; a motor of 1 N gives half of it, a motor of 3 N all of it."""
     device = hs.SimulatedHapkit(max_force=max_force)
     run = hs.simulate("wall", {"stiffness": 400.0}, hand="press", seconds=1.5, device=device)
     for axes in drawn(run):
