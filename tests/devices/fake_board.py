@@ -34,7 +34,7 @@ UNPLUG = b"unplug"
 class FakeBoard:
     """A board that calls ``answer(message)`` for every message received, and sends its result.
 
-    The answer UNPLUG hangs up, like an unplugged cable.
+    If ``answer`` returns UNPLUG, the board disconnects, as if its cable were unplugged.
     """
 
     def __init__(self, answer):
@@ -61,7 +61,7 @@ class FakeBoard:
             return list(self.received)
 
     def unplug(self):
-        """Hang up; this may be called twice."""
+        """Disconnect; this may be called twice."""
         if self._thread.is_alive():
             os.write(self._stop_write, b"x")
             self._thread.join()
@@ -148,7 +148,7 @@ def sample(seq, count=0, **fields):
 class FakeKit:
     """The firmware's replies, for ``FakeBoard(FakeKit())``.
 
-    ``burst`` is the number of samples after Stream(1), ``settings`` are those in force, ``stored`` those in
+    ``burst`` is the number of samples after Stream(1), ``settings`` are the current ones, ``stored`` those in
     the EEPROM, and ``deaf`` is the number of messages to ignore, by type.
     """
 

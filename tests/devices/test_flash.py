@@ -1,4 +1,4 @@
-"""Without a chip: avrdude is found, an image is checked, avrdude's output is parsed, and it is retried."""
+"""Tests without a chip: avrdude is found, run and retried, its output is parsed, and images are checked."""
 
 import os
 import stat
@@ -61,7 +61,7 @@ def test_the_path_comes_before_the_arduino_ide(nothing_there):
     assert avrdude.find(system="linux") == avrdude.Avrdude(old)
     on_path = program(nothing_there / "bin" / "avrdude")
     assert avrdude.find(system="linux").words == [str(on_path)]
-    # the program was built for another folder, so it is told where its configuration is
+    # the program was built for another folder, so the studio passes the path of its configuration
     chips = nothing_there / "etc" / "avrdude.conf"
     chips.parent.mkdir()
     chips.touch()

@@ -200,7 +200,7 @@ def test_configure_applies_at_once_without_saving(opened):
     assert near(settings, wanted)
     assert settings.origin == Origin.UNSAVED
     assert kit.stored is None
-    assert board.max_force == 1.25  # the computer's constants follow the board
+    assert board.max_force == 1.25  # the computer uses the board's new constants
     assert (board.quantum, board.mass, board.viscous) == pytest.approx((1.5e-5, 0.031, 0.25), rel=1e-6)
     assert board.save().origin == Origin.STORED
     assert near(kit.stored, wanted)

@@ -1,4 +1,4 @@
-"""The delay that a USB chip causes, plain and padded; the measured delay equals the true one."""
+"""The measured delay through a USB chip equals the true delay, with plain and with padded frames."""
 
 from dataclasses import replace
 from functools import cache
@@ -83,7 +83,7 @@ def test_padded_frames_reach_the_packets_minimum_delay(opened, latency):
     plain, padded = [t for t in truths if t is not None]
     assert found.plain == pytest.approx(plain, rel=0.03)
     assert found.padded == pytest.approx(padded, rel=0.03)
-    # a padded frame is sent with its last byte: after 0.62 ms on the wire, and then the turnaround
+    # the chip sends a padded frame when its last byte arrives, after 0.62 ms; then comes the turnaround
     assert found.padded == pytest.approx(62 * 10e-6 + 0.4e-3, rel=0.03)
     assert found.padded < found.plain
     assert found.better == PACKET

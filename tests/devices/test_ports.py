@@ -238,7 +238,7 @@ def test_without_a_group_a_udev_rule_is_offered(monkeypatch, tmp_path):
     monkeypatch.undo()
     port = tmp_path / "ttyUSB0"
     port.touch()
-    port.chmod(0o600)  # a group counts only with read and write permission
+    port.chmod(0o600)  # the port's group may neither read nor write
     assert 'KERNEL=="ttyUSB*|ttyACM*"' in port_errors.permission_remedy(str(port), None)[1]
     monkeypatch.setattr(port_errors.sys, "platform", "darwin")  # without udev there is no command
     assert port_errors.permission_remedy("/dev/cu.x", None) == ("Get permission to use it.", "")

@@ -122,7 +122,7 @@ def test_motor_is_off_until_the_first_command_arrives():
     dev, queue = start(1.0, 0.0, delay=2.25e-3)
     assert applied(dev, queue, [4.0, 8.0, 0.0, 0.0]) == pytest.approx([0.0, 0.0, 3.0, 7.0], abs=1e-9)
     assert dev[EFFECT] == pytest.approx(7.0, rel=1e-9)
-    assert applied(dev, queue, [2.0, None, None])[-1] == pytest.approx(1.5)  # the last command stays in force
+    assert applied(dev, queue, [2.0, None, None])[-1] == pytest.approx(1.5)  # the last command remains active
 
 
 @pytest.mark.parametrize(("late", "periods"), [(6, 6), (1000, 1022), (5000, 5000)])
