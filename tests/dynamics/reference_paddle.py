@@ -1,4 +1,4 @@
-"""Independent simulation of the paddle by matrix exponentials between instants, and event-driven ODEs."""
+"""Independent simulation of the paddle by matrix exponentials and event-driven ODEs."""
 
 import math
 from functools import cache

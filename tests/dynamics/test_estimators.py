@@ -174,7 +174,7 @@ def estimated(spec, position):
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: str(row[0]))
 def test_errors_and_lag_at_8_hz(row):
-    """The lag is the phase of the fundamental of 2 mm, over whole cycles."""
+    """The lag follows from the phase of the response to a sine of 2 mm, over whole cycles."""
     spec, *wanted, lag = row
     for (position, velocity), (rms, largest) in zip(MOTIONS, wanted, strict=True):
         error = 1e3 * (estimated(spec, position) - velocity)[FROM:]
@@ -188,7 +188,7 @@ def test_errors_and_lag_at_8_hz(row):
 
 
 def test_results_do_not_depend_on_rounding(rng):
-    """A residual of exactly half a count is common, so the result must not depend on the position."""
+    """Residuals of exactly half a count are common; their rounding must not depend on the position."""
     counts = np.cumsum(rng.integers(-1, 2, 6000))
     here = estimate_velocity(20.7e-6 * counts, 1000.0, "foaw", quantum=20.7e-6)
     for place in (1, 1234, -77777):

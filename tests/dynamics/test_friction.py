@@ -1,4 +1,4 @@
-"""The friction laws alone stick, slide, and never add energy."""
+"""The friction laws, tested without a loop, stick, slide, and never add energy."""
 
 import numpy as np
 import pytest
@@ -61,7 +61,7 @@ def test_stribeck_friction_decreases_from_static_to_kinetic():
 
 
 def test_a_bristle_approaches_its_end_and_never_exceeds_it():
-    """The step is exact for any size: two halves equal the whole, and the slope at rest is 1."""
+    """The step is exact for any size: two half steps equal one whole step, and the slope at rest is 1."""
     end = 0.4 / 800.0
     whole = bristle(0.0, 0.3e-3, 0.4, 800.0)
     assert whole == pytest.approx(end * (1.0 - np.exp(-800.0 * 0.3e-3 / 0.4)))
@@ -107,7 +107,7 @@ def test_it_sticks_again_with_the_static_force_after_reversing():
 
 @pytest.mark.parametrize("damping", [0.0, 0.5])
 def test_quantised_sliding_does_not_alternate_with_sticking(damping):
-    """With a count in every other period and a constant tension in between, the tether continues to slide."""
+    """The position changes by a count in every other period only, but the tether continues to slide."""
     path = 20.7e-6 * np.repeat(np.arange(200), 2)
     force, _, slides = follow(path, 500.0, damping, 0.6, 0.4)
     off = np.flatnonzero(slides)[0]

@@ -45,7 +45,7 @@ def test_errors_agree_with_the_work_precision_chart(method):
 
 @pytest.mark.parametrize("damping", [0.0, 1e-9, 0.3, 7.7459, 7.75, 40.0])
 def test_exact_agrees_with_the_closed_form_from_no_damping_to_far_beyond_critical(damping):
-    """The closed form is x'' = (F - b x' - k x) / m by its eigenvalues, which are complex or real."""
+    """The closed form solves x'' = (F - b x' - k x) / m by eigenvalues, which are complex or real."""
     given = {"mass": 0.05, "damping": damping, "stiffness": 300.0, "x0": 0.01, "v0": -0.2, "force": 0.9}
     t, x, v = hs.integrate("exact", **given, dt=3e-3, seconds=0.6)
     one, two = np.roots([0.05, damping, 300.0]).astype(complex)
@@ -84,7 +84,7 @@ def test_invalid_motions_give_a_one_line_error(wrong, words):
 
 OF = {name: float(n) for n, name in enumerate(INTEGRATORS)}
 
-# energy after over energy before a bounce off a spring, at three h = omega dt: mean over the phase, range
+# ratio of energies after and before a bounce off a spring, at three omega dt: (mean over the phase, range)
 BOUNCES = {
     "explicit_euler": ((1.275, None), (1.624, None), (2.610, None)),
     "lecture": ((1.275, None), (1.618, None), (2.536, None)),
@@ -97,7 +97,7 @@ BOUNCES = {
 
 
 def bounce(method, dt, phase):
-    """Return the energy of 0.05 kg after a bounce off a spring of 300 N/m, over the energy before."""
+    """Return the energy of 0.05 kg after a bounce off a spring of 300 N/m, divided by the energy before."""
     world = World(m=0.05, reach=0.01, wall=300.0)
     x, v, before = 0.01 - (1.0 + phase) * 0.1 * dt, 0.1, 0.0
     for _ in range(round(0.1 / dt)):

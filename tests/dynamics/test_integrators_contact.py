@@ -49,7 +49,7 @@ def test_exact_agrees_with_an_event_driven_solver(rng):
 
 
 def test_exact_is_independent_of_the_step(rng):
-    """The step covers up to three oscillations, with every contact, wall and reversal within it."""
+    """The step covers up to three oscillations, including all contacts, walls and reversals."""
     for _ in range(300):
         world, x, v = anywhere(rng)
         friction = rng.choice([0.0, 0.2])
@@ -62,7 +62,7 @@ def test_exact_is_independent_of_the_step(rng):
 @pytest.mark.parametrize("lack", [1e-4, 2e-4, 3e-4])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_exact_detects_a_brief_speed_crossing(lack, side):
-    """The damper acts briefly within the step, although the object is slower at both of its ends."""
+    """The damper acts briefly within the step, although the object is slower before and after the step."""
     world = World(m=0.5, f=-side, touch=0.0, side=side, speed=side * 0.1, contact=500.0, pad=30.0)
     x, v = -side * 2.3e-3, side * (0.1 - lack)
     got, want = exact(x, v, 10e-3, 0.0, *world.numbers), advance(world, x, v, 10e-3)

@@ -60,7 +60,7 @@ def test_period_slip_and_peaks_agree_with_the_closed_form(model, case, dt, rel):
     ("viscous", "critical"), [(0.05, 0.445), (0.1, 0.309), (0.2, 0.211), (0.5, 0.120), (1.0, 0.0715)]
 )
 def test_viscous_friction_ends_stick_slip_above_a_speed(viscous, critical):
-    """One percent below the critical speed it sticks repeatedly, one percent above only at the start."""
+    """The mass sticks repeatedly 1 % below the critical speed, and only at the start 1 % above it."""
     for part in (0.99, 1.01):
         _, _, v, _ = hs.stick_slip(
             "projection", **FIRST, viscous=viscous, speed=part * critical, dt=1e-5, seconds=2.0
@@ -159,7 +159,7 @@ def test_a_slide_to_a_stop_agrees_with_the_closed_form(model):
 @pytest.mark.parametrize("model", ["karnopp", "projection"])
 @pytest.mark.parametrize(("kinetic", "start", "halves"), [(0.1, 0.010, 15), (0.3, 0.020, 10)])
 def test_a_spring_released_against_friction_loses_amplitude_linearly(model, kinetic, start, halves):
-    """Every half-cycle of pi sqrt(m / k) loses 2 F_c / k, until the spring cannot break it away."""
+    """In every half-cycle of pi sqrt(m / k) the amplitude falls by 2 F_c / k, until the mass sticks."""
     half, turns = 40.558e-3, [start * (-1) ** n * (1.0 - n / halves) for n in range(halves + 1)]
     given = {"mass": 0.05, "spring": 300.0, "static": kinetic, "kinetic": kinetic, "x0": start, "dt": 1e-6}
     t, x, v = slide(model, nothing(half * len(turns), 1e-6), **given)
@@ -171,7 +171,7 @@ def test_a_spring_released_against_friction_loses_amplitude_linearly(model, kine
 
 
 def creep(model, dt, frequency=20.0, mass=0.05, **options):
-    """Return the drift in µm/s under 0.3 N with a tremor of 0.15 N, which is half of the static friction."""
+    """Return the drift in µm/s under a pull of 0.3 N with a tremor of 0.15 N; static friction is 1 N."""
     t = np.arange(round(3.0 / dt) + 1) * dt
     pull = 0.3 + 0.15 * np.sin(2.0 * np.pi * frequency * t)
     _, x, _ = slide(model, pull, mass=mass, static=1.0, kinetic=0.5, dt=dt, **options)
@@ -197,7 +197,7 @@ def test_models_by_speed_alone_drift(model, options, wanted):
 
 
 def test_dahls_creep_agrees_with_its_curve():
-    """In slow motion dx = dF / (K (1 -+ F / F_c)) for rising and falling force; creep is the cycle's sum."""
+    """In slow motion dx = dF / (K (1 -+ F / F_c)) for rising and falling force; creep is a cycle's sum."""
     cycle = 0.5 / 1e4 * (math.log(1.0 - (0.15 / 0.5) ** 2) - math.log(1.0 - (0.45 / 0.5) ** 2))
     assert creep("dahl", 1e-4, frequency=2.0) == pytest.approx(2.0e6 * cycle, rel=0.02)
 
