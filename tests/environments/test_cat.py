@@ -172,7 +172,7 @@ def test_tufts_are_3_mm_apart_and_six_hundredths_of_a_newton():
 
 
 def test_the_swat_is_one_push_against_the_hands_motion():
-    """The force is that of the same motion minus a cat that cannot be provoked: 0.3 s long, at most 1.5 N."""
+    """The swat is the force minus the force of the fur: a push of 0.3 s and at most 1.5 N."""
     for sign in (1.0, -1.0):  # the first stroke is too fast with the nap, the second is fast against it
         run = moved(lambda t, s=sign: s * np.minimum(0.26 * t, 0.2), 1.5, purr_force=0.0, hair=0.0)
         fur = np.clip(run.force + 1.5 * run.velocity, -0.35, 0.63)
@@ -198,7 +198,7 @@ def moved(position, seconds, **values):
 
 
 def contented(t):
-    """Return the path of five and a half strokes that the cat likes, ending with the nap; then it rests."""
+    """Return a path of 5.5 cycles that the cat likes. It ends with the nap, and then the hand rests."""
     return SCRIPTS["pet"].target(np.minimum(t, 0.6 + 11 * 1.2))
 
 

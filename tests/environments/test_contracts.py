@@ -34,7 +34,7 @@ def test_is_described(key):
     assert len(e.explanation) > 80
     assert 0 < len(e.summary) < 40
     assert "\n" not in e.summary + e.title
-    # a scene with another environment's key uses its icon and drawing; the default has plain ones
+    # ``scene`` may name another environment, whose icon and drawing are used; the default has plain ones
     if e.scene != key:
         assert resources.path("icons", f"{e.scene}.svg").exists()
     for p in e.parameters:

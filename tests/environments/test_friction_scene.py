@@ -21,7 +21,7 @@ COUNT = 20e-6
 
 
 def chatter(ratio, late, mass=0.02):
-    """Return the largest peak-to-peak motion in counts over four starts, for friction of ratio m Δ / T^2."""
+    """Return the largest peak-to-peak motion in counts over four starts; friction is ratio · m Δ / T²."""
     level = ratio * mass * COUNT / 1e-6
     found = []
     for x, v in ((0.0, 0.1234), (3e-6, 0.05), (7e-6, 0.2), (1.3e-5, -0.08)):
@@ -128,9 +128,9 @@ def test_a_tether_feels_like_a_dragged_anchor(hand, model, static, kinetic, stif
 
 
 def test_the_board_renders_a_tether_at_3_900_hz():
-    """The present tether is compared with an anchor that moves at every sample: 1,367 cycles, 2 kHz.
+    """The tether is compared with an anchor that moves at every sample, with 1,367 cycles and 2 kHz.
 
-    The board's delays are 142 µs now, and 143 µs with that anchor.
+    The board's delay is 142 µs with the tether, and 143 µs with that anchor.
     """
     plan = BoardPlanner(ARENA).plan(PlanRequest(FRICTION, FRICTION.values({"model": "tether"})))
     assert plan.rate == pytest.approx(3900, rel=1e-3)
@@ -224,7 +224,7 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
     ],
 )
 def test_each_models_limit_has_a_one_line_warning(inside, outside, words):
-    """The limits are those of theory §1; the smoothed model's is 2 m/T + 4 b/3, with B n0 / T = 1."""
+    """The limits are those of theory §1; that of the smoothed model is 2 m/T + 4 b/3, where B n0 / T = 1."""
     assert not any(words in line.replace("Above", "above") for line in warned("friction", **inside))
     (line,) = [
         one for one in warned("friction", **(inside | outside)) if words in one.replace("Above", "above")
@@ -259,7 +259,7 @@ def test_missing_friction_of_slow_sliding_is_as_warned(model, rate, estimator, s
 
 
 def test_a_finer_estimate_permits_a_narrower_karnopp_band():
-    """A count is 6.8 mm/s for the Kalman filter, 20.7 for the difference; only the former suits 10 mm/s."""
+    """A count changes the velocity by 6.8 mm/s (Kalman) or 20.7 mm/s (difference); the band is 10 mm/s."""
     found = {}
     for estimator in ("difference", "kalman"):
         run = slide(1e-3, model="karnopp", stick_velocity=0.01, estimator=estimator)
@@ -271,7 +271,7 @@ def test_a_finer_estimate_permits_a_narrower_karnopp_band():
 def test_delay_lowers_the_chatter_limit_of_plain_friction(late, limit):
     """The limit of F_c T² / (m Δ) is 1.5, or 0.7 with a period of delay (theory §3.2).
 
-    The warning and the motion both show it.
+    Both the warning and the motion agree with this limit.
     """
     level = 0.044 * 20.7e-6 / 1e-6
     conditions = Conditions(delay=late * 1e-3)

@@ -1,4 +1,4 @@
-"""Hard surface: it vibrates as at the samples of the formula, once per entry, and the wall never pulls."""
+"""Hard surface: the vibration follows its formula and starts once per entry; the wall never pulls."""
 
 import math
 

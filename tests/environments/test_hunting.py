@@ -65,7 +65,7 @@ def test_the_handle_oscillates_exactly_if_warned(place, late):
 @pytest.mark.parametrize("late", [0.0, 1e-3])
 @pytest.mark.parametrize("estimator", ["difference", "kalman", "iir"])
 def test_late_damping_counts_with_its_effective_value(estimator, late):
-    """A filter weakens the 5 N·s/m of a tether; its stable stiffness is tested 3 % above and below."""
+    """A filter weakens the tether's damping of 5 N·s/m; stiffness is tested 3 % above and below the limit."""
     limit = hs.stiffness_limit(MASS, VISCOUS, damping=5.0, delay=late, estimator=estimator)
     device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=0.0, initial_velocity=1e-4)
     for share in (0.97, 1.03):
@@ -75,7 +75,7 @@ def test_late_damping_counts_with_its_effective_value(estimator, late):
 
 
 def balance(stiffness, late, viscous):
-    """Return the ratio of the energy added by delay to that dissipated by 0.1 N; tether force 0.4 N."""
+    """Return the energy that delay adds, divided by what 0.1 N dissipates; the tether's force is 0.4 N."""
     limit = hs.stiffness_limit(MASS, VISCOUS, damping=viscous, delay=late)
     amplitude = 0.4 / stiffness
     given = math.pi * math.sqrt(stiffness / MASS) * amplitude**2 * (stiffness - limit) * (0.5e-3 + late)
