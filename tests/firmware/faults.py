@@ -131,8 +131,8 @@ STALLS = [
     Case(
         "from the board nothing for 300 ms",
         (f"{START} from stall {STALL}",),
-        # the computer's zero command, after 20 ms of its own time, comes first unless the board's clock is
-        # faster
+        # the computer sends zero after 20 ms of its own clock; if the board's clock is faster, the watchdog
+        # of the board acts first
         off=WATCHDOG,
         back=BACK + 0.02,
     ),

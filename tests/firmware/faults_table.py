@@ -112,7 +112,7 @@ def time_back(run: Run) -> float:
 
 
 def errors(run: Run, found: np.ndarray, start: float) -> np.ndarray:
-    """Return the difference (n,) in counts between rows and truth; ``start`` is that of the board's clock."""
+    """Return the difference (n,) in counts between rows and truth; the board's clock starts at ``start``."""
     time = found[:, rows.BOARD_TIME] + start
     error = found[:, rows.POSITION] - np.interp(time, run.truth.time, run.truth.position)
     first = np.argmin(found[:, rows.FLAGS].astype(int) & MARKED)
@@ -163,7 +163,7 @@ def late_ticks(found: np.ndarray) -> int:
 
 
 def foreign_to_the_law(run: Run) -> int:
-    """Return the number of log rows whose force is not between zero and the spring's at recent positions.
+    """Return the number of log rows whose force is not between 0 and the spring's force at recent positions.
 
     Forces that the computer sent before the takeover are those of the same spring. Every connection has its
     own zero, and the sensor may be wrong during a fault.

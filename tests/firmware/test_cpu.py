@@ -18,7 +18,7 @@ pytestmark = needs_board
 SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.25 hand -0.03 300 4 0.05 0.1", "0.36 hand 0.03 300 4 0.05 0.05")
 MOST = 0.80
 FASTEST = ("free", "spring", "wall", "damping")
-# the cat is the most expensive; for the puck, cheaper integrators would be perceptible
+# the cat's law is the most expensive; the puck's is expensive because of its accurate integrator
 SLOWEST = ("cat", "puck")
 """With default choices, FASTEST are rendered at 4 kHz, the cat at 500 Hz or more, others at 2 kHz or more."""
 

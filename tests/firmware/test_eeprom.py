@@ -104,7 +104,7 @@ def read(board):
 
 
 def ask(board):
-    """Return the settings in force, skipping replies to earlier messages."""
+    """Return the current settings, and ignore replies to earlier messages."""
     # this message may be lost, because after a reset the board does not receive for a moment
     pass_time(board, Alive())
     read(board)
@@ -114,7 +114,7 @@ def ask(board):
 
 
 def test_a_reset_while_saving_leaves_the_old_or_the_new_settings(memory):
-    # saving 73 bytes at 3.4 ms each takes 0.25 s; in lockstep, board time stands still between messages
+    # saving 73 bytes at 3.4 ms each takes 0.25 s; in lockstep, board time stops between messages
     seen = []
     with opened(options=("--eeprom", str(memory))) as board:
         old = ask(board)

@@ -29,7 +29,7 @@ SHAKE = ((0.040, 2.0, 0.5), (0.030, 5.0, 0.2), (0.010, 12.0, 0.25))
 
 
 def wave(sample):
-    """Return the force that answers a sample; over time it has both signs and all sizes."""
+    """Return the force to send after a sample; over time, forces of both signs and all sizes occur."""
     return AMPLITUDE * np.sin(0.09 * sample.seq)
 
 
@@ -148,7 +148,7 @@ def follow(folder, kit, pieces=SHAKE, seconds=1.1, **more):
 
 
 def error(kit, samples, rows):
-    """Return the counts (n,) minus those by which the handle has moved since the first sample."""
+    """Return the absolute errors (n,) in counts of the motion since the first sample."""
     counts = np.array([s.count for s in samples])
     return np.abs(counts - counts[0] - (rows.position - rows.position[0]) / kit.quantum)
 

@@ -1,4 +1,4 @@
-"""The chip's assembler, called function by function: every operation, products, filters, frames."""
+"""The chip's assembler functions are called one by one: every operation, products, filters, frames."""
 
 import numpy as np
 import pytest
@@ -241,7 +241,7 @@ def test_operations_at_the_limits_of_the_range(chip, name, a, s, wanted):
     np.testing.assert_allclose(found, [np.float32(wanted)], rtol=5e-6)
 
 
-# --- one operation multiplies an integer by a float
+# --- multiplication of an integer by a float
 SMALLEST, LARGEST = np.finfo(np.float32).tiny, np.finfo(np.float32).max
 WHOLE = 2**24
 """Floats represent every integer up to here; larger ones are truncated."""

@@ -110,7 +110,7 @@ DEEP = (
     ("puck", {}, 1000),
     ("cat", {}, 500),
 )
-# the motion is too fast at first and occasionally, otherwise to and fro
+# the handle moves to and fro; every 20th movement is too fast for the sensor
 TO_AND_FRO = [
     f"{0.02 * k:.2f} position {0.04 * (-1) ** k} {0.018 if k % 20 else 0.005}" for k in range(1, 150)
 ]
@@ -214,7 +214,7 @@ def talk(room: int, kit) -> Iterator[bytes]:
 
 
 def share(time: float) -> float:
-    """Return the load of the line, which is alternately more than the board can read, and exactly as much."""
+    """Return the load of the line: alternately more than the board can read, and as much as it can read."""
     return 1.0 if time % 0.1 < 0.03 else 0.2
 
 

@@ -79,7 +79,7 @@ def test_motor_force_equals_the_laws_within_a_count_and_a_step(tmp_path, image):
     before = rows.position[[samples[k].answered - samples[0].seq for k in answered]] - rows.position[0]
     assert np.all(np.abs(found + stiffness * before) <= step + stiffness * QUANTUM)
     assert [s.pwm for s in samples] == rows.duty.astype(int).tolist()
-    # every reply is in force before the next sample
+    # every reply takes effect before the next sample
     assert all(s.answered == s.seq - 1 for s in samples[1:])
     assert max(s.delay_us for s in samples[1:]) < 1000
     assert summary["overruns"] == summary["deaf"] == summary["unanswered"] == 0

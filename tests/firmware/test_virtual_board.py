@@ -91,7 +91,7 @@ def test_a_hand_leads_and_releases_the_handle_and_the_log_can_be_read_while_it_g
 
 @pytest.mark.parametrize("grip", ["light", "medium", "firm"])
 def test_a_hand_that_presses_far_away_approaches_then_leads(tmp_path, grip):
-    """On the default spring of 80 N/m, it oscillates by at most the hand's speed over ω."""
+    """On the default spring of 80 N/m, the handle oscillates by at most the hand's speed divided by ω."""
     reach, stiffness, hand = 0.04, 80.0, GRIPS[grip]
     with opened(log=tmp_path / "truth.f64") as board:
         board.start_stream()
@@ -152,9 +152,9 @@ def test_a_late_reader_gets_three_bytes_and_the_others_are_counted(start):
 
 
 def test_the_transmitter_takes_two_bytes_reports_their_end_and_loses_a_third(start):
-    """By the data sheet (UCSR0A), the flag requests an interrupt while it is set.
+    """According to the data sheet (UCSR0A), the flag requests an interrupt while it is set.
 
-    Its interrupt clears it, and so does writing a one.
+    The interrupt clears the flag, and so does writing a one to it.
     """
     board, host = start("pairs", "--fast", LOOK=1)
     found = host.read(9)
@@ -193,7 +193,7 @@ def test_an_unplugged_cable_is_a_hang_up_and_a_closed_port_uses_no_processor_tim
     again.read(10)
     again.close()
     slept = voluntary_switches()
-    # a program that spins on the hang-up never sleeps
+    # a program that polled the closed port without pauses would never sleep
     wait_until(lambda: voluntary_switches() - slept > 500)
     again = Host(port)
     again.read(10)
@@ -272,7 +272,7 @@ def test_bytes_leave_at_the_rate_of_the_line_and_are_damaged_at_the_given_probab
 
 @pytest.fixture
 def packets(start, tmp_path):
-    """Return a function that returns time and bytes of what a board with an 11-byte frame per ms delivers."""
+    """Return a function that returns times and bytes from a board that sends an 11-byte frame per ms."""
 
     def handed(*options, script=""):
         commands = tmp_path / "turns.txt"

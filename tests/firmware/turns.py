@@ -101,7 +101,7 @@ class Turns:
         return json.loads(self.board.end())
 
     def fail(self) -> None:
-        """Hang up and end the loop, because exceptions in callbacks do not reach the caller."""
+        """Disconnect and end the loop, because exceptions in callbacks do not reach the caller."""
         self.unplug()
         self.quit()
 

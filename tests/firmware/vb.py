@@ -43,7 +43,7 @@ def chip(name: str, folder: Path, **defined: int) -> Path:
 
 
 def duty_step(duty: np.ndarray) -> np.ndarray:
-    """Return half a duty step in N (n,) with a margin for rounding: (2 d + 1) / 2 of 255^2 at duty d."""
+    """Return half a duty step in N (n,) with a margin; a step at duty d is (2 d + 1) / 255² of full force."""
     return FULL_FORCE * (np.abs(duty) + 1.0) / 255.0**2
 
 
