@@ -1,4 +1,4 @@
-"""Windows on a scripted board that takes laws; nothing is streamed, so nothing depends on time."""
+"""Windows on a scripted board that accepts laws and streams nothing, so tests do not depend on time."""
 
 import pytest
 

@@ -108,7 +108,7 @@ def idle_window(make_window) -> MainWindow:
 
 @pytest.fixture(scope="module")
 def shared_window(dressed):
-    """Return a window without a device, common to a file; each test restores its state."""
+    """Return a window without a device for all tests of a file; each test restores its state."""
     theme.set_mode("light")
     with open_windows() as make:
         yield make()
@@ -116,7 +116,7 @@ def shared_window(dressed):
 
 @pytest.fixture
 def kept_idle_window(shared_window) -> MainWindow:
-    """Return the file's common window without a device, in its initial state."""
+    """Return the file's shared window without a device, in its initial state."""
     put_back(shared_window)
     return shared_window
 
@@ -132,7 +132,7 @@ def window(make_window, qtbot) -> MainWindow:
 
 @pytest.fixture(scope="module")
 def running_window(dressed):
-    """Return a window with a running simulated Hapkit, common to a file."""
+    """Return a window with a running simulated Hapkit for all tests of a file."""
     theme.set_mode("light")
     with open_windows() as make:
         shown = make()
@@ -146,6 +146,6 @@ def running_window(dressed):
 
 @pytest.fixture
 def kept_window(running_window) -> MainWindow:
-    """Return the file's common running window, in its initial state."""
+    """Return the file's shared running window, in its initial state."""
     put_back(running_window)
     return running_window

@@ -1,4 +1,4 @@
-"""The text of a law: colours, indentation, line numbers, marks at their lines."""
+"""The text of a law has colours, indentation, line numbers, and marks beside its lines."""
 
 import pytest
 from PySide6.QtCore import Qt

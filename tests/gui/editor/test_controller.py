@@ -1,4 +1,4 @@
-"""Writing a law in the window: from a template to the loop, errors at their lines, no lost text."""
+"""A law is written in the window from a template to the loop; errors are marked, and no text is lost."""
 
 import numpy as np
 import pytest
@@ -138,7 +138,7 @@ def test_a_law_that_drifts_is_active_with_advice_at_its_line(opened, qtbot):
     window.editor.edit(path)
     assert list(code.remarks) == [LAW_LINE]
     code.go_to(LAW_LINE)
-    QTest.keyClicks(code, "#")  # the message refers to another line
+    QTest.keyClicks(code, "#")  # the remark disappears when its line changes
     assert code.remarks == {}
 
 
@@ -161,7 +161,7 @@ def test_f1_shows_the_language_at_the_word_under_the_cursor(opened):
     QTest.keyClick(sheet.field, Qt.Key.Key_Return)
     assert sheet.page.textCursor().position() > first
     QTest.keyClick(sheet.field, Qt.Key.Key_Return)
-    assert sheet.page.textCursor().position() == first  # the page contains it twice
+    assert sheet.page.textCursor().position() == first  # the page contains the word twice
     assert sheet.isVisible()
     page.language.click()
     assert [s.field.text() for s in window.findChildren(PageDialog) if s.isVisible()] == [""]
@@ -188,7 +188,7 @@ def test_text_typed_during_a_trial_stays_unsaved(opened, no_trials):
 def test_a_fault_marks_its_line(window, qtbot, home):
     text = spring(key="fault", force="-p.stiffness * x / max(x - 0.2, -0.2 * (x < 0.01))")
     path = put(home, "fault.py", text)
-    # a trial would have found it: simulate a fault that occurs only in the loop
+    # a trial would find this fault, so report a trial without faults
     found = typed(path, text), TrialResult()
     wait_for_verdict(window, qtbot, lambda: window.own.runner.finished.emit(found))
     window.editor.edit(path)
@@ -226,7 +226,7 @@ def full(_path, _text):
 
 def test_closing_asks_about_unsaved_text(opened, no_trials, monkeypatch):
     window = opened()
-    # discarding leaves the file unchanged and no draft
+    # after discarding, the file is unchanged and there is no draft
     path = window.editor.path
     QTest.keyClicks(window.editor.page.code, "#")
     window.editor.page.keep_draft()

@@ -1,4 +1,4 @@
-"""The cycles of a law in its editor: requested, beside their lines, while the lines are unchanged."""
+"""On request, the editor shows the cycles of each line of a law until that line changes."""
 
 import re
 
@@ -19,7 +19,7 @@ def saved(window, text):
 
 @pytest.fixture
 def counting(home, make_window, qtbot):
-    """Return a window without a device, with the user's own law in force and counted."""
+    """Return a window without a device, in which the user's own law is active and its cycles are counted."""
     path = put(home, "test_spring.py", spring())
     window = make_window()
     window.editor.edit(path)
@@ -40,7 +40,7 @@ def test_cycles_are_shown_until_their_line_changes(counting, qtbot):
     page.code.moveCursor(page.code.textCursor().MoveOperation.Start)
     page.code.insertPlainText("#\n")
     assert page.code.counts == {LAW_LINE + 1: figure}
-    counting.studio.set_value("stiffness", 0.0)  # other specialised code for the same text
+    counting.studio.set_value("stiffness", 0.0)  # the same text gives different specialised code
     qtbot.waitUntil(lambda: page.cycles.text().startswith("For the running law: "))
     assert page.code.counts == {LAW_LINE + 1: figure}
     page.code.moveCursor(page.code.textCursor().MoveOperation.End)

@@ -1,4 +1,4 @@
-"""Plots with the history of a handle that oscillates in and out of a wall; used by the folder's conftest."""
+"""Plots with the history of a handle that oscillates in and out of a wall, for this folder's conftest."""
 
 import pytest
 

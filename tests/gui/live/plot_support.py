@@ -1,4 +1,4 @@
-"""Support for tests of plots: telemetry of a wall, pixels of a colour, a turn of the wheel."""
+"""Helpers for tests of plots: telemetry in a wall, pixels of a colour, turning the mouse wheel."""
 
 import numpy as np
 from PySide6.QtCore import QCoreApplication, QPoint, QPointF, Qt

@@ -1,4 +1,4 @@
-"""Comparison of computer and board: its result, and what ends it."""
+"""Comparison of rendering by computer and board: its result, and the events that end it."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def test_an_ended_comparison_gives_the_reason_and_restores_the_renderer(
 ):
     window = held_board_window
     switch, note, running = window.loop.where, window.loop.where.note, window.comparison
-    assert window.centre.toolbar.release.isHidden()  # it would release a simulated handle
+    assert window.centre.toolbar.release.isHidden()  # the hidden button would release a simulated handle
     switch.compare.emit()
     assert "1 of 2" in note.text()
     window.studio.set_value("stiffness", 100.0)
@@ -48,7 +48,7 @@ def test_an_ended_comparison_gives_the_reason_and_restores_the_renderer(
 
 
 def energy_is_unwatched_on_the_board(window):
-    """Check that a note about the missing energy alarm is shown beside the energy only."""
+    """Check that only the energy plot has a note that the energy alarm is not available."""
     phase, conn = window.centre.phase, window.studio.engine.driver.conn
     phase.choose(len(phase.plots))
     assert phase.note.isHidden()

@@ -1,4 +1,4 @@
-"""Cursors: on samples, dragged with the mouse; their values are checked against the signal's formula."""
+"""Cursors snap to samples and follow the mouse; their values agree with the signal's formula."""
 
 import math
 
@@ -48,7 +48,7 @@ def test_a_dragged_cursor_snaps_to_a_sample(plots, qtbot):
     wanted = plots.shown.zero + canvas.to_x(x + 60)
     assert 0.0 < wanted - plots.cursors.times[0] <= 0.001 + 1e-9
     before = plots.cursors.times
-    qtbot.mousePress(view, LEFT, pos=QPoint(x + 200, 30))  # far from both cursors
+    qtbot.mousePress(view, LEFT, pos=QPoint(x + 200, 30))  # the mouse is far from both cursors
     qtbot.mouseMove(view, QPoint(x + 100, 30))
     qtbot.mouseRelease(view, LEFT, pos=QPoint(x + 100, 30))
     assert plots.cursors.times == before
@@ -68,14 +68,14 @@ def test_the_table_shows_the_values_at_both_cursors_and_their_difference(plots, 
 
 
 def test_the_slope_in_the_wall_is_its_stiffness_and_the_range_shows_extremes(plots, card):
-    # sin(3 t) > 1/3 in (12.68, 13.49): inside the wall of 400 N/m at 5 mm; not clamped at first
+    # the handle is in the wall from 12.68 to 13.49 s; the force is not clamped at first
     plots.cursors.show(True)
     plots.cursors.move(0, 12.7005)
     plots.cursors.move(1, 12.8005)
     card.refresh()
     slope, _, half, _ = card.slope.text().replace("−", "-").split()
     assert float(slope) == pytest.approx(-400.0, abs=0.1)
-    assert float(half) == 0.1  # the smallest interval shown
+    assert float(half) == 0.1  # this is the smallest interval that is shown
     lines = []
     card.fitted.connect(lines.append)
     plots.cursors.move(1, 12.8105)
@@ -88,7 +88,7 @@ def test_the_slope_in_the_wall_is_its_stiffness_and_the_range_shows_extremes(plo
 
 
 def test_in_a_low_card_either_the_plot_or_the_table_is_shown(qtbot, plots):
-    """A window of 1280 × 720 with a banner leaves 296 px; the values are also shown above the time plots."""
+    """A window of 1280 × 720 with a banner leaves 296 px for the card, too little for plot and table."""
     phase = ForcePosition(plots.cursors)
     qtbot.addWidget(phase)
     phase.show()
@@ -148,7 +148,7 @@ def read(plots, card, first, last):
 
 
 def test_only_samples_with_an_unclamped_force_count_for_the_slope(plots, card, history):
-    """Oscillations of 15 mm in and out of a wall at 5 mm; its 400 N/m are clamped at 3 N, 7.5 mm deep."""
+    """The handle oscillates by 15 mm; a wall of 400 N/m at 5 mm is clamped at 3 N, which is 7.5 mm deep."""
     assert read(plots, card, 8.0, 13.0) == "−400.0 ± 0.1 N/m"
     slope, *_ = np.polyfit(*(history.between(8.0, 13.0).y[name] for name in ("position", "applied_force")), 1)
     assert slope > -120.0  # slope of a line through all samples
@@ -165,7 +165,10 @@ def test_there_is_no_slope_across_a_change_of_settings_or_its_fading(plots, card
 
 @pytest.mark.parametrize(("bend", "straight"), [(0.54, True), (0.556, False)])
 def test_a_residual_above_a_twentieth_of_the_force_is_no_line(plots, card, history, bend, straight):
-    """F = −(z + c z²) N for z from 0 to 1 over 10 mm: the best line leaves c/√180 of √(1/3 + c/2 + c²/5)."""
+    """F is −(z + c z²) N for z from 0 to 1 over 10 mm.
+
+    The RMS of F is √(1/3 + c/2 + c²/5); the best line leaves an RMS of c/√180.
+    """
     z = np.linspace(0.0, 1.0, 2001)
     assert (bend / math.sqrt(180.0) < 0.05 * math.sqrt(1 / 3 + bend / 2 + bend**2 / 5)) == straight
     rest = telemetry(2001, start=14_000)
@@ -177,7 +180,7 @@ def test_a_residual_above_a_twentieth_of_the_force_is_no_line(plots, card, histo
 
 def test_without_an_applied_force_there_is_no_slope(plots, card, history):
     free = telemetry(1000, start=14_000)
-    free[:, rows.APPLIED_FORCE] = 0.0  # stopped: asked for, but not applied
+    free[:, rows.APPLIED_FORCE] = 0.0  # the motor is stopped: a force is requested, but not applied
     history.append(free)
     assert read(plots, card, 14.0005, 14.9) == "none: no force there"
     still = telemetry(1000, start=15_000)

@@ -1,4 +1,4 @@
-"""Dividers: changes by the user are labelled in the history, once per gesture."""
+"""Each gesture of the user that changes a setting adds one labelled divider to the history."""
 
 import math
 import time
@@ -19,7 +19,7 @@ def noted(kept_window):
 
 
 def later(live):
-    """Feed new samples."""
+    """Wait until the history has new samples."""
     live.tick()
     before, deadline = live.history.now, time.monotonic() + 30.0
     while live.history.now == before or math.isnan(live.history.now):
@@ -85,7 +85,7 @@ def test_a_divider_can_replace_or_remove_an_earlier_one():
 
 
 def test_another_device_adds_a_divider_and_starts_new_data(noted):
-    """Samples of the previous device stay visible, but do not count for the new one."""
+    """Samples of the previous device stay visible, but are not part of the new device's data."""
     _, _, live = noted
     later(live)
     live._device = "another"

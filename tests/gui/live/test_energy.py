@@ -1,4 +1,4 @@
-"""Energy given to the hand: its plot, gaps at restarts of the sum, the alarm, the switch."""
+"""The energy given to the hand has a plot, with gaps where its sum restarts, an alarm and a switch."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def with_energies(count, first=0, lost=1):
 def shown(phase):
     """Return the card with 14 s of energy."""
     history = LiveHistory(seconds=60.0, rate=RATE)
-    history.append(with_energies(14_000, lost=150))  # at least 3 px
+    history.append(with_energies(14_000, lost=150))  # the gap is at least 3 px wide
     phase.view.set_history(history)
     phase.choose(ENERGY)
     phase.refresh()
@@ -46,7 +46,7 @@ def shown(phase):
 
 @pytest.mark.parametrize("width", [0.0005, 0.03, 0.5])
 def test_the_history_shows_a_gap_where_the_energy_restarts(width):
-    """At every width exactly one column is missing, where the sum restarts."""
+    """At every width, exactly one column is missing, namely where the sum restarts."""
     history, want = LiveHistory(seconds=60.0, rate=RATE), with_energies(14_000)
     history.append(want)
     assert history.latest()["energy_given"] == want[-1, rows.ENERGY_GIVEN]
@@ -93,7 +93,7 @@ def test_energy_stays_selected_for_another_environment_and_force_can_be_selected
     assert shown.title.isVisible()
 
 
-# the alarm
+# --- the alarm
 
 
 class Excess:
@@ -115,7 +115,7 @@ class Alarm:
         self.status.energy.link.clicked.connect(lambda: self.studio.set_loop(controller=True))
 
     def strike(self, *joules):
-        """Feed frames with these excesses."""
+        """Feed the watch with these excess energies in J, one per frame."""
         for excess in joules:
             self.studio.device.engine = Excess(excess)
             self.watch.on_row(None, False)
@@ -184,7 +184,7 @@ def test_no_alarm_while_the_controller_dissipates_the_excess(alarm):
     alarm.studio.set_loop(controller=True)
     alarm.strike(0.0, 0.59e-3)
     assert alarm.said is None
-    alarm.studio.choose("cat")  # a scene that moves the handle by itself
+    alarm.studio.choose("cat")  # the cat moves the handle by itself
     alarm.strike(0.0, 5e-3)
     assert alarm.said is None
     alarm.studio.choose("wall")
@@ -206,7 +206,7 @@ def test_a_scene_that_moves_the_handle_says_so_instead(kept_window):
     assert not words.isVisibleTo(kept_window)
 
 
-# the switch, live
+# --- the switch in the running window
 
 
 @pytest.mark.slow
@@ -221,7 +221,7 @@ def test_a_buzzing_spring_raises_the_alarm_and_the_controller_calms_it(kept_wind
         return np.ptp(window.live.history.between(window.live.history.now - 0.3, np.inf).y["position"])
 
     place = window.centre.scene.mapTo(window, QPoint())
-    studio.move_hand(0.05)  # beyond the motor's force; closer, friction could hold the handle
+    studio.move_hand(0.05)  # far enough to exceed the motor's force; nearer, friction could hold the handle
     qtbot.waitUntil(
         lambda: swing() > 0 and window.live.history.latest()["position"] > 5e-3, timeout=PATIENCE_MS
     )

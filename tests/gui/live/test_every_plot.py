@@ -1,4 +1,4 @@
-"""Every time plot: its signal is stored, recorded, drawn and read by cursors, live and in a replay."""
+"""The signal of every time plot is stored, recorded, drawn and read by cursors, live and in a replay."""
 
 import math
 from contextlib import closing

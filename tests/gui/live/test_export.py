@@ -1,4 +1,4 @@
-"""Export from the Live view: exact samples, range, settings, complete files or none."""
+"""Export from the Live view writes exact samples of the range, and settings; a file is complete or absent."""
 
 import csv
 import json
@@ -30,7 +30,7 @@ COLUMNS = {
 
 @pytest.fixture
 def fed(kept_window):
-    """Return the window with 5 s of known samples, and a copy of these."""
+    """Return the window with 5 s of known samples, and a copy of the samples."""
     window = kept_window
     window.live.tick()
     window.live.history.clear()

@@ -1,4 +1,4 @@
-"""Held traces: named by settings, several at once, hidden and removed, in all plots."""
+"""All plots show held traces, several at once; they are named by settings, hidden and removed."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def held(plots, phase):
 def test_a_held_trace_keeps_its_position_while_time_passes(plots, held, history, zero):
     """A trace held around an event is shifted: otherwise most of it would be beyond the right edge."""
     trace = held.hold(history, (4.0, history.now), "Wall", zero=zero)
-    # two thousandths of the 10 s shown
+    # the tolerance is less than a thousandth of the 10 s shown
     assert trace.time[-1] == pytest.approx(14.0 - (zero or 14.0), abs=0.005)
     assert trace.values["position"][-1] == pytest.approx(history.latest()["position"], abs=0.005 * 0.045)
     history.append(telemetry(4000, start=14_000))
@@ -28,7 +28,8 @@ def test_a_held_trace_keeps_its_position_while_time_passes(plots, held, history,
     canvas = canvas_of(plots, "position")
     picture = canvas.grab().toImage()
     canvas.measure()
-    expected = canvas.pixel(-2.0, 1e3 * 0.015 * np.sin(3.0 * 12.0))  # 2 s before the moment of holding, 14 s
+    # the trace was held at 14 s
+    expected = canvas.pixel(-2.0, 1e3 * 0.015 * np.sin(3.0 * 12.0))
     ratio = picture.devicePixelRatio()
     pixels = colored(picture, "hold") / ratio
     assert np.min(np.hypot(*(pixels - [expected.x(), expected.y()]).T)) < 5.0
@@ -38,7 +39,7 @@ def test_a_shifted_trace_is_also_in_the_force_plot(held, history, phase):
     past = held.hold(history, (11.0, 12.0), "on the computer", 1.5)
     assert past.time[[0, -1]] == pytest.approx([12.5, 13.5], abs=2e-3)
     assert past.values["position"] == pytest.approx(0.015 * np.sin(3.0 * (past.time - 1.5)), abs=1e-4)
-    history.end_environment()  # otherwise the live curve covers it
+    history.end_environment()  # otherwise the live curve would cover the held trace
     for seen in (True, False):
         phase.refresh()
         assert bool(len(colored(phase.canvas.viewport().grab().toImage(), "hold"))) == seen
@@ -92,7 +93,7 @@ def test_without_data_nothing_is_held(held, history):
 
 
 def test_a_trace_is_held_as_felt_with_the_delay_of_its_loop(held, history, phase):
-    """Each force at the positions between which it acted: one delay after its sample, for one period."""
+    """Each force is drawn over the positions at which it acted: one delay after its sample, for a period."""
     held.delay = 5e-3
     past = held.hold(history, (11.0, 13.0), "late")
     places, force = past.felt

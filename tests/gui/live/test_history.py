@@ -1,4 +1,4 @@
-"""The history compared with the simplest possible computation on the same samples."""
+"""The history agrees with the simplest possible computation on the same samples."""
 
 import itertools
 import math
@@ -26,14 +26,14 @@ def telemetry(count, seed=0, start=0, rate=RATE):
 
 
 def feed(history, table):
-    """Append in chunks of varying size, as frames do."""
+    """Append samples in chunks of varying size, as the window does in its frames."""
     cuts = np.cumsum(np.random.default_rng(1).integers(1, 900, len(table) // 300))
     for part in np.split(table, cuts[cuts < len(table)]):
         history.append(part)
 
 
 def brute(table, t0, t1, columns):
-    """Return the columns that contain samples, and per channel the minima and maxima, sample by sample."""
+    """Return the columns that contain samples, and their minima and maxima for each channel."""
     edges, time = np.linspace(t0, t1, columns + 1), table[:, rows.HOST_TIME]
     inside = [(time >= a) & (time < b) for a, b in itertools.pairwise(edges)]
     filled = [n for n in range(columns) if inside[n].any()]
@@ -82,7 +82,7 @@ def test_lost_frames_are_a_gap(how, t0, t1, dense):
         table[4000:, rows.HOST_TIME] += 0.01
     else:
         table[4000, rows.FLAGS] = rows.GAP | rows.CLAMPED
-    table[0, rows.FLAGS] = rows.GAP  # nothing before it to separate from
+    table[0, rows.FLAGS] = rows.GAP  # a gap before the first sample has no effect
     history = LiveHistory(seconds=8.0, rate=RATE)
     feed(history, table)
     shown = history.window(np.linspace(t0, t1, 101))
@@ -111,11 +111,11 @@ def test_appending_samples_needs_no_memory_for_a_copy():
     history = LiveHistory(seconds=6.0, rate=RATE)
     history.append(telemetry(30_000))
     tracemalloc.start()
-    for start in range(30_000, 110_000, 500):  # the stored half moves to the front twice
+    for start in range(30_000, 110_000, 500):  # the history moves its stored half to the front twice
         history.append(telemetry(500, start=start))
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert most < len(history) * 8  # bytes of one channel
+    assert most < len(history) * 8  # the size of one channel in bytes
 
 
 def test_a_copy_does_not_change_with_the_original():
@@ -152,7 +152,7 @@ def test_changes_are_stored_as_long_as_their_samples():
     history.divide("Nothing came before")
     history.append(telemetry(4000))
     history.divide("Spring")
-    history.divide("Wall")  # the spring was active for no sample
+    history.divide("Wall")  # no sample was taken with the spring
     history.end_environment()
     at = 3999 / RATE
     assert history.dividers == [(at, "Wall")]
@@ -171,7 +171,7 @@ def test_changes_are_stored_as_long_as_their_samples():
 
 
 def test_a_signal_that_starts_late_is_drawn_from_its_first_value():
-    """For example the observer's energies: NaN before, in samples and in every column."""
+    """One example is the observer's energy, which is NaN before its first value."""
     table = telemetry(4000)
     table[:, COLUMN["energy_given"]] = math.nan
     table[3000:, COLUMN["energy_given"]] = 1.0
@@ -180,7 +180,7 @@ def test_a_signal_that_starts_late_is_drawn_from_its_first_value():
     assert np.isnan(history.window(np.linspace(0.0, 0.5, 11)).y["energy_given"]).all()
     history.append(table[2000:])
     values = history.window(np.linspace(0.0, 1.0, 11)).y["energy_given"]
-    # the column with the first value contains both
+    # the column with the first value also contains NaN
     np.testing.assert_array_equal(values, [math.nan] * 16 + [1.0] * 4)
     history.clear()
     history.append(table[:2000])

@@ -36,7 +36,7 @@ def health(**changes):
 
 @pytest.fixture
 def window(kept_window):
-    """Return the window whose simulated device runs."""
+    """Return a window with a running simulated device."""
     return kept_window
 
 
@@ -200,7 +200,7 @@ def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status
         said = bar.clamp.words.text()
         return re.fullmatch(r"Now −[2-3]\.\d N, within 3\.0 N|Clamped at 3\.0 N", said) is not None
 
-    qtbot.waitUntil(clamp_says_it)  # the handle moves in: the current force changes continuously
+    qtbot.waitUntil(clamp_says_it)  # the force changes continuously, because the handle moves into the wall
     assert said() == standing
     assert scene.grab().toImage() == picture
     studio.stop()
@@ -216,7 +216,7 @@ def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status
 
 
 def test_the_divider_separates_the_forces_of_two_environments(window, qtbot):
-    """Rows before it follow the wall's law, rows after the new beginning the spring's law."""
+    """Rows before the divider follow the wall's law; rows from the new beginning follow the spring's law."""
     live, studio = window.live, window.studio
     qtbot.waitUntil(lambda: studio.engine.settled)
     live.tick()
@@ -231,7 +231,7 @@ def test_the_divider_separates_the_forces_of_two_environments(window, qtbot):
     studio.choose("spring")
     ((time, words),) = live.history.dividers
     assert words == "Spring"
-    # the new environment is active
+    # wait until the new environment is active
     qtbot.waitUntil(lambda: len(kept().x) and live.history.now > live.history.begin + 0.1)
     before, after = live.history.between(-np.inf, time + 1e-6), kept(live.history.begin)
     assert live.history.begin > time
@@ -239,7 +239,7 @@ def test_the_divider_separates_the_forces_of_two_environments(window, qtbot):
     assert before.y["force"] == pytest.approx(-250.0 * depth, abs=1e-9)
     stiffness, centre = (studio.values[key] for key in ("stiffness", "center"))
     assert after.y["force"] == pytest.approx(-stiffness * (after.y["position"] - centre), abs=1e-9)
-    window.display.hold_traces()  # named by the spring, it contains no sample of the wall
+    window.display.hold_traces()  # this trace is named after the spring, and has no sample of the wall
     ((place, held),) = window.centre.held.traces.items()
     window.centre.held.remove(place)
     assert live.history.now + held.time[0] == pytest.approx(live.history.begin, abs=2e-3)
@@ -270,12 +270,12 @@ def test_the_loop_state_opens_its_figures_also_with_enter(bar, qtbot):
 
 def test_the_loop_is_late_after_recent_missed_ticks_or_at_a_wrong_rate(bar):
     for changes, word in (
-        ({"missed": 900}, "Loop on time"),  # long ago
-        ({"missed_lately": 10}, "Loop on time"),  # of 10,000 in 10 s: one thousandth
+        ({"missed": 900}, "Loop on time"),  # these samples were missed long ago
+        ({"missed_lately": 10}, "Loop on time"),  # this is one thousandth of 10,000 samples in 10 s
         ({"missed_lately": 11}, "Loop late"),
         ({"rate": 0.981 * 1000.0}, "Loop on time"),  # the rate may deviate by 2 %
         ({"rate": 0.979 * 1000.0}, "Loop late"),
-        ({"rate": 0.0}, "Loop on time"),  # not measured yet
+        ({"rate": 0.0}, "Loop on time"),  # the rate is not measured yet
     ):
         bar.show_health(health(**changes), nominal=1000.0)
         assert bar.loop.link.text() == word, changes

@@ -1,4 +1,4 @@
-"""The second body: stored with the samples, drawn and named in the position plot."""
+"""The second body is stored with the samples, and drawn and named in the position plot."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from tests.gui.live.plot_support import LIBRARY, RATE, canvas_of, colored, telem
 def test_the_history_stores_the_objects_position_and_nan_without_an_object():
     history, place = LiveHistory(seconds=60.0, rate=RATE), np.random.default_rng(3).normal(size=9000)
     history.append(telemetry(1000))
-    history.append(telemetry(9000, start=1000), object_position=place)  # more than one internal block
+    history.append(telemetry(9000, start=1000), object_position=place)  # more samples than an internal block
     kept = history.between(-np.inf, np.inf).y["object"]
     assert np.isnan(kept[:1000]).all()
     np.testing.assert_array_equal(kept[1000:], place)
@@ -47,7 +47,7 @@ def test_the_stored_position_follows_the_current_environments_state(kept_window,
     assert known[times > begin].all()
     there = np.isin(table[:, rows.HOST_TIME], times[known])
     np.testing.assert_array_equal(kept[known], table[there, state])
-    assert np.ptp(kept[known]) > 1e-4  # it was pushed
+    assert np.ptp(kept[known]) > 1e-4  # the object was pushed
 
 
 def test_an_object_is_drawn_at_its_samples_and_labelled_with_its_position(plots):

@@ -1,4 +1,4 @@
-"""Force over position or velocity: theory, initial range, measured force, fading with age."""
+"""The plot of force over position or velocity: theory, initial range, and a measured curve that fades."""
 
 from dataclasses import replace
 
@@ -41,7 +41,7 @@ def use(phase, key, **given):
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_the_initial_range_includes_everything_that_the_motor_can_render(side):
-    """The last bend, or the fifth turning point: 9/4 periods of a sine, 2.25 · 16 · 1.1 = 39.6, or 42.1."""
+    """The range ends at the last bend, or at the fifth turning point: a sine of 16 mm needs 39.6 mm."""
     x = side * GRID
     stiff = -np.maximum(x - 5.0, 0.0) - 5.0 * np.maximum(x - 30.0, 0.0)
     bends = (18.0, 20.0), (20.0, 25.0), (27.0, 30.0), (29.0, 35.0), (44.0, 45.0), (50.0, 20.0)
@@ -57,7 +57,7 @@ def test_the_initial_range_includes_everything_that_the_motor_can_render(side):
 
 
 def test_the_label_of_a_limit_avoids_the_curve(phase):
-    """A spring of 300 N/m pulls with 3 N from 10 mm on; a wall pushes on the right; free does neither."""
+    """A spring reaches the limit of 3 N on both sides, a wall on the right only, and the free law nowhere."""
     for key, given, sides in (
         ("spring", {"stiffness": 300.0}, (-1.0, 1.0)),
         ("wall", {"stiffness": 400.0}, (0.0, 1.0)),
@@ -101,7 +101,7 @@ def test_the_theory_is_the_law_force_over_its_variable(phase):
 
 
 def test_the_band_reaches_every_peak_of_detents_and_fills_a_fine_grating(phase, qapp):
-    """All edges of 3 mm at 400 N/m pull with 1.20 N; waves of 0.6 mm are narrower than the band."""
+    """All edges at 3 mm pull with 1.20 N at 400 N/m; waves of 0.6 mm are narrower than the band."""
     for given in ({}, {"pitch": 0.0173}):
         use(phase, "detents", **given)
         phase._compute()
@@ -121,7 +121,7 @@ def test_the_band_reaches_every_peak_of_detents_and_fills_a_fine_grating(phase, 
 
 
 def test_a_feature_narrower_than_the_curve_step_appears_when_zoomed(phase, qapp):
-    """A notch of 20 µm at 7.05 mm, in a plot of 1 mm."""
+    """A notch of 20 µm at 7.05 mm is drawn in a plot that is 1 mm wide."""
     notch = lambda values, x: np.where(np.abs(x - 7.05e-3) < 10e-6, 0.4, 0.0)  # noqa: E731
     phase.set_environment(replace(LIBRARY["wall"], over_position=notch), LIBRARY["wall"].values(), 3.0)
     phase.view.set_locked(True)
@@ -154,7 +154,7 @@ def test_a_changed_theory_is_visible_unless_the_axes_were_fitted_by_hand(phase, 
     ],
 )
 def test_fitted_axes_include_the_nearest_landmark(phase, plots, history, key, given, place):
-    """A handle at rest at −8 mm: the axis reaches the wall or centre, plus at most a margin."""
+    """With a handle at rest at −8 mm, the axis reaches to the wall or centre, and a margin beyond it."""
     there = telemetry(12_000, 14_000)
     there[:, rows.POSITION], there[:, rows.APPLIED_FORCE] = -0.008, 0.0
     history.append(there)
@@ -169,11 +169,12 @@ def test_fitted_axes_include_the_nearest_landmark(phase, plots, history, key, gi
     for low, high in (phase.canvas.view.viewRange()[0], canvas_of(plots, "position").view.viewRange()[1]):
         assert low < places[0]
         assert places[1] < high
-        assert high - low < max(2.0 * half + 0.7, 5.1)  # two steps of the curve; an eighth of the reach
+        # two steps of the curve are 0.7 mm; an eighth of the reach is 5.1 mm
+        assert high - low < max(2.0 * half + 0.7, 5.1)
 
 
 def test_fitted_forces_include_the_curve_up_to_the_motor_limit(phase, history):
-    """Deep in a stiff wall with the motor off: 5 mm · 5000 N/m is 25 N, of which 1.35 times 3 N are shown."""
+    """The wall has 25 N at a depth of 5 mm and 5000 N/m; the axis ends at 1.35 times the limit of 3 N."""
     there = telemetry(12_000, 14_000)
     there[:, rows.POSITION], there[:, rows.APPLIED_FORCE] = 0.010, 0.0
     history.append(there)
@@ -187,7 +188,7 @@ def test_fitted_forces_include_the_curve_up_to_the_motor_limit(phase, history):
 
 
 def test_every_branch_of_a_loop_is_drawn_and_ends_where_undefined(phase, qtbot):
-    """A loop of two branches that ends at 10 mm: the band is drawn on both branches, not beyond."""
+    """The loop has two branches and ends at 10 mm; the band follows both branches, but not beyond 10 mm."""
     loop = lambda values, x: np.where(x < 0.010, np.array([[1.0], [-1.0]]), np.nan)  # noqa: E731
     phase.set_environment(replace(LIBRARY["wall"], over_position=loop), LIBRARY["wall"].values(), 3.0)
     assert phase.plots[phase.switch.index].key == "force_position"
@@ -211,7 +212,7 @@ def test_the_measured_force_is_drawn_at_its_samples(phase, history):
 
 
 def test_another_environment_starts_with_an_empty_plot_even_while_paused(phase, history):
-    """The motion in the wall does not belong to damping."""
+    """The motion in the wall is not drawn for the damping environment."""
     assert len(pixels(phase, "applied")) > 500
     for paused in (True, False):
         phase.view.set_paused(paused)
@@ -294,7 +295,7 @@ STIFFNESS, AWAY, DELAY = 300.0, 5e-3, 60e-3  # N/m, m, s
 
 
 def swing(phase):
-    """Put two cycles of a spring's handle into the history, 1 Hz at 1 kHz."""
+    """Put two cycles of 1 Hz of a handle in a spring into the history, at 1 kHz."""
     use(phase, "spring", stiffness=STIFFNESS)
     history = phase.view.live
     history.clear()
@@ -311,7 +312,7 @@ def off_the_line(phase):
 
 
 def test_as_felt_a_delayed_spring_is_a_loop_with_the_energy_per_cycle(phase):
-    """Its half-width is k a sin(2π f (t_d + T/2)), and its area π k a² sin(2π f (t_d + T/2))."""
+    """The loop's half-width is k a sin(2π f (t_d + T/2)); its area is π k a² sin(2π f (t_d + T/2))."""
     swing(phase)
     phase.set_delay(DELAY)
     away, pixel = off_the_line(phase)
