@@ -200,12 +200,12 @@ def mutated_csv(text: str, rng: random.Random) -> str:
 
 
 def mutated_ini(text: str, rng: random.Random) -> str:
-    """Return the window's settings with one value replaced; if it is JSON, in half of the cases inside it."""
+    """Return the window's settings with one value replaced; a JSON value is often changed inside."""
     lines = text.split("\n")
     at = rng.choice([at for at, line in enumerate(lines) if "=" in line])
     name, _, value = lines[at].partition("=")
     if value.startswith('"{') and rng.random() < 0.7:
-        with suppress(ValueError):  # an earlier change may have damaged it
+        with suppress(ValueError):  # an earlier change may have damaged the JSON
             lines[at] = f'{name}="{_ini_quoted(literal_in_json(json.loads(value), rng))}"'
     else:
         value = rng.choice(INI_VALUES)
@@ -229,7 +229,7 @@ def mutate_sqlite(path: Path, rng: random.Random) -> None:
         key = columns[0] if columns[0] in ("id", "row") else "rowid"
         at = rng.randrange(len(columns))
         if isinstance(values[at], str) and values[at].startswith(("[", "{")) and rng.random() < 0.8:
-            with suppress(ValueError):  # an earlier change may have damaged it
+            with suppress(ValueError):  # an earlier change may have damaged the JSON
                 values[at] = literal_in_json(values[at], rng)
         elif isinstance(values[at], bytes) and rng.random() < 0.3:
             values[at] = values[at][: rng.randrange(len(values[at]) + 1)] + rng.randbytes(rng.randrange(9))
@@ -436,7 +436,7 @@ ORIGINALS: dict[str, Callable[[Path], Path]] = {
 
 
 def originals(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of a valid file of each kind, which are written into an empty folder."""
+    """Write a valid file of each kind into an empty folder; return the bytes by kind."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(calibration_file.VARIABLE, str(folder))
         return {kind: make(folder).read_bytes() for kind, make in ORIGINALS.items()}
