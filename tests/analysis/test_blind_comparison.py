@@ -63,7 +63,7 @@ HARDLY = {
 def judged(one: np.ndarray, two: np.ndarray, counts: Sequence[int]) -> dict[str, float]:
     """Return the perceived difference in JND by sense.
 
-    For a released handle, the senses are only sight and the counting of events.
+    For a released handle, only the position and the number of events are compared.
     """
     pair = one, two
     found = {"place": furthest(*(t[:, rows.TRUE_POSITION] for t in pair), 0.0, 0.4e-3)}

@@ -33,7 +33,7 @@ def recovered(runs, rate):
 
 
 def test_a_virtual_subject_is_recovered_in_most_runs():
-    """An interval is right in 95 % of runs, so fewer than 10 of 12 are right with a probability of 2 %."""
+    """An interval is right in 95 % of runs, so the probability of fewer than 10 in 12 is 2 %."""
     assert min(recovered(12, rate=250.0)) >= 10
 
 

@@ -115,7 +115,7 @@ def test_a_board_that_does_not_stop_gets_no_further_force(check):
 
 
 class Late(PaddleKit):
-    """A kit whose computer is silent for 40 ms in the middle of each of the first pushes."""
+    """A kit whose computer is silent for 40 ms in the middle of each of the first ``times`` pushes."""
 
     def __init__(self, times):
         super().__init__()

@@ -22,7 +22,7 @@ def several_sines(seed, amplitude=0.0125):
 
 
 def shaken(seed, environment="spring", values=None, *, quantum=20.7e-6, seconds=3.0, **loop):
-    """Return the identification of a handle of 44 g, 0.5 N·s/m and 0.1 N that a hand shakes."""
+    """Identify a handle of 44 g, 0.5 N·s/m and 0.1 N from a run in which a hand shakes it."""
     hand = Hand(*HAND, several_sines(seed), vectorised=True)
     device = hs.SimulatedHapkit(quantum=quantum)
     run = hs.simulate(environment, values, hand=hand, device=device, seconds=seconds, **loop)

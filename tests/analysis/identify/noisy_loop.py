@@ -21,7 +21,7 @@ GRIP = Grip(0.05, 4.0, 200.0)
 def recordings(
     seeds, noise, *, held, stiffness=150.0, damping=0.0, delay_steps=STEPS, seconds=2.0, known=True
 ):
-    """Return one recording per seed, of a hand's four sines or of a handle released at 12 to 25 mm.
+    """Return one recording per seed: a hand follows four sines, or the handle is released at 12 to 25 mm.
 
     ``noise`` is the standard deviation in counts of each reading before quantisation; ``delay_steps`` is the
     delay in steps of 50 µs.
