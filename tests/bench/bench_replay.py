@@ -6,7 +6,7 @@ NAME, ORDER = "replay", 65
 
 
 def run() -> list[Row]:
-    """Return a row for opening, one for memory, and one per way to scroll, relative to the live plots."""
+    """Return rows for opening, for memory, and for each way to scroll, relative to the live plots."""
     found = child("replay")
     live, opened = found["live_ms"], found["open_s"]
     what = f"open one hour at 4 kHz, {found['file_MB']:.0f} MB"
