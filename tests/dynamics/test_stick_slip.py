@@ -197,7 +197,10 @@ def test_models_by_speed_alone_drift(model, options, wanted):
 
 
 def test_dahls_creep_agrees_with_its_curve():
-    """In slow motion dx = dF / (K (1 -+ F / F_c)) for rising and falling force; creep is a cycle's sum."""
+    """In slow motion dx = dF / (K (1 -+ F / F_c)) for rising and falling force.
+
+    The creep is the sum of dx over a cycle.
+    """
     cycle = 0.5 / 1e4 * (math.log(1.0 - (0.15 / 0.5) ** 2) - math.log(1.0 - (0.45 / 0.5) ** 2))
     assert creep("dahl", 1e-4, frequency=2.0) == pytest.approx(2.0e6 * cycle, rel=0.02)
 
