@@ -131,7 +131,7 @@ def test_incompatible_values_give_a_one_line_error(key, rng):
 
 
 def felt(e, values, rng):
-    """Return the force along a random path from a random or initial state, which the seed reproduces."""
+    """Return the force along a random path from a random or initial state; the seed determines both."""
     way = np.cumsum(rng.uniform(-1.0, 1.0, 300)) * 10.0 ** rng.uniform(-6.0, -2.5)
     x = np.clip(way + rng.uniform(-0.03, 0.03), -REACH, REACH)
     v = np.diff(x, prepend=x[0]) / 1e-3

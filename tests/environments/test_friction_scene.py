@@ -200,7 +200,7 @@ def test_without_friction_only_the_viscous_force_remains(model):
     path = 0.01 * np.sin(np.arange(400) / 20.0)
     speeds = np.gradient(path) * 1e3
     got, _ = along("friction", path, speeds, model=model, kinetic_force=0.0, static_force=0.0, viscous=3.0)
-    assert got == pytest.approx(-3.0 * speeds, abs=1.001e-3)  # a force of 1 mN indicates the direction
+    assert got == pytest.approx(-3.0 * speeds, abs=1.001e-3)  # the smallest friction is 1 mN
 
 
 @pytest.mark.parametrize("model", ["stribeck", "projection", "tether", "lugre"])
@@ -259,7 +259,7 @@ def test_missing_friction_of_slow_sliding_is_as_warned(model, rate, estimator, s
 
 
 def test_a_finer_estimate_permits_a_narrower_karnopp_band():
-    """A count changes the velocity by 6.8 mm/s (Kalman) or 20.7 mm/s (difference); the band is 10 mm/s."""
+    """The band is 10 mm/s; a count changes the velocity by 6.8 mm/s (Kalman) or 20.7 mm/s (difference)."""
     found = {}
     for estimator in ("difference", "kalman"):
         run = slide(1e-3, model="karnopp", stick_velocity=0.01, estimator=estimator)

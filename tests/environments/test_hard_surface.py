@@ -29,7 +29,7 @@ def entered(speed, rate=1000.0, seconds=0.25, **given):
 
 
 def sounds(run, first, amplitude, decay, frequency, speed, stiffness=250.0):
-    """Return wall and vibration (n,) in N by their formula, at the samples from the entry on."""
+    """Return the forces (n,) in N of wall and vibration by their formula, at the samples after the entry."""
     tau = run.time[first:] - run.time[first]
     ringing = amplitude * speed * np.exp(-decay * tau) * np.sin(2.0 * np.pi * frequency * tau)
     return -stiffness * (run.position[first:] - 0.005) - ringing

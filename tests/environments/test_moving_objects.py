@@ -48,7 +48,7 @@ def test_the_course_s_mass_grows_in_the_scene_as_in_its_table(method, case, moti
 def test_the_scene_uses_the_integrator_exactly(method):
     """After the handle has left, every sample of the scene equals the integrator's.
 
-    The row's acceleration is that before the last step.
+    The acceleration in a row is the one before the last step.
     """
     run = imposed("mass_spring_damper", {"integrator": method, "mass": 0.2}, pushed_and_left, 0.6)
     x, v = column(run, "object"), column(run, "object_velocity")
