@@ -121,7 +121,7 @@ def hold(twin: Machine, program: Program, found: Run) -> Run:
 
 
 def apart(law: Law, values, program: Program, rate: int, found: Run) -> float:
-    """Return the largest excess of a force over its error bound in N, as far as the bound is useful."""
+    """Return the largest excess in N of a force over its error bound, before the bound gets too large."""
     exact, analysis = Plain(law, values, 1.0 / rate), Analysis(program)
     worst = 0.0
     for (x, v), asked in zip(found.rows.astype(float).tolist(), found.forces, strict=True):
