@@ -53,7 +53,7 @@ def home(tmp_path, monkeypatch):
 
 @contextmanager
 def open_windows():
-    """Yield a factory of shown windows; each is closed, with its loop, afterwards."""
+    """Yield a factory of shown windows; afterwards, each window and its loop are closed."""
     with deleted_in_the_end() as windows:
 
         def make(entries=(SIMULATED,), build=build_engine, size=(1440, 900)) -> MainWindow:

@@ -21,7 +21,7 @@ def code(qtbot) -> CodeEdit:
 
 
 def color_of(code: CodeEdit, word: str) -> str:
-    """Return the colour a word's first letter is drawn in."""
+    """Return the colour of a word's first letter."""
     cursor = code.document().find(word)
     at = cursor.selectionStart() - cursor.block().position()
     for part in cursor.block().layout().formats():
