@@ -29,12 +29,12 @@ LAW_LINE = 10
 
 
 def spring(key: str = "test_spring", title: str = "Test spring", force: str = "-p.stiffness * x") -> str:
-    """Return the text of a file whose law returns an expression on LAW_LINE."""
+    """Return the text of a file whose law returns the expression ``force`` in line LAW_LINE."""
     return SPRING.format(key=key, title=title).replace("-p.stiffness * x", force)
 
 
 def put(home: Path, name: str, text: str, trusted: bool = True) -> Path:
-    """Write a file; trusted: as if the studio had written it."""
+    """Write a file; if ``trusted``, the studio trusts it like a file that it has written itself."""
     path = home / "environments" / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")

@@ -27,7 +27,7 @@ def build_engine(entry: DeviceEntry) -> Engine:
 
 
 def delete_deferred() -> None:
-    """Process deferred deletions, which otherwise need an event loop; until then the widgets are restyled."""
+    """Delete widgets whose deletion is deferred; without an event loop, Qt would keep and restyle them."""
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 

@@ -1,4 +1,4 @@
-"""A recorded session as a history, compared with the written samples."""
+"""The history of a recorded session agrees with the samples that were written."""
 
 import math
 import sqlite3
@@ -37,7 +37,7 @@ def recorded(tmp_path, written):
 
 
 def extremes(written, edges, reach=0.0):
-    """Return minimum and maximum position between consecutive edges, each widened by ``reach`` s."""
+    """Return the extreme positions in each interval between edges, widened by ``reach`` s on both sides."""
     time, position = written[:, rows.HOST_TIME], written[:, rows.POSITION]
     pairs = zip(edges[:-1] - reach, edges[1:] + reach, strict=True)
     parts = [position[(time >= a) & (time < b)] for a, b in pairs]
@@ -159,7 +159,7 @@ def test_clamped_forces_since_a_time_are_reported(tmp_path):
 
 
 def test_the_object_position_follows_state_or_handle(tmp_path):
-    """A mass with a stored state, a button's cap that rests at 8 mm, and a missing law."""
+    """The cases are a mass with a stored state, a button's cap at rest at 8 mm, and a missing law."""
     made, mass = motion(1.5), discover()["mass_spring_damper"]
     column = rows.STATE + mass.state_names.index("object")
     made[:, column] = 0.01 * np.cos(made[:, rows.HOST_TIME])
@@ -185,7 +185,7 @@ def test_the_object_position_follows_state_or_handle(tmp_path):
 
 @pytest.mark.slow
 def test_the_object_is_drawn_over_a_minute_at_the_highest_rate(tmp_path):
-    """It oscillates by 10 mm at 1 Hz: each of 240 columns (a quarter of a second) has its own extremes."""
+    """The object oscillates by 10 mm at 1 Hz; each of 240 columns spans 0.25 s and has its own extremes."""
     seconds, rate, mass = 60.0, RATE.high, discover()["mass_spring_damper"]
     made = np.zeros((round(seconds * rate), rows.ROW_WIDTH))
     made[:, rows.TICK] = np.arange(len(made))

@@ -1,4 +1,4 @@
-"""Replay in the window, with a clock set by the test and files of known signals."""
+"""The window replays files of known signals; the test sets the clock."""
 
 import math
 import random
@@ -67,7 +67,7 @@ def opened(window, qtbot, path):
 
 @pytest.fixture
 def replay(kept_idle_window, qtbot, home):
-    """Return the replay of a session in the file's window, at its beginning."""
+    """Return the replay of a session, at its beginning, in this test file's window."""
     window = kept_idle_window
     window.replay._clock = Clock()
     shown = opened(window, qtbot, write(home / "a.hapkit", WALL, SPRING))
@@ -114,7 +114,7 @@ def test_while_dragging_plots_show_blocks_and_then_samples(replay, kept_idle_win
     assert 0.9 < np.ptp(recent) <= 1.0
     assert replay.history._read_chunks == (0, 0)
     replay.settle()
-    assert len(phase._recent().x) == 2001  # since the spring is active, from 0.5 s on
+    assert len(phase._recent().x) == 2001  # 2 s, because the spring is active from 0.5 s on
     assert np.nanmedian(np.diff(time.shown.window.x)) < 0.032
     pass_time(replay, 0.3)
     assert replay.time == pytest.approx(2.8)
@@ -143,7 +143,7 @@ def test_a_chunk_with_an_absurd_end_is_left_out_of_a_replay(kept_idle_window, qt
 
 @pytest.mark.slow
 def test_a_session_without_force_is_drawn(kept_idle_window, qtbot, home):
-    """Its force limit is zero, of either sign."""
+    """The force limit of the session is 0.0 or -0.0."""
     kept_idle_window.replay._clock = Clock()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -156,7 +156,7 @@ def test_a_session_without_force_is_drawn(kept_idle_window, qtbot, home):
 
 
 def shown_everywhere(window, replay):
-    """Draw a replay at its beginning, middle and end, then continue, then over its whole length."""
+    """Draw a replay at its beginning, middle and end, then while it runs, then over its whole length."""
     for part in (0.0, 0.5, 1.0):
         replay.seek(part * replay.seconds)
         replay.settle()
@@ -193,7 +193,7 @@ def test_scene_plots_and_bar_show_the_sample_at_the_replay_position(replay, kept
     window = kept_idle_window
     assert window.views.key == "live"
     assert window.replay_bar.isVisible()
-    for seconds in (0.5004, 2.9996, 0.0304):  # forwards and backwards, paused or not
+    for seconds in (0.5004, 2.9996, 0.0304):  # s, forwards and backwards, first running, then paused
         replay.seek(seconds)
         replay.settle()
         position = QUANTUM * round(SPEED * np.floor(1e3 * seconds) * 1e-3 / QUANTUM)
@@ -300,7 +300,7 @@ def test_an_invalid_file_gives_a_reason_and_changes_nothing(kept_idle_window, qt
 
 @pytest.mark.skipif(not built(), reason="the virtual board is not built")
 def test_a_motor_gives_no_force_from_the_replay_on_until_render(make_window, qtbot, home, tmp_path):
-    """Checked by the force on its paddle: the hand is held in a wall before, during and after."""
+    """The test reads the force on the paddle; the hand stays in a wall before, during and after replay."""
     board = VirtualBoard("lockstep", log=tmp_path / "truth.bin")
     entry = DeviceEntry("virtual-board", "Virtual board", lambda: board)
     window = make_window((SIMULATED, entry))
@@ -310,7 +310,7 @@ def test_a_motor_gives_no_force_from_the_replay_on_until_render(make_window, qtb
     studio.move_hand(0.014)
 
     def newest(column, samples=300):
-        """Return a value after this many new samples."""
+        """Wait for this many new samples; return the newest value of a column."""
         seen = window.live.last[rows.TICK] if window.live.last is not None else 0.0
 
         def came():
@@ -379,7 +379,7 @@ def test_zoomed_plots_do_not_move_until_the_user_seeks(replay, kept_idle_window)
 def test_an_export_contains_the_session_samples_and_their_settings(
     replay, kept_idle_window, home, monkeypatch, way, start, stop, then
 ):
-    """The spring is active from 0.5 s on; both cursors are on samples, which belong to the range."""
+    """The spring is active from 0.5 s on. Both cursors are on samples, which the range includes."""
     window, saves = kept_idle_window, []
     replay.seek(2.5004)
     replay.settle()
@@ -388,7 +388,7 @@ def test_an_export_contains_the_session_samples_and_their_settings(
     for index, at in enumerate((0.4005, 0.1005)):
         window.centre.time.cursors.move(index, START + at)
     stretch = getattr(window.export, way)
-    replay.history.complete = False  # as while dragging: the export does not depend on what is drawn
+    replay.history.complete = False  # this is the state while dragging; the export must not depend on it
     dialog = SimpleNamespace(selectedNameFilter=lambda: "Table (*.csv)")
     monkeypatch.setattr(export, "choose_file", lambda *given, **_: saves.append(given[3]) or dialog)
     window.export.ask(stretch)
@@ -454,7 +454,7 @@ def test_a_replay_ends_a_demo_and_restores_the_settings_before_it(kept_idle_wind
     before = settings_of(studio)
     window.play_demo(written(tmp_path))
     with studio.temporarily():
-        studio.set_value("stiffness", 900.0)  # as the demo's first step does
+        studio.set_value("stiffness", 900.0)  # the demo's first step sets this value
     window.demos._ours = settings_of(studio)
     replay = opened(window, qtbot, write(home / "a.hapkit", WALL))
     qtbot.wait(1)

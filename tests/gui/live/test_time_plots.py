@@ -36,7 +36,8 @@ def test_while_paused_the_view_zooms_and_pans_in_the_history(plots, history):
     word = plots.headers[0].back
     assert not word.isVisible()
     plots.view.set_paused(True)
-    assert (word.text(), word.isVisible()) == ("Paused", True)  # above the plots, so it covers no data
+    # the word is above the plots, so it covers no data
+    assert (word.text(), word.isVisible()) == ("Paused", True)
     turn_wheel(canvas_of(plots, "force"))
     left, right = plots.canvases[0].view.viewRange()[0]
     assert -10.0 < left < right < 0.0
@@ -58,7 +59,7 @@ def ranges_of(plots):
 
 
 def rest(count, start, **peaks):
-    """Return rows of a handle at rest, except one sample of a channel in the middle."""
+    """Return rows of a handle at rest; only the middle sample of each channel in ``peaks`` is not zero."""
     quiet = telemetry(count, start)
     quiet[:, rows.POSITION : rows.APPLIED_FORCE + 1] = 0.0
     for name, peak in peaks.items():
@@ -100,7 +101,7 @@ def test_fitted_axes_return_after_a_peak_and_another_scene_has_its_own(plots, hi
 
 @pytest.mark.parametrize(("asked", "arrow"), [(-6.1, False), (-25.0, True), (25.0, True)])
 def test_an_asked_force_far_beyond_the_limit_is_cut_off_with_an_arrow(plots, history, asked, arrow):
-    """The axis extends to twice the 3 N, plus a margin."""
+    """The force axis extends to twice the limit of 3 N, plus a margin."""
     quiet = rest(12_000, 14_000)
     quiet[6000:6200, rows.FORCE], quiet[6000:6200, rows.APPLIED_FORCE] = asked, np.sign(asked) * 3.0
     low, high = show(plots, history, quiet)[2]
@@ -128,7 +129,7 @@ def test_paused_axes_do_not_change_until_the_view_is_live(plots, history):
 
 
 def drawn(plots, key):
-    """Return canvas, time (n,) in s and row (n,) of the pixels in a plot's colour, without the frame."""
+    """Return a plot's canvas, and time (n,) in s and row (n,) of its coloured pixels within the frame."""
     canvas = canvas_of(plots, key)
     found = colored(canvas.viewport().grab().toImage(), key)
     inside = canvas.measure().adjusted(4, 4, -12, -4)
@@ -238,7 +239,7 @@ def test_pointing_reads_all_plots_at_one_time(plots, history, qtbot):
     [(285, ["position", "velocity", "force"]), (240, ["position", "force"]), (114, ["force"])],
 )
 def test_with_little_height_velocity_folds_then_position_and_force_keeps_50_px(plots, qapp, height, seen):
-    """The smallest window below two banners leaves 114 px."""
+    """In the smallest window, two banners leave 114 px for the plots."""
     for _ in plots.plots:  # each folded plot reduces the minimum height
         plots.resize(560, height)
         qapp.processEvents()
@@ -255,7 +256,7 @@ def words_in(canvas):
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_divider_label_avoids_the_trace(plots, side):
-    """It is at the top, or at the bottom if the trace is at the top."""
+    """The label is at the top, or at the bottom if the trace is at the top."""
     history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = side * 0.011
@@ -293,7 +294,7 @@ def test_a_divider_crosses_all_plots_and_is_labelled_once(plots, history):
     plots.refresh()
     last = named()[named() > line + wide + 14]
     assert last[-1] <= plots.canvases[0].measure().right()
-    assert np.ptp(last) < 60  # one label at the right end, not two
+    assert np.ptp(last) < 60  # only one label is at the right end
 
 
 def test_an_older_divider_has_its_label_in_the_other_row(plots):
@@ -355,7 +356,7 @@ def test_g_shows_or_hides_the_grid(kept_idle_window):
 
 
 def test_an_older_divider_label_is_hidden_rather_than_cover_the_trace(plots):
-    """Its own row has a newer label; in the other row it would cover the trace."""
+    """A newer label is in the same row; in the other row, the older label would cover the trace."""
     history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = 0.011

@@ -1,4 +1,4 @@
-"""The view of the history: zoomed and panned with the mouse while data arrive, copied, locked, live again."""
+"""The view of the history can be zoomed, panned, copied, locked and made live again while data arrive."""
 
 import numpy as np
 import pyqtgraph as pg
@@ -16,7 +16,7 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 
 @pytest.fixture(autouse=True)
 def every_mouse_move_counts(monkeypatch):
-    """Let the plots handle mouse moves that follow each other faster than by hand."""
+    """Disable the plots' rate limit for mouse moves, because the tests move the mouse faster than a hand."""
     monkeypatch.setitem(pg.CONFIG_OPTIONS, "mouseRateLimit", 0)
 
 
@@ -28,7 +28,7 @@ def ends(plots):
 
 
 def drag(qtbot, canvas, far):
-    """Drag a plot to the right by some px."""
+    """Drag a plot to the right by a distance in px."""
     view, start = canvas.viewport(), canvas.measure().center().toPoint()
     qtbot.mousePress(view, LEFT, pos=start)
     for part in np.linspace(0.0, 1.0, 12):
@@ -51,7 +51,7 @@ def test_the_wheel_zooms_at_the_pointer_and_new_data_do_not_move_the_picture(plo
     history.append(telemetry(3000, 14_000))
     plots.refresh()
     np.testing.assert_array_equal(plots.shown.window.y["position"], standing)
-    assert plots.view.status == f"{-right + 3.0:.0f} s back"  # 3 s have passed since
+    assert plots.view.status == f"{-right + 3.0:.0f} s back"  # 3 s of new data have arrived
 
 
 def test_a_view_zoomed_at_the_right_end_keeps_following(plots, history):
@@ -77,7 +77,7 @@ def test_a_view_dragged_back_shows_its_distance_and_follows_again_at_the_end(plo
     assert header.back.isVisible()
     history.append(telemetry(2000, 14_000))
     assert plots.view.status == f"{2.0 - right:.0f} s back"
-    drag(qtbot, canvas, -100)  # to samples that arrived meanwhile, not to the end
+    drag(qtbot, canvas, -100)  # the end has moved by 2 s, so this does not reach it
     assert not plots.view.follows
     drag(qtbot, canvas, -250)
     assert plots.view.follows
@@ -96,7 +96,7 @@ def test_a_plot_without_data_does_not_change(plots, qtbot):
 
 
 def followed_by(view, start, stop):
-    """Feed rows from start to stop in s, and call what runs twice a second."""
+    """Feed rows from start to stop in s, and call keep_samples() every 0.5 s, as the window does."""
     for first in np.arange(start, stop - 1e-9, 0.5):
         view.live.append(telemetry(500, round(first * RATE)))
         view.keep_samples()
@@ -104,7 +104,7 @@ def followed_by(view, start, stop):
 
 @pytest.mark.parametrize("left", [-8.0, -6.0])
 def test_a_fixed_view_keeps_its_samples_for_any_time(left):
-    """A history of 10 s drops samples: a fixed view is copied before, but no earlier than necessary."""
+    """A history keeps 10 s of samples; a fixed view is copied just before its samples are dropped."""
     view = TimeView()
     view.set_history(LiveHistory(seconds=10.0, rate=RATE))
     followed_by(view, 0.0, 20.0)
@@ -161,7 +161,7 @@ def test_locked_axes_do_not_change_and_arrows_mark_values_outside(plots, history
     top = canvas.measure().top() + 1
     heads = [place for place in colored(canvas.grab().toImage(), "position") if abs(place[1] - top) <= 2]
     assert np.mean([place[0] for place in heads]) == pytest.approx(canvas.pixel(-2.0, 0.0).x(), abs=4)
-    plots.fit()  # by hand they change
+    plots.fit()  # fitting by hand changes locked axes, too
     assert canvas.view.viewRange()[1][1] > 45.0
     qtbot.mouseClick(plots.headers[0].unlock, LEFT)
     assert not plots.view.locked
@@ -174,7 +174,7 @@ def test_the_lock_of_the_force_plot_ends_with_another_quantity(phase, history):
     phase.canvas.refresh()
     assert phase.canvas.view.viewRange() == before
     phase.choose(1)
-    assert phase.canvas.view.viewRange() != before  # mm/s are different from mm
+    assert phase.canvas.view.viewRange() != before  # the axis is in mm/s instead of mm, so the lock has ended
     phase.choose(0)
     phase.view.set_locked(False)
     phase.canvas.refresh()
@@ -182,7 +182,7 @@ def test_the_lock_of_the_force_plot_ends_with_another_quantity(phase, history):
 
 
 def test_force_over_position_shows_the_same_stretch_as_the_time_plots(phase, history):
-    """The handle moves until 14 s, then rests at 10 mm: a view 11 s back shows the motion before."""
+    """The handle moves until 14 s and then rests at 10 mm; a view moved back by 11 s shows the motion."""
     table = telemetry(12_000, 14_000)
     table[:, rows.POSITION], table[:, rows.APPLIED_FORCE] = 0.01, -2.0
     history.append(table)
@@ -201,7 +201,7 @@ def test_the_wheel_over_the_value_axis_or_with_ctrl_zooms_values_and_locks_them(
     place = turn_wheel(canvas, across, 240, key)
     box = canvas.measure()
     zoomed = canvas.view.viewRange()[1]
-    # 30 steps of 8 eighths of a degree, each a factor of 1.02
+    # 30 steps of the wheel, each of 8 eighths of a degree, zoom by a factor of 1.02 each
     assert np.ptp(zoomed) == pytest.approx((high - low) / 1.02**30, rel=0.02)
     part = (box.bottom() - place.y()) / box.height()
     assert zoomed[0] + part * np.ptp(zoomed) == pytest.approx(low + part * (high - low), abs=1e-6)
@@ -212,7 +212,7 @@ def test_the_wheel_over_the_value_axis_or_with_ctrl_zooms_values_and_locks_them(
 
 
 def test_a_history_of_hours_can_be_panned():
-    """As in a replay; a live history is never longer than the longest time window."""
+    """Only a replay has hours of history; a live history is never longer than the longest time window."""
     view, history = TimeView(), LiveHistory(seconds=500.0, rate=10.0)
     table = np.zeros((3000, rows.ROW_WIDTH))
     table[:, rows.TICK], table[:, rows.HOST_TIME] = np.arange(3000), 0.1 * np.arange(3000)

@@ -1,4 +1,4 @@
-"""The trigger, compared with crossings from the signal's formula, for any split of the rows into frames."""
+"""The trigger finds the crossings of the signal's formula, however the rows are split into frames."""
 
 import math
 
@@ -15,8 +15,8 @@ from hapkit_studio.gui.live.trigger import AGAIN, BEFORE, EDGE, EVENT, Trigger, 
 from tests.gui.live.plot_support import LIBRARY, RATE, telemetry
 from tests.gui.window_support import sheets
 
-PEAK = 0.015  # m: amplitude of the handle, 15 mm sin(3 t)
-TOUCHES = math.asin(1.0 / 3.0) / 3.0  # s: it meets the wall at 5 mm, every 2π/3 s
+PEAK = 0.015  # m: amplitude of the handle's motion, which is 15 mm sin(3 t)
+TOUCHES = math.asin(1.0 / 3.0) / 3.0  # s: first contact with the wall at 5 mm; the next is 2π/3 s later
 PERIOD = 2.0 * math.pi / 3.0
 
 
@@ -28,7 +28,7 @@ def view():
 
 
 def armed(view, **values):
-    """Return an armed trigger; choices are given by their names."""
+    """Return an armed trigger with these values; choices are given by their names."""
     trigger = Trigger(view)
     trigger.set_environment(LIBRARY["wall"])
     for key, value in values.items():
@@ -103,14 +103,14 @@ def test_a_level_1_percent_beyond_the_peak_is_not_crossed(view):
 
 
 def test_a_repeated_trigger_waits_until_the_picture_is_complete(view):
-    """With 2 s shown and a quarter of it before the event, 1.5 s follow; the period is 2.09 s."""
+    """The view shows 2 s, of which 1.5 s follow the event; the time between contacts is 2.09 s."""
     trigger = armed(view, event="contact", again="repeated", before=25.0)
     view.set_span(2.0)
     touched = [first_sample(TOUCHES + n * PERIOD) for n in range(4)]
     assert come(view, trigger, 7.0) == pytest.approx(touched, abs=1e-9)
     assert (view.left, view.right) == (-0.5, 1.5)
     assert view.status == "Contact 1 s ago, waiting"
-    view.set_span(4.0)  # 3 s follow: every other period
+    view.set_span(4.0)  # 3 s follow the event, so every other contact triggers
     trigger.arm()
     later = [first_sample(TOUCHES + n * PERIOD) for n in (4, 6)]
     assert come(view, trigger, 14.0, start=7.0) == pytest.approx(later, abs=1e-9)
@@ -172,7 +172,7 @@ def test_a_held_trace_keeps_its_position_at_the_next_event(window, qtbot):
     seen = np.abs(held.time - 0.3) < 0.4
     assert np.count_nonzero(seen) > 700
     there = np.interp(held.time[seen], now.x - view.zero, now.y["position"])
-    # samples are 1 ms apart, in which the handle moves by at most 45 µm
+    # within the sampling period of 1 ms, the handle moves by at most 45 µm
     assert held.values["position"][seen] == pytest.approx(there, abs=50e-6)
 
 

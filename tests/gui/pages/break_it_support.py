@@ -1,4 +1,4 @@
-"""Invented failures for the page's tests: an oscillation of known growth, a slow one, one that raises."""
+"""Invented failures for tests of the page: one has a known growth, one is slow, and one raises an error."""
 
 import math
 import threading
@@ -17,7 +17,7 @@ DAMPING = Parameter("damping", "Damping", "N·s/m", 2.0, 0.5, 8.0, "Of the handl
 
 
 def limit(case):
-    """Return a limit in proportion to the damping."""
+    """Return a stiffness limit that is proportional to the damping."""
     return 100.0 * case["damping"]
 
 
@@ -43,7 +43,7 @@ PLOT = Plot(
 
 
 def live(stiffness, case):
-    """Return a spring in the window."""
+    """Return the window's settings for a spring of this stiffness."""
     values = {"stiffness": stiffness, "damping": case["damping"]}
     loop = {"rate": 500.0, "delay": 0.001, "estimator": "difference"}
     return Live("spring", values, loop, "medium", "Pull the handle.")
@@ -58,7 +58,7 @@ def made(**given):
 
 
 def plane(case):
-    """Return a map that is stable below 100 N/m per N·s/m."""
+    """Return a stability map whose limit is 100 N/m for each N·s/m of damping."""
     grid = np.geomspace(10.0, 1000.0, 20)
     z = np.where(grid < 100.0, 0.5, 3.0) * np.ones((20, 1))
     return Plane(
@@ -86,7 +86,7 @@ def refuse(case):
 
 
 def library(gate):
-    """Return failures by key: ordinary, slow, refusing, with a map, and one that cannot be felt."""
+    """Return failures by key: an ordinary one, a slow one, one that raises, one with a map, one not felt."""
     step = Parameter("step", "Step", "s", 1e-3, 1e-5, 0.2, "Of the loop", "dt")
     return {
         "grows": made(),
@@ -111,5 +111,5 @@ def measured(page, qtbot):
 
 
 def settled(page, qtbot):
-    """Wait until the knob's value is tried."""
+    """Wait until the knob's current value has been measured."""
     qtbot.waitUntil(lambda: "here" not in page.record.old)

@@ -1,4 +1,4 @@
-"""The page Break it on its own, with invented failures."""
+"""Fixtures for the page Break it, which is tested outside a window and with invented failures."""
 
 import pytest
 
@@ -11,7 +11,7 @@ from tests.gui.pages.break_it_support import Gate, library, measured
 
 @pytest.fixture
 def gate(monkeypatch):
-    """Return the gate of the slow failure; the page has only the invented failures, nothing is compiled."""
+    """Return the gate of the slow failure; the page has only invented failures, which are not compiled."""
     made = Gate()
     monkeypatch.setattr(failures, "failures", lambda: library(made))
     monkeypatch.setattr(prepare, "begin", lambda *_, **__: None)
@@ -21,7 +21,7 @@ def gate(monkeypatch):
 
 @pytest.fixture
 def break_it_page(gate, qtbot):
-    """Return the page on its own, with its first failure measured."""
+    """Return the page outside a window, after its first failure was measured."""
     found = BreakItPage(Studio(list), None)
     qtbot.addWidget(found)
     found.resize(920, 430)

@@ -1,4 +1,4 @@
-"""Speed and accuracy: three parts with an answer each; using a method can be undone; explained cells."""
+"""Speed and accuracy: each of the three parts has an answer, and the use of a method can be undone."""
 
 import pytest
 from matplotlib.figure import Figure
@@ -24,7 +24,7 @@ from tests.gui.shell.test_layout import cut_off, resize
 
 
 def sheet() -> Sheet:
-    """Return a chart with a known answer: Verlet at 1 ms, 4 µs, with an error of 0.2 %, is the cheapest."""
+    """Return a chart whose answer is known: the cheapest is Verlet at 1 ms (4 µs, error 0.2 %)."""
     numbers = [("verlet", 1e-3, 0.002, 4000.0, 5e6), ("verlet", 5e-4, 0.0005, 8000.0, 9e6)]
     numbers += [("rk4", 1e-3, 2e-6, 12_000.0, 14e6), ("rk4", 5e-4, 0.0, 24_000.0, 28e6)]
     points = tuple(
@@ -93,7 +93,7 @@ def test_total_errors_are_shown_before_their_parts(page, shared_window, qtbot):
     assert sum(part.found.options[0].parts) == pytest.approx(part.found.options[0].error)
     assert part.answer.words.text() == part.found.sentence("computer")
     assert len(part.table.texts()) == 1 + 2
-    assert part.use_button.isHidden()  # the damping has no methods
+    assert part.use_button.isHidden()  # the damping has no choice of methods
 
 
 @pytest.mark.slow
@@ -108,7 +108,7 @@ def test_another_method_is_known_at_once_and_using_it_can_be_undone(page, shared
     assert part.found.in_force("board").method == "Coulomb"
     assert not part.chart.pale
     best = part.better
-    shared_window.history.gesture += 1  # another press
+    shared_window.history.gesture += 1  # the next click belongs to a new gesture
     part.use_button.click()
     assert part.found.in_force("computer").options == best.options
     shared_window.history.undo()
@@ -160,7 +160,7 @@ def test_a_chosen_row_is_used_and_the_recommended_one_is_the_default(page, share
 
 
 def made_up(scene: str) -> Needs:
-    """Return a result in which each term is felt 0.3 JND less than the previous one, the last not at all."""
+    """Return a result in which each term's effect is 0.3 JND below the previous one; the last effect is 0."""
     felt = [2.1 - 0.3 * k for k in range(len(TERMS) - 1)] + [0.0]
     effects = tuple(
         Effect(scene, key, jnd, "force", "press", 4.0 / 3.0 * jnd)
@@ -185,7 +185,7 @@ def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, sha
         "force",
         "press",
     ]
-    QTest.keyClick(part.table, Qt.Key.Key_Right)  # 0.9: only the most sensitive people feel it
+    QTest.keyClick(part.table, Qt.Key.Key_Right)  # only the most sensitive people feel an effect of 0.9 JND
     assert part.side.words.text() == "Only the most sensitive people would miss it."
     assert part.table.texts()[1][5].startswith("0.9 †")
     write(tmp_path / "a.json", *part.exports())
@@ -196,7 +196,7 @@ def test_keys_and_clicks_select_a_cell_whose_effect_is_explained(page, qapp, sha
 
 
 def test_a_measured_threshold_replaces_the_published_one(page, qtbot, tmp_path, monkeypatch):
-    """The results are judged again with the Weber fraction in the session."""
+    """The page evaluates its results again with the Weber fraction from the session."""
     part, given = show(page, 2), []
     path = tmp_path / "mine.hapkit"
     experiments.save_comparisons(path, Observer(), seed=1)

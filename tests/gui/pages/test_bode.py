@@ -1,4 +1,4 @@
-"""The Bode view: measures the current scene and loop; out of date after a change."""
+"""The Bode view measures the current scene and loop; after a change, its result is out of date."""
 
 import pytest
 

@@ -201,7 +201,7 @@ def test_in_the_window_nothing_is_cut_off_and_space_presses_no_button(gate, idle
             settle(qapp, idle_window, size)
             assert outside(page.detail.chart) == [], (size, key)
             qtbot.waitUntil(lambda: not page.job.running)
-            qtbot.waitUntil(lambda: cut_off(idle_window) == [])  # also with results that arrived meanwhile
+            qtbot.waitUntil(lambda: cut_off(idle_window) == [])  # results that arrive later must fit, too
         assert idle_window.rect().contains(page.mapTo(idle_window, page.rect().bottomRight()))
         bars = page.detail.verticalScrollBar(), page.detail.horizontalScrollBar()
         assert [bar.maximum() for bar in bars] == [0, 0]

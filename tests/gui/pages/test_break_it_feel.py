@@ -1,4 +1,4 @@
-"""Feel it: a failure is put into the window, follows the knob, and can be taken back with one press."""
+"""The button Feel it applies a failure to the window; its settings follow the knob; one click undoes it."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,8 @@ def test_feel_it_applies_the_failure_and_take_back_restores_everything(felt, win
     assert not felt.verdict.back.isVisible()
     felt.verdict.feel.setFocus()
     felt.verdict.feel.click()
-    assert window.focusWidget() is felt.verdict.back  # a number box would take the next digit
+    # if a number box had the focus, a digit key would change its number
+    assert window.focusWidget() is felt.verdict.back
     assert studio.environment.key == "spring"
     assert studio.values["stiffness"] == pytest.approx(198.0)
     assert studio.values["damping"] == 2.0
@@ -73,7 +74,7 @@ def test_feel_it_applies_the_failure_and_take_back_restores_everything(felt, win
     felt.turn(1.3)
     settled(felt, qtbot)
     assert state(studio) == before
-    # every failure of the library, and one in an environment that is still compiling
+    # test every failure of the library, and one in an environment that is still being compiled
     before, feel, ready = state(studio), Feel(studio), []
     for key, failure in failures().items():
         if failure.live is not None:
@@ -126,7 +127,7 @@ def test_changing_a_setting_removes_the_failure_and_a_refused_one_changes_nothin
     assert felt.verdict.back.isVisible()
     felt.verdict.back.click()
     assert state(studio) == ("puck", *before[1:])  # the newly selected scene is kept
-    # a loop that refuses, and a device with a motor
+    # test a loop that refuses its settings, and a device with a motor
     felt.list.choose("grows")
     before = state(studio)
     wrong = live(300.0, {"damping": 2.0})
@@ -160,7 +161,7 @@ def test_a_pulled_and_released_spring_behaves_as_the_advice_says(window, qtbot, 
         return seen
 
     studio.move_hand(0.035)
-    # against the motor's 3 N a medium grip lags 15 mm behind
+    # against the motor's 3 N, a hand with a medium grip is 15 mm behind its target
     qtbot.waitUntil(lambda: max(places(), default=0.0) > 0.0195)
     studio.move_hand(None)
     start = len(places())

@@ -1,4 +1,4 @@
-"""A drawing in the window: theme colours, drawn while visible, pointer, clicks and drags."""
+"""A drawing in the window has theme colours, is drawn only while visible, and handles the mouse."""
 
 import subprocess
 import sys
@@ -15,7 +15,7 @@ from tests.gui.pages.drawing_support import click, drawn, point, spot
 
 @pytest.fixture
 def drawing(qtbot):
-    """Return a visible drawing of 0..10 by 0..100 with one animated point."""
+    """Return a visible drawing with one animated point and with axes from 0 to 10 and from 0 to 100."""
     made = Drawing("Chart of up over across")
     qtbot.addWidget(made)
     made.resize(640, 420)

@@ -9,7 +9,7 @@ from hapkit_studio.gui.shell import texts
 from hapkit_studio.lessons.parse import views
 
 VIEWS = pages.discover()
-PLACES = range(2, 9)  # Ctrl+1 shows Live, Ctrl+9 the law
+PLACES = range(2, 9)  # digits of the views' shortcuts; Ctrl+1 shows Live, and Ctrl+9 shows the law
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ LEFT_OVER = "time, s (residual: the force that no term explains)"
 
 @pytest.fixture(autouse=True)
 def nothing_compiled(monkeypatch):
-    """Prevent compiling in another program."""
+    """Prevent the page from starting a program that compiles."""
     monkeypatch.setattr(prepare, "begin", lambda *_, **__: None)
 
 
@@ -184,7 +184,7 @@ def test_shaking_ends_with_a_result(window, qtbot):
     assert page.found.rendered["damping"].value == pytest.approx(-0.1, abs=0.02)
     assert page.found.handle["mass"].value == pytest.approx(0.094, rel=0.05)
     assert page.shaking.text() == "Shake"
-    # rows that arrive after the samples were taken are not included, however late the thread starts
+    # newest_samples() fixes the range of rows: later rows are left out, even if the thread starts late
     take = newest_samples(window.studio, window.live, 2.0)
     first, reader = take(), window.studio.engine.reader()
     qtbot.waitUntil(lambda: len(reader.read()) > 0)
@@ -194,7 +194,7 @@ def test_shaking_ends_with_a_result(window, qtbot):
     window.studio.set_values({"stiffness": 100.0})
     with pytest.raises(StudioError, match=r"Only 0\.\d s since the settings changed"):
         newest_samples(window.studio, window.live, math.inf)()
-    # no hand has held the handle since
+    # since this change, no hand has held the handle
     window.live.tick()
     qtbot.waitUntil(lambda: window.live.history.now > window.live.history.changes[-1] + 0.5)
     assert (first.setup.grip, newest_samples(window.studio, window.live, 0.3)().setup.grip) == (MEDIUM, None)
@@ -215,7 +215,7 @@ PADDLE = Handle(0.044, 0.5, 0.1)
     ],
 )
 def test_the_grip_of_the_samples_is_named(setup, released, hand):
-    """A real Hapkit's hand is unknown unless the user states that there is none."""
+    """The hand on a real Hapkit is unknown, unless the user states that no hand holds the handle."""
     assert hand in dict(conditions(setup, released))["Hand"]
 
 

@@ -48,7 +48,7 @@ class Student:
         QTest.keyClick(field, Qt.Key.Key_Return)
 
     def place(self, mm):
-        """Return the scene's pixel whose target is nearest to a place in mm."""
+        """Return the scene's pixel whose target is nearest to a position in mm."""
         columns = range(self.scene.width())
         x = min(columns, key=lambda x: abs(self.scene.target_at(float(x)) - 1e-3 * mm))
         return QPoint(x, self.scene.height() // 3)
@@ -125,7 +125,7 @@ def test_a_student_completes_a_lesson_and_hands_it_in(window, qtbot, home):
     options = page.tasks["3.6"].options
     student.click(options[2])
     assert page.tasks["3.6"].words.text() == task_of("3.6").wrong
-    for _ in range(2):  # to the first by keyboard
+    for _ in range(2):  # select the first option with the keyboard
         QTest.keyClick(window.focusWidget(), Qt.Key.Key_Up)
     assert options[0].isChecked()
     assert page.player.progress.counts == (6, 6)
@@ -138,11 +138,11 @@ def test_a_student_completes_a_lesson_and_hands_it_in(window, qtbot, home):
     assert QTest.qWaitForWindowActive(dialog, PATIENCE_MS)
     path = home / "ada.hapkit"
     field = dialog.findChild(QLineEdit)
-    field.setCompleter(None)  # its list would take the next click
+    field.setCompleter(None)  # the completer's list would receive the next click
     QTest.keyClick(field, Qt.Key.Key_A, CONTROL)
     QTest.keyClicks(field, str(path))
     save = dialog.findChild(QDialogButtonBox).button(QDialogButtonBox.StandardButton.Save)
-    for _ in range(2):  # offscreen, Qt's own dialog takes the first click as the end of the entry
+    for _ in range(2):  # without a screen, the first click on Qt's dialog only ends the text entry
         if dialog.isVisible():
             QTest.mouseClick(save, LEFT)
     assert page.message.text().startswith("Saved as ada.hapkit, with 6 of 6 tasks done.")
@@ -150,6 +150,6 @@ def test_a_student_completes_a_lesson_and_hands_it_in(window, qtbot, home):
     lesson = library().lessons[KEY]
     assert {row.state for row in grade_file(path, {KEY: lesson})} == {"correct"}
 
-    student.click(page.next)  # Finish
+    student.click(page.next)  # the button is now labelled Finish
     assert page.rows[KEY].state.text() == "6 of 6 done"
     assert studio.environment.key == "wall"

@@ -212,7 +212,7 @@ def test_answers_are_judged_in_a_sentence(small):
 
 
 def test_a_check_uses_live_data_and_marks_its_interval(small, kept_window, qtbot):
-    """A text says what is missing; the user does not have to press Record."""
+    """The task's text explains what is missing; the user does not have to press Record."""
     window, task = kept_window, small.tasks["1.1"]
     move_until(window, qtbot, lambda: "correct" in task.words.text())
     assert task.words.text().startswith("Travel ")
@@ -307,7 +307,7 @@ def test_closing_the_window_in_a_lesson_stores_the_previous_settings(make_window
 
 
 def test_a_motor_waits_for_render_at_each_step_that_changes_settings(board_window, home):
-    """The user has not selected the step's settings and may not hold the handle yet."""
+    """The user has not chosen the step's settings, and perhaps does not hold the handle yet."""
     studio = board_window.studio
     if studio.stopped:
         studio.release_stop()
@@ -317,7 +317,7 @@ def test_a_motor_waits_for_render_at_each_step_that_changes_settings(board_windo
     assert studio.stopped
     assert studio.waits_for_render
     studio.release_stop()
-    page.go(1)  # the same scene
+    page.go(1)  # the next step has the same scene
     assert not studio.stopped
     page.go(1)  # another stiffness and delay
     assert studio.stopped

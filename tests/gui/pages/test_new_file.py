@@ -1,4 +1,4 @@
-"""A new view needs one file: it gets a tab, a menu entry, a shortcut if one is left, and listed texts."""
+"""A new view needs only one file. It gets a tab, a menu entry, and a shortcut if one is left."""
 
 import pytest
 

@@ -15,7 +15,7 @@ from tests.gui.window_support import sheets
 
 @pytest.fixture(autouse=True)
 def nothing_compiled(monkeypatch):
-    """Prevent compiling in another program."""
+    """Prevent the page from starting a program that compiles."""
     monkeypatch.setattr(prepare, "begin", lambda *_, **__: None)
 
 
@@ -29,14 +29,14 @@ def window(kept_idle_window):
 
 @pytest.fixture
 def lab(tmp_path):
-    """Return a foreign recording of a spring of 210 N/m with its centre at 2 mm, force in mN."""
+    """Return another program's recording of a spring of 210 N/m, centred at 2 mm; its force is in mN."""
     path = tmp_path / "lab.csv"
     path.write_text(foreign())
     return path
 
 
 def choose(window, path):
-    """Choose a file in the open file dialog."""
+    """Choose a file in the file dialog, which is already open."""
     dialog = next(d for d in window.findChildren(QFileDialog) if d.isVisible())
     assert not dialog.isModal()
     dialog.fileSelected.emit(str(path))
@@ -156,7 +156,7 @@ def test_a_file_is_identified_independently_of_the_window_settings(window, qtbot
     window.resize(1280, 720)
     window.grab()
     assert cut_off(page) == cut_off(page.side) == []
-    # no setting of the window is used
+    # the window's settings do not affect the result
     window.studio.set_value("stiffness", 123.0)
     assert page.answer.words.text().startswith("Stiffness: 210.")
     # the handle can be identified only if no hand holds it
@@ -167,7 +167,7 @@ def test_a_file_is_identified_independently_of_the_window_settings(window, qtbot
     qtbot.waitUntil(lambda: page.found is not first)
     assert page.found.handle.estimates
     page.released.click()
-    # a session, with its settings
+    # open a session, which contains its settings
     hs.simulate("spring", {"stiffness": 300.0}, hand="shake", seconds=2.0).save(tmp_path / "felt.hapkit")
     page.opener.open(str(tmp_path / "felt.hapkit"))
     qtbot.waitUntil(lambda: page.side.words.text() == "From “felt.hapkit”.")

@@ -17,7 +17,7 @@ from hapkit_studio.gui.state.background import Job
 
 
 class Plain(Page):
-    """A page with its own side panel that counts how often it is shown and hidden."""
+    """A page that has its own side panel and counts how often the page is shown and hidden."""
 
     def __init__(self, studio, live):
         super().__init__()

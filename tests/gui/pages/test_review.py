@@ -26,7 +26,7 @@ def handed_in(tmp_path_factory):
 
 @pytest.fixture
 def page(kept_idle_window, qtbot, home, handed_in):
-    """Return the page of sessions with a handed-in one, chosen, and another recording."""
+    """Return the sessions page with a handed-in session, which is selected, and another recording."""
     folder().mkdir(exist_ok=True)
     (folder() / "ada.hapkit").write_bytes(handed_in)
     write(folder() / "plain.hapkit", motion(0.5))
@@ -68,7 +68,7 @@ def test_points_and_comments_are_entered_by_keyboard_and_the_data_are_unchanged(
     typed(dialog.name, "Bob")
     dialog.points[0].setFocus()
     for _ in range(3):
-        QTest.keyClick(dialog.points[0], Qt.Key.Key_Up)  # from none over 0 to 2
+        QTest.keyClick(dialog.points[0], Qt.Key.Key_Up)  # the keys select 0, 1 and 2 points instead of none
     typed(dialog.remarks[0], "Good slope")
     dialog.place.setFocus()
     QTest.keyClick(dialog.place, Qt.Key.Key_Down)

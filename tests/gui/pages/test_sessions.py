@@ -177,7 +177,7 @@ def test_a_replay_starts_in_the_live_view(page, shared_window, qtbot, way):
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [pytest.param((1920, 1080), marks=pytest.mark.slow), (800, 560)])
 def test_nothing_is_cut_off(page, shared_window, qapp, size):
-    QTest.keyClicks(page.search, "wall")  # also the field's clear button, which fades out slowly
+    QTest.keyClicks(page.search, "wall")  # this also shows the field's clear button, which fades out slowly
     resize(qapp, shared_window, size)
     assert cut_off(shared_window) == []
     assert all(button.isVisible() for button in page.findChildren(QPushButton) if button.text())

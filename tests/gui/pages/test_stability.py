@@ -68,7 +68,7 @@ def page(window, qtbot, request):
 
 @pytest.fixture
 def alone(window, qtbot):
-    """Return a page on its own, which is hidden and draws nothing."""
+    """Return a page outside a window; the page is hidden and draws nothing."""
     in_force(window)
     made = stability.StabilityPage(window.studio, window.live)
     made.job._needs = ""
@@ -161,7 +161,7 @@ def test_the_pages_sliders_are_hatched_like_those_of_the_panel(page, window, qtb
 
 
 def damper_grows(setting, damping):
-    """Return whether a released handle grows with a sampled damper in N·s/m, from its exact discrete map."""
+    """Return True if a sampled damper in N·s/m makes a released handle's motion grow, by the exact map."""
     dt, mass, own = setting.period, setting.mass, setting.viscous
     keeps = np.exp(-own * dt / mass)
     rolls = (1.0 - keeps) * mass / own  # m a m/s

@@ -55,10 +55,10 @@ def test_a_trial_starts_beyond_the_settling_push_and_within_its_limits():
     ],
 )
 def test_the_outcome_is_described(begin, end, does, centre, said):
-    """An oscillation of 10 Hz from begin to end in m over 1.5 s, with its last peaks at 1.425 s and 1.475 s.
+    """The amplitude of an oscillation of 10 Hz goes from begin to end in m within 1.5 s.
 
-    From 3 to 20 mm these are 18.2 and 19.4 mm; from 10 to 2 mm the largest of the last 0.4 s are 3.0 and 2.8
-    mm.
+    The last peaks are at 1.425 s and 1.475 s. If the amplitude goes from 3 mm to 20 mm, they are 18.2 mm and
+    19.4 mm. If it goes from 10 mm to 2 mm, the largest peaks of the last 0.4 s are 3.0 mm and 2.8 mm.
     """
     time = np.arange(1500) * 1e-3
     size = begin * (end / begin) ** (time / 1.5)
@@ -68,7 +68,7 @@ def test_the_outcome_is_described(begin, end, does, centre, said):
 
 
 def test_a_spring_that_is_stable_again_is_reported_by_verdict_and_map():
-    """A handle of 0.044 kg and 0.5 N·s/m with a second-order filter of 5 Hz."""
+    """The handle has 0.044 kg and 0.5 N·s/m; the velocity has a second-order filter of 5 Hz."""
     slow = LoopSettings(estimator=("butterworth", {"cutoff": 5.0}))
     found = plane(slow, 80.0, 2.25, width=4.0, top=1000.0)
     low, high = found.margin.again[0]

@@ -1,4 +1,4 @@
-"""The Z-width view: simulated and on the running device, points one by one, all ways of ending."""
+"""The Z-width view: simulation, running device, points that appear one by one, and every way to end."""
 
 import json
 from dataclasses import replace
@@ -52,7 +52,7 @@ def page(window):
 
 @pytest.fixture
 def begun(page, window, qtbot):
-    """Return the view on a device after a first tried wall."""
+    """Return the view while it measures on a device, after the first wall was tried."""
     window.studio.choose("spring")
     page.where.show_index(DEVICE)
     page.bar.run.click()
@@ -85,7 +85,7 @@ def test_the_simulation_starts_automatically_once_and_a_device_waits_for_the_use
     result = page.result
     assert result.place == "Simulation"
     assert list(result.damping) == [0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
-    assert (result.stiffness > result.linear).all()  # friction helps
+    assert (result.stiffness > result.linear).all()  # friction raises the limit above the linear one
     assert page.answer.words.text() == result.sentence
     conditions = {c.key: c.value for c in result.conditions}
     device = window.studio.engine.device
@@ -106,7 +106,7 @@ def test_points_appear_one_by_one(page):
     page.show_result(made_up())
     page._begin("Simulating hits on walls…")
     assert page.chart.pale
-    page.job._wanted = object()  # as during a measurement
+    page.job._wanted = object()  # this is the state during a measurement
     points = [(0.0, Point(500.0, BUZZES, False)), (1.0, Point(900.0, BUZZES, True, 909.0, 920.0))]
     for new in points:
         page.arrived.emit(*new)
@@ -115,7 +115,7 @@ def test_points_appear_one_by_one(page):
     assert "some rest, some buzz" in words(page.chart)
     assert "all come to rest up to here, motor at its limit" in words(page.chart)
     page.job._wanted = None
-    page.arrived.emit(2.0, Point(950.0, BUZZES, True))  # too late
+    page.arrived.emit(2.0, Point(950.0, BUZZES, True))  # this point arrives after the measurement
     assert len(page.walls.points) == 2
     page.job.running_changed.emit(False)
 

@@ -66,7 +66,7 @@ def test_only_the_user_changes_the_model_not_the_display(kept_window):
     ("stiffness", "words"), [(None, "Modelled: mass, damping and sensor steps"), (100.0, WHOLE)]
 )
 def test_with_other_parameters_everything_is_modelled(line, stiffness, words):
-    """The terms a scene needs were judged with its default parameters; a softer one may need friction."""
+    """The list of needed terms was found for a scene's defaults; a softer wall may also need friction."""
     wall = replace(environments.named("wall"), needs=("mass", "viscous"))
     line.show_model(wall, wall.values({"stiffness": stiffness} if stiffness else {}), "scene", modelled=True)
     assert line.words.text() == words
@@ -80,4 +80,5 @@ def test_friction_can_be_switched_off_with_one_click_and_undone(kept_window):
     assert studio.loop.model == "frictionless"
     assert (studio.engine.modelled.coulomb_force, facts.setting().coulomb) == (0.0, 0.0)
     window.history.undo()
-    assert (studio.loop.model, facts.setting().coulomb) == ("scene", 0.10)  # N, of the usual Hapkit
+    # 0.10 N is the usual Hapkit's friction
+    assert (studio.loop.model, facts.setting().coulomb) == ("scene", 0.10)

@@ -147,7 +147,7 @@ def test_slider_double_click_and_reset(window):
     middle = QPoint(row.slider.width() // 2, row.slider.height() // 2)
     QTest.mousePress(row.slider, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, middle)
     value = window.studio.engine.values["stiffness"]
-    assert value == pytest.approx(5000.0 / 4, abs=60.0)  # a square-root scale
+    assert value == pytest.approx(5000.0 / 4, abs=60.0)  # the slider has a square-root scale
     assert row.box.text() == row.quantity.text(value)
     for back in (
         lambda: QTest.mouseClick(row.reset, Qt.MouseButton.LeftButton),
@@ -368,7 +368,7 @@ def test_an_unfolded_part_is_scrolled_into_view(window, qapp):
 
 
 def test_an_unfolded_row_in_a_narrow_panel_is_not_too_wide(make_window, qapp):
-    """A number box before its first layout must not ask for the width of a wide one."""
+    """Before its first layout, a number box must not request the width that it has in a wide panel."""
     window = make_window(size=(1280, 720))
     window.loop.set_folded(False)
     assert window.loop.delay.minimumSizeHint().width() <= window.panel.upper.viewport().width() - 2 * SIDE

@@ -178,7 +178,7 @@ def test_every_loop_fits_a_small_window(board_window, qtbot, where):
             window.loop.set_folded(folded)
             qtbot.wait(20)
             assert area.widget().minimumSizeHint().width() <= area.viewport().width(), window.loop.summary()
-    used = "Kalman" if where == "board" else "FOAW"  # the board has no such filter
+    used = "Kalman" if where == "board" else "FOAW"  # the board has no FOAW filter and uses Kalman
     studio.set_loop(estimator="foaw")
     assert used in window.loop.summary()
 

@@ -79,7 +79,7 @@ def test_card_and_status_bar_state_the_verdict_without_a_banner(window, qtbot):
 
 
 def test_each_hand_has_its_own_sign(window):
-    """1,800 N/m with 1 ms delay: stable in a light grip; released, it buzzes after a tiny push."""
+    """At 1,800 N/m and 1 ms delay, a light grip is stable, but a released handle buzzes after a tiny push."""
     card = window.stability
     card.show_answer(answer(asked(1800.0, 0.0, LoopSettings(delay=1e-3, hand="light"))))
     seen = [(line.sign.token, line.words.property("ink")) for line in card.verdict.lines]
@@ -130,7 +130,7 @@ def test_a_scene_without_a_limit_is_judged_by_simulation(window, qtbot):
 
 @pytest.mark.slow
 def test_the_limit_with_a_kalman_filter_uses_the_device_quantum(window, monkeypatch):
-    """With 5 N·s/m: 3628 N/m for 61 µm and 9553 N/m for 5 µm, by eigenvalues."""
+    """At 5 N·s/m, eigenvalues give limits of 3628 N/m for a quantum of 61 µm and 9553 N/m for 5 µm."""
     for quantum, want in ((61e-6, 3628.0), (5e-6, 9553.0)):
         setting = LoopSettings(quantum=quantum, estimator=("kalman", {"q": 1e-2}))
         found = answer(asked(300.0, 5.0, setting))
@@ -150,7 +150,7 @@ def test_a_scene_is_judged_with_its_model(window, monkeypatch):
 
 
 def test_an_old_verdict_is_cleared_if_the_next_is_late(window, qtbot):
-    """For example with a student's slow law: no old text or hatching beside new values."""
+    """For example, a student's law may be slow. No old text or hatching is shown beside the new values."""
     studio, card, page = window.studio, window.stability, window.views.page("stability")
     studio.choose("spring")
     card.show_answer(answer(asked(2000.0)))

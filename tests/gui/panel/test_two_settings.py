@@ -20,7 +20,7 @@ SOFT, STIFF = {"stiffness": 300.0}, {"stiffness": 900.0}
 
 @pytest.fixture
 def window(kept_idle_window):
-    """Return the file's window with no stored settings and an empty undo history."""
+    """Return this test file's window with no stored settings and an empty undo history."""
     kept_idle_window.two.forget()
     kept_idle_window.history.forget()
     return kept_idle_window
@@ -68,7 +68,7 @@ def test_one_key_stores_a_then_b_then_switches_values_and_loop(window):
     assert row.isHidden()
     studio.choose("wall")
     studio.set_value("damping", 1.0)
-    press(window, Qt.Key.Key_X)  # from neither back to the last active one
+    press(window, Qt.Key.Key_X)  # neither is active, so the key selects the last active one
     assert row.words.text() == "A is active"
 
 
@@ -103,7 +103,7 @@ def test_differences_are_listed_and_different_loops_are_not_compared_blind(windo
 
 
 def test_blind_answers_are_counted_and_nothing_reveals_the_settings(compared):
-    """The truth is the rendered stiffness: seven of eight answers follow it."""
+    """The rendered stiffness determines the right answer; seven of the eight answers are right."""
     window, rendered = compared
     before = settings_of(window.studio)
     window.blind.begin(random.Random(15))
@@ -121,7 +121,7 @@ def test_blind_answers_are_counted_and_nothing_reveals_the_settings(compared):
         words = [part.text() for part in window.findChildren(QLabel) if part.isVisible()]
         assert not [text for text in words if "300" in text or "900" in text]
         page.choices[stiffer if number != 4 else 1 - stiffer].click()
-    assert set(first) == {300.0, 900.0}  # shuffled
+    assert set(first) == {300.0, 900.0}  # both settings came first in some trials
     page.end_button.click()
     assert rendered[-1] is None
     assert settings_of(window.studio) == before

@@ -57,7 +57,7 @@ def has(picture, token, near=24):
 
 
 def corners(environment):
-    """Return the defaults, each parameter alone at its limits or options, and all of them at theirs."""
+    """Return the defaults, then one parameter at each limit or option, then all parameters at limits."""
     ends = {
         p.key: [float(i) for i in range(len(p.options))] if isinstance(p, Choice) else [p.low, p.high]
         for p in environment.parameters

@@ -29,7 +29,7 @@ def amber(picture):
 
 
 def outline(picture, row):
-    """Return the middle of an object's left and right outline in a row, between line and fill."""
+    """Return the middle of an object's left and of its right outline in a row of pixels."""
     outer, inner = edges(has(picture, "objline"), row), edges(amber(picture), row)
     return [(a + b) / 2 for a, b in zip(outer, inner, strict=True)]
 
@@ -200,7 +200,7 @@ def test_bristles_lean_with_the_tether_and_a_label_says_that_they_stick(qtbot):
 
     ends = [np.flatnonzero(has(held(s), "objline", 60)[row]).mean() for s in (-0.0015, 0.0, 0.0008)]
     assert ends[1] == pytest.approx(stage.x(10.0), abs=NEAR)
-    # the bristle is a parabola: at this row it has reached 0.70 of its end's displacement
+    # the bristle is a parabola; its displacement in this row is 0.70 of the displacement of its end
     assert np.diff(ends) == pytest.approx(0.70 * stage.per_mm * np.array([1.5, 0.8]), abs=2 * NEAR)
     held(0.001, slides=-1.0)
     words = len(view.text_boxes())
@@ -227,7 +227,7 @@ GROUNDS = [
 
 
 def painted(view, stage):
-    """Return positions (n,) in mm and the rows (n,) of the ground line's centre, with the handle outside."""
+    """Return positions (n,) in mm and pixel rows (n,) of the ground line's centre; the handle is outside."""
     line = has(shot(view, 0.09), "matline", 60)
     columns = np.arange(int(stage.x(-49.0)), int(stage.x(49.0)))
     return stage.mm(columns + 0.5), np.array([middle(line[: int(stage.rail) - 2, c]) for c in columns])
@@ -327,7 +327,7 @@ MOODS = {
 
 
 def cat_state(position=0.0, bend=0.0, **given):
-    """Return a row's state; bend is the hair's deflection in m."""
+    """Return the cat's state; ``bend`` is the hair's deflection in m."""
     return state_of("cat", **({"anchor": position - bend, "push": 1.0, "started": 1.0} | given))
 
 
@@ -340,7 +340,7 @@ def seen(picture, stage, color, left, right, low, high):
 
 
 def test_the_cats_appearance_shows_its_mood(qtbot):
-    """Above 0.3 its eyes close and arcs appear; when it swats, its ears turn back and a paw reaches out."""
+    """Above a contentment of 0.3, its eyes close and arcs appear. When it swats, ears and a paw move."""
     view, stage = scene_of(qtbot, "cat")
     accent, row = QColor("#0A5AA8"), {}
     for mood, given in MOODS.items():

@@ -137,7 +137,7 @@ def test_preparing_is_shown_in_the_scene_and_the_hint_at_the_knob(view, stage, q
         qtbot.mousePress(view, LEFT, pos=QPoint(100, 100))
     view.set_preparing(False)
     assert len(columns_of(shot(view, 0.0), "accent", row)) == 0
-    view._hint = True  # until the first drag
+    view._hint = True  # the hint is shown until the first drag
     assert len(columns_of(shot(view, 0.0), "accent", stage.knob_middle)) > 10
     qtbot.mouseClick(view, LEFT, pos=QPoint(440, 100))
     assert len(columns_of(shot(view, 0.0), "accent", stage.knob_middle)) == 0

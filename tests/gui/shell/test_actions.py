@@ -27,7 +27,7 @@ def press(window, *keys):
 
 @pytest.fixture
 def shown(kept_idle_window):
-    """Return the file's window in its initial state."""
+    """Return this test file's window in its initial state."""
     return kept_idle_window
 
 

@@ -15,13 +15,13 @@ from hapkit_studio.gui.widgets.glossary import WORDS
 
 @pytest.fixture
 def shown(kept_idle_window):
-    """Return the file's window in its initial state."""
+    """Return this test file's window in its initial state."""
     return kept_idle_window
 
 
 @pytest.fixture
 def palette(shown):
-    """Return the palette, opened over the file's window with Ctrl+K."""
+    """Return the palette, opened over this test file's window with Ctrl+K."""
     shown.centre.scene.setFocus()
     QTest.keyClick(shown.centre.scene, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
     (palette,) = opened(shown)

@@ -69,7 +69,7 @@ def test_a_warning_about_an_unstable_sketch_is_in_the_dialog_and_in_the_file(win
     window.studio.choose("wall")
     window.studio.set_loop(estimator="difference")
     window.studio.set_values({"stiffness": 5000.0, "damping": 0.0})
-    limit = 2.0 * 0.5 / (1e-3 + 2e-3)  # K < 2 b / (T + 2 t), t = T, b the default kit's, B = 0
+    limit = 2.0 * 0.5 / (1e-3 + 2e-3)  # K < 2 b / (T + 2 t) with t = T, B = 0 and the default kit's b
     words = sheet.verdict.words.text()
     assert "At 1,000 Hz" in words
     assert "In your hand, a knock of more than" in words

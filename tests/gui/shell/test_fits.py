@@ -105,7 +105,7 @@ def misfits_of_dialogs(window) -> list[str]:
 
 @pytest.fixture
 def still(monkeypatch):
-    """Let a view start no measurement when it is first shown."""
+    """Prevent views from starting a measurement when they are first shown."""
     monkeypatch.setattr(Job, "start", lambda *_work: None)
 
 

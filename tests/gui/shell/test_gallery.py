@@ -1,4 +1,4 @@
-"""The gallery: own environments below the library, and every row can be reached at every window size."""
+"""The gallery lists own environments below the library; all rows are reachable at every window size."""
 
 import pytest
 from PySide6.QtCore import Qt

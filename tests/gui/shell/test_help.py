@@ -45,7 +45,7 @@ def test_troubleshooting_has_a_section_for_each_fault():
 
 
 def test_a_fault_banners_help_opens_its_section(kept_window):
-    """A buzzing scene usually ends with the over-speed fault, which opens the section Buzzing."""
+    """A buzzing scene usually ends with the over-speed fault, so its help opens the section Buzzing."""
     window = kept_window
     control = window.studio.engine.arrays.control
     control.fault[0] = arrays.OVER_SPEED

@@ -50,7 +50,7 @@ LINE = "Force is zero. Nothing is lost. Trying to reconnect every second."
 
 @pytest.fixture
 def window(kept_window):
-    """Return the file's window with a running simulated device."""
+    """Return this test file's window with a running simulated device."""
     return kept_window
 
 
@@ -193,7 +193,7 @@ def test_eight_views_and_an_open_law_are_visible_in_order(window, qapp, size):
     window.editor.shown.emit(True)
     resize(qapp, window, size)
     assert tabs.tabText(tabs.count() - 1) == "Law"
-    tabs.setCurrentIndex(titles.index("Speed and accuracy"))  # the widest, in bold
+    tabs.setCurrentIndex(titles.index("Speed and accuracy"))  # the widest tab, with its title in bold
     window.views.page("break_it").marked.emit("Something acts on the scene")
     assert tabs.tabText(titles.index("Break it")) == "Break it ●"
     assert tabs.more.isHidden() or len(titles) > len(VIEWS)
@@ -296,7 +296,7 @@ def test_a_banner_moves_the_content_down_by_its_height(window, qapp, size):
 
 @pytest.mark.slow
 def test_the_verdict_is_visible_below_two_banners_with_everything_unfolded(window, qapp):
-    """This also holds where parameters, warnings, explanation and loop exceed the space and scroll."""
+    """This also holds if parameters, warnings, explanation and loop need more space and must be scrolled."""
     lose_device(window)
     window.studio.stop()
     panel, card = window.panel, window.stability

@@ -40,7 +40,7 @@ def count_objects(window):
 def growing_classes(window, act, few=FEW, many=MANY):
     """Return the classes with more objects after many repetitions than after few.
 
-    A class counts only if it grows again in a second series, because a late answer builds its widgets once.
+    A class is returned only if it also grows in a second series: a late result adds its widgets only once.
     """
     counts = [repeated(window, act, few), repeated(window, act, many - few)]
     if grown := counts[1] - counts[0]:

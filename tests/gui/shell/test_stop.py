@@ -49,7 +49,7 @@ FRONTS = {
 
 @pytest.fixture
 def window(kept_window):
-    """Return the file's window with a running simulated device."""
+    """Return this test file's window with a running simulated device."""
     return kept_window
 
 

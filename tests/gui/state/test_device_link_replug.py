@@ -48,7 +48,7 @@ def where():
 
 @pytest.fixture
 def kit(monkeypatch, where):
-    """Return a kit that waits for every answer; a board that renders itself runs on the clock."""
+    """Return a kit in lockstep with the computer; a board that renders itself runs in real time instead."""
     monkeypatch.setattr(device_link, "RETRY_MS", 50)
     kit = Kit(monkeypatch, "lockstep" if where == "computer" else "paced")
     yield kit
@@ -68,7 +68,7 @@ def running(make_window, qtbot, kit):
 
 
 def rows_since(window, qtbot, least, before=0):
-    """Update the window until a number of new rows have come; return the length of the history."""
+    """Update the window until at least ``least`` new rows have arrived; return the history's length."""
 
     def enough():
         window.live.tick()
@@ -82,7 +82,7 @@ def until_link(window, qtbot, state):
     def reached():
         window.live.refresh()
         if window.studio.link.state == "failed":
-            window.studio.device.reconnect()  # the handshake took more than its 4 s
+            window.studio.device.reconnect()  # the handshake exceeded its limit of 4 s
         return window.studio.link.state == state
 
     qtbot.waitUntil(reached)
@@ -143,7 +143,7 @@ def test_replugged_with_another_name_settings_and_history_are_restored(running, 
     assert broken > 0
     window.centre.time.read_window()
     longest = max(b - a for a, b in window.centre.time.shown.gaps)
-    # the gap is shown to 0.1 s; a dense plot knows its ends only to one column
+    # the gap is shown with a resolution of 0.1 s; a dense plot locates its ends to one column only
     assert longest == pytest.approx(np.nanmax(np.diff(shown.x[np.isfinite(shown.x)])), abs=0.05)
 
 
@@ -159,7 +159,7 @@ def test_the_motor_is_off_while_unplugged_and_a_restarted_board_is_found(running
     push(0.012)
     kit.unplug()
     begin = kit.program.status()["time"]
-    # in the board's time: a timeout of 25 ms, one tick, and the commands already sent
+    # by the board's clock, the delay consists of a timeout of 25 ms, one tick, and the commands already sent
     while (status := kit.program.status())["duty"] != 0:
         assert status["time"] - begin < 0.030
     until_link(window, qtbot, "gone")

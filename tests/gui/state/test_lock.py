@@ -29,7 +29,7 @@ def closed():
 
 @pytest.fixture
 def window(kept_idle_window, closed):
-    """Return the file's window, locked at 900 N/m, with one older step in the undo history."""
+    """Return this test file's window, locked at 900 N/m, with one older step in the undo history."""
     kept_idle_window.history.forget()
     kept_idle_window.studio.set_value("stiffness", 900.0)
     kept_idle_window.studio.permissions.set_lock(closed)
@@ -52,7 +52,7 @@ def test_only_its_own_code_opens_a_lock_and_the_code_is_not_stored(closed):
     assert closed.opens("1234")
     for code in ("", "1235", "12345", closed.digest.hex()):
         assert not closed.opens(code)
-    assert Lock.closed(PLACES, "1234").digest != closed.digest  # another salt
+    assert Lock.closed(PLACES, "1234").digest != closed.digest  # each lock has its own salt
     assert Lock.read("") == Lock()
 
 

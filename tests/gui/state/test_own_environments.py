@@ -29,7 +29,7 @@ def passed(window, path):
 
 @pytest.fixture
 def window(home, kept_idle_window):
-    """Return the file's window with this test's folder as home."""
+    """Return this test file's window with this test's folder as home."""
     kept_idle_window.own.runner.end()
     kept_idle_window.own.refresh()
     kept_idle_window.own.choose_built_in("wall")
@@ -86,7 +86,7 @@ def test_a_file_opened_from_another_folder_is_copied_after_asking(home, make_win
     source = window.editor.editor.source
     assert source.isVisible()
     assert window.own.files == []
-    stranger.write_text("raise SystemExit", encoding="utf-8")  # after the text was shown
+    stranger.write_text("raise SystemExit", encoding="utf-8")  # the file changes after its text was shown
     source.run.click()
     path = home / "environments" / "ada.py"
     window.own.runner.cancel()

@@ -1,4 +1,4 @@
-"""What is compiled when: the loop with its law first, then the other laws, fast ones first."""
+"""Order of compiling: the loop with its law first, then the other laws, fast ones first."""
 
 import os
 import subprocess
@@ -14,7 +14,7 @@ from hapkit_studio.gui.state import prepare
 from hapkit_studio.laws import native
 from hapkit_studio.laws.law import Law
 
-# only the laws are compiled into a new cache; all else comes from the usual one
+# this program compiles only the laws into a new cache; other code comes from the usual cache
 PROGRAM = """
 import sys, os, numba
 from hapkit_studio.gui.state import prepare
@@ -25,7 +25,7 @@ print(os.nice(0))
 """
 
 
-# prints what an engine on the simulated Hapkit still had to compile before its first sample
+# this program prints what an engine on the simulated Hapkit compiles before its first sample
 FIRST_SAMPLE = """
 import time
 from numba.core import event

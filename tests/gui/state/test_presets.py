@@ -20,7 +20,7 @@ STIFF = {"stiffness": 900.0, "damping": 2.5, "position": -0.0125, "side": 1.0, "
 
 @pytest.fixture
 def window(kept_idle_window):
-    """Return the file's window in its initial state, without a selected preset or undo steps."""
+    """Return this test file's window in its initial state, without a selected preset or undo steps."""
     kept_idle_window.presets._chosen.clear()
     kept_idle_window.history.forget()
     return kept_idle_window

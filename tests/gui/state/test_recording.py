@@ -23,7 +23,7 @@ from tests.wide import wide
 
 @pytest.fixture
 def window(kept_window, home):
-    """Return the file's window in its initial state, with a running simulated device and its own folder."""
+    """Return this test file's window with its own folder and a running simulated device."""
     yield kept_window
     if kept_window.studio.recording.progress is not None:
         kept_window.studio.recording.toggle()
@@ -77,7 +77,8 @@ def test_header_and_status_bar_show_the_state_of_the_recording(window, qtbot):
     window.record_display.show_state()
     progress = window.studio.recording.progress
     assert header.word.text() == f"Stop {clock(progress.seconds)}"
-    assert not window.actions_by_key.qt["session.record"].isChecked()  # updated only when a menu opens
+    # actions are updated only when a menu opens
+    assert not window.actions_by_key.qt["session.record"].isChecked()
     window.actions_by_key.refresh()
     assert window.actions_by_key.qt["session.record"].isChecked()
     qtbot.waitUntil(lambda: words.text().startswith("Recording 0:0"))
@@ -154,7 +155,7 @@ def test_earlier_data_is_saved_during_a_recording(window, qtbot):
     end(window, qtbot)
     assert saved != recorded
     earlier, later = (Session(path).read(("tick",))["tick"] for path in (saved, recorded))
-    assert earlier[0] < later[0]  # recorded before the recording started
+    assert earlier[0] < later[0]  # the saved samples begin before the start of the recording
 
 
 def test_a_file_is_never_overwritten(window, qtbot, monkeypatch):

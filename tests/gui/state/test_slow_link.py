@@ -26,7 +26,7 @@ def ways_on(window, key):
 
 
 def measure(window, delay, which=0):
-    """Store 500 measured delays of one way of rendering, in s."""
+    """Store 500 measured delays in s for one way of rendering."""
     delays = window.studio.engine.driver.conn.delays
     delays.values[which, :500], delays.counts[which] = delay, 500
     window.live.refresh()
@@ -127,7 +127,7 @@ def test_a_board_without_samples_is_reported_and_late_samples_are_explained(
         for _ in range(5):
             scripted.say(encode(sample(seq[0], answered=(seq[0] - 4) & 0xFFFF, delay_us=3500)))
             seq[0] += 1
-        # each time, because a slow computer may meanwhile have closed and reopened the board
+        # check this every time, because a slow computer may have closed the board meanwhile
         if window.studio.engine is None:
             return False
         window.studio.engine.device.latency = Latency(0.016, True, "/dev/ttyUSB0")

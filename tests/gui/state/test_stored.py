@@ -71,7 +71,7 @@ def test_values_of_every_type_are_read(settings):
 @pytest.mark.slow
 @pytest.mark.parametrize("line", wide(WRONG, lambda line: line in list(WRONG)[::3]))
 def test_a_wrong_setting_is_replaced_by_its_default_and_named(start_window, line):
-    """Settings written by hand or by a newer version, and values that could overflow a parser."""
+    """The settings were written by hand or by a newer version, or contain values that overflow a parser."""
     write(line)
     window = start_window()
     notice = window.banners.get("settings")

@@ -75,7 +75,7 @@ def test_at_most_two_banners_are_shown_the_more_severe_first_and_a_new_text_repl
 
 
 def test_incompatible_values_are_refused_with_and_without_an_engine(kept_idle_window, kept_window):
-    """A button's snap must begin within its travel; a reset from there changes both values together."""
+    """A button's snap must begin within its travel; a reset changes both values at the same time."""
     for shown in (kept_idle_window, kept_window):
         studio = shown.studio
         studio.choose("button")

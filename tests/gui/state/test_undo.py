@@ -14,7 +14,7 @@ UNDO, REDO, REDO_TOO = (Qt.Key.Key_Z, CTRL), (Qt.Key.Key_Z, CTRL | SHIFT), (Qt.K
 
 @pytest.fixture
 def window(kept_window):
-    """Return the file's window with an empty undo history."""
+    """Return this test file's window with an empty undo history."""
     kept_window.history.forget()
     yield kept_window
     put_back(kept_window)
@@ -117,7 +117,7 @@ def test_a_drag_is_one_step_and_a_drag_back_to_its_start_is_none(window):
     thumb = round(slider._place(slider._exact))
     QTest.mousePress(slider, Qt.MouseButton.LeftButton, pos=QPoint(thumb, y))
     QTest.mouseMove(slider, QPoint(thumb + 30, y))
-    studio.set_value("damping", start)  # the same pixel may give another value
+    studio.set_value("damping", start)  # set the exact value, because a pixel is less exact
     QTest.mouseRelease(slider, Qt.MouseButton.LeftButton, pos=QPoint(thumb, y))
     assert not stack.canUndo()
 

@@ -53,7 +53,7 @@ def written(folder, text=STORY):
 
 @pytest.fixture
 def played_demo(qtbot):
-    """Return a player of a shipped demo; it plays two rounds and returns the second."""
+    """Yield a function that plays two rounds of a shipped demo and returns the second round."""
     studio = fast_studio(qtbot)
     yield lambda name: play(studio, demos.shipped()[name], rounds=2)
     studio.close()
@@ -87,7 +87,7 @@ def test_friction_keeps_the_handle_where_a_spring_would_return_it(played_demo):
     played = played_demo("friction_that_sticks")
     pulled, free = played.of(0.0)[-1, rows.TRUE_POSITION], played.of(5.0)[-1, rows.TRUE_POSITION]
     assert pulled > 15e-3
-    assert abs(free) < 0.1 / 80.0 + COUNT  # the paddle's friction of 0.1 N balances 80 N/m
+    assert abs(free) < 0.1 / 80.0 + COUNT  # friction of 0.1 N holds the paddle against 80 N/m
     held, out = played.of(9.0)[-1, rows.TRUE_POSITION], played.of(14.0)
     anchor = out[-1, rows.STATE]
     assert held > 15e-3
@@ -100,7 +100,7 @@ def test_friction_keeps_the_handle_where_a_spring_would_return_it(played_demo):
 
 
 def energy(out):
-    """Return the energy of spring and mass in each row: ½ m v² + ½ k x², 0.5 kg, 300 N/m, rest at 10 mm."""
+    """Return the energy ½ m v² + ½ k x² in each row, for 0.5 kg, 300 N/m, and a rest position of 10 mm."""
     place, speed = out[:, rows.STATE] - 0.01, out[:, rows.STATE + 1]
     return 0.25 * speed**2 + 150.0 * place**2
 
@@ -136,7 +136,7 @@ def test_every_caption_is_shown_in_order(played_demo, name):
 
 @pytest.fixture
 def shown(kept_window):
-    """Return the file's running window; the test sets the clock of its demos."""
+    """Return this test file's running window; the test sets the clock of its demos."""
     kept_window.demos.clock = Clock()
     kept_window.history.forget()
     yield kept_window

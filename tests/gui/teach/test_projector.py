@@ -23,7 +23,7 @@ FAULT = Notice(
 
 @pytest.fixture
 def window(kept_idle_window):
-    """Return the file's window in its initial state."""
+    """Return this test file's window in its initial state."""
     yield kept_idle_window
     kept_idle_window.demos.end()
     kept_idle_window.projector.end()

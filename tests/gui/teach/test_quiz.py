@@ -53,7 +53,7 @@ def test_only_laws_of_a_single_spring_or_damper_have_a_quiz():
 
 
 def test_values_are_multiples_of_the_step_from_half_to_four_times_the_default():
-    """The wall's default is 250 N/m and its step 10 N/m: 120 (125 rounded to even) to 1,000 N/m."""
+    """For the wall (default 250 N/m, step 10 N/m), they go from 120 (125 rounded to even) to 1,000 N/m."""
     seen = set()
     for seed in range(40):
         drawn = draw(LIBRARY["wall"].parameters[0], random.Random(seed))
@@ -215,7 +215,7 @@ def test_the_engine_receives_only_values_and_a_change_of_device_ends_the_quiz(
 def test_no_quiz_starts_while_the_value_is_locked_or_the_scene_is_in_use(kept_window, monkeypatch):
     window, studio = kept_window, kept_window.studio
     assert window.quiz.parameter.key == "stiffness"
-    with studio.temporarily():  # as by a measurement or a replay
+    with studio.temporarily():  # a measurement or a replay changes the scene in this way
         assert window.quiz.parameter is None
     studio.permissions.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
     assert window.quiz.parameter is None
@@ -238,7 +238,7 @@ def test_errors_are_averaged_and_all_settings_return(asked, qtbot):
         side.box.setValue(share * studio.engine.values["stiffness"])
         side.show_true.click()
         assert side.count.text() == count
-        side.compare()  # comparing twice counts once
+        side.compare()  # a second comparison of the same estimate is not counted
         if share < 1.0:
             side.more.click()
             qtbot.waitUntil(lambda: side.show_true.isEnabled())

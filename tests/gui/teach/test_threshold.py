@@ -32,7 +32,7 @@ def compared(kept_window, qtbot):
 
 
 def right_place(page):
-    """Return the index of the right button: that of the interval with the larger value."""
+    """Return the index of the correct button, which belongs to the interval with the larger value."""
     values = [page._values[at]["stiffness"] for at in page._order]
     return values.index(max(values))
 

@@ -1,4 +1,4 @@
-"""A scrolling column: changed texts have their height in the frame in which they are painted."""
+"""In a scrolling column, a changed text has its new height from the first painted frame on."""
 
 from hapkit_studio.gui.widgets.parts import AnswerLines, ScrollColumn, label
 

@@ -69,7 +69,7 @@ def test_no_text_of_an_environment_is_interpreted_as_html_in_the_window(home, wi
     shown = [label.text() for label in window.findChildren(QLabel)]
     assert sum("evil.png" in words for words in shown) > 8
     assert any("evil.png" in widget.toolTip() for widget in window.findChildren(QWidget))
-    # all places that judge, describe or export the environment
+    # use every part of the window that evaluates, describes or exports the environment
     path = put(home, "mine.py", spring())
     window.editor.edit(path)
     window.own.judged.emit(path, failed(f"wrong {IMAGE}", 3))

@@ -46,7 +46,7 @@ def test_contrast_is_as_stated_in_the_design(pair):
     assert min(computed) >= need
 
 
-# Machado, Oliveira, Fernandes (2009), severity 1, for linear RGB
+# source: Machado, Oliveira, Fernandes (2009), matrices of severity 1 for linear RGB
 VISION = {
     "protan": [
         [0.152286, 1.052583, -0.204868],
@@ -64,7 +64,7 @@ VISION = {
         [0.004733, 0.691367, 0.303900],
     ],
 }
-# The design states 40. Models of dichromacy differ by one or two, and this one gives at least 39.5.
+# The design requires 40. Models of dichromacy differ by 1 or 2, and this model gives at least 39.5.
 APART = 39.0
 
 

@@ -1,4 +1,4 @@
-"""Dialogs that own a kit. Every thread must end with its dialog."""
+"""Fixtures for dialogs that control a kit. Each dialog's thread must end with the dialog."""
 
 import threading
 

@@ -15,7 +15,7 @@ PACE = 2e-5
 
 
 def no_engine(_entry):
-    """Do not start a loop on a returned kit."""
+    """Prevent the window from starting a loop on a kit that a dialog returns."""
     raise NoDataError("Nobody renders on the bench.")
 
 

@@ -22,7 +22,7 @@ SOON = 1_000_000
 
 @pytest.fixture
 def window(kept_window):
-    """Return the file's window with a running simulated device."""
+    """Return this test file's window with a running simulated device."""
     return kept_window
 
 
@@ -119,7 +119,7 @@ def test_a_failed_flash_shows_the_reason_and_can_be_repeated(window, qtbot, tmp_
     monkeypatch.setattr(serial_ports, "ports", lambda: [Port(board.port, "board", Role.KIT)])
     sheet = sheet_of(window)
     sheet.write.click()
-    assert window.studio.link.state == "running"  # the device in use is another one and continues
+    assert window.studio.link.state == "running"  # the window uses a different device
     qtbot.waitUntil(lambda: not sheet.job.running)
     assert "a different chip (signature 1e940f)" in sheet.verdict.words.text()
     assert sheet.write.text() == "Flash again"

@@ -1,4 +1,4 @@
-"""Set up my Hapkit, operated completely: results, messages and drawings, by kit and for mistakes."""
+"""The set-up dialog is completed for each kit and with mistakes: results, messages and drawings."""
 
 import math
 import re
@@ -62,7 +62,7 @@ def test_a_kit_with_all_settings_wrong_is_set_up(played, tmp_path):
     assert calibration_file.read(file).sense == -1
     assert [step.result is not None for step in dialog.steps] == [True] * 7
     save.undo.click()
-    assert kit.stored.label == "red 7"  # the dialog asks first
+    assert kit.stored.label == "red 7"  # the dialog asks for confirmation first
     play.press(save.undo_all)
     assert kit.stored.label == "Hapkit"
     assert [step.result for step in dialog.steps] == [None] * 7
@@ -131,7 +131,7 @@ def test_a_missing_supply_offers_the_search_and_a_simulated_hand_can_be_dragged(
 
 
 class EncoderKit(PaddleKit):
-    """An encoder on the motor: starts at 0 and counts both ways, 16 bits."""
+    """A kit with a 16-bit encoder on the motor, which starts at 0 and counts in both directions."""
 
     def __init__(self, **truth):
         board = profiles.named("hapkit-encoder").board
@@ -150,7 +150,7 @@ class EncoderKit(PaddleKit):
 
 
 def taken(play):
-    """Measure every mark of the visible step."""
+    """Move the handle to every mark of the visible step, and measure there."""
     for place in PLACES:
         play.lead(place)
         assert play.dialog.step.place.si == pytest.approx(place)
@@ -179,7 +179,7 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     play.press(step.apply)
     assert step.result.good
     assert play.dialog.focusWidget() is play.dialog.next
-    # an applied scale states which radius was corrected
+    # the applied scale shows which radius was wrong
     use_pulley(0.010)
     assert step.result is None
     play.press(step.apply)
@@ -227,7 +227,7 @@ def test_an_unusual_scale_must_be_confirmed_before_saving(played):
 
 
 def test_the_dialog_fits_a_small_screen(played, qapp, monkeypatch):
-    """First the tests' own screen of 800 × 800 px, then one of 900 × 500 px."""
+    """The dialog fits the tests' screen of 800 × 800 px, and then a screen of 900 × 500 px."""
     dialog = played().dialog
     room = dialog.screen().availableSize()
     assert dialog.width() <= room.width()
@@ -240,7 +240,7 @@ def test_the_dialog_fits_a_small_screen(played, qapp, monkeypatch):
         qapp.processEvents()
         assert small.width() <= 900
         assert small.height() <= 460
-        # buttons: their widths are tested above, their height is that of the style sheet
+        # buttons are left out: their widths are tested above, and the style sheet sets their height
         assert [words for words in misfits(small) if not words.startswith("button")] == [], small.step.name
 
 
@@ -260,7 +260,7 @@ def test_an_encoder_counts_both_ways(played, monkeypatch):
     assert np.ptp(sensor.plot.values) < 3 * reach
     play.dialog.go(6)
     play.press(play.dialog.save_step.save)
-    assert "in the middle:" in play.dialog.save_step.box.words.text()  # instructions for switching on
+    assert "in the middle:" in play.dialog.save_step.box.words.text()  # instructions for power-on
 
 
 class LateKit(PaddleKit):
