@@ -16,7 +16,7 @@ ZERO = 1000
 
 @dataclass
 class Loaded:
-    """A received law, as its data and the changes of its constants."""
+    """A received law with its data and the received changes of its constants."""
 
     law: Law
     data: bytearray = field(default_factory=bytearray)
@@ -32,7 +32,7 @@ class Loaded:
 
 
 class RendersItself(FakeKit):
-    """A board that receives a law in pieces, and its changes; it renders the complete law or refuses it.
+    """A board that receives a law in pieces, and changes of the law; it renders or refuses the complete law.
 
     ``refuses`` is the reason for refusing, ``deaf`` the number of messages to ignore by kind, and ``moving``
     the number of ramps for constants.
@@ -74,7 +74,7 @@ class RendersItself(FakeKit):
 
     @property
     def told(self):
-        """Return the generation that telemetry has, which is the last change's or the law's."""
+        """Return the generation in telemetry: that of the last change, or else of the law."""
         since = [t.generation for t in self.tuned if t.law == self.generation]
         return since[-1] if since else self.generation
 
@@ -92,7 +92,7 @@ class BoardSetup:
     def __init__(self, kit, board, engine):
         self.kit, self.board, self.engine = kit, board, engine
         self.told = board.told
-        self.seq = self.clock = 0  # µs: offset of the board's clock
+        self.seq = self.clock = 0  # ``clock`` is the offset of the board's clock in µs
         self.count, self.telemetry, self.sample = ZERO, {}, {}
 
     def frame(self):
@@ -125,7 +125,7 @@ class BoardSetup:
         return found
 
     def excuse_over(self):
-        """Advance time beyond the period in which faults that the board has not yet cleared are ignored."""
+        """End the period in which the engine ignores faults that the board has not yet cleared."""
         self.run(1)
         self.engine.driver.conn.state.excused = 0.0
 

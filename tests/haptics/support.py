@@ -93,7 +93,7 @@ def slow_environment():
 
 
 class LoopHarness:
-    """A tick without a clock, which takes settings and positions and returns rows."""
+    """A harness that runs ticks without a clock; it receives settings and positions and returns rows."""
 
     def __init__(self, environment, values=None, rate=1000.0, full=True, **wanted):
         self.block = block.new_block()
@@ -104,7 +104,7 @@ class LoopHarness:
         self.r.tick.gain = 1.0 if full else 0.0
 
     def set(self, environment, values=None, **wanted):
-        """Publish new settings of the environment, its values and the loop."""
+        """Publish an environment, its values, and settings of the loop."""
         self.wanted.update(wanted)
         names = {field.name for field in fields(LoopSettings)}
         loop = {"viscous": 0.0, "coulomb": 0.0} | {k: v for k, v in self.wanted.items() if k in names}

@@ -11,7 +11,7 @@ from hapkit_studio.haptics import arrays, block, link
     "dtype", [arrays.TICK, arrays.WATCH, arrays.LIMIT, arrays.CONTROL, block.SETTINGS, link.STATE]
 )
 def test_no_field_has_the_name_of_an_attribute_of_numpy_s_records(dtype):
-    """A field named flags or real would hide behind the record's own attribute."""
+    """A field with the name ``flags`` or ``real`` would be hidden by numpy's attribute of that name."""
     assert not set(dtype.fields) & set(dir(np.record))
 
 

@@ -134,7 +134,7 @@ def test_the_boards_law_is_copied_only_if_it_has_changed(shared):
 
 @compiled
 def send_pairs(words, count):
-    """Write data, then their number, many times, and wait each time until they are read."""
+    """Write data and then a sequence number, many times; wait each time until the reader confirms it."""
     for k in range(1, count + 1):
         words[8] = 3 * k
         store_release(words, 0, k)
@@ -144,7 +144,7 @@ def send_pairs(words, count):
 
 @compiled
 def take_pairs(words, count):
-    """Return how often the data were not yet visible when their number was."""
+    """Return how often a sequence number was visible before its data."""
     missing = 0
     for k in range(1, count + 1):
         while load_acquire(words, 0) != k:

@@ -1,4 +1,4 @@
-"""On the real firmware, oscillations decay 3 % below the exact boundary, and grow above it."""
+"""On the real firmware, oscillations decay at 3 % below the exact stability limit, and grow above it."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""The plan for a law on a board has its rate, or the reason why memory or time is too small."""
+"""The plan for a law on a board contains the rate, or states that memory or time is insufficient."""
 
 import math
 import threading

@@ -1,4 +1,4 @@
-"""Rendering on a board: the handover and back, the messages sent meanwhile, and the resulting rows."""
+"""Rendering on a board: the handover to the board and back, the messages sent, and the resulting rows."""
 
 import math
 import re
@@ -163,7 +163,7 @@ def test_a_decision_that_is_pending_keeps_the_last_refusal_and_the_plan_in_force
     decision = setup.engine.decision()
     assert (decision.where, decision.pending, decision.refusal) == ("computer", True, refused.refusal)
     setup.engine.decision(wait=True)
-    assert setup.engine.decision().pending  # the decision is pending until the loop is told
+    assert setup.engine.decision().pending  # the decision is pending until the loop receives it
     setup.engine.set_loop(delay=0.0)
     decision = setup.engine.decision()
     assert (decision.where, decision.pending) == ("board", False)

@@ -1,4 +1,4 @@
-"""Runs without rows have the batch engine's samples bit for bit, whatever was rendered before."""
+"""Runs without rows give exactly the samples of the batch engine, whatever was rendered before."""
 
 import math
 from dataclasses import replace
@@ -14,7 +14,7 @@ from hapkit_studio.haptics import cell_batch, headless, rows
 
 EVERY = cell_batch.Limits(math.inf, cell_batch.NEVER_STILL, cell_batch.NEVER_FAINT, cell_batch.NEVER_SMALL)
 PART = 40
-# columns: stiffness, damping, centre; the first diverges, the second settles, the others are in between
+# columns: stiffness, damping, centre. Row 1 diverges, row 2 settles, and the others are in between.
 NUMBERS = np.array([[30_000.0, 0.0, 0.0], [900.0, 4.0, -1e-5], [5000.0, 1.0, 2e-4], [900.0, 4.0, -1e-5]])
 STARTS = np.array([1e-3, 4e-3, -2e-3, 4e-3])
 SCENES = [
@@ -36,7 +36,7 @@ def cells(weights: float = 0.0, part: int = PART) -> cell_batch.Cells:
 
 
 def by_batch(device: SimulatedHapkit, loop: LoopSettings, grip: Grip | None, i: int, part=PART) -> np.ndarray:
-    """Return the rows of one cell that the batch engine renders in arrays of its own."""
+    """Return the rows of one cell that the batch engine renders in separate arrays."""
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
     scene = scene_of(replace(device, initial_position=float(STARTS[i])), loop, NUMBERS[i])
     return headless.render(scene, hand, cell_batch.PARTS * part)[0]
@@ -65,7 +65,7 @@ def render_nothing(r, body, flat, made) -> None:
 
 @pytest.mark.slow
 def test_a_reset_loop_equals_a_new_one():
-    """After a hand and an over-speed fault, the reset makes all arrays equal the scene's initial state."""
+    """After a run with a hand and an over-speed fault, a reset restores the initial state of all arrays."""
     scene = replace(scene_of(*SCENES[2][:2]), max_speed=1e-9)
     r, body, flat = cell_batch.packed(*scene.prepare())
     new, still, new_flat = cell_batch.packed(*scene.prepare())

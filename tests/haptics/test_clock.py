@@ -1,4 +1,4 @@
-"""Each system's clock and sleep are absolute, run without the GIL, and are cacheable by their callers."""
+"""Each system's clock and sleep use absolute times, release the GIL, and can be called by cached code."""
 
 import ctypes
 import os
@@ -52,7 +52,7 @@ def test_it_never_wakes_early_and_returns_at_once_after_a_past_deadline():
 
 
 def test_sleep_releases_the_gil():
-    """A thread sleeps repeatedly until told to stop; if it kept the lock, no other thread could tell it."""
+    """A thread sleeps repeatedly until it is told to stop; if it held the GIL, no thread could do this."""
 
     @njit(nogil=True)
     def sleep_on(words, most):

@@ -46,7 +46,7 @@ def test_values_beyond_the_bins_are_counted_as_overflow(lateness):
 
 
 HOLD, STALE = "Hold the handle, then clear.", arrays.STALE_SENSOR
-# code, value, position in m, line of the law, message, remedy
+# columns: code, value, position in m, line of the law, message, remedy
 # fmt: off
 WORDS = [
     (arrays.OVER_SPEED, -3.4, 0.0, 0, "over-speed, 3.4 m/s (limit 3.0 m/s).", HOLD),

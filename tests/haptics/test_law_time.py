@@ -1,4 +1,4 @@
-"""A law longer than a period is latched within 0.1 s of processor time: live, headless, and observed."""
+"""A law slower than a period causes a fault within 0.1 s of processor time: live, headless, observed."""
 
 import math
 from dataclasses import replace
@@ -65,7 +65,7 @@ TURNING = Environment(
 
 
 def latched(spent, period, calls=1000, pause=0.0):
-    """Return the number of calls and the time in s after which a law that takes ``spent`` s is latched."""
+    """Return the number of calls and the time in s until a law that takes ``spent`` s causes a fault."""
     r, now = LoopHarness(CONSTANT).r, 100.0
     for call in range(1, calls + 1):
         now += max(spent, period) + pause
@@ -110,7 +110,7 @@ class Clocks:
 
     def now(self):
         self.looks += 1
-        if self.looks % 2 == 0:  # a tick has ended after every second look at the clock
+        if self.looks % 2 == 0:  # the loop reads the clock twice per tick
             self.time, self.used = self.time + self.step[0], self.used + self.step[1]
         return self.time
 
@@ -164,9 +164,9 @@ def test_two_laws_in_a_cross_fade_have_a_period_each(lasting):
 
 @pytest.mark.parametrize(("turns", "fault"), [(0, False), (47, False), (49, True)])
 def test_a_call_is_charged_at_most_20_microseconds_per_iteration(lasting, turns, fault):
-    """A call of a few lines cannot take the 4 ms for which the host of a virtual machine interrupts it.
+    """The host of a virtual machine may interrupt a short call for 4 ms, which the thread's clock includes.
 
-    The thread's clock includes the interruption. The iteration that leaves the loop counts too.
+    Therefore the number of iterations limits the time charged. The iteration that leaves the loop counts too.
     """
     harness = LoopHarness(TURNING, {"turns": turns})
     lasting(harness, 4.0 * MS, 4.0 * MS, 300)
@@ -214,7 +214,7 @@ def test_the_observer_calls_a_law_everywhere_unless_a_call_takes_more_than_250_i
     [(1e-6, 4), (0.5 * MS / 9.0, 4), (0.5 * MS / 8.99, 3), (0.5 * MS / 8.0, 3), (0.5 * MS / 2.9, 0), (MS, 0)],
 )
 def test_a_live_loop_gives_the_observer_at_most_half_a_period(each, cells):
-    """A cell takes two calls, and the law itself one: nine calls of 1/9 of half a period are four cells."""
+    """A cell needs two calls, and the tick itself one, so half a period for nine calls gives four cells."""
     each *= 1.0 - 1e-9
     r = observed(CONSTANT, None, 2, law_time=each)
     assert r.watch.cells_known == 1 + 2 * cells

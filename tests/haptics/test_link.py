@@ -1,4 +1,4 @@
-"""A serial link: its delays; a slow, lossy or silent link is detected, reported and counted."""
+"""A serial link's delays are measured; slow, lossy and silent links are detected, reported and counted."""
 
 import re
 
@@ -57,7 +57,7 @@ OFF = int(BoardFlag.WATCHDOG)
 
 
 def late(seq, by, **fields):
-    """Return a sample that says that its force answers a sample ``by`` periods earlier."""
+    """Return a sample that reports a force computed from a sample that is ``by`` periods too old."""
     return sample(seq, 1000, answered=seq - 1 - by, delay_us=min(1000 * by + 600, 65_535), **fields)
 
 
@@ -149,7 +149,7 @@ def times(found):
 
 @pytest.mark.parametrize("step", [-5_000_000, -1, 0, 2_000, 60_000_000, 2_000_000_000])
 def test_a_clock_that_goes_back_stops_or_jumps_ahead_is_corrected_and_counted(stepped, step):
-    """From sample 39 on, periods of 2 ms instead of 1 ms mean that the board skipped samples."""
+    """A step of 2 ms instead of 1 ms is no clock jump, because the board may have skipped a sample."""
     board, engine = stepped(environment=CONSTANT)
     board.say_one_by_one(at(k, 1000 * k) for k in range(40))
     assert board.answer_to(39).force == 1.0
@@ -215,7 +215,7 @@ def test_telemetry_after_a_clock_jump_continues_at_its_own_rate(rendering):
 
 
 def test_the_boards_counters_are_summed(rendering):
-    """Counters are of refused forces, unreadable frames, and motors switched off while the board renders."""
+    """The board counts refused forces, unreadable frames, and (while it renders) switch-offs of its motor."""
     setup = rendering()
     setup.sample = {"stale": 250, "rx_errors": 9}
     setup.run(2)

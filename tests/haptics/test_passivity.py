@@ -102,9 +102,9 @@ def least_squares_of_speed(counts, quantum):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_the_proven_dissipation_is_a_lower_bound(seed):
-    """The proven value exceeds the exact minimum by at most a count at the top speed, in its last piece.
+    """The proven dissipation is at least 90 % of the exact minimum.
 
-    It is at least 90 % of the exact minimum.
+    It exceeds the minimum at most in its last piece, by no more than one count at the top speed.
     """
     rng, quantum, t = np.random.default_rng(seed), 20.7e-6, np.arange(300) * PERIOD
     hertz, phase = rng.uniform(1.0, 12.0, 3), rng.uniform(0.0, 6.0, 3)
@@ -294,7 +294,7 @@ def test_energy_stored_in_a_moving_object_may_be_given_back(told):
 @pytest.mark.parametrize("start", [0.007, 0.012])
 @pytest.mark.parametrize("rate", [500.0, 1000.0])
 def test_a_handle_thrown_out_of_a_wall_stays_within_the_evaluated_cells(start, rate):
-    """The handle moves over more cells in every tick; the energy that the sampled wall adds is detected."""
+    """The handle crosses more and more cells per tick; the energy added by the sampled wall is detected."""
     device = SimulatedHapkit(
         mass=0.0625, damping=0.5, coulomb_force=0.0, quantum=0.0, max_force=math.inf, initial_position=start
     )

@@ -82,8 +82,8 @@ COUNTED = [
 def energies(device, stiffness, rate, delay, seconds, controller=True):
     """Return the true energy (n,) in J of a released spring, and the energy gain that theory allows.
 
-    The gain is the threshold of an alarm, plus (K (T/2 + td) - b) v² in W (theory 1.1) for a delay and two
-    periods, in which a sample is measured and answered, and the answer takes effect.
+    The gain is the threshold of an alarm plus the energy of a power (K (T/2 + td) - b) v² in W (theory 1.1).
+    The power acts for a delay and two periods, until the answer to a measured sample takes effect.
     """
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
     scene = headless.Scene(SPRING, values, device, LoopSettings(rate, delay, controller=controller))
@@ -130,9 +130,9 @@ def of_the_spring(out, device, stiffness):
 
 
 def test_it_damps_while_the_law_exceeds_the_force_limit():
-    """A handle released at 20 mm from 1,260 N/m gets 3 N over the whole path.
+    """A handle is released at 20 mm in a spring of 1,260 N/m.
 
-    Below 2.4 mm, which is 3 N / K, the motor is not at its limit.
+    The force is at the motor's limit of 3 N, except at positions below 3 N / K = 2.4 mm.
     """
     device = SimulatedHapkit(coulomb_force=0.0, initial_position=0.02)
     values = {"stiffness": 1260.0, "damping": 0.0, "center": 0.0}

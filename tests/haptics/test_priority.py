@@ -1,4 +1,4 @@
-"""The priority that each system is asked for, its description, and its loss by a runaway thread."""
+"""Each system is asked for a priority, the result is described, and a runaway thread loses its priority."""
 
 import ctypes
 import os
@@ -54,7 +54,7 @@ def in_process(code, *prefix, **environment):
 
 @linux_only
 def test_the_description_agrees_with_the_kernel_and_everything_is_restored(tmp_path, monkeypatch):
-    """Policy, level, timer slack and wakeful processors apply only until they are released."""
+    """Policy, level, timer slack and the processors' sleep limit are changed only until the release."""
     device, get_slack = tmp_path / "latency", 30
     monkeypatch.setattr(realtime_linux, "_WAKE_LATENCY", device)
 
@@ -172,7 +172,7 @@ def test_windows_joins_the_pro_audio_task(handle, words):
 
 @linux_only
 def test_other_systems_demote_by_their_documented_calls():
-    """Each system has an entry in the table; this system would load none of the others."""
+    """The table has an entry for each system; the entries of other systems cannot be loaded here."""
     fake, u64, u32, i32 = FakeLibrary(), ctypes.c_uint64, ctypes.c_uint32, ctypes.c_int32
     fake.add("pthread_mach_thread_np", u32, u64)(lambda thread: 42)
     fake.add("thread_policy_set", i32, u32, i32, u64, u32)(lambda *given: 0)

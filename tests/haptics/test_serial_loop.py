@@ -300,7 +300,7 @@ def share_of_processor(thread, seconds=0.2):
 
 
 class Direct:
-    """The compiled loop at one end of a socket pair, the test at the other."""
+    """A socket pair with the compiled loop at one end and the test at the other."""
 
     def __init__(self):
         harness = LoopHarness(CONSTANT, {"level": 1.0}, full=False)
@@ -331,7 +331,7 @@ def direct():
 
 
 def ended(line_ends):
-    """Return the forces and the fault of a loop under force whose line ends, or that is told to quit."""
+    """Close the line, or stop the loop, while a force acts; return the sent forces and the loop's fault."""
     with contextlib.closing(Direct()) as direct:
         direct.far.send(samples(*range(60)))
         if line_ends:
@@ -346,7 +346,7 @@ def ended(line_ends):
 
 @pytest.mark.parametrize(("line_ends", "fault"), [(True, arrays.DEVICE_GONE), (False, arrays.NO_FAULT)])
 def test_the_last_message_is_a_zero_command(line_ends, fault):
-    """The test is repeated if its loop was delayed before the samples, or itself for a second after them."""
+    """The test is repeated if the loop was delayed before the samples, or the test for 1 s after them."""
     for _ in range(ATTEMPTS):
         sent, found = ended(line_ends)
         assert sent[-1] == Force(0, 0, 0.0)
@@ -386,7 +386,7 @@ def test_an_unplugged_pseudo_terminal_leaves_the_processor_idle(direct):
 
 
 def test_after_a_machine_keeps_up_again_the_fault_can_be_cleared(direct):
-    """The board sends while the loop waits, so bytes available after that do not mean a slow machine."""
+    """The board sends bytes while the loop waits; bytes found after a wait do not mean a slow machine."""
     control, most = direct.r.control, serial_loop.MOST_PASSES_WITHOUT_WAITING
     passes = most + 1
     for _ in range(3):
@@ -445,7 +445,7 @@ def run(port):
 
 
 def test_a_port_that_fails_or_accepts_no_data_ends_with_a_zero_command():
-    serial_loop.warm_up()  # warming up must remove its own traces
+    serial_loop.warm_up()  # a warm-up must not affect later runs
     out, sent = run(Port(b"".join(sample(k, 1000) for k in range(40))))
     assert out[-1, rows.APPLIED_FORCE] == 1.0
     assert sent[-2:] == [Force(39, 0, 1.0), Force(0, 0, 0.0)]

@@ -84,7 +84,7 @@ def test_a_hand_that_has_arrived_leads_at_the_pointers_speed_up_to_that_of_a_rea
 
 @pytest.mark.parametrize("key", sorted(environments.discover()))
 def test_an_approaching_hand_causes_no_more_force_than_a_slow_one(key):
-    """Compared with a fifth of the speed, the additional force is the law's damping times 0.15 m/s."""
+    """Compared with a hand at a fifth of the speed, only the law's damping times 0.15 m/s may be added."""
     environment = environments.named(key)
     damping = environment.impedance(environment.values())[1] if environment.impedance else 0.0
     quick = live(key, held(-0.03, 2.5))[:, rows.FORCE]
@@ -117,7 +117,7 @@ def test_the_cat_purrs_within_six_strokes_at_1_to_10_cm_per_second(speed, purrs,
 def test_a_handle_released_at_rest_starts_at_its_position():
     """The handle is led at 0.2 m/s against a spring of 100 N/m.
 
-    After the release, its 44 g move on with this speed, or with none if it was at rest.
+    After the release, the handle of 44 g starts at this speed, or at zero speed if it was released at rest.
     """
     pointer = np.concatenate([held(0.0, 0.1), dragged(0.0, 0.03, speed=0.2), held(np.nan, 0.3)])
     off = np.flatnonzero(np.isnan(pointer[np.arange(len(pointer)) // FRAME * FRAME]))[0]
