@@ -18,7 +18,7 @@ LARGE = struct.unpack("<f", struct.pack("<f", 3e38))[0]
 """A constant whose square overflows."""
 LONGEST = 2.0**24
 """Quotients of at least this size have a remainder of 0."""
-# bits before the binary point of the logarithm from which a power is computed
+# number of bits before the binary point in the logarithm from which a power is computed
 POWER_OWN = 8
 USUAL_OWN = (8, 0.0)
 """Own error of a function, as a number of half units and an absolute term."""
@@ -84,7 +84,7 @@ def decoded(code: bytes) -> tuple[list[Instruction], int]:
 
 
 class Analysis:
-    """A law's code, executed in parallel with the machine, which computes values and error bounds."""
+    """An execution of a law's code in parallel with the machine, which gives values and error bounds."""
 
     def __init__(self, program: board.Program):
         """Store a program whose constants are not rounded."""
@@ -136,7 +136,7 @@ class Analysis:
         return force, error
 
     def _takes(self, found: int, possible: int, mask: int) -> bool:
-        """Return True if this path jumps: as in double precision, unless the path is prescribed."""
+        """Return True if this path jumps: as prescribed, or else as in double precision."""
         if not possible & mask or not possible & ~mask:
             return bool(possible & mask)
         turn = len(self._turns)
@@ -207,7 +207,7 @@ def apart(value, error, other, off) -> float:
 
 
 def outcomes(a, e, s, se) -> tuple[int, int]:
-    """Return the comparison of A with a slot, and all those possible in single precision, as mask bits."""
+    """Return how A compares with a slot, and all results possible in single precision, as bit masks."""
     if math.isnan(a) or math.isnan(s):
         return 8, 8
     found = 1 if a < s else 2 if a == s else 4
@@ -344,7 +344,7 @@ def _power(a, s) -> float:
 
 def atan2(a, e, s, se):
     distance, off = math.hypot(a, s), math.hypot(e, se)
-    # at the branch cut the sign of zero would decide
+    # at the branch cut, the result would depend on the sign of zero
     if not finite(a, s) or off >= distance or (s < 0.0 and abs(a) <= e) or a == 0.0 == s:
         raise Unclear
     return rounded(math.atan2(a, s), 1.6 * off / (distance - off), USUAL_OWN)

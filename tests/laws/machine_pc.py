@@ -40,8 +40,8 @@ class Machine:
     """The process of a machine, which the context manager ends.
 
     >>> with Machine(build()) as machine:
-    ...     assert machine.load(states=0, numbers=[100.0], slots=3, code=code).refusal == Refusal.NONE ...
-    force, state = machine.run([[0.01, 0.0]])
+    ...     assert machine.load(states=0, numbers=[100.0], slots=3, code=code).refusal == Refusal.NONE
+    ...     force, state = machine.run([[0.01, 0.0]])
     """
 
     def __init__(self, program: Path):

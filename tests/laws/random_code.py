@@ -89,7 +89,7 @@ class _Writer:
         counter = int(self.rng.integers(free))
         body, used = self.block(inside, counter)
         tail = b""
-        if self.rng.random() < 0.5:  # jump out of the loop
+        if self.rng.random() < 0.5:  # write a jump out of the loop
             tail, more = self.block(inside, free)
             used = max(used, more)
             rest, more = self.block(inside // 2, counter)
@@ -123,9 +123,9 @@ class _Writer:
 
 
 def random_code(rng: np.random.Generator, wild: float = 0.0) -> RandomCode:
-    """Return a law of a few dozen instructions that the verifier accepts, except perhaps for its cycles.
+    """Return a law of a few dozen instructions that the verifier accepts unless it has too many cycles.
 
-    ``wild`` is the probability of a counter that is in use, which the verifier rejects.
+    ``wild`` is the probability that a loop uses a counter already in use, which the verifier rejects.
     """
     states, constants, temporaries = (int(n) for n in rng.integers(0, 4, 3))
     given, slots = states + constants, 2 + states + constants + temporaries + 1

@@ -55,7 +55,7 @@ class _Helper:
 
 
 class _Writer:
-    """A writer of the functions of one law; ``names`` are definitely assigned at the current position."""
+    """A writer of the functions of one law; ``names`` are the variables that can be read at this position."""
 
     def __init__(self, seed: int):
         self.random = random.Random(seed)
@@ -65,7 +65,7 @@ class _Writer:
         self.lines: list[str] = []
         self.indent = 1
         self.loops = 0
-        self.turns = 1  # number of iterations of all enclosing loops together
+        self.turns = 1  # product of the iterations of all enclosing loops
         self.made = 0
 
     def chance(self, share: float) -> bool:

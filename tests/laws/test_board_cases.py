@@ -174,7 +174,7 @@ def test_formerly_miscompiled_laws_give_the_right_force(case, room, machine, tmp
 
 @pytest.mark.parametrize("divisor", [41.0, 47.0, 109.0])
 def test_integer_quotients_are_exact(divisor, machine, tmp_path):
-    """In single precision, such a number times its inverse is below 1."""
+    """In single precision, the product of such a divisor and its inverse is below 1."""
     body = f"both = x + v\nreturn math.floor(both / {divisor})"
     law = module(tmp_path, law_text(body, random_laws.STATE, HELPERS)).force
     law.bind(random_laws.PARAMETERS)

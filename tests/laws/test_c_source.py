@@ -72,7 +72,7 @@ def whole(value):
 
 
 def run(jobs, folder, monkeypatch):
-    """Return every job's force (n,) by its sketch's C, with NaN from the first fault on."""
+    """Return the force (n,) that each job's sketch computes in C, with NaN from the first fault on."""
     monkeypatch.setattr(c_source, "number", whole)
     monkeypatch.setattr(sketch, "number", whole)
     pieces = [HEAD]

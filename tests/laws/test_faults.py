@@ -49,7 +49,7 @@ CASES = [
     ("a = 1.0\nb = math.sqrt(-a)\nreturn b + 1.0", "(line {})", "b = "),
     ("a = 1e300\nb = a * a\nreturn b", "(line {})", "return b"),
 ]
-# 4 ** 5 calls and nested loops; each of them alone is below the limits
+# 4 ** 5 calls, each with a loop; every function alone is below the limits
 BESIDE = (
     "def quotient(a):\n    return 1.0 / a\n"
     "def slow(a):\n    for i in range(15000):\n        a = a + 1.0\n    return a\n"
@@ -62,7 +62,7 @@ FIRST = sorted({message: n for n, (_, message, _) in reversed(list(enumerate(CAS
 
 
 def text_of(cases):
-    """Return one law for several cases, which its damping selects, to save compile time."""
+    """Return one law for several cases, to save compile time; the damping's value selects the case."""
     branches = [f"if p.damping == {n}.0:\n" + textwrap.indent(CASES[n][0], "    ") for n in cases]
     return law_text(
         "\n".join(branches) + "\nreturn 1.0 / (1.0 + math.exp(1e5 * x))",

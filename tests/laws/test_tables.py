@@ -92,7 +92,7 @@ HELPER = f"{TABLE}\ndef helped(a, b=-TURNS):\n    return TABLE[1] * b * HALF * a
 
 @pytest.fixture(scope="module")
 def values(tmp_path_factory):
-    """Return one law for all of VALUES and LOOPS, which its damping selects."""
+    """Return one law for all of VALUES and LOOPS; the damping's value selects one of them."""
     body = [f"if p.damping == {n}.0: return {value}" for n, (value, _) in enumerate(VALUES)]
     for n, (turns, _) in enumerate(LOOPS, len(VALUES)):
         body += [
@@ -126,7 +126,7 @@ def test_table_values_and_loop_counts_in_the_sketch(values, tmp_path, monkeypatc
 
 @pytest.fixture(scope="module")
 def outside(tmp_path_factory):
-    """Return a law whose index leaves the table; its damping selects how."""
+    """Return a law, and its line with an index out of range; the damping's value selects the index."""
     body = [f"if p.damping == {n}.0: return 5.0 + entry({index})" for n, index in enumerate(OUTSIDE)]
     beside = TABLE + "\ndef entry(i):\n    return TABLE[i]\n"
     text = law_text("\n".join([*body, "return TABLE[0]"]), beside=beside)

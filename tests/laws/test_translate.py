@@ -188,7 +188,7 @@ def test_state_is_kept_between_samples_and_reset_for_a_run(tmp_path):
 
 
 def test_plain_is_nan_where_the_function_has_no_value(tmp_path):
-    """The curve in a plot must not crash the window."""
+    """The window plots a law's curve, and must not crash where the law has no value."""
     for value in ("1.0 / (x - x)", "math.sqrt(-1.0)", "math.exp(1e9)", "s.ring[7]"):
         made = environment(tmp_path, law_text(f"return {value}", RING))
         assert math.isnan(made.force.plain(made.values(), 0.0, 0.0))
@@ -209,7 +209,7 @@ def test_an_edited_helper_or_constant_gives_a_different_generated_file(tmp_path)
 
 
 def test_unused_generated_files_are_removed(tmp_path, monkeypatch):
-    """Writing another law removes them with their machine code; recently loaded files are kept."""
+    """Writing another law removes unused files and their machine code; recently loaded files are kept."""
     monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path / "cache"))
     both = [environment(tmp_path, law_text(f"return x * {n}.5")).force for n in (7, 8)]
     files = [Path(law.compiled().keepalive.__file__) for law in both]
@@ -224,7 +224,7 @@ def test_unused_generated_files_are_removed(tmp_path, monkeypatch):
 
 @pytest.mark.skipif(native.INTERPRETED, reason="Nothing is compiled.")
 def test_cached_code_must_be_complete_and_of_the_same_numba(tmp_path, monkeypatch):
-    """numba writes the index first; if its data were missing, the law would be compiled here.
+    """numba writes the index before the data; if the data are missing, the law would be compiled again.
 
     Some versions of numba compare time stamps, so loading must not change them.
     """

@@ -103,7 +103,7 @@ class Found:
 
 @dataclass
 class _Row:
-    """One call: the law's result and the board's error bound; if ``clear``, it can be compared."""
+    """The law's result in one call, and the board's error bound; ``clear`` results can be compared."""
 
     force: float
     bound: float
@@ -119,7 +119,7 @@ class Apart(AssertionError):
 def compare(
     machine: Machine, program: Program, truth: Compiled | Plain, rows, useful: Callable[[float], float]
 ) -> Found:
-    """Run the same rows of position and velocity on both; raise Apart.
+    """Run the machine and the law on the same rows of position and velocity; raise Apart if they differ.
 
     ``program`` has unrounded constants. A row is compared if no comparison in it is within its error of the
     threshold and the force's error bound is at most useful(force) in N. After other rows, and if errors have
