@@ -78,7 +78,7 @@ def slower(found, factor):
 
 
 def slowing(found):
-    """Return samples whose clock runs faster and faster, so that speeds decrease by 6 % in a second."""
+    """Return samples whose time steps grow by 6 % per second, so that the speeds decrease."""
     steps = np.diff(found.time, prepend=found.time[0]) * np.exp(0.06 * (found.time - found.time[0]))
     return replace(found, time=np.cumsum(steps))
 

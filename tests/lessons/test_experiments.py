@@ -105,7 +105,7 @@ def test_the_command_recovers_a_virtual_observers_threshold_and_draws_it(tmp_pat
 
 
 def test_a_scenes_needs_use_a_persons_own_threshold(tmp_path, monkeypatch, capsys):
-    """The relative threshold of the force is the session's, not that of the literature."""
+    """The relative threshold of the force comes from the session, not from the literature."""
     path, given = tmp_path / "new.hapkit", []
     experiments.save_comparisons(path, Observer(), seed=0)
     from hapkit_studio.analysis import accuracy

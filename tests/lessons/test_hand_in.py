@@ -199,7 +199,6 @@ def test_a_lesson_is_handed_in_only_from_a_complete_session(tmp_path, lesson):
 
 @pytest.mark.slow
 def test_grading_thirty_students_finds_the_three_that_edited(tmp_path, lesson, played):
-    """Exactly the three edited files are found."""
     first = tmp_path / "student00.hapkit"
     save_played(first, lesson, played, "Student 0")
     for number in range(1, 30):

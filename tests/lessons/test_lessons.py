@@ -1,4 +1,4 @@
-"""A scripted student completes every included lesson; wrong data get a sentence from every check."""
+"""A scripted student completes every included lesson; every check rejects wrong data with a sentence."""
 
 import pytest
 
@@ -29,12 +29,12 @@ BY_TIME = (
     "oscillation_frequency", "vibration", "purring", "transient_frequency", "transient_decay",
     "object_growth", "object_frequency",
 )  # fmt: skip
-# a handle at rest satisfies these needs
+# checks of these measurements pass for a handle at rest
 SATISFIED_AT_REST = ("rest", "position")
 
 
 def off_by_twice_the_tolerance(check, samples, value):
-    """Return samples whose value is wrong by twice the tolerance, or beyond a limit by half of it."""
+    """Return samples whose value is wrong by twice the tolerance, half of a minimum, or twice a maximum."""
     if check.measure == "position":
         return shifted(samples, 2.0 * check.tolerance)
     if check.measure == "work":

@@ -83,7 +83,7 @@ case("spatial_period", 0.004, 5e-5, grating)
 
 
 def bump():
-    """Return samples of a passage through −0.2 N over 10 mm, in which the device's work is −2 mJ."""
+    """Return samples of a motion through a force of −0.2 N over 10 mm; the device's work is −2 mJ."""
     place = np.linspace(-0.01, 0.01, len(TIME))
     return samples("bump_valley", {}, place, np.where(np.abs(place) < 0.005, -0.2, 0.0))
 
@@ -92,7 +92,7 @@ case("work", -0.002, 1e-5, bump, (-0.009, 0.009))
 
 
 def bounce(ratio=0.8):
-    """Return samples of a bounce of 0.05 kg off a wall at 5 mm: 0.1 m/s in, 80 % of it out, −0.09 mJ."""
+    """Return samples of 0.05 kg at a wall at 5 mm: 0.1 m/s before the bounce, 80 % after it, −0.09 mJ."""
     t = TIME - 2.0
     inside = (t > 0.0) & (t < 0.1)
     place = np.where(t <= 0.0, 0.005 + 0.1 * t, 0.005 - 0.1 * ratio * (t - 0.1))
@@ -175,7 +175,7 @@ case("object_speed", 0.2, 0.005, flying)
 
 
 def delayed(delay=0.003):
-    """Return samples of a spring with a delayed command; the recording has the delay and the command."""
+    """Return samples of a spring with a delayed command; the recording contains the delay and the command."""
     return samples("spring", {"stiffness": 200.0}, stroke(), -200.0 * stroke(), delay_s=delay)
 
 

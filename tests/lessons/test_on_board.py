@@ -16,11 +16,11 @@ from tests.firmware.vb import needs_board
 from tests.lateness import ATTEMPTS, LATENESS
 from tests.waiting import wait_until
 
-# frames that a busy machine takes too late leave gaps in the samples, so these tests run alone
+# frames that a busy machine reads too late leave gaps in the samples, so these tests run alone
 pytestmark = [needs_board, pytest.mark.alone]
 
 KEYS = ("virtual_spring", "damping", "virtual_wall")
-BEGIN = 2.0  # s of the board's clock: by this time it is connected and renders
+BEGIN = 2.0  # s of the board's clock: by this time the board is connected and renders
 STEP = 0.02  # s between two commands to the hand
 
 
@@ -39,7 +39,7 @@ def commands(play):
 def rows_of(play, folder):
     """Return the rows of the engine's loop in one run on a board in lockstep.
 
-    Raise any fault but lateness.
+    Raise an error for any fault except lateness.
     """
     script = folder / "hand.txt"
     script.write_text("\n".join(commands(play)) + "\n")

@@ -23,7 +23,7 @@ NOTHING = Rows((), ())
 
 
 def rows_of(played, shift=0.0):
-    """Return the rows of what a scripted student did in a step, on a clock that is ``shift`` s later."""
+    """Return the rows of a step done by a scripted student; their times are increased by ``shift`` s."""
     tables = [table + shift * np.eye(1, rows.ROW_WIDTH, rows.HOST_TIME) for table in played.tables]
     starts = [float(table[0, rows.HOST_TIME]) for table in tables]
     return Rows(
@@ -91,7 +91,7 @@ def test_a_file_restores_everything_and_is_graded_as_correct(tmp_path, lesson, p
 
 
 def test_an_open_step_without_an_interval_keeps_its_answers(tmp_path, lesson, played):
-    """Only questions were answered: the file holds the newest second, which passes no check."""
+    """The student answered questions only; the file contains the newest second, which passes no check."""
     path = tmp_path / "lesson.hapkit"
     _, one = played[-1]
     found = Progress(lesson, step=len(played) - 1, answers=dict(one.answers))
