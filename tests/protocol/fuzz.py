@@ -95,7 +95,7 @@ def _damaged(data: bytes, rng: np.random.Generator) -> bytes:
 def pool(seed: int, size: int = 4096) -> tuple[list[bytes], set[bytes]]:
     """Return parts of lines and the bodies that they contain.
 
-    Part k is, by k mod 5: a good frame, a frame without message, either of these two damaged, or noise.
+    Five kinds alternate: a good frame, a frame without a message, each of these two damaged, and noise.
     """
     rng = np.random.default_rng(seed)
     found, meant = [], set()
@@ -166,7 +166,7 @@ def agreement(count: int, seed: int, folder: Path) -> Lines:
 
 
 def _damaged_again(piece: bytes, kind: int, rng: np.random.Generator) -> bytes:
-    """Return a damaged part that is damaged once more at another place."""
+    """Return a damaged part or noise with one more random byte; return a good part unchanged."""
     if kind < 2:
         return piece
     at = int(rng.integers(len(piece) + 1))
