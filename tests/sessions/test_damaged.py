@@ -90,7 +90,7 @@ def path(tmp_path, whole) -> Path:
 
 
 def listed(folder, capsys) -> dict[str, str]:
-    """Return each file's line in the command's list; assert that the page lists no more than that."""
+    """Return each file's line in the command's list; assert that the page lists the same files."""
     assert main(["sessions", "list", str(folder)]) == 0
     out, err = capsys.readouterr()
     assert err == ""

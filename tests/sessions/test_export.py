@@ -252,7 +252,7 @@ def test_the_command_writes_parquet_and_mat_of_a_run(tmp_path, capsys):
 
 
 def test_a_state_is_named_by_its_own_law(tmp_path):
-    """After a change of environment, its columns are not those of the previous environment."""
+    """After a change of environment, the state's columns have the names in the new environment's law."""
     table = np.zeros((1000, rows.ROW_WIDTH))
     table[:, rows.TICK] = np.arange(1000)
     table[:, rows.HOST_TIME] = table[:, rows.BOARD_TIME] = 1.0 + 1e-3 * np.arange(1000)

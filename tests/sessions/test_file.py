@@ -289,7 +289,7 @@ def test_a_killed_recording_opens_from_a_read_only_folder(killed, read_only, tmp
 
 
 def test_a_killed_recording_with_an_unusable_index_is_read_from_a_copy(killed, monkeypatch):
-    """The permissions of a folder may not suffice for SQLite."""
+    """For example, SQLite may lack the permissions that it needs in the folder."""
     folder, made = killed
     connect = database._connect
 

@@ -37,7 +37,7 @@ def recorder(engine):
 
 
 def collected(reader, pieces, samples):
-    """Read rows alongside the recorder until there are ``samples`` more of them."""
+    """Read rows in parallel with the recorder until ``samples`` more rows have arrived."""
     goal = sum(map(len, pieces)) + samples
 
     def enough():
