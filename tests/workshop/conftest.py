@@ -5,7 +5,7 @@ import pytest
 
 @pytest.fixture(scope="session")
 def cache(tmp_path_factory):
-    """Return the shared cache of compiled laws and trial outcomes, which holds each text once."""
+    """Return the shared cache, in which each text of a law is compiled and tried only once."""
     return tmp_path_factory.mktemp("cache")
 
 

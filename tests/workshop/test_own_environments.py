@@ -63,7 +63,7 @@ def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys):
 
 
 def leaving_a_mark(folder):
-    """Return a file that leaves a trace when it is executed."""
+    """Return the text of a law that creates a file when it is executed."""
     return text(beside=f"import pathlib\npathlib.Path({str(folder / 'mark')!r}).touch()\n")
 
 

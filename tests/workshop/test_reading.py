@@ -1,4 +1,4 @@
-"""A file is always read with its present text, as a user's own environment."""
+"""A file is always read with its current text, and becomes one of the user's own environments."""
 
 import math
 import os
@@ -31,7 +31,7 @@ def test_a_file_becomes_a_users_own_environment(tmp_path):
 
 
 def test_an_edited_file_is_read_again(tmp_path):
-    """The edit is noticed even within one tick of the file system's clock, and with the same length."""
+    """The edit is detected even if the file's time stamp and length are unchanged."""
     path = write(tmp_path, text("return -1.0 * x"))
     before = os.stat(path)
     first = reading.load(path)

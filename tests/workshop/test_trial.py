@@ -57,7 +57,7 @@ def test_the_trial_does_not_wait_for_a_child_that_holds_the_pipe(tmp_path):
         "if number == 0:\n    import time\n    time.sleep(600)\n"
         f"open({str(child)!r}, 'w').write(str(number))\n"
     )
-    assert trial.check(saved(tmp_path, text(beside=beside))).ok  # waiting until the process ends would fail
+    assert trial.check(saved(tmp_path, text(beside=beside))).ok  # waiting for the child would time out
     wait_until(lambda: not alive(int(child.read_text(encoding="ascii"))))
 
 

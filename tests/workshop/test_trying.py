@@ -1,4 +1,4 @@
-"""The first 10,000 calls of a law, in sequence and single, report a fault at corner values."""
+"""A trial calls a law 10,000 times, in sequence and one by one, and reports faults at corner values."""
 
 import math
 
