@@ -17,7 +17,7 @@ QUANTUM = 20.7e-6
 
 
 def device(**given):
-    """Return a linear device, with an ideal sensor, without Coulomb friction and clamp."""
+    """Return a linear device with an ideal sensor, without Coulomb friction and without a force limit."""
     return hs.SimulatedHapkit(**{**IDEAL, **given})
 
 

@@ -1,4 +1,4 @@
-"""With real mouse and keys, two walls are pushed, frozen, compared, recorded, reopened and exported."""
+"""A real mouse and real keys are used to push, freeze, compare, record, reopen and export two walls."""
 
 import json
 import os

@@ -41,7 +41,7 @@ def run(capsys, *words):
 
 
 def as_json(capsys, *words):
-    """Return the JSON object that a command prints, after checking that it is plain."""
+    """Return the JSON object that a command prints; fail if it is not one line of standard JSON."""
     code, out, err = run(capsys, *words, "--json")
     assert (code, err) == (0, "")
     assert out.count("\n") == 1
@@ -169,7 +169,7 @@ def test_loop_test_measures_the_loop(capsys):
     late = [found["lateness_us"][name] for name in ("p50", "p99", "p99.9", "max")]
     assert late == sorted(late)
     assert set(found["period_us"]) == {"mean", "min", "max"}
-    # a busy machine makes the loop miss ticks, whose time counts too
+    # on a busy machine the loop misses ticks, and the mean period includes their time
     ticks = found["samples"] + found["missed"]
     assert 1600.0 < found["period_us"]["mean"] < 1.2 * 2000.0 * ticks / found["samples"]
     assert found["priority"]
@@ -445,7 +445,7 @@ def test_the_board_renders_with_less_delay(capsys):
     assert found["board"]["delay_us"] < 0.5 * found["computer"]["delay_us"]
     assert found["board"]["rate_Hz"] == 4000.0
     assert found["board"]["stiffness_limit"] > 2.0 * found["computer"]["stiffness_limit"]
-    # this is out of 4,000 ticks: a busy computer sends its bytes in bursts
+    # of 4,000 ticks, a few may overrun, because a busy computer sends its bytes in bursts
     assert found["board_overruns"] <= 4
     assert found["link"]["stale_forces"] == 0
 

@@ -66,7 +66,7 @@ def test_the_menu_entry_starts_the_program_wherever_it_is(home, place):
     reader = configparser.RawConfigParser()
     reader.read_string(integrate.desktop_entry([place]))
     line = reader["Desktop Entry"]["Exec"]
-    # in the specification, a string's escapes come first, then quotes as in a shell, then % codes
+    # the specification decodes a string's escapes first, then quotes as in a shell, then % codes
     shell = ["sh", "-c", f"printf '%s\\n' {line.replace(chr(92) * 2, chr(92))}"]
     words = subprocess.run(shell, capture_output=True, text=True, check=True).stdout.splitlines()
     found = [
@@ -90,7 +90,7 @@ def test_a_session_has_its_own_file_type_by_name_and_by_content(home, capsys):
 
     session, renamed, other = home / f"a{SUFFIX}", home / "renamed", home / "other"
     for path, number in ((session, 0x4861706B), (renamed, 0x4861706B), (other, 7)):
-        with sqlite3.connect(path) as database:  # SQLite is an independent writer of the file's header
+        with sqlite3.connect(path) as database:  # SQLite writes the header, not the studio
             database.execute(f"PRAGMA application_id = {number}")
             database.execute("CREATE TABLE t (x)")
     environment = os.environ | {"XDG_DATA_HOME": str(home / ".local/share")}

@@ -1,4 +1,4 @@
-"""Foreign files meet limits before parsing, values are checked before use, and an error is one line."""
+"""Foreign files are checked for limits before parsing, and for values before use; errors take one line."""
 
 import json
 import math

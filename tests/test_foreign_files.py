@@ -1,4 +1,4 @@
-"""Every command that reads foreign files answers, or gives a one-line error, in time."""
+"""Every command that reads a foreign file ends in time, with a result or a one-line error."""
 
 import io
 import json
@@ -158,7 +158,7 @@ def complaints(code: int, out: str, error: str, as_json: bool) -> Iterator[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", COMMANDS)
 def test_a_good_file_is_accepted(originals, tmp_path, kind):
-    """This test also compiles, which the time limits do not allow for."""
+    """This test has no time limit, because the commands may compile code."""
     file = tmp_path / f"good{foreign_files.SUFFIXES[kind]}"
     file.write_bytes(originals[kind])
     for number, command in enumerate(COMMANDS[kind]):
@@ -182,7 +182,7 @@ def test_many_foreign_files_give_an_answer_or_one_line(try_file, kind):
 
 @pytest.mark.slow
 def test_a_survey_is_resumed_or_rejected(originals, tmp_path):
-    """Every seed writes a new copy of the file, because computing extends it."""
+    """Every seed writes a new copy of the file, because the survey extends the file."""
     for seed in range(100):
         file = foreign_files.write("survey", seed, originals["survey"], tmp_path)
         with limited():

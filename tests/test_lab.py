@@ -1,4 +1,4 @@
-"""An administrator's file limits force, devices and settings; a mistake in it lets no motor run."""
+"""An administrator's file limits force, devices and settings; if the file has a mistake, no motor runs."""
 
 import sys
 

@@ -14,7 +14,7 @@ QUANTUM = 20.7e-6
 
 
 def device(**given):
-    """Return a linear device, with an ideal sensor, without Coulomb friction and clamp."""
+    """Return a linear device with an ideal sensor, without Coulomb friction and without a force limit."""
     return hs.SimulatedHapkit(**{"coulomb_force": 0.0, "quantum": 0.0, "max_force": math.inf, **given})
 
 
@@ -85,7 +85,7 @@ LOOPS = [
 def test_one_percent_inside_the_limit_decays_outside_grows(
     part, mass, viscous, rate, late, estimator, damping
 ):
-    """A spring is released at 1 µm; the largest excursions within 2 s are compared, 14 s apart."""
+    """A spring is released at 1 µm; the largest excursions of two intervals, 14 s apart, are compared."""
     loop = {"rate": rate, "delay": late / rate, "estimator": estimator}
     limit = hs.stiffness_limit(mass, viscous, damping=damping, **loop)
     assert limit < 2000.0

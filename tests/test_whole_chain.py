@@ -90,7 +90,7 @@ def last_command(engine: Engine) -> float:
 
 
 def aligned(table: np.ndarray, log: np.recarray) -> np.recarray:
-    """Return the truth's rows at the samples of the telemetry; the chip's clock is less than 3 ms ahead."""
+    """Return the true values at the samples of the telemetry; the chip's clock is less than 3 ms ahead."""
     starts = [np.searchsorted(log.time, table[0, rows.BOARD_TIME] + late) for late in (0.0, 1e-3, 2e-3)]
     index = np.rint((table[:, rows.BOARD_TIME] - table[0, rows.BOARD_TIME]) * 1e3).astype(int)
     found = [log[np.minimum(start + index, log.size - 1)] for start in starts]
@@ -106,7 +106,7 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
     moved = real.position - real.position[0]
     seen = table[:, rows.POSITION]
     assert np.abs(seen - moved).max() <= QUANTUM * (1.0 + 1e-6)
-    # the reply to sample k is in force at sample k + 1
+    # the motor applies the reply to sample k at sample k + 1
     depth = np.maximum(moved[:-1] - SURFACE, 0.0)
     force = real.motor_force[1:]
     step = FULL_FORCE * (np.abs(real.duty[1:]) + 1.0) / 255.0**2
