@@ -1,4 +1,4 @@
-"""Foreign files are checked for limits before parsing, and for values before use; errors take one line."""
+"""Limits of foreign files are checked before parsing, and values before use; each error is one line."""
 
 import json
 import math

@@ -63,7 +63,7 @@ def test_ci_runs_the_readmes_command_and_the_slow_tests():
     script = [line for line in lines(ROOT / ".ci" / "run") if line and not line.startswith("#")]
     assert script == ["set -euo pipefail", 'cd "$(dirname "${BASH_SOURCE[0]}")/.."', "exec make test-all"]
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
-    assert "test-all: test" in lines(ROOT / "Makefile")  # the target begins with the README's command
+    assert "test-all: test" in lines(ROOT / "Makefile")  # test-all starts with the command in the README
     first_screen = "\n".join(lines(ROOT / "README.md")[:40])
     assert "make run" in first_screen
     assert "make test" in first_screen

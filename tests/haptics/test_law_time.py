@@ -214,7 +214,7 @@ def test_the_observer_calls_a_law_everywhere_unless_a_call_takes_more_than_250_i
     [(1e-6, 4), (0.5 * MS / 9.0, 4), (0.5 * MS / 8.99, 3), (0.5 * MS / 8.0, 3), (0.5 * MS / 2.9, 0), (MS, 0)],
 )
 def test_a_live_loop_gives_the_observer_at_most_half_a_period(each, cells):
-    """A cell needs two calls, and the tick itself one, so half a period for nine calls gives four cells."""
+    """The tick calls the law once, and each cell twice, so nine calls in half a period give four cells."""
     each *= 1.0 - 1e-9
     r = observed(CONSTANT, None, 2, law_time=each)
     assert r.watch.cells_known == 1 + 2 * cells

@@ -20,7 +20,7 @@ MASS, PERIOD = 0.044, 1e-3
 
 
 def rendered(scene, hand, seconds):
-    """Return the rows, and the observer's numbers at the end."""
+    """Render a scene; return the rows and the observer's state at the end."""
     out, r = headless.render(scene, hand, round(seconds / PERIOD))
     return out, r.watch
 

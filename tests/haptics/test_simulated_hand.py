@@ -84,7 +84,7 @@ def test_a_hand_that_has_arrived_leads_at_the_pointers_speed_up_to_that_of_a_rea
 
 @pytest.mark.parametrize("key", sorted(environments.discover()))
 def test_an_approaching_hand_causes_no_more_force_than_a_slow_one(key):
-    """Compared with a hand at a fifth of the speed, only the law's damping times 0.15 m/s may be added."""
+    """The limit is 1.5 times the force at a fifth of the speed, plus the law's damping times 0.15 m/s."""
     environment = environments.named(key)
     damping = environment.impedance(environment.values())[1] if environment.impedance else 0.0
     quick = live(key, held(-0.03, 2.5))[:, rows.FORCE]

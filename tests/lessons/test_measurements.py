@@ -64,7 +64,8 @@ def sticking(static=0.7, viscous=0.0):
 case("friction_ratio", 1.4, 0.01, sticking)
 
 
-VISCOUS = 4.0  # N·s/m: the median of a sine's speeds above half the peak is cos 30° of the peak
+VISCOUS = 4.0  # N·s/m
+# the median of a sine's speeds above half of the peak speed is the peak speed times cos 30°
 VISCOUS_RATIO = (0.5 + VISCOUS * 0.005) / (0.5 + VISCOUS * 0.04 * math.pi * math.cos(math.pi / 6.0))
 
 

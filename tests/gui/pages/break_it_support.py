@@ -86,7 +86,7 @@ def refuse(case):
 
 
 def library(gate):
-    """Return failures by key: an ordinary one, a slow one, one that raises, one with a map, one not felt."""
+    """Return failures by key: ordinary, slow, raising an error, with a map, and impossible to feel."""
     step = Parameter("step", "Step", "s", 1e-3, 1e-5, 0.2, "Of the loop", "dt")
     return {
         "grows": made(),

@@ -186,7 +186,7 @@ def test_a_demo_ends_when_a_comparison_starts_or_one_line_gives_the_reason(compa
     before = settings_of(window.studio)
     step = Step(0.0, before | {("value", "wall", "stiffness"): 100.0}, "", ())
     window.demos.play(Demo("Soft", 9.0, (step,)))
-    window.demos._apply(step)  # as soon as there is a device
+    window.demos._apply(step)  # the window does this as soon as it has a device
     window.blind.begin(random.Random(3))
     assert (window.demos.demo, rendered[-1] in (300.0, 900.0)) == (None, True)
     assert window.blind.page.isVisible()

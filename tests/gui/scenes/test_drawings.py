@@ -111,7 +111,7 @@ def test_the_force_number_does_not_cover_the_hands_ring(qtbot, side):
 
 @each_size
 def test_puck_and_block_are_drawn_at_their_positions(qtbot, size):
-    """The puck is 10 mm wide; the block takes half of the space from 10 mm to 8 mm before the post."""
+    """The puck is 10 mm wide; the block is 14.5 mm wide and starts at the object's position."""
     for key, first, wide, places in (
         ("puck", -5.0, 10.0, (-0.035, -0.0123, 0.0217)),
         ("mass_spring_damper", 0.0, 14.5, (-0.03, -0.0051, 0.0244)),

@@ -72,7 +72,7 @@ def test_esc_stops_from_everywhere_and_without_a_motor_closes_the_dialog_first(r
 
 
 def test_esc_stops_behind_a_dialog_that_stays_open(window, qtbot, monkeypatch):
-    """The flash dialog stays open while it writes."""
+    """For example, the flash dialog stays open while it writes."""
     dialog = QDialog(window)
     monkeypatch.setattr(dialog, "reject", lambda: None)
     dialog.show()

@@ -216,7 +216,7 @@ def test_the_emergency_stop_survives_an_unplugged_cable_and_a_restart_of_the_boa
     window.studio.release_stop()
 
     def released():
-        clear_lateness(window.studio)  # while the board renders, a fault also stops it
+        clear_lateness(window.studio)  # while the board renders, a fault sets the flag STOPPED, too
         window.live.tick()
         return not int(window.live.last[rows.FLAGS]) & rows.STOPPED
 

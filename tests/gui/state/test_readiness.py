@@ -105,7 +105,7 @@ def test_a_click_is_stored_and_nothing_is_compiled_in_the_window(window, compile
 
 
 def test_selecting_another_environment_cancels_the_request(window, compiler, forced):
-    for other in ("spring", "wall", "cat"):  # one that is active, ready, and not ready
+    for other in ("spring", "wall", "cat"):  # the first is active, the second ready, the third not ready
         window.actions_by_key.run("environment.puck")
         window.actions_by_key.run(f"environment.{other}")
         assert words(window, "puck") == "Preparing…"
