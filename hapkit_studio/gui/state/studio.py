@@ -180,7 +180,7 @@ class Studio(QObject):
             self.set_values(changes)
         else:
             numbers = self.environments[key].changed(self.library.values[key], changes)
-            self._check_values(key, numbers)
+            self.check_values(key, numbers)
             self.library.values[key].update(numbers)
 
     def note_ranges(self, unstable_ranges: Mapping[str, Sequence[tuple[float, float]]]) -> None:
@@ -205,19 +205,20 @@ class Studio(QObject):
         """
         numbers = None if values is None else self.environment.values(values)
         if numbers is not None and not self.hidden:
-            self._check_values(self.environment.key, numbers)
+            self.check_values(self.environment.key, numbers)
         if not self.permissions.hide(numbers, why):
             return
         if self.engine is not None:
             self.engine.set_environment(self.environment, numbers or self.values)
         self.hidden_changed.emit()
 
-    def _check_values(self, key: str, numbers: Mapping[str, float]) -> None:
+    def check_values(self, key: str, numbers: Mapping[str, float]) -> None:
+        """Raise ParameterError if the user may not change an environment's values to these."""
         old = self.library.values[key]
         self.check_free(("value", key, name) for name, number in numbers.items() if old[name] != number)
 
     def _set_values(self, numbers: dict[str, float]) -> None:
-        self._check_values(self.environment.key, numbers)
+        self.check_values(self.environment.key, numbers)
         if self.temporary:
             self.hide_values(None)
         if self.engine is not None:

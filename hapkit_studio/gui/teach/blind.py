@@ -65,7 +65,10 @@ class BlindPage(Page):
         studio.hidden_changed.connect(self._refresh)
 
     def begin(self) -> None:
-        """Shuffle A and B, and render the first."""
+        """Shuffle A and B, and render the first; raise ParameterError if a value of A or B is locked."""
+        if not self._studio.hidden:
+            for values in self._values:
+                self._studio.check_values(self._studio.environment.key, values)
         self._order = self._source.sample((0, 1), 2)
         self.shown = 0
         self._render()
