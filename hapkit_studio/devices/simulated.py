@@ -114,7 +114,7 @@ class SimulatedHapkit(Device):
         return self.damping
 
     def without(self, terms: Iterable[str]) -> "SimulatedHapkit":
-        """Return this device without the named terms that belong to the device; raise ParameterError."""
+        """Return this device without the named terms; raise ParameterError for an unknown term."""
         gone = [term(key) for key in terms]
         return replace(self, **{t.field: t.off for t in gone if t.field})
 

@@ -313,7 +313,7 @@ class Specialiser:
         self.scope.pinned = outer
 
     def pin(self, name: str) -> None:
-        """Pin a name that a loop changes to one variable while the loop is evaluated."""
+        """Keep a name in one variable while a loop that changes the name is evaluated."""
         variable = self.fresh(name)
         if name in self.env:
             self.emit(t.Assign(variable, self.env[name]))

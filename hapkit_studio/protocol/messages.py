@@ -93,7 +93,7 @@ class Message:
 
     @classmethod
     def unpack(cls, body: bytes) -> Self:
-        """Return the message in id plus payload; raise ValueError for a wrong size or id."""
+        """Return the message whose id and payload are ``body``; raise ValueError for a wrong size or id."""
         if len(body) != 1 + cls.size() or body[0] != cls.ID:
             raise ValueError(
                 f"{cls.__name__} is {1 + cls.size()} bytes starting with {cls.ID}, not {body!r}."

@@ -62,7 +62,7 @@ def test_the_vibration_threshold_depends_on_the_frequency(size, frequency, least
         least = low[1] * (frequency / low[0]) ** slope
     swing = size * least * np.sin(2.0 * math.pi * frequency * TIME)
     found = told(run(), run(place=swing)).vibration
-    # between bins, which are 4 Hz apart, the scalloping loss is up to 15 %; 26 Hz is a bin
+    # 26 Hz lies between two bins, which are 4 Hz apart, so up to 15 % is lost there
     near = 0.16 if frequency == 26.0 else 0.005
     assert size * (1.0 - near) <= found <= size * 1.002
 

@@ -209,7 +209,7 @@ def test_energy_of_a_bounce_between_the_walls(method, gain, tolerance):
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_friction_stops_the_puck_permanently(method):
-    """The puck slides a distance of m v^2 / (2 F_c); projected friction is accurate to half a step of v."""
+    """The puck slides by m v^2 / (2 F_c); projected friction errs by at most half the way of one step."""
     run = imposed("puck", {"integrator": method, "friction": 2.0, "mass": 0.1}, shove, 1.0)
     x, v = column(run, "object"), column(run, "object_velocity")
     off = np.flatnonzero(run.force)[-1] + 2

@@ -188,7 +188,7 @@ def test_its_force_is_a_fraction_of_the_devices_limit(asked):
     np.testing.assert_array_equal(out[:, rows.FLAGS].astype(int) & rows.CLAMPED > 0, abs(asked) > 2.0)
 
 
-# --- the guard is last
+# --- the checks of the force act after the controller
 
 
 @pytest.mark.parametrize("how", ["nan", "inf", "minus inf", "index"])

@@ -85,7 +85,9 @@ def test_a_file_restores_everything_and_is_graded_as_correct(tmp_path, lesson, p
     after = load(path, lesson, {})
     assert (after.step, after.answers, after.counts) == (2, before.answers, before.counts)
     assert {row.state for row in grade_file(path, {lesson.key: lesson})} <= {"correct", "review"}
-    after.save(path, "Ada", NOTHING)  # the loaded rows have times of an earlier start of the computer's clock
+    after.save(
+        path, "Ada", NOTHING
+    )  # the computer was restarted, so the loaded rows have times of another clock
     assert load(path, lesson, {}).counts == before.counts
     assert [p.name for p in tmp_path.iterdir()] == ["lesson.hapkit"]
 

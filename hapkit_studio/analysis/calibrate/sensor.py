@@ -24,8 +24,8 @@ _NEIGHBOURS = 3
 class SensorResult:
     """The result of the sensor check, in counts: lowest and highest reading, jumps, noise.
 
-    The period in counts has a 95 % half width; it is NaN if there are too few jumps. The travel in m is
-    computed from the radii.
+    The period is given in counts with half the width of its 95 % interval; both are NaN if there are too few
+    jumps. The travel in m is computed from the radii.
     """
 
     low: int

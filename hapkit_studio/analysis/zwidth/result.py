@@ -59,10 +59,10 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class ZWidth:
-    """The stiffest wall up to which all walls settled, at each damping (n,) in N·s/m.
+    """For each damping (n,) in N·s/m, the stiffness in N/m up to which the handle settled at every wall.
 
-    ``linear`` is the linear loop's limit (n,) in N/m, NaN if there is none. ``curve`` (2, m) contains finer
-    dampings and their limits. ``where`` is "simulation" or the device's title.
+    ``linear`` is the linear loop's limit (n,) in N/m, NaN if there is none. ``curve`` (2, m) contains
+    more closely spaced dampings and their limits. ``where`` is "simulation" or the device's title.
     """
 
     where: str

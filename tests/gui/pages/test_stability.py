@@ -164,10 +164,10 @@ def damper_grows(setting, damping):
     """Return True if a sampled damper in N·s/m makes a released handle's motion grow, by the exact map."""
     dt, mass, own = setting.period, setting.mass, setting.viscous
     keeps = np.exp(-own * dt / mass)
-    rolls = (1.0 - keeps) * mass / own  # m a m/s
+    rolls = (1.0 - keeps) * mass / own  # m per m/s
     goes, speeds = (
         damping / dt * k for k in ((dt - rolls) / own, (1.0 - keeps) / own)
-    )  # a m between samples
+    )  # per m between samples
     step = [[1.0 - goes, rolls, goes], [-speeds, keeps, speeds], [1.0, 0.0, 0.0]]
     return np.abs(np.linalg.eigvals(step)).max() > 1.0 + 1e-6
 
