@@ -18,7 +18,7 @@ LAST := command -v avr-g++ >/dev/null || echo "No avr-g++: tests that need the f
 # compile the parts needed by most tests once, before two processes would both compile all of them
 WARM := warm-verdict warm-boards warm-analysis
 
-.PHONY: help run test test-all lint warm-loop $(WARM) bench pictures firmware board fuzz soak realtime bundle wheelhouse \
+.PHONY: help run test test-all collect lint warm-loop $(WARM) bench pictures firmware board fuzz soak realtime bundle wheelhouse \
 	acceptance clean
 .DEFAULT_GOAL := help
 
@@ -44,7 +44,7 @@ run: $(VENV)/.compiled
 test: $(VENV)/.test
 	@.ci/system-packages.sh test
 	@rm -rf $(CHECK_CACHE)
-	@$(MAKE) --no-print-directory -j$(JOBS) lint board $(WARM)
+	@$(MAKE) --no-print-directory -j$(JOBS) lint board collect $(WARM)
 	$(CHECK) $(BIN)/python -m pytest -q -n $(WORKERS) $(BY_FILE) -m "not alone and not slow"
 	@$(LAST)
 
@@ -56,6 +56,10 @@ test-all: test
 $(WARM): warm-loop
 warm-loop $(WARM): warm-%: $(VENV)/.test
 	@$(CHECK) XDG_CACHE_HOME=$(CURDIR)/build $(BIN)/python -m hapkit_studio.gui.state.prepare $*
+
+# pytest compiles the tests on first reading: once here, instead of in every worker
+collect: $(VENV)/.test
+	@$(CHECK) $(BIN)/python -m pytest -qq --collect-only >/dev/null
 
 lint: $(VENV)/.test
 	@.ci/system-packages.sh test

@@ -15,6 +15,7 @@ from hapkit_studio import program
 from hapkit_studio.dynamics import jit
 
 
+@pytest.mark.slow
 def test_modules_are_started_by_this_interpreter_outside_the_current_folder(tmp_path):
     (tmp_path / "hapkit_studio.py").write_text("raise SystemExit('the wrong one')")
     command = program.module_command("hapkit_studio", "--version")

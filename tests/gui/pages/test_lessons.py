@@ -113,6 +113,7 @@ def move_until(window, qtbot, done):
     qtbot.waitUntil(moved)
 
 
+@pytest.mark.slow
 def test_every_lesson_has_a_row_that_opens_it(page, kept_window):
     assert list(page.rows) == list(library().lessons)
     assert page.isVisible()
@@ -122,6 +123,7 @@ def test_every_lesson_has_a_row_that_opens_it(page, kept_window):
     assert page.place.text() == "Step 1 of 5"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", wide(library().lessons, lambda key: key == WALL))
 def test_each_step_of_each_lesson_shows_its_scene(page, kept_window, key):
     page.open(key)
@@ -132,6 +134,7 @@ def test_each_step_of_each_lesson_shows_its_scene(page, kept_window, key):
         assert set(page.tasks) == {task.key for task in (*step.checks, *step.questions)}
 
 
+@pytest.mark.slow
 def test_formulas_are_pictures_and_html_in_a_lesson_is_text(small):
     texts = [part.text() for part in small.body.findChildren(QLabel)]
     assert sum(text.count("<img src=") for text in texts) == 2
@@ -159,6 +162,7 @@ def test_locks_and_hidden_parts_of_a_step_end_with_it(small, kept_window):
     assert small.isVisible()  # an open lesson stays visible beside every view
 
 
+@pytest.mark.slow
 def test_formulas_follow_the_theme(small):
     def pictures():
         return [text for part in small.body.findChildren(QLabel) if "<img" in (text := part.text())]
@@ -170,6 +174,7 @@ def test_formulas_follow_the_theme(small):
     assert not set(pictures()) & set(light)
 
 
+@pytest.mark.slow
 def test_a_step_shows_the_plot_that_it_names(page, kept_window):
     """The friction lesson first shows force over velocity, the spring lesson force over position."""
     phase = kept_window.centre.phase
@@ -178,6 +183,7 @@ def test_a_step_shows_the_plot_that_it_names(page, kept_window):
         assert phase.plots[phase.switch.index].channel == channel
 
 
+@pytest.mark.slow
 def test_leaving_a_lesson_restores_everything(page, kept_window):
     studio = kept_window.studio
     studio.set_value("stiffness", 420.0)
@@ -195,6 +201,7 @@ def test_leaving_a_lesson_restores_everything(page, kept_window):
     assert not page.isVisible()
 
 
+@pytest.mark.slow
 def test_answers_are_judged_in_a_sentence(small):
     choice, number = small.tasks["1.2"], small.tasks["1.3"]
     assert not choice.words.isVisible()
@@ -211,6 +218,7 @@ def test_answers_are_judged_in_a_sentence(small):
     assert number.words.text() == "305 N/m: correct."
 
 
+@pytest.mark.slow
 def test_a_check_uses_live_data_and_marks_its_interval(small, kept_window, qtbot):
     """The task's text explains what is missing; the user does not have to press Record."""
     window, task = kept_window, small.tasks["1.1"]
@@ -225,6 +233,7 @@ def test_a_check_uses_live_data_and_marks_its_interval(small, kept_window, qtbot
     assert file_of(small.player.lesson).exists()
 
 
+@pytest.mark.slow
 def test_answers_step_and_checks_are_restored_after_a_restart(small, kept_window, qtbot):
     window = kept_window
     small.tasks["1.2"].options[1].click()
@@ -243,6 +252,7 @@ def test_answers_step_and_checks_are_restored_after_a_restart(small, kept_window
     assert "correct" in small.tasks["1.1"].words.text()
 
 
+@pytest.mark.slow
 def test_an_invalid_lesson_shows_one_line_and_the_others_are_listed(page, home):
     (home / "wrong.md").write_text(SMALL.replace('measure = "travel"', 'measure = "taste"'), encoding="utf-8")
     (home / "right.md").write_text(SMALL, encoding="utf-8")
@@ -260,6 +270,7 @@ def test_a_missing_folder_gives_a_message_and_the_studios_lessons_are_listed(pag
     assert list(page.rows) == list(library().lessons)
 
 
+@pytest.mark.slow
 def test_a_folder_may_be_given_by_an_option(start_window, home):
     (home / "mine.md").write_text(SMALL, encoding="utf-8")
     window = start_window("--lessons", str(home))
@@ -267,6 +278,7 @@ def test_a_folder_may_be_given_by_an_option(start_window, home):
     assert "mine" in window.views.page("lessons").rows
 
 
+@pytest.mark.slow
 def test_next_and_back_have_keys(small, kept_window):
     window = kept_window
     window.centre.scene.setFocus()
@@ -279,6 +291,7 @@ def test_next_and_back_have_keys(small, kept_window):
     assert not window.actions_by_key.qt["teach.lesson_next"].isEnabled()
 
 
+@pytest.mark.slow
 def test_tab_follows_the_order_of_a_step(small):
     wanted = [
         small.back_to_list, *small.dots, *small.tasks["1.2"].options, small.tasks["1.3"].field,
@@ -292,6 +305,7 @@ def test_tab_follows_the_order_of_a_step(small):
     assert found[: len(wanted)] == wanted
 
 
+@pytest.mark.slow
 def test_closing_the_window_in_a_lesson_stores_the_previous_settings(make_window, qtbot, home):
     from tests.gui.window_support import SIMULATED
 
@@ -326,6 +340,7 @@ def test_a_motor_waits_for_render_at_each_step_that_changes_settings(board_windo
     assert studio.stopped
 
 
+@pytest.mark.slow
 def test_opening_a_lesson_ends_a_demo_without_applying_its_settings(page, kept_window):
     window = kept_window
     before = settings_of(window.studio)
@@ -337,6 +352,7 @@ def test_opening_a_lesson_ends_a_demo_without_applying_its_settings(page, kept_w
     assert settings_of(window.studio) == before
 
 
+@pytest.mark.slow
 def test_the_report_is_opened_in_the_browser(small, kept_window, qtbot, monkeypatch):
     opened = []
     monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: opened.append(url.toLocalFile()) or True)
@@ -350,6 +366,7 @@ def test_the_report_is_opened_in_the_browser(small, kept_window, qtbot, monkeypa
     assert not small.message.isVisible()
 
 
+@pytest.mark.slow
 def test_nothing_is_handed_in_without_a_name_or_samples(small, home):
     small._ask_file("")
     assert small.message.text() == "Nothing was handed in: enter your name."
@@ -368,6 +385,7 @@ def test_a_damaged_progress_file_is_renamed_and_the_lesson_starts_from_the_begin
     assert path.with_suffix(".damaged").read_bytes() == b"no session"
 
 
+@pytest.mark.slow
 def test_a_hint_opens_and_closes(small, qtbot):
     (hint,) = small.body.findChildren(HintPart)[-1:]
     assert not hint.words.isVisibleTo(hint)
@@ -377,6 +395,7 @@ def test_a_hint_opens_and_closes(small, qtbot):
     assert not hint.words.isVisibleTo(hint)
 
 
+@pytest.mark.slow
 def test_a_session_recorded_during_a_lesson_is_remembered_for_handing_in(small, kept_window, home):
     recording = kept_window.studio.recording
     recording.newest = (home / "trials.hapkit", 1)
@@ -388,6 +407,7 @@ def test_a_session_recorded_during_a_lesson_is_remembered_for_handing_in(small, 
     assert small.player._recordings() == {"small": [str(home / "trials.hapkit")]}
 
 
+@pytest.mark.slow
 def test_what_was_set_in_a_lesson_cannot_be_undone_after_it(page, kept_window):
     studio, undo = kept_window.studio, kept_window.actions_by_key.qt["edit.undo"]
     page.open(WALL)

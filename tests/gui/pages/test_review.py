@@ -64,6 +64,7 @@ def typed(field, text):
     QTest.keyClicks(field, text)
 
 
+@pytest.mark.slow
 def test_points_and_comments_are_entered_by_keyboard_and_the_data_are_unchanged(dialog, handed_in):
     typed(dialog.name, "Bob")
     dialog.points[0].setFocus()
@@ -101,6 +102,7 @@ def test_a_review_without_a_name_is_not_saved(dialog):
     assert not list(folder().glob("*.review"))
 
 
+@pytest.mark.slow
 def test_a_comment_can_have_the_replays_time(dialog, qtbot):
     window = dialog.parent()
     QTest.mouseClick(dialog.watch, Qt.MouseButton.LeftButton)
@@ -117,6 +119,7 @@ def test_a_comment_can_have_the_replays_time(dialog, qtbot):
     assert dialog.place.findData(("time", None)) < 0
 
 
+@pytest.mark.slow
 def test_all_reviews_are_shown_and_answered(page, qtbot):
     path = folder() / "ada.hapkit"
     from hapkit_studio.lessons.hand_in import read
@@ -140,6 +143,7 @@ def test_all_reviews_are_shown_and_answered(page, qtbot):
     assert written("Bob").replies == ()
 
 
+@pytest.mark.slow
 def test_a_recording_that_was_not_handed_in_says_so(page, qtbot):
     choose(page, qtbot, "plain")
     page.ask_review()
@@ -147,6 +151,7 @@ def test_a_recording_that_was_not_handed_in_says_so(page, qtbot):
     assert "it was not handed in" in page.status.text()
 
 
+@pytest.mark.slow
 def test_the_report_is_written_and_opened(dialog, qtbot, monkeypatch):
     opened = []
     monkeypatch.setattr(QDesktopServices, "openUrl", lambda url: opened.append(url.toLocalFile()) or True)

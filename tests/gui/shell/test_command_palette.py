@@ -105,6 +105,7 @@ def test_the_palette_is_opened_from_the_right_end_of_the_menu_bar(shown):
     assert words == ["Find a command", "Ctrl+K"]
 
 
+@pytest.mark.slow
 def test_every_term_is_explained_in_two_sentences():
     for word, explained in WORDS.items():
         sentences = re.split(r"(?<=[a-z])\.(?: |$)", explained)[:-1]
@@ -114,6 +115,7 @@ def test_every_term_is_explained_in_two_sentences():
         assert needed in WORDS
 
 
+@pytest.mark.slow
 def test_the_key_sheet_can_be_searched_and_hides_empty_groups(shown):
     sheet = KeysDialog(shown.actions_by_key.entries, shown)
     sheet.show()

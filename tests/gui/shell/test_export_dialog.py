@@ -46,6 +46,7 @@ def test_a_law_with_much_arithmetic_gets_a_lower_rate(window, sheet):
     assert "kRate = 500" in sheet.text()
 
 
+@pytest.mark.slow
 def test_kit_and_printing_can_be_chosen(window, sheet):
     kits = [sheet.kits.itemText(at) for at in range(sheet.kits.count())]
     assert kits == [kit.title for kit in profiles.KITS]  # no kit is connected
@@ -65,6 +66,7 @@ def test_an_unsupported_estimator_is_replaced_with_a_message(window, sheet):
     assert "ifference" in sheet.velocity.text()
 
 
+@pytest.mark.slow
 def test_a_warning_about_an_unstable_sketch_is_in_the_dialog_and_in_the_file(window, sheet, tmp_path):
     window.studio.choose("wall")
     window.studio.set_loop(estimator="difference")
@@ -86,6 +88,7 @@ def test_a_warning_about_an_unstable_sketch_is_in_the_dialog_and_in_the_file(win
     assert "After you let go, it moves away" in sheet.verdict.words.text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["my wall.ino", "nowhere/at/all\0.ino"])
 def test_an_invalid_name_gives_a_one_line_message(sheet, tmp_path, name):
     sheet.write(str(tmp_path / name))

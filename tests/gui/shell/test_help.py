@@ -22,6 +22,7 @@ PAGES = {
 SECTIONS = ("No port", "No force", "Wrong direction", "Buzzing", "Drift", "Slow link or computer")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("action", "title"), PAGES.items())
 def test_every_page_opens_with_its_title_and_text(kept_idle_window, action, title):
     kept_idle_window.actions_by_key.run(action)
@@ -44,6 +45,7 @@ def test_troubleshooting_has_a_section_for_each_fault():
     assert named <= set(SECTIONS)
 
 
+@pytest.mark.slow
 def test_a_fault_banners_help_opens_its_section(kept_window):
     """A buzzing scene usually ends with the over-speed fault, so its help opens the section Buzzing."""
     window = kept_window
@@ -63,6 +65,7 @@ def test_a_fault_banners_help_opens_its_section(kept_window):
     assert "Buzzing" in lines
 
 
+@pytest.mark.slow
 def test_the_tour_is_offered_once_and_opens_its_lesson(start_window, home):
     window = start_window()
     banner = next(b for b in window.banners.banners if b.notice.key == "tour")
@@ -76,6 +79,7 @@ def test_the_tour_is_offered_once_and_opens_its_lesson(start_window, home):
     assert start_window().banners.get("tour") is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", [("--screenshot", "x.png"), ("--demo",)])
 def test_the_tour_is_not_offered_when_an_option_shows_something_else(start_window, option):
     assert start_window(*option).banners.get("tour") is None

@@ -16,6 +16,7 @@ def window(make_window, qapp):
     return shown
 
 
+@pytest.mark.slow
 def test_the_names_are_fully_visible_beside_their_icons_only_in_live(window, qapp):
     names, gallery = window.rail_names, window.gallery
     for size in ((1280, 720), (960, 600), (640, 360)):
@@ -33,6 +34,7 @@ def test_the_names_are_fully_visible_beside_their_icons_only_in_live(window, qap
     assert names.isHidden(), "the gallery has the names itself"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by_mouse", [True, False])
 def test_the_names_disappear_permanently_once_an_environment_is_selected(window, make_window, by_mouse):
     names = window.rail_names

@@ -47,6 +47,7 @@ def hold(window, qtbot, goal, until):
     qtbot.waitUntil(follow)
 
 
+@pytest.mark.slow
 def test_a_whole_experiment_is_recorded_and_evaluated(pointed, qtbot):
     window, page = pointed, pointed.pointing.page
     assert window.studio.hidden == permissions.POINTING

@@ -37,6 +37,7 @@ def right_place(page):
     return values.index(max(values))
 
 
+@pytest.mark.slow
 def test_the_staircase_ends_the_experiment_and_every_answer_is_recorded(compared, qtbot, monkeypatch):
     """The staircase has three reversals instead of twelve, and each answer is rendered."""
     monkeypatch.setattr(discrimination, "REVERSALS", 3)

@@ -72,6 +72,7 @@ def test_a_kit_with_all_settings_wrong_is_set_up(played, tmp_path):
     assert dialog.index == 0
 
 
+@pytest.mark.slow
 def test_texts_fit_controls_have_names_and_a_skipped_step_states_its_assumption(played, qtbot):
     play = played()
     dialog = play.dialog
@@ -157,6 +158,7 @@ def taken(play):
         play.press(play.dialog.step.take)
 
 
+@pytest.mark.slow
 def test_radii_and_marks_are_checked_against_each_other(played):
     play = played()
     play.dialog.go(2)
@@ -190,6 +192,7 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     assert "assumed" not in step.hint.text()
 
 
+@pytest.mark.slow
 def test_marks_on_the_wrong_side_are_red_and_give_no_scale(played):
     play = played()
     play.dialog.go(2)
