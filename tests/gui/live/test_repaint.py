@@ -1,5 +1,6 @@
 """Repeated painting leaks no references; a leak would crash the program within half a minute."""
 
+import gc
 import math
 import sys
 
@@ -22,6 +23,7 @@ def test_repeated_painting_leaks_no_reference(window, qapp, qtbot):
     qtbot.waitUntil(lambda: len(window.live.history) > 0 or frame(0), timeout=PATIENCE_MS)
     for number in range(50):
         frame(number)
+    gc.collect()  # objects of earlier tests refer to None, too
     before = sys.getrefcount(None)
     for number in range(FRAMES):
         frame(number)
