@@ -254,9 +254,8 @@ def words_in(canvas):
     return found[found[:, 0] > canvas.measure().left()]
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_divider_label_avoids_the_trace(plots, side):
-    """The label is at the top, or at the bottom if the trace is at the top."""
+def show_divided(plots, side):
+    """Show 14 s at one side, with a divider after 10 s."""
     history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = side * 0.011
@@ -265,6 +264,12 @@ def test_a_divider_label_avoids_the_trace(plots, side):
     history.append(table[10_000:])
     plots.view.set_history(history)
     plots.refresh()
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_divider_label_avoids_the_trace(plots, side):
+    """The label is at the top, or at the bottom if the trace is at the top."""
+    show_divided(plots, side)
     canvas = plots.canvases[0]
     words = words_in(canvas)[:, 1]
     assert np.sign(words.mean() - canvas.measure().center().y()) == side
@@ -316,14 +321,7 @@ def test_an_older_divider_has_its_label_in_the_other_row(plots):
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_the_pointer_readout_covers_no_divider_label(plots, monkeypatch, side):
-    history = LiveHistory(seconds=60.0, rate=RATE)
-    table = telemetry(14_000)
-    table[:, rows.POSITION] = side * 0.011
-    history.append(table[:10_000])
-    history.divide("Spring")
-    history.append(table[10_000:])
-    plots.view.set_history(history)
-    plots.refresh()
+    show_divided(plots, side)
     canvas, boxes = plots.canvases[0], {}
 
     def note(_painter, x, y, text, _token):
