@@ -300,7 +300,9 @@ def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
 
 def _first_position(places: np.ndarray, force: np.ndarray, wanted: float) -> float:
     """Return the first of the positions (n,) in m at which the force (n,) reaches ``wanted`` N."""
-    i = max(int(np.flatnonzero(force >= wanted)[0]), 1)
+    i = int(np.flatnonzero(force >= wanted)[0])
+    if i == 0:
+        return float(places[0])
     share = (wanted - force[i - 1]) / (force[i] - force[i - 1])
     return float(places[i - 1] + share * (places[i] - places[i - 1]))
 

@@ -17,6 +17,7 @@ from hapkit_studio.analysis.stability.behaviour import (
     Lasting,
     Trials,
     behaviour,
+    centres_of,
 )
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
@@ -24,6 +25,7 @@ from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.dynamics.loop_settings import LoopSettings
 from hapkit_studio.haptics import headless, settling
 from tests.analysis.stability.independent import Handle
+from tests.laws.law_files import environment, law_text
 from tests.wide import wide
 
 SPRING = environments.named("spring")
@@ -470,6 +472,15 @@ def test_a_walls_oscillation_is_a_range_over_pressing_forces():
     assert harder > 1.9 * softer
     assert said.least.amplitude == pytest.approx(softer, rel=0.05)
     assert said.most.amplitude == pytest.approx(harder, rel=0.05)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_constant_force_is_met_at_the_edge_of_the_searched_positions(tmp_path):
+    pushing = environment(tmp_path, law_text("return -2.0"), ())
+    scene, grip = headless.Scene(pushing, {}), GRIPS["medium"]
+    found = [(centre.position, centre.target) for centre in centres_of(scene, grip)]
+    presses = 1.0, 0.6 * 2.0  # N
+    assert found == [(-0.045, pytest.approx(-0.045 + press / grip.stiffness)) for press in presses]
 
 
 def test_an_oscillation_started_by_few_pushes_is_found():
