@@ -31,10 +31,10 @@ class Parameter:
             number = float("" if isinstance(value, bool) else value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
             wanted = f"a number in {self.unit}" if self.unit else "a number"
-            raise ParameterError(f"{self.label} takes {wanted}, not {quoted(value)}.") from None
+            raise ParameterError(f"{self.label} must be {wanted}, not {quoted(value)}.") from None
         if not math.isfinite(number) or not self.low <= number <= self.high:
-            limits = f"{compact(self.low)} to {compact(self.high)} {self.unit}".rstrip()
-            raise ParameterError(f"{self.label} goes from {limits}, not {compact(number)}.")
+            limits = f"{compact(self.low)} and {compact(self.high)} {self.unit}".rstrip()
+            raise ParameterError(f"{self.label} must be between {limits}, not {compact(number)}.")
         return number
 
     def text(self, value: float) -> str:
@@ -69,7 +69,9 @@ class Choice:
 
     def __post_init__(self) -> None:
         if self.labels and [type(word) for word in self.labels] != [str] * len(self.options):
-            raise ParameterError(f"{self.label} takes one label for each of its {len(self.options)} options.")
+            raise ParameterError(
+                f"{self.label} must have one label for each of its {len(self.options)} options."
+            )
 
     @property
     def high(self) -> float:
@@ -90,7 +92,7 @@ class Choice:
             and not isinstance(value, bool)
         ):
             return float(value)
-        raise ParameterError(f"{self.label} is one of {', '.join(self.options)}, not {quoted(value)}.")
+        raise ParameterError(f"{self.label} must be one of {', '.join(self.options)}, not {quoted(value)}.")
 
     def text(self, value: float) -> str:
         """Return the option's name."""
@@ -131,7 +133,7 @@ def check_number(
     """
     number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not (math.isfinite(number) or (endless and number == math.inf)):
-        raise ParameterError(f"The {name} takes a number in {unit}, not {quoted(value)}.")
+        raise ParameterError(f"The {name} must be a number in {unit}, not {quoted(value)}.")
     if number < low or (above and number == low):
         bound = f"more than {compact(low)}" if above else f"{compact(low)} or more"
         raise ParameterError(f"The {name} must be {bound} {unit}, not {compact(number)} {unit}.")

@@ -65,4 +65,4 @@ class Quantity:
     def limits(self) -> str:
         """Return a sentence with the limits."""
         low, high = compact(self.low), compact(self.high)
-        return f"{self.parameter.label} goes from {low} to {high} {self.unit}".rstrip() + "."
+        return f"{self.parameter.label} must be between {low} and {high} {self.unit}".rstrip() + "."

@@ -139,7 +139,7 @@ def test_a_plotted_run_is_a_picture(tmp_path, ending):
     path = tmp_path / f"run.{ending}"
     run = hs.simulate("wall", hand="press", seconds=0.5)
     run.plot(path)
-    with pytest.raises(ParameterError, match=r"A picture is one of .*png.*, not 'xyz'"):
+    with pytest.raises(ParameterError, match=r"A picture must be one of .*png.*, not 'xyz'"):
         run.plot(tmp_path / "run.xyz")
     starts = {"png": b"\x89PNG", "svg": b"<?xml"}
     assert path.read_bytes().startswith(starts[ending])
@@ -152,28 +152,28 @@ REFUSED = [
     (("wal",), {}, "There is no environment 'wal'; available: free, spring, wall"),
     ((None,), {}, "There is no environment None"),
     (("wall", {"stifness": 1.0}), {}, "Wall has no parameter 'stifness'; it has: stiffness, damping"),
-    (("wall", {"stiffness": 5000.1}), {}, "Stiffness goes from 0 to 5,000 N/m, not 5,000.1."),
-    (("wall", {"side": "up"}), {}, "Side is one of right, left, not 'up'."),
+    (("wall", {"stiffness": 5000.1}), {}, "Stiffness must be between 0 and 5,000 N/m, not 5,000.1."),
+    (("wall", {"side": "up"}), {}, "Side must be one of right, left, not 'up'."),
     (("wall", [("stiffness", 1.0)]), {}, "Wall takes its parameters by name"),
-    (("wall",), {"hand": "shove"}, "The hand is one of press, tap, stroke"),
+    (("wall",), {"hand": "shove"}, "The hand must be one of press, tap, stroke"),
     (("wall",), {"hand": math.sin}, "hand takes a script's name, a Hand"),
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: math.inf if t > 0.0105 else 0.0)}, "at 0.011 s it is not."),
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: "far")}, "one number in m at every time"),
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: (t, t))}, "one number in m at every time"),
     (("wall",), {"hand": Prescribed("left")}, "a function of time in s, not 'left'"),
     (("wall",), {"device": "simulated"}, "device takes a SimulatedHapkit or None, not 'simulated'"),
-    (("wall",), {"rate": 0.0}, "The rate goes from 0.001 to 10⁹ Hz, not 0."),
-    (("wall",), {"rate": "fast"}, "The rate takes a number in Hz, not 'fast'."),
-    (("wall",), {"delay": -1e-3}, "The delay goes from 0 to 10 s, not −0.001."),
+    (("wall",), {"rate": 0.0}, "The rate must be between 0.001 and 10⁹ Hz, not 0."),
+    (("wall",), {"rate": "fast"}, "The rate must be a number in Hz, not 'fast'."),
+    (("wall",), {"delay": -1e-3}, "The delay must be between 0 and 10 s, not −0.001."),
     (("wall",), {"seconds": 0.0004}, "A run has 1 to 10,000,000 samples, not 0: 0.0004 s at 1,000 Hz."),
     (("wall",), {"seconds": 86_400.0}, "not 86,400,000: 86,400 s at 1,000 Hz."),
-    (("wall",), {"seconds": math.nan}, "Seconds goes from 0"),
+    (("wall",), {"seconds": math.nan}, "Seconds must be between 0"),
     (("wall",), {"estimator": "magic"}, "one of difference, iir, butterworth, foaw, kalman, not 'magic'."),
-    (("wall",), {"estimator": ("iir", {"cutoff": -5.0})}, "Cutoff goes from 1 to 2,000 Hz, not −5."),
+    (("wall",), {"estimator": ("iir", {"cutoff": -5.0})}, "Cutoff must be between 1 and 2,000 Hz, not −5."),
     (("wall",), {"estimator": ("iir", {"corner": 5.0})}, "has no parameter 'corner'; it has: cutoff"),
     (("wall",), {"estimator": ("iir", 20.0)}, "a name or (name, {option: value})"),
     (("wall",), {"estimator": (["iir"], {})}, "one of difference, iir, butterworth, foaw, kalman, not"),
-    (("wall",), {"max_speed": math.nan}, "Largest speed goes from 0"),
+    (("wall",), {"max_speed": math.nan}, "Largest speed must be between 0"),
     (("wall",), {"seed": 1.5}, "seed takes a whole number"),
     (("wall",), {"seed": True}, "seed takes a whole number"),
 ]

@@ -27,19 +27,19 @@ def test_every_number_within_the_limits_is_accepted(value):
 def test_every_number_beyond_the_limits_is_rejected(value):
     with pytest.raises(ParameterError) as error:
         STIFFNESS.check(value)
-    assert str(error.value) == f"Stiffness goes from 0 to 5,000 N/m, not {compact(value)}."
+    assert str(error.value) == f"Stiffness must be between 0 and 5,000 N/m, not {compact(value)}."
 
 
 @pytest.mark.parametrize("value", ["stiff", "", True, None, [1.0], {}, object, 1j, 10**400])
 def test_non_numbers_are_rejected(value):
-    with pytest.raises(ParameterError, match=r"^Stiffness takes a number in N/m, not .*\.$"):
+    with pytest.raises(ParameterError, match=r"^Stiffness must be a number in N/m, not .*\.$"):
         STIFFNESS.check(value)
 
 
 def test_an_error_without_unit():
-    with pytest.raises(ParameterError, match=r"^Ratio goes from 1 to 3, not 0\.5\.$"):
+    with pytest.raises(ParameterError, match=r"^Ratio must be between 1 and 3, not 0\.5\.$"):
         RATIO.check(0.5)
-    with pytest.raises(ParameterError, match=r"^Ratio takes a number, not 'much'\.$"):
+    with pytest.raises(ParameterError, match=r"^Ratio must be a number, not 'much'\.$"):
         RATIO.check("much")
     assert (RATIO.text(2.5), STIFFNESS.text(2.5)) == ("2.5", "2.5 N/m")
 
@@ -54,7 +54,7 @@ def test_a_choice_is_made_by_name_or_index():
 
 @pytest.mark.parametrize("value", ["up", "Right", "", 2, -1, 0.5, True, None, math.nan, math.inf, [0]])
 def test_a_choice_rejects_other_values(value):
-    with pytest.raises(ParameterError, match=r"^Side is one of right, left, not .*\.$"):
+    with pytest.raises(ParameterError, match=r"^Side must be one of right, left, not .*\.$"):
         SIDE.check(value)
 
 
@@ -83,17 +83,17 @@ def test_an_option_is_shown_by_its_label_and_checked_by_its_name():
 
 @pytest.mark.parametrize("labels", [("A",), ("A", "B", "C"), ("A", 2)])
 def test_either_every_option_has_a_label_or_none(labels):
-    with pytest.raises(ParameterError, match=r"^Rule takes one label for each of its 2 options\.$"):
+    with pytest.raises(ParameterError, match=r"^Rule must have one label for each of its 2 options\.$"):
         Choice("rule", "Rule", ("a", "b"), labels=labels)
 
 
 @pytest.mark.parametrize(
     ("value", "limits", "said"),
     [
-        ("much", {}, "The mass takes a number in kg, not 'much'."),
-        (True, {}, "The mass takes a number in kg, not True."),
-        (math.nan, {"endless": True}, "The mass takes a number in kg, not nan."),
-        (math.inf, {}, "The mass takes a number in kg, not inf."),
+        ("much", {}, "The mass must be a number in kg, not 'much'."),
+        (True, {}, "The mass must be a number in kg, not True."),
+        (math.nan, {"endless": True}, "The mass must be a number in kg, not nan."),
+        (math.inf, {}, "The mass must be a number in kg, not inf."),
         (-1.0, {}, "The mass must be 0 or more kg, not −1 kg."),
         (0.0, {"above": True}, "The mass must be more than 0 kg, not 0 kg."),
         (3, {"high": 2.0}, "The mass must be 2 kg or less, not 3 kg."),

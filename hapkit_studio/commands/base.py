@@ -133,7 +133,7 @@ def estimator_spec(text: str) -> Spec:
     numbers = key_values(options.split(","), "An option", "cutoff=20")
     for key, value in numbers.items():
         if not isinstance(value, float):
-            raise ParameterError(f"The estimator's {key} takes a number, not {value!r}.")
+            raise ParameterError(f"The estimator's {key} must be a number, not {value!r}.")
     return name, numbers  # type: ignore[return-value]
 
 

@@ -267,7 +267,9 @@ def parse(spec: Spec) -> tuple[Estimator, dict[str, float]]:
     key, options = pair
     estimator = ESTIMATORS.get(key) if isinstance(key, str) else None
     if estimator is None:
-        raise ParameterError(f"The velocity estimator is one of {', '.join(ESTIMATORS)}, not {quoted(key)}.")
+        raise ParameterError(
+            f"The velocity estimator must be one of {', '.join(ESTIMATORS)}, not {quoted(key)}."
+        )
     numbers = resolve(estimator.parameters, options, estimator.label)
     return estimator, {p.key: n for p, n in zip(estimator.parameters, numbers, strict=True)}
 

@@ -63,7 +63,7 @@ ARRIVES, LEADS = 0.10, 1.0
 def grip_named(name: str) -> Grip | None:
     """Return a grip by its name, None for "released"; raise ParameterError."""
     if name not in GRIPS:
-        raise ParameterError(f"The grip is one of {', '.join(GRIPS)}, not {name!r}.")
+        raise ParameterError(f"The grip must be one of {', '.join(GRIPS)}, not {name!r}.")
     return GRIPS[name]
 
 
@@ -140,5 +140,5 @@ SCRIPTS: dict[str, Hand] = {
 def hand_named(name: str) -> Hand:
     """Return a named movement; raise ParameterError."""
     if name not in SCRIPTS:
-        raise ParameterError(f"The hand is one of {', '.join(SCRIPTS)}, not {name!r}.")
+        raise ParameterError(f"The hand must be one of {', '.join(SCRIPTS)}, not {name!r}.")
     return SCRIPTS[name]

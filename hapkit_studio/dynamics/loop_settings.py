@@ -251,7 +251,7 @@ class Field:
                 raise ParameterError(f"{self.parameter.label} takes one of {known}, not {quoted(value)}.")
             return self.parameter.text(self.parameter.check(value))
         if isinstance(value, str):
-            raise ParameterError(f"{self.parameter.label} takes a number, not {quoted(value)}.")
+            raise ParameterError(f"{self.parameter.label} must be a number, not {quoted(value)}.")
         return self.parameter.check(value)
 
     def difference(self, old: Any, new: Any) -> Difference:

@@ -146,7 +146,7 @@ def slide(
     options are in MODELS. Raise ParameterError.
     """
     if not isinstance(model, str) or model not in MODELS:
-        raise ParameterError(f"The friction model is one of {', '.join(MODELS)}, not {model!r}.")
+        raise ParameterError(f"The friction model must be one of {', '.join(MODELS)}, not {model!r}.")
     code, declared = MODELS[model]
     levels = {"mass": mass, "spring": spring, "viscous": viscous, "static": static, "kinetic": kinetic}
     number = checked(levels | {"x0": x0, "v0": v0, "dt": dt})

@@ -120,7 +120,7 @@ class Environment:
             kind = "state" if self.moves.state else "rests"
             if getattr(self.moves, kind) not in known[kind]:
                 among = ", ".join(known[kind]) or "there is none"
-                raise LawError(f"{self.moves.name}: its `{kind}` is one of {among}.")
+                raise LawError(f"{self.moves.name}: its `{kind}` must be one of {among}.")
         if missing := set(self.counts) - set(self.state_names):
             raise LawError(
                 f"`counts` are among the states {', '.join(self.state_names)}, not {min(missing)!r}."

@@ -123,7 +123,7 @@ def driver_for(device: Device) -> Driver:
     """Return the opened driver of a device; raise DeviceError."""
     if device.driver not in _DRIVERS:
         drivers = ", ".join(_DRIVERS)
-        raise DeviceError(f"{device.title}: its driver is one of {drivers}, not {device.driver!r}.")
+        raise DeviceError(f"{device.title}: its driver must be one of {drivers}, not {device.driver!r}.")
     return _DRIVERS[device.driver](device)
 
 

@@ -369,7 +369,7 @@ class Rewriter(ast.NodeTransformer):
         if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
             raise fail(node, f"{choice.label} can only be compared with a name: {', '.join(choice.options)}")
         if node.value not in choice.options:
-            raise fail(node, f"{choice.label} is one of {', '.join(choice.options)}, not {node.value!r}")
+            raise fail(node, f"{choice.label} must be one of {', '.join(choice.options)}, not {node.value!r}")
         return ast.Constant(float(choice.options.index(node.value)))
 
     def visit_Constant(self, node: ast.Constant) -> ast.expr:

@@ -73,9 +73,9 @@ def test_the_smallest_limit_is_1_mn_per_m():
 @pytest.mark.parametrize(
     ("bad", "says"),
     [
-        ({"mass": 0.0}, "The mass goes from 10⁻¹³ to 10⁹ kg, not 0."),
-        ({"quantum": "20 µm"}, "The sensor quantum takes a number in m, not '20 µm'."),
-        ({"estimator": "guess"}, "The velocity estimator is one of"),
+        ({"mass": 0.0}, "The mass must be between 10⁻¹³ and 10⁹ kg, not 0."),
+        ({"quantum": "20 µm"}, "The sensor quantum must be a number in m, not '20 µm'."),
+        ({"estimator": "guess"}, "The velocity estimator must be one of"),
         ({"hand": []}, "The hand takes a grip's name, not []."),
         (
             {"delay": 0.0101, "rate": 2e5},

@@ -211,9 +211,9 @@ def test_the_sensor_reads_the_next_lower_count(x, counts):
     ("bad", "names"),
     [
         ({"mass": 0.0}, "mass must be more than 0 kg, not 0 kg"),
-        ({"mass": math.nan}, "mass takes a number in kg, not nan"),
+        ({"mass": math.nan}, "mass must be a number in kg, not nan"),
         ({"damping": -0.1}, "damping must be 0 or more N·s/m, not −0.1"),
-        ({"coulomb_force": "much"}, "Coulomb friction takes a number in N, not 'much'"),
+        ({"coulomb_force": "much"}, "Coulomb friction must be a number in N, not 'much'"),
         ({"quantum": -1e-6}, "quantum must be 0 or more m"),
         ({"max_force": 0.0}, "force limit must be more than 0 N"),
         ({"initial_position": math.inf}, "initial position"),

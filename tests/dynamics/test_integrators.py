@@ -71,7 +71,7 @@ def test_rows_are_at_multiples_of_the_step_with_both_ends():
         ({"stiffness": math.nan}, "Stiffness .*N/m, not nan"),
         ({"dt": 0.0}, "dt .* s, not 0"),
         ({"seconds": 1e9}, "steps"),
-        ({"x0": "far"}, "x0 takes a number in m"),
+        ({"x0": "far"}, "x0 must be a number in m"),
         *(({"method": name}, r"explicit_euler, lecture, .*exact, not") for name in ("euler", "", None, 2.5)),
     ],
 )

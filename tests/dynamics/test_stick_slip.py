@@ -119,12 +119,12 @@ def test_lugres_classic_motion_agrees_with_the_literature(dt):
 @pytest.mark.parametrize(
     ("bad", "names"),
     [
-        ({"model": "sticky"}, "friction model is one of coulomb, .*, not 'sticky'"),
+        ({"model": "sticky"}, "friction model must be one of coulomb, .*, not 'sticky'"),
         ({"static": 0.4}, "Static friction is at least the kinetic one: 0.5 N or more, not 0.4 N"),
-        ({"kinetic": -1.0}, "Kinetic friction goes from 0"),
-        ({"speed": "fast"}, "Speed takes a number in m/s, not 'fast'"),
+        ({"kinetic": -1.0}, "Kinetic friction must be between 0"),
+        ({"speed": "fast"}, "Speed must be a number in m/s, not 'fast'"),
         ({"stiffness": 100.0}, "projection has no parameter 'stiffness'; it has: none"),
-        ({"model": "lugre", "damping": -1.0}, "Damping goes from 0"),
+        ({"model": "lugre", "damping": -1.0}, "Damping must be between 0"),
         ({"dt": 1e-9}, "at most 1e[+]08 steps"),
     ],
 )

@@ -330,7 +330,9 @@ def test_a_user_can_have_every_term(started):
     assert found[-1, rows.POSITION] != found[-1, rows.TRUE_POSITION]
     engine.set_environment(CONSTANT)
     assert engine.modelled == SimulatedHapkit()
-    with pytest.raises(ParameterError, match="Model is one of scene, everything, frictionless, not 'all'"):
+    with pytest.raises(
+        ParameterError, match="Model must be one of scene, everything, frictionless, not 'all'"
+    ):
         engine.set_loop(model="all")
 
 
@@ -375,7 +377,9 @@ def test_a_device_without_terms_has_none_of_their_effects():
     assert device.reduced(["mass"]).max_force == 2.0
     assert device.reduced(()) == device
     for wrong in (["friction"], ["viscous", ""]):
-        with pytest.raises(ParameterError, match=r"A modelled term is one of mass, viscous, .*filter, not"):
+        with pytest.raises(
+            ParameterError, match=r"A modelled term must be one of mass, viscous, .*filter, not"
+        ):
             device.reduced(wrong)
 
 

@@ -47,7 +47,7 @@ REFUSED = [
     ("for i in range(3): a = 1.0\nb = a", "'a' is not defined"),
     ("if x > 0: a = 1.0\nb = a", "'a' is not defined on every path to here: set it before"),
     ("b = GAIN\nGAIN = 2.0", "'GAIN' is not defined"),
-    ("if p.side == 'middle': pass", "Side is one of right, left, not 'middle'"),
+    ("if p.side == 'middle': pass", "Side must be one of right, left, not 'middle'"),
     ("if p.side == 0: pass", "Side can only be compared with a name: right, left"),
     ("if x is v: pass", "this comparison is not allowed"),
     ("a = f'{x}'", "text is not allowed"),

@@ -104,7 +104,7 @@ def test_every_block_of_a_step_is_read_in_order(tmp_path):
         ('["wall"]', '["walls"]', "line 5: environments has some of"),
         ('lock = ["damping"]', 'lock = ["dampings"]', "line 6: lock has some of"),
         ("## Press", "# Press", "line 12: a step begins with ##"),
-        ("stiffness = 300.0", "stiffness = 99999.0", "line 21: Stiffness goes from 0 to 5,000 N/m"),
+        ("stiffness = 300.0", "stiffness = 99999.0", "line 21: Stiffness must be between 0 and 5,000 N/m"),
         ("stiffness = 300.0", "stifness = 300.0", "line 21"),
         ("delay = 0.002", "delay = -1", "line 22"),
         ("delay = 0.002", "delays = 1", "line 22: the loop has rate, delay"),

@@ -73,7 +73,7 @@ class Theme(QObject):
     def set_mode(self, mode: str) -> None:
         """Choose one of MODES; raise ValueError for any other mode."""
         if mode not in MODES:
-            raise ValueError(f"The theme is one of {', '.join(MODES)}, not {mode!r}.")
+            raise ValueError(f"The theme must be one of {', '.join(MODES)}, not {mode!r}.")
         self.mode = mode
         self._switch(self._system() if mode == "system" else mode)
 

@@ -232,5 +232,5 @@ def test_results_are_plain_json_and_invalid_numbers_are_rejected():
     found = simulation.measure(environments.named("free"), {}, [LoopSettings()])
     assert "no force" in found.sentence
     json.loads(json.dumps(found.as_json(), allow_nan=False))
-    with pytest.raises(ParameterError, match="Amplitude goes from"):
+    with pytest.raises(ParameterError, match="Amplitude must be between"):
         simulation.measure(SPRING, SPRING.values(), [LoopSettings()], 1.0)

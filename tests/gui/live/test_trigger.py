@@ -208,7 +208,7 @@ def test_keys_arm_the_trigger_and_return_to_live_and_its_dialog_changes_it(windo
     rows[BEFORE.key].box.setFocus()
     rows[BEFORE.key].box.selectAll()
     QTest.keyClicks(rows[BEFORE.key].box, "96\r")
-    assert rows[BEFORE.key].error.text() == "Time shown before the event goes from 0 to 95 %."
+    assert rows[BEFORE.key].error.text() == "Time shown before the event must be between 0 and 95 %."
     qtbot.mouseClick(dialog.arm, Qt.MouseButton.LeftButton)
     assert view.status == "Waiting for velocity 100 mm/s"
     assert (trigger.values["event"], trigger.values["before"]) == (2.0, 20.0)

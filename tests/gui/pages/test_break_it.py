@@ -84,7 +84,7 @@ def test_buttons_slider_box_and_chart_turn_the_knob_and_conditions_move_the_limi
     assert list(page.detail._marker.artists[0].get_xdata()) == [160.0, 160.0]
     page.knob.row.box.entered.emit(5000.0)
     assert page.knob.row.box.property("invalid") is True
-    assert page.knob.row.error.text() == "Stiffness goes from 100 to 300 N/m."
+    assert page.knob.row.error.text() == "Stiffness must be between 100 and 300 N/m."
     assert page.record.share == pytest.approx(0.8)
     page.turn(0.99)
     page.side.changed.emit("damping", 4.0)

@@ -231,7 +231,7 @@ def test_an_instruction_is_shown_to_the_user(page, window):
     assert page.answer.words.text() == "Press gently into the wall and hold."
     page.job._wanted = None
     page.force.box.entered.emit(9.0)
-    assert (page.force.error.text(), page.force.value) == ("Force limit goes from 0.1 to 3 N.", 2.0)
+    assert (page.force.error.text(), page.force.value) == ("Force limit must be between 0.1 and 3 N.", 2.0)
     page.force.box.entered.emit(2.0)
     assert page.force.error.isHidden()
 

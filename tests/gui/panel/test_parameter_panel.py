@@ -89,7 +89,7 @@ def test_an_invalid_number_stays_in_the_box_and_the_loop_keeps_the_last_valid_on
     for text in ("9000", "-1"):
         enter(row, text)
         assert row.box.text().replace("−", "-") == text
-        assert row.error.text() == "Stiffness goes from 0 to 5,000 N/m."
+        assert row.error.text() == "Stiffness must be between 0 and 5,000 N/m."
         assert row.error.isVisible()
         assert row.box.property("invalid") is True
         assert window.studio.engine.values["stiffness"] == 300.0
@@ -98,7 +98,7 @@ def test_an_invalid_number_stays_in_the_box_and_the_loop_keeps_the_last_valid_on
     assert window.studio.engine.values["stiffness"] == 310.0
     window.loop.set_folded(False)
     enter(window.loop.rate, "50")
-    assert window.loop.rate.error.text() == "Servo rate goes from 100 to 10,000 Hz."
+    assert window.loop.rate.error.text() == "Servo rate must be between 100 and 10,000 Hz."
     assert window.studio.engine.loop.rate == 1000.0
 
 

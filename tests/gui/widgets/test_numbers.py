@@ -61,8 +61,8 @@ def test_a_whole_parameter_is_shown_and_moved_in_whole_numbers():
 
 
 def test_limits_are_one_sentence_with_the_displayed_unit():
-    assert STIFFNESS.limits() == "Stiffness goes from 0 to 5,000 N/m."
-    assert PLACE.limits() == "Wall position goes from −40 to 40 mm."
+    assert STIFFNESS.limits() == "Stiffness must be between 0 and 5,000 N/m."
+    assert PLACE.limits() == "Wall position must be between −40 and 40 mm."
 
 
 @pytest.mark.parametrize(
