@@ -22,7 +22,7 @@ Job = Callable[[Any], object]
 
 
 class BoardThread(QObject):
-    """Opens a board in a thread of its own; ``run_job`` runs a job with the result of ``prepare``.
+    """Opens a board in a separate thread; ``run_job`` runs a job with the result of ``prepare``.
 
     Signals are emitted in the window's thread. ``refused``: a job ended without a result, and the board is
     still connected. ``failed``: the board is lost; no job runs until ``start`` is called. ``progressed`` is
@@ -146,7 +146,10 @@ class BoardThread(QObject):
                 runner.close()
 
     def _open(self) -> BoardRunner:
-        """Wait until the loop has released the port, and return an open board; raise DeviceError."""
+        """Wait until the loop has released the port, and return an open board.
+
+        Raise DeviceError on failure.
+        """
         deadline = time.monotonic() + BUSY_SECONDS
         while True:
             runner = BoardRunner(self._make_board())
@@ -168,7 +171,7 @@ class BoardThread(QObject):
             self._reports.put(("done", job(self.subject)))
         except StudioError as error:
             self._reports.put(("refused", str(error)))
-        except OSError as error:  # this is an error of a file; errors of the port are DeviceError
+        except OSError as error:  # an error of a file; errors of the port are of type DeviceError
             self._reports.put(("refused", f"{error.strerror}: {error.filename}."))
 
     def report_progress(self, what: object) -> None:

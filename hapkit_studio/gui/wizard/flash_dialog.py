@@ -29,7 +29,7 @@ _ABOUT = (
 class FlashDialog(FormDialog):
     """A non-modal dialog that flashes a board.
 
-    It cannot be closed while it writes; during this time the window has released the port.
+    It cannot be closed while it writes. During this time the window does not use the port.
     """
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):

@@ -21,7 +21,7 @@ _PARTS = ("upright", "plugged", "unplugged", "scale", "spring", "side_down", "em
 
 
 class KitDrawing(QSvgWidget):
-    """A drawing of the kit with USB plugged in; with ``supply`` the motor's supply is plugged in, too."""
+    """A drawing of the kit with USB plugged in; with ``supply``, the motor's supply is plugged in as well."""
 
     def __init__(self, supply: bool) -> None:
         super().__init__()
@@ -147,7 +147,7 @@ class HandleView(SceneView):
             stage.write("Drag: virtual hand", [(10, y, 1), (self.width() - 10, y, -1)], "accent")
 
     def _play_handle(self, stage: Stage) -> None:
-        """Draw handle, hand and force, and place labels so that they do not overlap these."""
+        """Draw the handle, the hand and the force. Place the labels so that they do not cover the drawing."""
         motion = self._motion
         if base.beyond(stage, motion):
             return
@@ -223,7 +223,7 @@ class RecentPlot(pg.PlotWidget):
 
 
 class SensorPlot(RecentPlot):
-    """Plots sensor readings with their lowest and highest value; a sawtooth is the sensor's wrap-around."""
+    """Plots sensor readings with their lowest and highest value; a wrap-around appears as a sawtooth."""
 
     def __init__(self) -> None:
         place = [{"position": 0.1, "anchors": [(0, y), (0, y)]} for y in (0, 1)]

@@ -79,7 +79,10 @@ class SetupDialog(BoardDialog):
 
     @staticmethod
     def prepare(runner: "BoardRunner") -> Calibration:
-        """Return a calibration; for a USB chip that delays frames, measure how much padding helps."""
+        """Return a calibration.
+
+        If the USB chip delays frames, also measure how much padding shortens the delay.
+        """
         work = Calibration(runner)
         if runner.board.usb_chip:
             work.padding = measure_padding(runner.board)
@@ -136,7 +139,10 @@ class SetupDialog(BoardDialog):
             self.step.box.show_progress(*self.board.runner.progress)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """If settings have changed, return the board stopped, because the handle may be inside a wall.
+        """If settings have changed, stop the motor before the dialog returns the board.
+
+        The handle may be inside a wall. If the user has released the E-stop in this dialog, the motor is not
+        stopped again.
 
         If the user has released the E-stop in this dialog, the motor is not stopped again.
         """

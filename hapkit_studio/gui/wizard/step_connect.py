@@ -42,7 +42,7 @@ class ConnectStep(StepPage):
         self._show_note()
 
     def enter(self) -> None:
-        """Show the board's current kit; pad frames from now on if that makes them arrive earlier."""
+        """Show the board's current kit; from now on pad frames if padding makes them arrive earlier."""
         if self.calibration is None or self.result is not None:
             return
         now, found = self.calibration.original, self.calibration.padding

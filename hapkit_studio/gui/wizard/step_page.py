@@ -96,7 +96,7 @@ class StepPage(QWizardPage):
         return made
 
     def add_row(self, *parts: QWidget) -> None:
-        """Add widgets side by side, aligned to the left."""
+        """Add a row of widgets, aligned to the left."""
         self.column.addLayout(hbox(*parts, None, gap=10))
 
     def add_handle(self, picture: QWidget | None = None) -> None:
@@ -141,7 +141,7 @@ class StepPage(QWizardPage):
         return self.button(words, lambda: self.run_job(says, job, after), **options)
 
     def run_job(self, words: str, job: Job, after: Callable[[Any], object]) -> None:
-        """Run a job in the board's thread and show what it does, then call ``after(result)``."""
+        """Run a job in the board's thread and show ``words`` meanwhile; afterwards call ``after(result)``."""
         if self.board.run_job(job, after):
             self.box.show_working(words)
             self.job_started.emit()

@@ -73,7 +73,7 @@ class SaveStep(StepPage):
         self.keep = self.button("Keep", self.keep_everything)
         self.foot.insertWidget(
             0, self.confirm
-        )  # below the scrolling part, the box stays visible even if the table is long
+        )  # The box is outside the scroll area, so that it stays visible even if the table is long.
         buttons = self.save, self.undo, self.undo_all, self.keep
         self.foot.insertLayout(1, hbox(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
         self.file = self.add_text()

@@ -105,7 +105,7 @@ class ScaleStep(StepPage):
         words = " The sensor counts the other way: positions are reversed." if reverse else ""
         self.residuals.setText(f"Each mark's distance from the straight line: {off} mm.{words}")
         self.box.show_result(scale.result)
-        # an accidental Enter must not take a fifth mark
+        # Enter must not take a fifth mark by accident
         self.first = self.apply if scale.result.good else None
 
     def show_refusal(self, words: str, remedy: str = "") -> None:
