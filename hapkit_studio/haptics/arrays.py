@@ -11,7 +11,7 @@ from hapkit_studio.haptics.block import Block
 from hapkit_studio.haptics.record import Record, record, zeros
 from hapkit_studio.laws import native
 
-# number of cells, on each side of the start, in which the passivity observer can record the law's force
+# number of cells on each side of the start in which the passivity observer can store the work of the law
 CELLS = 640
 
 # the tick's private state: forces in N, positions in m, times in s
@@ -82,11 +82,11 @@ WATCH = record(
     ("cells_known", "i8"),
     ("renew", "i8"),  # nonzero: restart the observer
     ("calls", "i8"),  # calls of the law in this tick
-    ("opaque", "i8"),  # nonzero: the law is too slow to be called in addition
+    ("opaque", "i8"),  # nonzero: the law is too slow for additional calls by the observer
     ("frozen", "f8", block.STATES),  # the state of the law when the observer started
     ("scratch", "f8", block.STATES),
     ("work", "f8", 2 * CELLS + 1),  # work of the law's force from the start to each cell
-    ("fault", "i8", native.FAULT_WORDS),  # faults of these calls
+    ("fault", "i8", native.FAULT_WORDS),  # faults of the observer's calls of the law
 )
 
 LINE = 8  # int64 words of a cache line
@@ -96,8 +96,8 @@ def _lines(*names: str) -> tuple[tuple[str, str, int], ...]:
     return tuple((name, "i8", LINE) for name in names)
 
 
-# The loop's thread and the window's thread share these words: the first word of each line. They are read with
-# load_acquire and written with store_release.
+# The loop's thread and the window's thread share these words. Each word is the first word of a cache line.
+# They are read with load_acquire and written with store_release.
 CONTROL = record(
     # written by the window: end of the loop, E-stop, and how often faults were cleared
     *_lines("quit", "stop", "clear"),
@@ -111,7 +111,7 @@ CONTROL = record(
     *_lines("stale_forces", "board_errors"),
 )
 
-# fault codes: laws.native defines those of a law; the other numbers are those of the loop
+# fault codes: laws.native defines the codes of faults in a law; the other codes are faults of the loop
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL = native.NOT_A_NUMBER, native.LAW_INDEX, native.LAW_FUEL
 LAW_DIVISION = native.LAW_DIVISION
 NO_FAULT, OVER_SPEED, STALE_SENSOR, DEVICE_GONE, RUNAWAY = 0, 4, 5, 6, 7

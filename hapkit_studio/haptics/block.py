@@ -73,7 +73,7 @@ def new_block() -> Block:
 
 @internal
 def copy(source: Block, to: Block) -> None:
-    """Copy everything except the sequence number; the board's law is skipped if it is unchanged."""
+    """Copy everything except the sequence number; an unchanged law for the board is not copied again."""
     if to.settings.program_id != source.settings.program_id:
         for i in range(PROGRAM_WORDS):
             to.program[i] = source.program[i]

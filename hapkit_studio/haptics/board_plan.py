@@ -1,4 +1,4 @@
-"""Which laws a board can render itself, at which rate, and with which estimator."""
+"""Plans whether a board can render a law itself, at which rate, and with which estimator."""
 
 import hashlib
 import math
@@ -33,7 +33,7 @@ _SHARE = 0.8  # largest fraction of the board's processor that a law may typical
 _CACHE_SIZE = 64
 
 ESTIMATORS = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}
-INSTEAD = "kalman"  # replaces an estimator that the board does not have
+INSTEAD = "kalman"  # estimator that replaces an estimator that the board does not have
 
 
 @dataclass(frozen=True)
@@ -116,8 +116,8 @@ class PlanRequest:
 class BoardPlanner:
     """Plans how a board renders laws.
 
-    ``room`` is the number of bytes that the board has for one law. ``settings`` are those of the board if it
-    is open.
+    ``room`` is the number of bytes that the board has for one law. ``settings`` are the settings of the open
+    board; None without an open board.
     """
 
     arena: int
@@ -126,7 +126,7 @@ class BoardPlanner:
     _latest: dict[tuple, BoardPlan] = field(default_factory=dict, compare=False, repr=False)
 
     def known(self, request: PlanRequest) -> BoardPlan | str | None:
-        """Return the cached plan, or the reason why the board cannot render; None if nothing is cached."""
+        """Return the cached plan, or the reason why the board cannot render; None if neither is cached."""
         return self._answers.get(request.key)
 
     def plan(self, request: PlanRequest) -> BoardPlan | str:
@@ -142,7 +142,10 @@ class BoardPlanner:
         return answer
 
     def _work_out(self, request: PlanRequest) -> BoardPlan | str:
-        """Plan for the requested or the fastest rate; if it does not fit, for the next rate that fits."""
+        """Plan for the requested or the fastest rate.
+
+        If the law does not fit, use the next rate that fits.
+        """
         law = request.environment.force
         numbers = tuple(request.values[p.key] for p in law.parameters)
         title, room = request.environment.title, min(self.arena, 8 * block.PROGRAM_WORDS)
@@ -185,7 +188,7 @@ class BoardPlanner:
 class BackgroundPlanner:
     """Plans requests in a separate thread; if several requests wait, only the newest is planned.
 
-    ``done`` is called in this thread with the planner that has answered.
+    ``done`` is called in this thread with the planner that has finished a plan.
     """
 
     def __init__(self, done: Callable[[BoardPlanner], None]):

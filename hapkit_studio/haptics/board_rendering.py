@@ -87,7 +87,10 @@ def finite(value: float) -> float:
 def fill_row(
     r: LoopArrays, conn: Link, sample: np.ndarray, row: np.ndarray, position: float, period: float
 ) -> None:
-    """Fill in the board's motion, force and state; store the state only if its law is in force."""
+    """Fill in the board's motion, force and state.
+
+    The state is stored only if the law in force is the law that the board renders.
+    """
     t, sign = r.tick, conn.state.sign
     duty = int(sample[codec.PWM])
     applied = sign * math.copysign(conn.motor[min(abs(duty), conn.motor.size - 1)], duty)
@@ -208,7 +211,7 @@ def encode_zero(conn: Link, k: int, frame: np.ndarray) -> int:
 def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Start the handover at zero force; send zero and direction first if the user has changed them.
 
-    In the board's settings, the zero is a count before the direction is applied, and the force is a force
+    In the board's settings, the zero is a sensor count before the direction is applied. The force is a force
     after the direction is applied.
     """
     state, body = conn.state, conn.settings

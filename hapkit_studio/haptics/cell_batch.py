@@ -29,7 +29,7 @@ _STEADY_SHARE = 0.01
 
 
 class Cells(NamedTuple):
-    """The parameters that differ between runs, with one entry or row per cell."""
+    """The values that differ between the runs, with one entry or row per cell."""
 
     numbers: np.ndarray  # (n, p): the first p parameters of the law
     starts: np.ndarray  # (n,) m: position at which the handle is released at rest

@@ -21,9 +21,9 @@ ZERO_FORCE_SECONDS = 0.5
 class Driver:
     """The owner of one connection; ``run`` occupies its thread until the control word ``quit`` is set.
 
-    ``zero_force_seconds`` is the time of zero force at the start. ``rate`` is the rate of the device's
-    clock in Hz, or None if the device has no clock. ``planner`` plans how the board renders laws. It is None
-    if there is no board; ``no_planner`` then states the reason in one line.
+    ``zero_force_seconds`` is the duration of zero force after the start, in s. ``rate`` is the rate of the
+    device's clock in Hz, or None if the device has no clock. ``planner`` plans how the board renders laws. It
+    is None if there is no board; ``no_planner`` then states the reason in one line.
     """
 
     zero_force_seconds = 0.0
@@ -120,7 +120,7 @@ _DRIVERS: dict[str, type[SimulatedDriver] | type[SerialDriver]] = {
 
 
 def driver_for(device: Device) -> Driver:
-    """Return the opened driver of a device; raise DeviceError."""
+    """Open a device and return its driver; raise DeviceError if this fails."""
     if device.driver not in _DRIVERS:
         drivers = ", ".join(_DRIVERS)
         raise DeviceError(f"{device.title}: its driver must be one of {drivers}, not {device.driver!r}.")

@@ -104,7 +104,7 @@ class Engine:
             priority.release()
 
     def close(self) -> None:
-        """Stop the loop, which sends a zero force, and disconnect the device."""
+        """Stop the loop and disconnect the device; the last force that the loop sends is zero."""
         store_release(self.arrays.control.quit, 0, 1)
         if self._thread is not None:
             self._thread.join(JOIN_SECONDS)
@@ -214,7 +214,7 @@ class Engine:
         self._change(values=values)
 
     def set_loop(self, **changes: Any) -> None:
-        """Change loop settings, but not who renders (see ``set_where``); raise ParameterError."""
+        """Change loop settings, except the choice of renderer (see ``set_where``); raise ParameterError."""
         checked = self.loop.changed(**changes)
         self.change_loop({key: getattr(checked, key) for key in changes})
 
@@ -276,7 +276,10 @@ class Engine:
         return BOARD if on_board else COMPUTER
 
     def set_where(self, where: str, rate: float | None = None) -> None:
-        """Let the "computer" or the "board" render; ``rate`` is the board's in Hz, None the law's fastest.
+        """Let the "computer" or the "board" render.
+
+        ``rate`` is the board's rate in Hz; None selects the fastest rate for the law. The force fades out and
+        in again. Raise ParameterError if it is known that the board cannot render.
 
         The force fades out and in again. Raise ParameterError if it is known that the board cannot render.
         """
@@ -322,7 +325,7 @@ class Engine:
         )
 
     def _plan(self, content: BlockContent, wait: bool) -> BoardPlan | str | None:
-        """Return the board's plan for a content, or one line that says why there is none; None if unknown."""
+        """Return the board's plan for a content, or the reason why there is no plan; None if unknown."""
         driver = self.driver
         if driver is None:
             return "No device is open." if self.device.has_board else no_board(self.device)
@@ -360,7 +363,7 @@ class Engine:
         return delays.measured_delay(self.driver.conn.delays, which, LATELY)
 
     def loop_of(self, where: str, delay: float, hand: str = "released") -> LoopSettings | None:
-        """Return the loop settings when the "computer" or the "board" renders, for a delay in s and a hand.
+        """Return the loop settings for rendering by the "computer" or the "board".
 
         Return None if the board's plan is unknown, or if there is no plan.
         """
@@ -435,7 +438,10 @@ class Engine:
 
     @property
     def settled(self) -> bool:
-        """Return True if the cross-fade has ended: only the environment's law makes the newest rows."""
+        """Return True if the cross-fade has ended.
+
+        The newest rows then come only from the environment's law.
+        """
         r = self.arrays
         if not self.renders(self.environment) or r.tick.blend < 1.0:
             return False

@@ -42,7 +42,7 @@ def simulate_sample(
 def run_batch(
     r: LoopArrays, body: Plant, hand: np.ndarray, targets: np.ndarray, holding: np.ndarray, out: np.ndarray
 ) -> int:
-    """Fill one row per sample; return the number of rows, which is smaller only if the run was cancelled.
+    """Fill one row per sample and return the number of rows. Only a cancelled run fills fewer rows.
 
     ``hand`` contains mass, damping and stiffness. ``targets`` (n + 1,) are in m and linear between samples.
     Element k of ``holding`` (n,) is True if the hand holds the handle from sample k to the next. ``out`` is
@@ -100,8 +100,8 @@ class Scene:
     """An environment with its values, device and loop; values must be finite, but may exceed their limits.
 
     If ``true_velocity`` is true, the law gets the paddle's true velocity instead of the loop's estimate.
-    ``designed_for`` is the sensor quantum in m that the velocity estimator assumes, None for that of the
-    device.
+    ``designed_for`` is the sensor quantum in m that the velocity estimator assumes, None for the quantum of
+    the device.
     """
 
     environment: Environment
@@ -163,7 +163,7 @@ def prepare_run(scene: Scene, hand: Hand, count: int, room: int | None = None) -
     return PreparedRun(scene.environment.title, r, body, numbers, targets, holding, out)
 
 
-_CHUNK = 256  # number of rows in a chunk, which fit into the processor's cache
+_CHUNK = 256  # number of rows in a chunk, so that the chunk fits into the processor's cache
 
 
 def render_every(scene: Scene, hand: Hand, count: int, every: int) -> np.ndarray:

@@ -158,7 +158,10 @@ class Fault:
 
 
 def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | None:
-    """Describe a latched fault from the loop's values; None without a fault. ``law`` is the law's name."""
+    """Return the description of a latched fault from the loop's values, or None.
+
+    ``law`` is the law's name.
+    """
     value, second = float(r.tick.fault_value), float(r.tick.fault_position)
     line, limit = int(r.fault[1]), float(r.settings.max_speed)
     place = f"x = {number(1e3 * second, 2)} mm"
@@ -202,7 +205,7 @@ def silent(name: str, seconds: float) -> str:
 
 
 def _beyond(value: float, limit: float) -> str:
-    """Format a speed with so many decimals that it visibly exceeds the limit.
+    """Format a speed with enough decimals to show that it exceeds the limit.
 
     The board samples up to four times per telemetry frame, so a short peak may be missing in the rows.
     """

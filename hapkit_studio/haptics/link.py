@@ -116,12 +116,12 @@ class Link(NamedTuple):
     data: np.ndarray
     frame: np.ndarray
     samples: np.ndarray
-    forces: np.ndarray  # the answers to the last samples, in the board's direction
+    forces: np.ndarray  # answers to the last samples, with the sign that the board uses
     state: Record  # a STATE record
     delays: Delays
     law: np.ndarray  # (7,): header of the law that was sent last to the board
     program: np.ndarray  # packed bytes of this law, with the constants that were sent last
-    unsure: np.ndarray  # 1 for each leading number that the board may not have
+    unsure: np.ndarray  # 1 for each constant whose present value on the board is unknown
     settings: np.ndarray  # body of the board's Board message, uint8
     motor: np.ndarray  # force in N at each duty from 0 to full duty
     poll: np.ndarray
@@ -231,7 +231,7 @@ def apply_zero_and_direction(r: LoopArrays, link: Link, count: float) -> None:
 
 @internal
 def effect(link: Link, sample: np.ndarray, period: float) -> float:
-    """Return the mean force in N over the last period; within the period an answer has changed the force."""
+    """Return the mean force in N over the last period, in which an arriving answer changed the force."""
     old = link.state.effect
     new = link.forces[int(sample[codec.ANSWERED]) % HISTORY]
     if int(sample[codec.FLAGS]) & _MOTOR_OFF:
@@ -298,8 +298,8 @@ def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
 def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
     """Return True if a board that has sent frames is silent for GONE_AFTER, and latch this as a fault.
 
-    An iteration that took longer than its wait, e.g. because the computer was suspended, counts as at
-    most twice the wait.
+    An iteration may take longer than its wait, for example because the computer was suspended. It then counts
+    as at most twice the wait.
     """
     state = link.state
     if not math.isfinite(state.last_arrival):
@@ -390,7 +390,7 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
     """Render the k-th decoded sample into the ring's next row; store the answer.
 
     There is a gap if more than a period has passed by the board's clock. Lost samples count as answered with
-    the same force.
+    the force of this answer.
     """
     sample = link.samples[k]
     lost, period = sample[codec.LOST], r.settings.period * (1.0 + sample[codec.LOST])

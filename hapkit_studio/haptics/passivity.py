@@ -36,7 +36,7 @@ from hapkit_studio.laws.native import LAW_FUEL, call
 # J: energy that fingers do not feel, 0.3 N over 0.4 mm
 FELT = 0.12e-3
 # Sensor error in counts at the largest force: one count at either end of the path, and half a count of delay.
-# If the limit follows the handle, the same error occurs again.
+# If the limit follows the handle, the same error occurs a second time.
 COUNTS = 4.0
 # Width of a cell in m, and the number of cells per tick and side for which the law is called. While the
 # handle moves fast this number is larger, up to the maximum, so that the possible energy is known before it
@@ -115,7 +115,10 @@ def unknown_work(r: LoopArrays, effect: float) -> float:
 
 @inlined
 def straighten(w: Record, position: float, half: float, elapsed: float) -> float:
-    """Extend the straightest motion by one count, 2 ``half`` wide in m; return the added ∫v² dt in m²/s."""
+    """Extend the straightest motion by one count of width 2 ``half`` in m.
+
+    Return the added ∫v² dt in m²/s.
+    """
     w.lasted += elapsed
     ahead = position - w.turn
     if ahead - half > w.greatest * w.lasted:
@@ -269,7 +272,7 @@ def extend_cells(r: LoopArrays, position: float, period: float) -> None:
 
 @internal
 def reach(r: LoopArrays, position: float, period: float) -> int:
-    """Return the last cell to evaluate, beyond the position reached in one period at twice the speed.
+    """Return the last cell to evaluate; it is beyond the position after one period at twice the speed.
 
     In a live loop the law's duration limits the number of cells.
     """

@@ -21,7 +21,7 @@ LONGEST = 1e-3
 
 Reference runs use rates that no computer achieves.
 """
-# work in loop iterations of a law: the work of one tick, and the work between two readings of the clock
+# work as a number of loop iterations of a law: the work of one tick, and the work between two clock readings
 _WORK_OF_A_TICK, _CHECK_AFTER = 20, 50_000
 _PEEK = 2
 

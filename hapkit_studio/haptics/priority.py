@@ -1,8 +1,9 @@
 """The priority of the loop's thread: request the highest that the system grants, and describe the result.
 
-``obtain`` and ``release`` are called in the thread that they change, ``demote`` from compiled code. Linux is
-in ``realtime_linux``. macOS uses a time-constraint policy (<mach/thread_policy.h>), Windows the "Pro Audio"
-task of the Multimedia Class Scheduler (avrt.h). Both reserve processor time for other threads.
+``obtain`` and ``release`` are called in the thread that they change, ``demote`` from compiled code. The
+functions for Linux are in ``realtime_linux``. macOS uses a time-constraint policy (<mach/thread_policy.h>),
+Windows the "Pro Audio" task of the Multimedia Class Scheduler (avrt.h). Both reserve processor time for other
+threads.
 """
 
 import ctypes
@@ -99,8 +100,8 @@ class System(NamedTuple):
     release: Callable[[], None]
     demote: Callable[[], None]
     how_to_get_more: str
-    enough: int = 1  # there is no higher priority from this level on
-    # by default the system never withdraws the priority permanently
+    enough: int = 1  # level from which on no higher priority exists
+    # by default, the system does not withdraw the priority during the thread's life
     is_realtime: Callable[[int], bool] = lambda thread: True
 
 

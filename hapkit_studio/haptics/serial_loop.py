@@ -27,8 +27,8 @@ from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Sample
 
-# s: time limit for rendering the samples before the newest one; after a longer time their forces, and the
-# newest one's, are too old.
+# s: time limit for rendering the samples before the newest one. After a longer time, the forces for these
+# samples and for the newest one would be too old.
 CATCH_UP = 0.005
 
 
@@ -128,7 +128,7 @@ def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
 
 @internal
 def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
-    """Encode the answer to frame k: a changed E-stop first, then a force, or a message to a rendering board.
+    """Encode the answer to frame k: an E-stop change, then a force or a message to a rendering board.
 
     While the board renders, a latched fault also stops the board. With added delay the answer belongs to an
     earlier sample.
@@ -210,8 +210,8 @@ def wait_if_too_slow(r: LoopArrays, before: float, hurried: int) -> int:
     """Latch a fault if the machine is too slow; wait a period per iteration until the fault is cleared.
 
     Return the number of consecutive iterations that found bytes without waiting. Clearing the fault resets
-    this number: after a wait of a period bytes are always available, so otherwise the fault of a board with
-    its own rate could never be cleared.
+    this number. Without the reset, the fault of a board with its own rate could never be cleared, because
+    bytes are always available after a wait of a period.
     """
     if hurried == MOST_PASSES_WITHOUT_WAITING + 1:
         latch(r, arrays.RUNAWAY, 1.0 / r.settings.period, 0.0)

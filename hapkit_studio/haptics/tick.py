@@ -186,7 +186,7 @@ def advanced(share: float, step: float) -> float:
 
 @internal
 def move(r: LoopArrays, step: float) -> None:
-    """Advance the parameters' ramp and the cross-fade by a step, a fraction of their duration."""
+    """Advance the parameters' ramp and the cross-fade by ``step``, as a fraction of their duration."""
     t = r.tick
     if t.ramp < 1.0:
         ramp = advanced(t.ramp, step)
@@ -337,10 +337,11 @@ def guard(
 
 @inlined_and_called
 def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
-    """Render one sample; fill the row's columns that the tick knows; return the motor force in N.
+    """Render one sample, fill in the columns that the tick computes, and return the motor force in N.
 
-    ``effect`` is the mean force in N in effect since the last sample. The driver fills in times and truth. If
-    the block requests the true velocity, the driver must fill in the truth before it calls the tick.
+    ``effect`` is the mean force in N in effect since the last sample. The driver fills in the times and the
+    true motion. If the block requests the true velocity, the driver must fill in the true motion before it
+    calls the tick.
     """
     t = r.tick
     if due(r):
