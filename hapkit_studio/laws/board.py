@@ -39,12 +39,15 @@ class Program:
 
     @property
     def usual(self) -> float:
-        """Return the mean cycles of a call, for the imposed motion that has the highest mean."""
+        """Return the mean number of cycles per call, for the test motion with the highest mean."""
         return machine.mean_cycles(self.code, self.slots, self.given)[0]
 
     @property
     def rest(self) -> int:
-        """Return a tick's typical cycles without the law, but with the velocity estimate if it is needed."""
+        """Return the typical cycles of a tick without the law.
+
+        They include the velocity estimate if the law reads the velocity.
+        """
         reads = any(
             kind == "s" and self.code[at + 1 + i] == machine.V
             for at, operation, _ in instructions(self.code)
@@ -53,7 +56,7 @@ class Program:
         return machine.REST + (machine.ESTIMATE if reads else 0)
 
     def cycles_by_line(self) -> dict[int, float]:
-        """Return the mean cycles of each source line in a call, for the same motion as ``usual``."""
+        """Return the mean cycles per call of each source line."""
         found: dict[int, float] = {}
         counts = machine.mean_cycles(self.code, self.slots, self.given)[1]
         for (_, operation, _), line, count in zip(instructions(self.code), self.lines, counts, strict=True):
@@ -98,7 +101,7 @@ _OUTCOMES = {
 _ALL = LESS | EQUAL | GREATER | UNORDERED
 _MIRROR = {LESS: GREATER, GREATER: LESS}
 _OPERATIONS = {o.name: o for o in machine.OPERATIONS}
-# instructions that leave A unchanged
+# instructions that leave the accumulator A unchanged
 _PRESERVE_A = frozenset(("STORE", "COMPARE", "TEST", "STORE_AT", "LABEL"))
 _ENDING = frozenset(("RETURN", "JUMP"))
 _FORWARD = frozenset(("JUMP", "TEST", "COMPARE"))

@@ -39,7 +39,7 @@ _HELPERS = frozenset((*_NAMES.values(), "divisor", "index", "entry")) - {"fabsf"
 
 @dataclass(frozen=True)
 class Source:
-    """A law in C: its text, its call, the helpers that it needs, and the indices of its parameters."""
+    """A law in C: its text, the text of its call, the helpers that it needs, and its parameters' indices."""
 
     text: str
     call: str

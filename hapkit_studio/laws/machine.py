@@ -208,7 +208,7 @@ _FUNCTIONS: dict[str, Callable] = {
 
 @lru_cache(maxsize=256)
 def mean_cycles(code: bytes, slots: int, given: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
-    """Return the mean cycles of a call, for the motion with the highest mean, and each instruction's count.
+    """Return the mean cycles per call for the motion with the highest mean, and each instruction's mean use.
 
     The arithmetic is double precision, and undefined values count as 0, because only the path matters.
     """

@@ -54,7 +54,7 @@ def load(source: str) -> tuple[int, object]:
 
 
 def is_compiled(source: str) -> bool:
-    """Return True if this Python's numba cache contains a law's machine code; compile nothing."""
+    """Return True if this Python's numba cache contains a law's machine code; this compiles nothing."""
     if INTERPRETED:
         return True
     folder = _configured_folder()
@@ -68,7 +68,7 @@ def is_compiled(source: str) -> bool:
 
 
 def _loads(index: Path) -> bool:
-    """Return True if a cache index is of this version of numba and has a file of machine code."""
+    """Return True if this version of numba wrote the cache index and the index has a file of machine code."""
     with index.open("rb") as file:
         version = pickle.load(file)
     return version == numba.__version__ and any(index.parent.glob(f"{index.stem}.*.nbc"))

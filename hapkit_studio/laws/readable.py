@@ -65,7 +65,7 @@ class _Readable(Specialiser):
         return super().walk(statements)
 
     def pin_changing(self, statements: Sequence[ast.stmt]) -> None:
-        """Pin names that are assigned more than once, or are parameters, to one variable per function."""
+        """Give one variable to each parameter, and to each name with several assignments in the function."""
         nodes = [n for s in statements for n in ast.walk(s)]
         stores = Counter(n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store))
         heads = [n.body[0] for n in nodes if isinstance(n, ast.For)]
@@ -99,7 +99,7 @@ class _Readable(Specialiser):
     def emit(self, statement: t.Statement) -> None:
         match statement:
             case t.If(t.Compare("==", t.Var(name), t.Num(0.0)), [t.Assign(to, t.Num(0.0))], []) if name == to:
-                pass  # the statement has no effect: it sets a variable to 0 only if it is 0
+                pass  # no effect: this statement sets a variable to 0 only if it is already 0
             case _:
                 super().emit(statement)
 

@@ -19,7 +19,7 @@ _ARITHMETIC: dict[type[ast.operator], str] = {
 _COMPARISONS: dict[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
-# functions in the watched source that return their value unchanged
+# functions in the generated source that return their value unchanged
 _TRANSPARENT = frozenset(("_float", "_noted", "_force", "_divisor"))
 _ROUNDING = frozenset(("floor", "ceil", "trunc"))
 
@@ -265,7 +265,7 @@ class Specialiser:
                 mine[name] = chosen[yes, no]
 
     def stays(self, test: t.Test, several: bool = False) -> bool:
-        """Return True if a test may be moved: it is one cheap comparison, or several if this is allowed."""
+        """Return True if a test may be moved: one cheap comparison, or several if ``several`` is true."""
         match test:
             case t.Compare(_, left, right):
                 return _is_cheap(left) and _is_cheap(right)
@@ -299,7 +299,7 @@ class Specialiser:
         outside, self.out, self.states, line = self.out, [], {}, self.line
         if counted:
             place = self.scope.pinned[counter]
-            # use a separate counter if the body changes the name, or if code after the loop reads the name
+            # use a separate counter if the body changes the name, or if code after the loop reads it
             own = self.fresh(counter) if counter in assigned or known else place
             outside.append(t.Assign(own, t.literal(float(turns.start))))
             if own != place:
@@ -466,7 +466,10 @@ class Specialiser:
         return self.truth(node)
 
     def truth(self, node: ast.expr, once: bool = False) -> t.Expr:
-        """Return a test's value as a number, 1 or 0; ``once``: it is read only once, so it is not stored."""
+        """Return a test's value as a number, 1 or 0.
+
+        If ``once`` is true, the value is read only once and not stored.
+        """
         if isinstance(node, ast.BoolOp) and not all(map(self.is_truth, node.values)):
             return self.one_of(node)
         one, zero = t.literal(1.0), t.literal(0.0)

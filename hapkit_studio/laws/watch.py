@@ -56,7 +56,10 @@ def noted(a, line, fault):
 
 @internal
 def force(a, line, fault):
-    """Return the force as a float; if it is not finite, record a fault at the first such value's line."""
+    """Return the force as a float.
+
+    If it is not finite, record a fault at the line of the first non-finite value.
+    """
     if fault[0] == 0 and not math.isfinite(a):
         fault[0] = NOT_A_NUMBER
         fault[1] = fault[2] if fault[2] else line
