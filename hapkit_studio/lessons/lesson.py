@@ -69,7 +69,7 @@ class Check:
 
     ``expect`` is a number in SI, or the key of a parameter whose present value is expected. ``tolerance`` is
     in SI, or in percent of the expected value. ``at_least`` and ``at_most`` are limits that replace an
-    expected value. ``needs`` contains the required smallest movements by the name of their quantity.
+    expected value. ``needs`` contains the smallest movement that is required, by the name of its quantity.
     ``where`` contains the permitted range, or a choice's permitted option, of each setting by key.
     ``between`` contains the two positions in m between which the handle must move.
     """

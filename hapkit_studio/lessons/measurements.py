@@ -532,7 +532,7 @@ MEASUREMENTS = _table(
 
 @dataclass(frozen=True)
 class Need:
-    """A required smallest movement, with its function, its unit, and the sentence if it is not reached."""
+    """A movement that a check requires: its function, its unit, and the sentence if it is too small."""
 
     compute: Callable[[Samples], float]
     unit: str

@@ -27,12 +27,14 @@ from hapkit_studio.workshop.folder import VARIABLE
 
 NOT_STARTED = Result(WAITING, "Nothing is recorded yet.")
 _MARGIN = 1e-6  # s: resolution of times in a file
-_SAMPLE_SECONDS = 1.0  # s: duration of the samples in a file without an evaluated interval
+_SAMPLE_SECONDS = 1.0  # s: duration of the stored samples if no interval was evaluated
 
 
 @dataclass(frozen=True)
 class Evaluated:
-    """A check's result, and the rows of its interval with device and settings; None without an interval.
+    """A check's result.
+
+    ``part`` contains the interval's rows with device and settings; None without an interval.
 
     ``start`` and ``stop`` are the limits of the interval in s of the rows' clock; NaN without an interval.
     """

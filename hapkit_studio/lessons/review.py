@@ -127,7 +127,7 @@ def path_of(session: Path, reviewer: str) -> Path:
 
 
 def write(path: str | Path, review: Review, replace_file: bool = False) -> None:
-    """Check a review and write it; raise ReviewError, also if the file exists and is not to be replaced."""
+    """Check a review and write it; raise ReviewError, also if the file exists and may not be replaced."""
     path = Path(path)
     text = json.dumps({"version": VERSION, **asdict(review)}, ensure_ascii=False, indent=1)
     parse(text, path.name)
