@@ -41,7 +41,7 @@ _UNSIGNED, _SIGNED, _FLOAT = range(3)
 
 
 def layout_of(kind: type[Message]) -> np.ndarray:
-    """Return a message's fields (n, 4): column of the row or -1, offset in id plus payload, bytes, kind."""
+    """Return a message's fields (n, 4): row column or -1, offset from the id, number of bytes, kind."""
     kinds = {"f": _FLOAT, "b": _SIGNED, "h": _SIGNED, "i": _SIGNED}
     fields = [
         (_COLUMNS.get(w.name, -1), kind.offset(w.name), w.size, kinds.get(w.code, _UNSIGNED))
@@ -83,7 +83,7 @@ def put_integer(out: np.ndarray, at: int, size: int, value: int) -> None:
 
 @compiled
 def _read(buffer, layout, row):
-    """Fill a row except its time and its losses."""
+    """Fill a row except its time and its number of losses."""
     row[:] = 0.0
     for i in range(layout.shape[0]):
         column, at, size, kind = layout[i, 0], layout[i, 1], layout[i, 2], layout[i, 3]

@@ -70,7 +70,7 @@ class Decoder:
         self.bad_frames = 0
 
     def bodies(self, data: bytes) -> list[bytes]:
-        """Return every valid body, of a known or unknown message, that the data complete."""
+        """Return every valid body that the data complete, also bodies of unknown messages."""
         self._pending += data
         *whole, rest = self._pending.split(DELIMITER)
         self._pending = bytearray(rest)

@@ -72,7 +72,7 @@ class Message:
 
     @classmethod
     def offset(cls, name: str) -> int:
-        """Return the offset of a field in id plus payload."""
+        """Return the offset of a field from the start of the message, whose first byte is the id."""
         names = [f.name for f in cls.layout()]
         return 1 + sum(f.size for f in cls.layout()[: names.index(name)])
 
