@@ -1,6 +1,6 @@
 """Handles Ctrl+C at any time: the exit code is 130, and there is no traceback.
 
-During imports and after its work, the program exits at once. During a command, Ctrl+C raises
+During imports and after the program's work, Ctrl+C ends the process at once. During a command, Ctrl+C raises
 KeyboardInterrupt, so that motors are stopped and files are closed. Python handles signals only between
 bytecodes, not inside compiled code. But it writes a byte to a socket as soon as a signal arrives
 (``signal.set_wakeup_fd``). Compiled loops check for this byte, without reading it, and return.
@@ -56,7 +56,7 @@ def deferred() -> Iterator[None]:
 
 
 def _raise_again(unraisable: "sys.UnraisableHookArgs") -> None:
-    """Raise again a KeyboardInterrupt from a destructor, which Python would only print."""
+    """Raise a KeyboardInterrupt from a destructor again, because Python would only print it."""
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
         import threading
 

@@ -19,7 +19,7 @@ SIMULATED = "simulated"
 """Key of the simulated device; the file cannot exclude it, because it has no motor."""
 _LONGEST = 4_096  # maximum number of characters of a path
 _MOST_FORCE = 100.0  # N: maximum force limit, which exceeds that of every kit
-# number of words of a locked setting, by its first word
+# number of words in a lockable setting, by its first word
 _LOCKABLE = {"environment": 2, "value": 3, "loop": 1, "grip": 1, "device": 1}
 
 

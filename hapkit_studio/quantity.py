@@ -56,7 +56,7 @@ class Quantity:
         return math.isfinite(value) and self.low - dust <= value <= self.high + dust
 
     def text(self, value: float) -> str:
-        """Format a value with the step's decimals; more decimals are used only if necessary."""
+        """Format a value with the decimals of the step, or with more decimals if they are needed."""
         body = f"{value:,.{self.decimals + 4}f}"
         kept = len(body) - 4 if self.decimals else len(body) - 5
         body = body[:kept] + body[kept:].rstrip("0").rstrip(".")
