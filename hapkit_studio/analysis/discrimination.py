@@ -33,7 +33,7 @@ COARSE_REVERSALS = 2
 REVERSALS, MEAN_OF = 12, 6  # reversals in a run; the geometric mean of the last ones is Levitt's threshold
 MOST_ANSWERS = 120  # largest number of answers in a run
 LAPSES = 0.02  # fraction of answers that do not depend on the step
-# slopes of the Weibull function that are tried; a comparison of noisy impressions has 1.3
+# slopes of the Weibull function that are tried; a comparison of noisy impressions has a slope of 1.3
 _SLOPES = np.geomspace(0.7, 4.0, 17)
 # number of thresholds tried, from the smallest step / _BEYOND to the largest step × _BEYOND
 _THRESHOLDS = 400
@@ -183,7 +183,7 @@ def _threshold(kind: tuple[str, str, str, float], found: Sequence[Comparison]) -
 
 
 def right_share(step: np.ndarray | float, threshold: np.ndarray | float, slope: np.ndarray | float) -> Any:
-    """Return the probability of a right answer, which is ``CONVERGES`` at the threshold.
+    """Return the probability of a right answer; at the threshold it equals ``CONVERGES``.
 
     The fraction of guesses is ``LAPSES``.
     """
@@ -212,7 +212,7 @@ def fit(steps: Sequence[float], right: Sequence[bool]) -> Bounds:
 class Observer:
     """An observer that compares two noisy impressions and is right with probability Φ(Δ/(σ√2)).
 
-    ``noise`` is σ as a fraction of the base (Green and Swets, from memory).
+    Δ is the step. ``noise`` is σ as a fraction of the base (Green and Swets, from memory).
     """
 
     noise: float = 0.10
@@ -223,7 +223,7 @@ class Observer:
 
     @property
     def threshold(self) -> float:
-        """Return the step, over the base, at which the probability of a right answer is CONVERGES."""
+        """Return the step at which a right answer has probability CONVERGES, as a fraction of the base."""
         from scipy.stats import norm  # imported here because it is slow
 
         return float(math.sqrt(2.0) * self.noise * norm.ppf(CONVERGES))

@@ -27,7 +27,7 @@ VIBRATION = (
 )  # fmt: skip
 LOWEST, HIGHEST = 20.0, 400.0  # Hz: range of vibration
 WINDOW = 0.25  # s: length of the window for a vibration's spectrum
-RATE = 1000.0  # Hz at which rows are compared
+RATE = 1000.0  # Hz: rate at which rows are compared
 # ratio of most people's threshold to that of the most sensitive people
 STRICT_PLACE, STRICT_VIBRATION = 4.0 / 3.0, 10.0
 

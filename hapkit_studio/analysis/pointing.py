@@ -190,7 +190,10 @@ def movement(time: np.ndarray, position: np.ndarray) -> Movement | None:
 
 
 def _start(time: np.ndarray, speed: np.ndarray, peak: float) -> float:
-    """Return the time at which a movement starts, for increasing times."""
+    """Return the time at which a movement starts.
+
+    With reversed samples and negative times, the result is the negative time at which the movement ends.
+    """
     low, high = (_crossing(time, speed, share * peak) for share in _FITTED)
     first, second = (0.5 - math.sqrt(0.25 - 0.25 * math.sqrt(share)) for share in _FITTED)
     moving = first / (1.0 - 2.0 * first) * (float(time[np.flatnonzero(speed > _FITTED[0] * peak)[-1]]) - low)
@@ -453,7 +456,7 @@ def regression(x: Sequence[float], y: Sequence[float]) -> tuple[Interval, Interv
 
 
 def _change(cells: Sequence[Cell], first: Line | None) -> Interval:
-    """Return the mean relative change of the time, over the pairs of distance and width in both."""
+    """Return the time's change relative to ``first``, averaged over common pairs of distance and width."""
     if first is None:
         return Interval(math.nan, math.nan)
     before = {(cell.distance, cell.width): cell.seconds for cell in first.cells}

@@ -12,7 +12,7 @@ _LOBE = 2  # bins on either side of a peak in a Hann window's main lobe
 _CLEAR = 4.0  # smallest ratio of a peak to any bin other than its own and those of its harmonics
 _LEAST_SHARE = 0.1  # smallest fraction of the variance in the peak
 _SAMPLES_A_CYCLE = 4  # faster motion cannot be distinguished from aliases of the sensor's counts
-_RESOLVED = 0.5  # smallest amplitude in steps between samples; a ramp in counts has 0.32, a square wave 0.64
+_RESOLVED = 0.5  # smallest amplitude in steps of the values; a ramp in counts has 0.32, a square wave 0.64
 _HARMONICS_FROM = 8  # cycles; with fewer cycles, the lobes of the harmonics overlap
 
 

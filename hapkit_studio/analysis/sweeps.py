@@ -143,7 +143,7 @@ def begin_worker() -> None:
     """Initialise a worker process: ignore Ctrl+C, set a low priority, exit with the parent.
 
     A terminal sends Ctrl+C to every process, and the parent handles it. A killed parent cannot notify its
-    workers.
+    workers, so each worker waits for the end of its parent in a thread.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     low_priority()

@@ -89,8 +89,8 @@ def sampled(force_at: Force, low: float, high: float, steps: int = WHOLE) -> Cur
 def _deviations(x: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Return each step's deviation in N (n - 1,) from extrapolations of the neighbours on both sides.
 
-    The smaller of both deviations is used. A step next to a bend or jump deviates on one side only, and a
-    step that contains the bend on both sides.
+    The smaller of the two deviations is used. A step next to a bend or jump deviates from only one
+    extrapolation; a step that contains the bend or jump deviates from both.
     """
     wide = np.diff(x)
     middle = (force[:, :-2] * wide[1:] + force[:, 2:] * wide[:-1]) / (wide[1:] + wide[:-1])

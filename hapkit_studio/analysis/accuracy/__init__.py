@@ -48,7 +48,7 @@ def _each(work: Callable[[Any], Any], cells: Sequence, progress: Progress) -> tu
 def of_methods(charts: Iterable[str] = (), progress: Progress = no_progress) -> Accuracy:
     """Compute the charts with these keys, or all charts; raise ParameterError for an unknown key.
 
-    Costs are timed one after the other in the calling thread, so no other work may run at the same time.
+    Costs are measured one after the other in the calling thread, so no other work may run at the same time.
     """
     chosen = [discovery.named(plans(), key, "accuracy chart") for key in charts] or list(plans().values())
     cells = [(plan, one) for plan in chosen for one in plan.scenes]
@@ -63,6 +63,9 @@ def of_scenes(questions: Sequence[SceneRequest], progress: Progress = no_progres
 def of_needs(
     environments: Sequence[Environment], progress: Progress = no_progress, force_share: float = FORCE_SHARE
 ) -> Accuracy:
-    """Compute the needs of these scenes at default values; ``force_share`` is the relative JND of a force."""
+    """Determine the terms that these scenes need at default values.
+
+    ``force_share`` is the relative JND of a force.
+    """
     work = partial(needs.compute, force_share=force_share)
     return Accuracy(needs=_each(work, environments, progress))

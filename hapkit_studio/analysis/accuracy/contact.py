@@ -1,4 +1,4 @@
-"""Contact: how a mass's energy changes in bounces off a springy wall, for sampled and for located contact.
+"""Contact: how a mass's energy changes in bounces off a springy wall, with each method of simulating contact.
 
 An ideal spring returns all energy, so every change is an error. The mass is the puck, which bounces between
 its two walls.

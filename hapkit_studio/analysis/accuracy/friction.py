@@ -26,8 +26,8 @@ SPRING, DRAWN, DRAWN_SECONDS = 300.0, 0.02, 6.0
 # N, N, Hz: a constant and a vibrating pull for two seconds; their sum is below kinetic friction
 PULL, TREMBLING, TREMOR = 0.3, 0.15, 20.0
 HELD_SECONDS, HELD_FROM = 3.0, 1.0
-# m/s: initial speed of the handle, which slides to rest; a model without stiction would otherwise start at
-# rest
+# m/s: initial speed of the handle. Each model must bring the sliding handle to rest; starting at rest would
+# favour a model without stiction.
 SLIDES_IN = 0.02
 _SOFT = 1.0  # N/m: the spring is so soft that its pull does not depend on the handle's position
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)

@@ -24,9 +24,9 @@ Motion = tuple[Callable[[], object], Callable[[], float]]
 
 
 def swinging(body: Body, method: int, h: float, times: int = 1) -> Motion:
-    """Return the motion of a mass on a spring and a damper for 1 s after its release 10 mm from rest.
+    """Return the motion of a mass on a spring and a damper for 1 s after its release, 10 mm from rest.
 
-    Its error is the largest distance from the closed form, divided by the deflection.
+    Its error is the largest distance from the closed-form solution, divided by the initial deflection.
     """
     t = instants(1.0, h)
     x, v = np.full_like(t, DEFLECTION), np.zeros_like(t)

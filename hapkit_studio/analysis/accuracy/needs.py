@@ -6,7 +6,7 @@ difference, that is, if it exceeds one just-noticeable difference (JND). Of the 
 possible are removed together without a felt difference. If no hand shows a difference, the hands also throw
 the handle at other speeds, run longer, and release it at various times.
 
-Terms of a law are parameters that may be zero; their cost is that on the board.
+A term of a law is a parameter that may be zero. Its cost is measured in cycles of the board.
 """
 
 import math
@@ -45,10 +45,10 @@ STIFFER = np.geomspace(1.0 / 16.0, 16.0, 9)
 class Effect:
     """The effect of removing a term, for the sense and the hand's motion with the largest effect.
 
-    ``felt`` is the effect in JND, None if it was not judged. ``strict`` is the effect in the
-    JND of the most sensitive people. ``since``: the term is felt up to this rate in Hz (for sampling), or
-    from this delay in s or stiffness in N/m on; NaN if it was not found. ``limit`` and ``without`` are the
-    released handle's exact stiffness limits in N/m with and without the term.
+    ``felt`` is the effect in JND, None if it was not evaluated. ``strict`` is the effect in the JND of the
+    most sensitive people. ``since`` is the highest rate in Hz at which sampling is felt, or the least delay
+    in s or stiffness in N/m at which another term is felt; it is NaN if it was not found. ``limit`` and
+    ``without`` are the released handle's exact stiffness limits in N/m with and without the term.
     """
 
     scene: str
@@ -63,7 +63,7 @@ class Effect:
 
     @property
     def since_words(self) -> str:
-        """Format the rate up to which, or the delay or stiffness from which, the term is felt."""
+        """Format the highest rate, or the least delay or stiffness, at which the term is felt."""
         if math.isnan(self.since):
             return "–"
         if self.since == 0.0:
@@ -109,7 +109,7 @@ class LawTerm:
 
 @dataclass(frozen=True)
 class Needs:
-    """A scene's effects (one per term), the needed terms, and the effect of removing all others.
+    """A scene's effects (one per term), the needed terms, and the effect of removing all other terms.
 
     It also has the law's terms.
     """
@@ -174,7 +174,7 @@ class _Rendered:
         return Effect(self.environment.key, label, most.most, most.word, hand, strict)
 
     def since(self, term: str) -> float:
-        """Return the rate up to which, or the delay or stiffness from which on, a term is felt."""
+        """Return the highest rate, or the least delay or stiffness, at which a term is felt."""
 
         def felt(**how: float) -> float:
             found = []

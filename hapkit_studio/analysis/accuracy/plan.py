@@ -1,7 +1,7 @@
 """Work-precision charts: scenes, points, Pareto front, best methods, orders, and the timing of methods.
 
 The cost is the computing time of a simulated second in ns, or the board's cycles per second. The cost of
-compiled work is the minimum over many runs; several other runs must come near it. All candidates run
+compiled work is the minimum over many runs, which several other runs must confirm. All candidates run
 alternately. The spread is the range of the fastest quarter of the runs, and at least the tolerance of the
 minimum. Only the thread's own processor time is measured; other programs can lengthen it a little, but never
 shorten it.
@@ -23,9 +23,9 @@ from hapkit_studio.laws.machine import ARENA
 FELT = "A third of the 6 % change of force that people can feel"  # the reason for a tolerance of 2 %
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
-# relative errors; a speed error is relative to ten times its scene's tolerance
+# relative errors; a speed error is first divided by ten times its scene's tolerance
 TOLERANCES = 0.1, 0.01, 1e-3, 1e-4
-# the order is the slope of a straight line, from which points may deviate by this many decades of error
+# decades of error: largest deviation of points from the straight line whose slope is the order
 STRAIGHT = 0.15
 
 
@@ -90,7 +90,7 @@ class Scene:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A scene's points; ``methods`` has the keys of its lines with their labels."""
+    """A scene's points; ``methods`` maps the key of each line to its label."""
 
     chart: str
     scene: Scene
@@ -114,9 +114,10 @@ class Sheet:
         return tuple(p for p in good if p.cost(board) - good[0].cost(board) <= spread)
 
     def order(self, method: str) -> float:
-        """Return the order of convergence: the log-log slope of error over step, NaN without a straight line.
+        """Return the order of convergence, which is the log-log slope of error over step.
 
-        Points with an error above 0.1, or within rounding errors, are excluded.
+        The order is NaN if the points are not on a straight line. Points with an error above 0.1, or within
+        rounding errors, are excluded.
         """
         usual = [p for p in self.line(method) if 1e-11 < p.error < 0.1]
         if len({p.step_s for p in usual}) < 3:
@@ -175,7 +176,7 @@ def always(work: Work) -> Prepare:
 
 
 LEAST_TURNS, MOST_TURNS = 40, 400
-# a minimum is confirmed by this number of runs within this factor of it, or after ENOUGH_NS ns of work
+# A minimum is confirmed if HITS runs are within the factor NEAR of it, or after ENOUGH_NS ns of work.
 HITS, NEAR = 8, 1.03
 KNOWN = 2 * (NEAR - 1)  # two costs are equal if their relative difference is smaller than this
 ENOUGH_NS = 500_000_000

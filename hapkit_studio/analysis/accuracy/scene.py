@@ -7,8 +7,9 @@ the scene's hand with the largest difference. It is split into PARTS by Shapley 
 part is its mean effect over all orders in which ideal components are replaced by real ones. Contributions add
 up to the error and may be negative.
 
-Options are combinations of the scene's methods. The velocity estimator is a setting of the loop for all
-scenes: its contribution is shown, and the charts of methods compare the estimators.
+Options are combinations of the scene's methods. The velocity estimator is not a method of the scene but a
+setting of the loop. Its contribution to the error is shown here; the charts of methods compare the
+estimators.
 """
 
 import math
@@ -38,7 +39,7 @@ PARTS = ("method", "rate", "delay", "velocity", "sensor", "limit")
 PART_WORDS = {"velocity": "velocity estimate", "sensor": "sensor steps", "limit": "force limit"}
 METHOD, REAL_RATE, REAL_DELAY, VELOCITY, SENSOR, LIMIT = PARTS
 SLOWEST_IDEAL, FASTEST_IDEAL = 16_000.0, 256_000.0  # Hz: range of the ideal's rate
-LIVE_IDEAL = 32_000.0  # Hz: highest rate of the ideal for an answer within 50 ms
+LIVE_IDEAL = 32_000.0  # Hz: highest rate of the ideal if the result is needed within 50 ms
 KNOWN = 0.05  # JND: accuracy of the ideal; errors are equal if they differ by less
 MARGIN = 1.5  # required ratio of an option's stiffness limit to the scene's stiffness
 # If no option has the margin, options must reach this fraction of the largest limit, and their error must be
@@ -53,7 +54,7 @@ Options = tuple[tuple[str, float], ...]
 class Place:
     """Computer or board, with its highest rate in Hz and its delay from sample to force in s.
 
-    The delay is None if it is unmeasured. Its default is a period on the computer, and the duration of the
+    The delay is None if it was not measured. It is then one period on the computer, and the duration of the
     tick on the board.
     """
 
@@ -206,7 +207,7 @@ class Ideal:
         return tuple(shapley(value, live).get(part, 0.0) for part in PARTS)
 
     def own(self, option: Option) -> tuple[tuple[float, float], ...]:
-        """Return (board cycles per second, the method's own error) at an option's rate and at twice it.
+        """Return (board cycles per second, the method's own error) at an option's rate and at double rate.
 
         This error is the largest difference in position from the exact method at the same rate, with all
         other components ideal, in steps of 0.4 mm (JND).
@@ -318,7 +319,9 @@ class SceneResult:
         return wanted == 0.0 or option.limit >= wanted
 
     def recommended(self, place: str) -> Option | None:
-        """Return the admissible option with the least error; if equal, the cheapest, then the default.
+        """Return the admissible option with the least error.
+
+        If errors are equal, the cheapest option is preferred, then the default option.
 
         On a computer every method takes less than a thousandth of a period, so its cost is ignored.
         """

@@ -39,7 +39,7 @@ class Trial:
 
     @property
     def holds(self) -> bool:
-        """Return True if the hand stays on the handle, so that its mass is added."""
+        """Return True if the hand stays on the handle; the hand's mass is then added."""
         return self.hand.mass > 0.0 and math.isinf(self.hand.release)
 
 

@@ -35,7 +35,7 @@ def _ramp(speed: float) -> Signal:
 
 
 def _reversal(speed: float) -> Signal:
-    """Return a motion whose velocity a collision reverses along a cosine in 20 ms."""
+    """Return a motion in which a collision reverses the velocity along a cosine in 20 ms."""
     share = np.clip((T - _TURNED_AT) / _TURNING, 0.0, 1.0)
     turn = speed * _TURNING / np.pi * np.sin(np.pi * share)
     back = np.maximum(T - _TURNED_AT - _TURNING, 0.0)
@@ -59,7 +59,7 @@ VARIANTS: tuple[tuple[str, dict[str, float]], ...] = (
     *(("foaw", {"window": 16.0, "noise": noise}) for noise in (1.0, 0.5)),
     *(("kalman", {"q": q}) for q in (1e-3, 1e-2, 1e-1)),
 )
-# N: people do not feel a weaker vibration of the force; divided by the damping below, it gives a speed
+# N: weakest vibration of a force that people feel; divided by the damping below, it gives a speed
 UNFELT = 0.020
 _DAMPING = environments.named("damping").values()["damping"]
 _REASON = f"At the damping scene's {_DAMPING:g} N·s/m this is {1e3 * UNFELT:g} mN, too weak to be felt"

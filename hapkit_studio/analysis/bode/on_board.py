@@ -27,7 +27,7 @@ from hapkit_studio.haptics.engine import Engine
 # s on the board's clock: the time at which the handle moves to its place, and the duration of this movement
 _MOVE_AT, _MOVE_SECONDS = 1.0, 0.5
 _TURNS = 4  # all motions are repeated this many times, in case some are disturbed
-_SINE_TURNS, _SINE_REPEATS = 2, 2  # the same for single sines, which take 1.5 s each
+_SINE_TURNS, _SINE_REPEATS = 2, 2  # turns and repeats for single sines, which take 1.5 s each
 _STEP = 1e-4  # s between points of the script, which the board interpolates linearly
 _MARGIN = 0.02  # s before and after a motion during which the loop must also render
 _LOOK_SECONDS = 0.02
@@ -39,8 +39,8 @@ def measure(simulated: Bode, board_rate: float | None = None, progress: Progress
     """Return the response of the computer and of the board for a scene, excited as in a simulated diagram.
 
     The estimator and the added delay are those of the diagram's first setting. board_rate is in Hz; None uses
-    the law's highest rate on the board. If the board cannot render the law, its curve is missing and the
-    notes give the reason. Raise StudioError.
+    the law's highest rate on the board. If the board cannot render the law, the board's curve is missing and
+    the notes give the reason. Raise StudioError.
     """
     setting = simulated.curves[0].setting
     request = PlanRequest(simulated.environment, simulated.values, setting.estimator, rate=board_rate)
@@ -112,7 +112,7 @@ def _script(drive: Drive) -> str:
 
 
 class _Watch:
-    """Reads a running engine's rows, and stores the times in s of the newest and the newest invalid row."""
+    """Reads a running engine's rows; stores the times in s of the newest row and the newest invalid row."""
 
     def __init__(self, engine: Engine, where: str):
         self._engine, self._where, self._reader = engine, where, engine.reader()
@@ -170,8 +170,8 @@ def _measured(engine: Engine, where: str, drive: Drive, progress: Progress) -> t
 def _spectra(drive: Drive, log: Any, begins: list[float], delay: float) -> Spectra:
     """Return the spectra of the motions; a force takes effect ``delay`` s after the previous sample.
 
-    Positions are relative to ``place``, because a constant offset would leak into the tones: the ticks jitter
-    by 3 µs.
+    Positions are relative to ``place``: the ticks jitter by 3 µs, so a constant offset would leak into the
+    tones.
     """
     spectra = Spectra(drive)
     for motion, begin in enumerate(begins):

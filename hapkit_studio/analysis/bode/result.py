@@ -36,8 +36,8 @@ from hapkit_studio.formatting import hertz, on_screen, plain, with_unit
 
 _FINE = 400
 _DOWN = 1.0 / math.sqrt(2.0)
-# A law counts as a spring if the ratio of the spring's to the damper's force at the lowest frequency is at
-# least this large.
+# Smallest ratio of the spring's force to the damper's force, at the lowest frequency, for a law to be treated
+# as a spring.
 _SPRING = 0.1
 _STRAIGHT = 1e-6
 
@@ -98,7 +98,7 @@ class Response:
 
     @property
     def mass(self) -> np.ndarray:
-        """Return the effective mass (n,) in kg; it is NaN while the response is that of a spring."""
+        """Return the effective mass (n,) in kg; it is NaN where the response is that of a spring."""
         mass = -self.stiffness / (2.0 * math.pi * self.frequency) ** 2
         return np.where(mass > 0.0, mass, math.nan)
 
@@ -138,7 +138,7 @@ class Curve:
 
     @property
     def best(self) -> Response:
-        """Return the response that gives the marks: the theory if there is one, else the measured one."""
+        """Return the response from which the marks are computed: the theory, or else the measurement."""
         if self.theory is not None:
             return self.theory
         there = self.coherence > 0.0
@@ -151,7 +151,7 @@ class Curve:
 
     @property
     def uncertainty(self) -> tuple[float, float]:
-        """Return the largest half widths up to 0.4 of Nyquist: |Z| as a fraction, and its angle in °."""
+        """Return the largest half widths of |Z|, as a fraction, and its angle in °, up to 0.4 of Nyquist."""
         low = (self.measured.frequency <= 0.5 * COMPARED * self.setting.rate) & (self.coherence > 0.0)
         if not low.any():
             return math.nan, math.nan

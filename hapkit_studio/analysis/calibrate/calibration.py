@@ -68,7 +68,7 @@ class Calibration:
 
     # --- sensor
     def check_sensor(self, track: Track) -> CheckResult:
-        """Judge a track in which the handle was moved from end to end, and apply a measured period."""
+        """Evaluate a track in which the handle was moved from end to end, and apply a measured period."""
         self.sensor = sensor.analyse(track)
         made = sensor.changes(self.sensor, self.board)
         if made:
@@ -87,7 +87,7 @@ class Calibration:
         self.scale = None
 
     def measure_scale(self) -> Scale:
-        """Fit the marks without changing settings; raise ParameterError."""
+        """Fit the scale to the marks without changing settings; raise ParameterError."""
         inverted = self.sensor.result.key == "inverted" if self.sensor and self.sensor.result.good else None
         self.scale = scale.fit(self.marks, self.board, inverted)
         return self.scale
@@ -169,7 +169,10 @@ class Calibration:
         return felt
 
     def _pull_in_time(self, stiffness: float, tries: int = _TRIES) -> Track:
-        """Pull; retry if the computer was late, which is safe because nobody holds the handle."""
+        """Pull the spring; retry if the computer was late.
+
+        A retry is safe, because nobody holds the handle.
+        """
         self.runner.record(HOOK_SECONDS)
         try:
             return motions.pull(self.runner, stiffness)
@@ -225,7 +228,7 @@ class Calibration:
 
     # --- mass and friction of the paddle
     def sweep(self, seconds: float = motions.SWEEP_SECONDS) -> SweepResult:
-        """Sweep, and apply mass, friction and dead band; raise DeviceError.
+        """Sweep the handle, and apply the measured mass, friction and dead band; raise DeviceError.
 
         A new dead band changes the forces, so the sweep is repeated and the motor constant is recomputed.
         """

@@ -101,7 +101,7 @@ def stopping(runner: BoardRunner) -> CheckResult:
 
 
 def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
-    """Push slightly, then stop or fall silent; return the status flags and the duty after that.
+    """Push slightly, then stop the motor or send nothing more; return the resulting status flags and duty.
 
     The time is measured from the moment the board receives a command, because the computer may send late.
     """

@@ -46,8 +46,8 @@ SPRINGS_DIFFER = 2.0
 # Fractions of a pull: the part excluded at either end, where the handle reverses; the part in which it must
 # slide.
 _EXCLUDED_ENDS, _SLIDING = 0.15, 0.2
-# Size of a step in a leg, as a multiple of the residual rms that the step causes; largest step in a straight
-# leg, as a fraction of the leg's length.
+# A leg is the rise or the fall of a pull. Size of a step in a leg, as a multiple of the residual rms that the
+# step causes; largest step in a straight leg, as a fraction of the leg's length.
 _STEP, _BENT = 6.0, 0.05
 _FEWEST_COUNTS = 5.0
 _MEANS = round(0.5 * PULL_PERIOD / (4.0 * SHAKE_PERIOD))
@@ -76,7 +76,7 @@ class Direction:
 
 
 def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
-    """Judge pulses (force in N, displacement in m) of both signs."""
+    """Return the direction that pulses (force in N, displacement in m) of both signs show."""
     moved = [(force, moved_by) for force, moved_by in pulses if abs(moved_by) >= MOVED]
     rights, lefts = ([m for m in moved if m[0] * sign > 0.0] for sign in (1.0, -1.0))
     pushed = max((abs(force) for force, _ in pulses), default=0.0)

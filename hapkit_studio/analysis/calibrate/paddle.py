@@ -147,8 +147,8 @@ def _window_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> 
 def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
     """Return a part with intervals widened by relative errors of force and length, and a time error in s.
 
-    A timing error mixes damping with mass, and at the motion's frequency it mixes mass with damping. An
-    estimate is undetermined if its widened interval exceeds its value and its just-noticeable difference.
+    A timing error adds part of the damping to the mass, and part of the mass to the damping. An estimate is
+    undetermined if its widened interval exceeds its value and its just-noticeable difference.
     """
     viscous = late * part.turning**2 * part["mass"].value
     moved = {"mass": late * part["viscous"].value, "viscous": viscous}
@@ -180,7 +180,7 @@ class SweepResult:
 def sweep(runner: BoardRunner, seconds: float = motions.SWEEP_SECONDS, fine: bool = False) -> SweepResult:
     """Find the break-away force, sweep and evaluate; raise DeviceError. The board's settings do not change.
 
-    ``fine`` accepts small changes of the dead band, because the board's value is already near.
+    ``fine`` also accepts a small change of the dead band; it is used if the board's value is nearly right.
     """
     friction = min(_COMPENSATED * breakaway(runner).force, MOST_COMPENSATED)
     track = motions.sweep(runner, seconds, friction)

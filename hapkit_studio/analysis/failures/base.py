@@ -207,7 +207,7 @@ class Failure:
         return self.probe(self.knob.check(value), case)
 
     def curve(self, case: Case, progress: Progress) -> Chart:
-        """Compute every curve of the plot; progress counts all points except those of theory."""
+        """Compute every curve of the plot; ``progress`` counts all points except those of theory curves."""
         plot, limit, done = self.plot, self.limit(case), 0
         shared = plot.at(case) if callable(plot.at) else limit * plot.at
         places = [curve.at(case) if curve.at else shared for curve in plot.curves]
@@ -239,7 +239,7 @@ def within(key: str, values: Mapping[str, float]) -> dict[str, float]:
 
 
 def short(value: float, bound: float = math.inf) -> float:
-    """Return a value rounded to four digits, or to more digits if it would cross the bound otherwise."""
+    """Return a value rounded to four digits, or to more digits if four would cross the bound."""
     for digits in range(4, 17):
         rounded = float(f"{value:.{digits}g}")
         if (rounded < bound) == (value < bound) and (rounded > bound) == (value > bound):
@@ -256,7 +256,7 @@ def live_rate(rate: float) -> float:
 class Shown:
     """A failure in one case: its limit, a trial on each side of the limit, and the chart.
 
-    ``old`` contains the names of the fields that were computed for different conditions.
+    ``old`` contains the names of the fields that were computed for earlier conditions.
     """
 
     failure: Failure
@@ -352,7 +352,7 @@ def render(
 def growth_evidence(
     x: np.ndarray, step: float, rate: float, label: str = "position", unit: str = "mm", more: str = ""
 ) -> Evidence:
-    """Return the evidence of a motion x (n,) with growth ``rate`` in 1/s; the method works below 0."""
+    """Return the evidence of a motion x (n,) with growth ``rate`` in 1/s; the method works if rate < 0."""
     words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}{more}"
     return Evidence(x, step, label, unit, rate < 0.0, rate, "1/s", words)
 

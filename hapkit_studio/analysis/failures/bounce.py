@@ -47,8 +47,8 @@ def bounce_rows(lateness: float, case: base.Case, phase: float, damping: float =
 def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
     """Return the simulated ratio of energy out to energy in, averaged over the sampling phases.
 
-    The handle's damping is ``balance`` times k (T/2 + td). The energy out is that of the last sample outside
-    the wall after the last force has ended.
+    The handle's damping is ``balance`` times k (T/2 + td). The energy out is that of the first sample at
+    which the handle has left the wall and the last force has ended.
     """
     damping, gains = balance * balance_of(lateness, case), []
     for phase in PHASES:
@@ -60,7 +60,7 @@ def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
 
 
 def off(lateness: float, case: base.Case, gain: float, balance: float = 0.0) -> float:
-    """Return the relative error of exp(π (k (T/2 + td) − b₀)/(m ω)) for a simulated gain."""
+    """Return the relative error of the formula exp(π (k (T/2 + td) − b₀)/(m ω)) against a simulated gain."""
     surplus = (1.0 - balance) * balance_of(lateness, case)
     momentum = math.sqrt(stiffness_of(lateness, case) * case["mass"])
     return math.exp(math.pi * surplus / momentum) / gain - 1.0

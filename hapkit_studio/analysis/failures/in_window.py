@@ -19,8 +19,8 @@ from hapkit_studio.haptics import headless, rows
 GRIP_SECONDS, WATCHED, END = 0.6, 4.0, 0.5
 # m peak to peak: smallest visible oscillation
 SEEN = 0.5e-3
-# m: position at which the mouse lets go. At the motor's limit of 3 N, a medium grip of 200 N/m leaves the
-# handle 15 mm behind.
+# m: position at which the mouse lets go. At the motor's limit of 3 N, the handle stays 15 mm behind the
+# pointer of a medium grip (200 N/m).
 POINTER = 0.035
 FROM, THROW = -0.03, 0.25  # m, m/s: start position and pointer speed of a throw
 FARTHEST = 0.06  # m: largest position that the pointer reaches

@@ -2,8 +2,8 @@
 
 m a + b v + F_c sgn v + c = F + F_hand is averaged over smooth windows: the mean acceleration is the integral
 of the position times the window's second derivative. Each regressor is computed twice, from even and from odd
-samples, so that both have independent errors. While a hand holds the handle, the estimated mass includes the
-mass of the hand.
+samples, so that the errors of the two are independent. While a hand holds the handle, the estimated mass
+includes the mass of the hand.
 """
 
 import math
@@ -53,7 +53,7 @@ def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
 
 @dataclass(frozen=True)
 class _WindowResult:
-    """The result at one window length; ``log_variance`` is that of the estimates (smaller is better)."""
+    """The result at one window length; ``log_variance`` belongs to the estimates; smaller is better."""
 
     log_variance: float
     part: Part
@@ -88,7 +88,8 @@ def _widened(best: _WindowResult, others: list[_WindowResult]) -> Part | None:
     Return None if a neighbour is needed and there is none.
 
     Window lengths differ in their bandwidth. At a steady speed the loop turns quantisation into a slow motion
-    that biases only some of them. If the motion is rich, the results may differ within their intervals.
+    that biases the results of only some window lengths. If the motion is rich, the results may differ within
+    their intervals.
     """
     if not (best.sure or others or best.part.released):
         return None

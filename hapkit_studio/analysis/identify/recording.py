@@ -64,11 +64,11 @@ class Recording:
     """Columns (n,) in SI units: position and velocity as the loop measured them, and two forces.
 
     ``asked`` is the law's force, and ``applied`` the force after all limits. ``flags`` are those of telemetry
-    rows. ``hand_held`` is the part of the hand's force in N that the target's speed causes in its damper; it
-    is constant between samples. ``hand_force`` is the rest of the hand's force in N at the sample, NaN if
-    unknown.
-    ``target`` is the position in m towards which the hand pulls, None if unknown. ``setup`` contains the
-    settings at the start. ``later`` contains each change as a time in s and the settings from then on.
+    rows. ``hand_held`` is the part of the hand's force in N that the target's speed causes in the hand's
+    damper; it is constant between samples. ``hand_force`` is the rest of the hand's force in N at the sample,
+    NaN if unknown. ``target`` is the position in m towards which the hand pulls, None if unknown. ``setup``
+    contains the settings at the start. ``later`` contains each change as a time in s and the settings from
+    then on.
     """
 
     time: np.ndarray
@@ -157,7 +157,7 @@ def hand_parts(force: np.ndarray, target: np.ndarray | None, setup: Setup) -> tu
     """Split the hand's force (n,) into a smooth part at the samples and a part (n,) held between samples.
 
     The target is piecewise linear. Its speed, and with it the damper's force, therefore has steps. The
-    recorded force of a sample contains the target's speed in the interval before the sample.
+    recorded force of a sample is computed with the target's speed in the interval before the sample.
     """
     steps = np.zeros(len(force))
     if setup.grip is None or target is None or len(force) < 3:
@@ -202,7 +202,7 @@ class Motion(NamedTuple):
 
 
 def from_run(run: Any, hand: Hand | None = None) -> Recording:
-    """Return the recording of a run of ``simulate``; ``hand`` is the hand of the run, if it has no name."""
+    """Return the recording of a run of ``simulate``; ``hand`` is the run's hand, if the hand has no name."""
     motion = Motion(np.asarray(run.time), run.position, run.velocity, run.force, run.applied_force)
     log = getattr(run, "settings_log", ()) or ((0.0, run.settings),)
     return _recording(motion, run.flags, run.hand_force, getattr(run, "hand_target", None), log, hand)
@@ -211,9 +211,9 @@ def from_run(run: Any, hand: Hand | None = None) -> Recording:
 def from_csv(path: str | Path, columns: TableColumns | None = None) -> Recording:
     """Return the recording in a file of ``Run.save``, or in a table of another program.
 
-    ``columns`` are the column names of a table of another program, by tables.NEEDED and "velocity". Forces
-    act on the handle and are positive to the right. Raise FileError, or UnknownColumnsError if columns must
-    be named.
+    ``columns`` contains the column names of a table of another program; its keys are tables.NEEDED and
+    "velocity". Forces act on the handle and are positive to the right. Raise FileError, or
+    UnknownColumnsError if columns must be named.
     """
     if not isinstance(path, str | Path):
         raise ParameterError(f"A recording is the path of a file, not {path!r}.")

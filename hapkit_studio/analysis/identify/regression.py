@@ -55,11 +55,11 @@ class Fit:
 def solve(
     one: np.ndarray, two: np.ndarray, y: np.ndarray, kept: np.ndarray, again: bool = False
 ) -> Fit | None:
-    """Fit y (windows,) to regressors (windows, p) that were computed twice; use the windows ``kept``.
+    """Fit y (windows,) to regressors (windows, p) that were computed twice; use only the windows ``kept``.
 
     Windows are in order of time and include the windows that are not kept, so that distances in time are
     known. Return None if too few windows are kept or the regressors are collinear. If ``again`` is true,
-    repetitions of the residuals count as one observation.
+    repeated residuals are treated as one observation.
     """
     columns = one.shape[1]
     if kept.sum() < max(FEWEST_WINDOWS, 4 * columns):
@@ -129,7 +129,8 @@ def _cosine_covariance(scores: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray
     return weights.T @ weights / freedom, freedom
 
 
-# delays in s of the target that serve as instruments, because the handle follows the target with a delay
+# s: the target, delayed by these times, is used as an instrument, because the handle follows the target with
+# a delay
 _LAGS = (0.0, 0.016, 0.048)
 # an instrument with a smaller first-stage F is weak (Staiger and Stock 1997)
 STRONG = 10.0
@@ -169,7 +170,7 @@ def _first_stage_f(made: np.ndarray, own: np.ndarray, instruments: int) -> np.nd
     scale = np.maximum(np.sqrt(np.mean(own**2, axis=0)), 1e-300)
     inverse = np.diag(np.linalg.pinv((made / scale).T @ (made / scale)))
     rest = np.mean(((own - made) / scale) ** 2, axis=0)
-    # of the overlapping windows, one in APART is independent
+    # windows overlap, so only one in APART is independent
     return 1.0 / np.maximum(APART * inverse * rest * instruments, 1e-12)
 
 

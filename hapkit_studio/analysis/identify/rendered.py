@@ -6,8 +6,9 @@ their intervals. Both sides are averaged over smooth windows, which avoids diffe
 and delay reduce the damping; the estimate includes this loss.
 
 The value expected for a motion follows from the lag. The force is held for a period T and arrives td late, so
-it lags the position by T / 2 + td. From -K x the handle gets -K x + K (T / 2 + td) v, which is a damping of B
-- K (T / 2 + td). The velocity estimate has a further lag: -B v adds a stiffness of B w² times this lag.
+it lags the position by T / 2 + td. The spring's force -K x therefore acts as -K x + K (T / 2 + td) v, which
+reduces the damping to B - K (T / 2 + td). The velocity estimate has a further lag: -B v adds a stiffness of B
+w² times this lag.
 """
 
 import math
@@ -126,8 +127,8 @@ def _quantisation_bias(
 ) -> np.ndarray:
     """Return the bias (p,) of the coefficients towards zero, from quantisation or sensor noise.
 
-    Each sample has an error of variance step² / 12. The errors are weighted by the windows, and the bias is
-    relative to the motion.
+    Each sample has an error of variance step² / 12. The bias is the ratio of these errors, weighted by the
+    windows, to the regressors.
     """
     error = np.zeros(len(fit.beta))
     for i, name in enumerate(names):
@@ -207,7 +208,8 @@ def _centre(
     value = float(grid.middle + mean - force / still)
     half = float(fit.half_of(gradient)[0])
     if offset is not None and found.expected is not None and asked.stiffness and asked.centre is not None:
-        # the same fit to the force of the values set shows how far the centre is shifted; subtract this shift
+        # A fit to the force that follows from the set values shows how far the fit shifts the centre.
+        # Subtract this shift.
         set_force = found.expected * mean + offset
         shift = grid.middle + mean - set_force / asked.stiffness - asked.centre
         value, half = value - shift, math.hypot(half, 0.5 * shift)

@@ -238,7 +238,7 @@ class Windows:
         return self.period * (self.starts + 0.5 * self.length)
 
     def kernel(self, order: int) -> np.ndarray:
-        """Return the weights (length + 1,) with which samples form a window's mean derivative of an order."""
+        """Return the weights (length + 1,) of the samples in a window's mean derivative of this order."""
         u = np.arange(self.length + 1) / self.piece
         step = self.piece * self.period
         return (
@@ -248,8 +248,8 @@ class Windows:
     def derivative(self, series: np.ndarray, order: int, part: int | None = None) -> np.ndarray:
         """Return the mean in each window (windows,) of a derivative of the series.
 
-        If ``part`` is 0 or 1, only even or only odd samples are used, so that both results have independent
-        errors.
+        If ``part`` is 0 or 1, only even or only odd samples are used, so that the errors of the two results
+        are independent.
         """
         kernel = self.kernel(order)
         if part is not None:

@@ -45,8 +45,8 @@ _RETURN_SECONDS = 0.25
 _REST_REACH, _REST_FORCE, _REST_SECONDS = 1e-6, 0.020, 0.050
 # m: positions searched for a restoring force
 PLACES = np.linspace(-0.045, 0.045, 901)
-# N: force that presses on a scene which only pushes back, and its largest fraction of the scene's or motor's
-# force
+# N: forces with which a hand presses on a scene that only pushes back; largest such force as a fraction of
+# the scene's or the motor's force
 _PRESSES, _PRESSED = (1.0, 2.0), 0.6
 # N/m: nominal stiffness for time scales if there is no spring, and the smallest stiffness used for them
 _SPRINGLESS, _SOFTEST = 100.0, 1.0
@@ -206,7 +206,8 @@ class Trials:
             _REST_REACH, scene.device.quantum, _REST_FORCE, still, far, drifts=centre.kick > 0.0
         )
         self.centre, self.step = centre, scene.device.quantum
-        # Quantisation rounds down, so both sides differ. A scene that only pushes needs one side.
+        # Quantisation rounds down, so the two sides differ and both are tried. A scene that only pushes needs
+        # one side.
         self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
         # an ideal handle never stops completely: its motion only decays
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0

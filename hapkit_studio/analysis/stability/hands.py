@@ -1,8 +1,8 @@
 """Robust stability: the limit for all hands in a box around measured hands.
 
-The ranges of the table span the box: a mass that moves with the handle, with a damper and a spring to the
-ground. Its corners, such as 3.5 g with 40 N·s/m, do not occur in people. All hands have some damping, so they
-allow several times the stiffness of passivity.
+A hand is modelled as a mass that moves with the handle, with a damper and a spring to the ground. The ranges
+in the table of measured hands span the box. Its corners, such as 3.5 g with 40 N·s/m, do not occur in people.
+All hands have some damping, so the limit is several times the passive stiffness.
 """
 
 from collections.abc import Callable

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 RELEASED = "released"
-# a larger ratio is not shown as a number
+# largest ratio of limit to stiffness that is shown as a number
 FAR = 100.0
 # a ratio below _NEXT_TO_ONE is shown with two decimals, above _TEN without decimals
 _NEXT_TO_ONE, _TEN = 1.095, 9.95

@@ -18,7 +18,8 @@ import numpy as np
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, design, parse
 from hapkit_studio.errors import ParameterError
 
-# number of angles per sample at which the condition is evaluated: at least, and per turn of the delay's phase
+# number of angles at which the condition is evaluated: the minimum, and the increase per whole period of
+# delay
 _FEWEST, _A_TURN = 2000, 64
 _SLOWEST = 1e-4
 # a delay that differs from whole periods by a smaller fraction of a period is rounded

@@ -107,7 +107,7 @@ class Rendered:
         return self.device.mass + (self.grip.mass if self.grip else 0.0)
 
     def scene(self) -> headless.Scene:
-        """Return the scene with a spring, with placeholder values."""
+        """Return a scene that contains a spring, with placeholder values."""
         values = {"stiffness": 0.0, "damping": 0.0, "center": 0.0}
         spring = environments.named("spring")
         return headless.Scene(spring, values, self.device, self.loop, designed_for=self.step)
@@ -200,8 +200,8 @@ def by_reach(found: cell_batch.CellResults, few: float | np.ndarray, held: bool,
     """Classify each cell by the reach of the motion in the last third of the time and in the second third.
 
     ``few`` is the largest reach in m of a motion that BUZZES. If ``held`` is true, a controller limits the
-    motion, so only continued growth GROWS. If ``linear`` is true, the estimate is linear, so a motion that
-    has become smaller and steady does not grow.
+    motion, so a cell GROWS only if its motion continues to grow. If ``linear`` is true, the estimate is
+    linear, so a cell whose motion has become smaller and steady does not GROW.
     """
     third = cell_batch.PARTS // 3
     first = _reach(found.parts[:, :third])
@@ -243,8 +243,8 @@ def classes(
     """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
 
     If both axes ascend, only a few cells are rendered, as described in ``few_cells``. ``sweeping`` contains
-    the executor and progress for ``sweep``, for cells without an exact limit. Raise ParameterError, and what
-    progress raises.
+    the executor and progress for ``sweep``, for cells without an exact limit. Raise ParameterError, and any
+    exception of ``progress``.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     what, count, judged = rendered(setting, real), lines.size * columns.size, 0
@@ -275,7 +275,7 @@ def maps(
 ) -> np.ndarray:
     """Return the ``classes`` (s, m, n) int8 of many settings, in one sweep whose cells are whole maps.
 
-    Raise ParameterError, and what progress raises.
+    Raise ParameterError, and any exception of ``progress``.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     cells = [rendered(setting, real) for setting in settings]
@@ -286,10 +286,10 @@ def maps(
 def boundary(
     setting: LoopSettings, damping: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> np.ndarray:
-    """Return the largest stiffness (n,) N/m that does not grow, to 1e-4, for every damping (n,) N·s/m.
+    """Return the largest stiffness (n,) N/m, to 1e-4, without growth, for every damping (n,) N·s/m.
 
     It is found by bisection. It is 0 if the spring of ``softest`` is unstable, and inf if it exceeds 1 GN/m.
-    Raise ParameterError, and what progress raises.
+    Raise ParameterError, and any exception of ``progress``.
     """
     task = partial(_limits, rendered(setting, real))
     return np.array(sweep(task, checked_row(damping, DAMPING).tolist(), **sweeping), dtype=float)
@@ -408,7 +408,7 @@ def measured_stiffness_limit(
 def measure_points(
     setting: LoopSettings, damping: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> Points:
-    """Return the boundary by simulation, with bisection in each column; ``sweeping`` as in ``boundary``."""
+    """Return the boundary by simulation, with bisection in each column; for ``sweeping`` see ``boundary``."""
     found = boundary(setting, damping, real=real, **sweeping)
     inside = found * (1.0 - 2.0 * _PRECISION)
     swing = swings(rendered(setting, real), inside, damping) if setting.controller else None
@@ -423,6 +423,6 @@ def cell_centres(end: float, count: int) -> np.ndarray:
 def measure_cells(
     setting: LoopSettings, damping: np.ndarray, stiffness: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> Cells:
-    """Return the class of every cell of the plane by simulation; ``sweeping`` as in ``classes``."""
+    """Return the class of every cell of the plane by simulation; for ``sweeping`` see ``classes``."""
     found = classes(setting, damping, stiffness, real=real, **sweeping)
     return Cells(np.asarray(damping), np.asarray(stiffness), found, real, setting.controller)

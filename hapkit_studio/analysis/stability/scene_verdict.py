@@ -9,7 +9,7 @@ from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, span,
 
 @dataclass(frozen=True)
 class Verdict:
-    """Behaviour of the handle and margins by grip name: first in the hand, last released.
+    """Behaviour of the handle and margins, by grip name; the last entry is the released handle.
 
     ``unknown`` is the reason why no limit is known, or "". ``pushes`` is True if the scene only pushes (a
     wall), so that its limits are valid while a hand presses the handle into it. ``joint`` is True if the

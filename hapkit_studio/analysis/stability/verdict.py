@@ -162,7 +162,7 @@ def _ranges(inputs: VerdictInput) -> dict[str, list[tuple[float, float]]]:
 def _unstable_throughout(
     inputs: VerdictInput, setting: LoopSettings, key: str, ends: tuple[float, float]
 ) -> bool:
-    """Return True if a nudge does not settle in the middle and near the ends of a range."""
+    """Return True if nudges settle neither in the middle of a range nor near its ends."""
     return not any(
         _nudge_settles(inputs, setting, key, float(np.interp(s, (0.0, 1.0), ends))) for s in _INSIDE
     )

@@ -145,8 +145,8 @@ class GuardedDevice:
     def collect(self, seconds: float, judged: bool = True) -> np.ndarray:
         """Return the rows of the next seconds, by the device's clock.
 
-        If ``judged`` is true, raise Unsafe if the handle is too fast or too far. Raise Interrupted, and what
-        ``look`` raises, within a few ms.
+        If ``judged`` is true, raise Unsafe if the handle is too fast or too far. Raise Interrupted, or an
+        exception of ``look``, within a few ms.
         """
         found, first = [self._reader.read()[:0]], None
         heard = time.monotonic()

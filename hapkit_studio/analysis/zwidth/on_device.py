@@ -61,9 +61,9 @@ def measure(
 ) -> result.ZWidth:
     """Return the Z-width of a running engine's device with its current loop.
 
-    ``person`` tells whether a person presses; None means a person if the device has no simulated hand.
-    ``say`` receives instructions. Raise ParameterError, Interrupted, and what progress raises; the settings
-    are restored in any case.
+    ``person`` is True if a person presses; if it is None, a person presses if the device has no simulated
+    hand. ``say`` receives instructions. Raise ParameterError, Interrupted, and any exception of ``progress``;
+    the settings are restored in any case.
     """
     limits, levels = limits or TrialLimits(), result.levels_of(damping)
     if person is None:
@@ -141,7 +141,7 @@ class SimulatedHand:
             guarded.engine.move_hand(guarded.surface + guarded.into * depth)
 
     def presses(self, found: np.ndarray) -> bool:
-        """Return True if the hand presses; in the window a user may have taken the handle away."""
+        """Return True if the hand presses; in the window, a user may drag the handle away."""
         least = _LEAST_SHARE * self._guarded.limits.push
         return not force_withheld(found) and pressing_force(found, self._guarded.into) >= least
 

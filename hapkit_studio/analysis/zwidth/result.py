@@ -17,7 +17,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import compact, plain
 
 _CURVE = 81
-# the condition "hand" if there is no simulated hand
+# value of the condition "hand" if there is no simulated hand
 PERSON = "person"
 # reasons why a search ended
 BUZZES, GROWS, LEAVES, FAST = "buzzes", "grows", "leaves", "fast"
@@ -295,10 +295,10 @@ class TrialOutcome:
 
 @dataclass(frozen=True)
 class Point:
-    """The stiffness in N/m up to which all walls held, and the reason why the next wall failed.
+    """The stiffness in N/m up to which all walls passed, and the reason why the next wall failed.
 
     ``ended`` is one of ENDED. ``clamped`` is True if the motor limits the stiffness. ``first_failed`` is the
-    softest wall that failed, inf if none failed, and ``last_held`` the stiffest wall that held.
+    softest wall that failed, inf if none failed, and ``last_held`` the stiffest wall that passed.
     """
 
     stiffness: float
@@ -309,16 +309,16 @@ class Point:
 
     @property
     def band(self) -> str:
-        """Format the stiffest wall in N/m that held above a failed wall; "" if the limit is sharp."""
+        """Format the stiffest wall in N/m that passed above a failed wall; "" if the limit is sharp."""
         return three_digits(self.last_held) if self.first_failed < self.last_held else ""
 
 
 def stiffest(
     held: Callable[[float], TrialOutcome], softest: float, raised: float, highest: float, halvings: int
 ) -> Point:
-    """Raise the stiffness until a wall fails, then bisect; return the stiffest wall that held, or 0.
+    """Raise the stiffness until a wall fails, then bisect; return the stiffest wall that passed, or 0.
 
-    No wall is tried that is stiffer than the first failed wall, or than ``highest``.
+    Walls stiffer than the first failed wall, or than ``highest``, are not tried.
     """
     low, high = Point(0.0, HIGHEST, False), softest
     while not (verdict := held(high)).why:
@@ -337,7 +337,7 @@ def stiffest(
     return Point(low.stiffness, why, low.clamped, high, low.stiffness)
 
 
-# the band ends if all walls within this relative distance hold below it, or fail above it
+# relative distance: the band ends where all walls within this distance pass (below) or fail (above)
 _CLEAR = 0.1
 
 
@@ -349,11 +349,11 @@ def band_trials(apart: float) -> int:
 def with_band(
     held: Callable[[float], TrialOutcome], point: Point, apart: float, softest: float, highest: float
 ) -> Point:
-    """Return the point at the lower end of the band in which walls alternately hold and fail.
+    """Return the point at the lower end of the band in which walls alternately pass and fail.
 
-    Walls with relative spacing ``apart`` are tried: from the limit down until all walls within 10 % hold,
+    Walls with relative spacing ``apart`` are tried: from the limit down until all walls within 10 % pass,
     then from the limit up until all walls within 10 % fail. All tried walls are between ``softest``, which
-    held, and ``highest``.
+    passed, and ``highest``.
     """
     if point.ended == HIGHEST or point.stiffness == 0.0:
         return point

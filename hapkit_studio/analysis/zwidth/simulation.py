@@ -4,8 +4,8 @@ The handle hits the wall at a speed, and a constant force pushes it into the wal
 The wall fails if the handle leaves it, or still moves by more than two counts at the end (Colgate & Brown,
 ICRA 1994; automated hits after Chawda). Spring and damper act in both directions inside the wall; outside
 there is no force. The stiffness rises by a factor up to the first failure, then it is bisected. Around the
-limit walls hold and fail alternately, over a band of up to a third of the limit. Walls 1 % apart measure this
-band; its lower end is the result.
+limit, walls pass and fail alternately, in a band that is up to a third of the limit wide. The band is
+measured with walls 1 % apart; its lower end is the result.
 """
 
 from collections.abc import Callable, Sequence
@@ -43,7 +43,7 @@ def compute(
 ) -> result.ZWidth:
     """Return the Z-width of a setting; ``arrived`` is called with every new point.
 
-    Raise ParameterError, and what progress raises.
+    Raise ParameterError, and any exception of ``progress``.
     """
     protocol = protocol or result.Protocol()
     levels = result.levels_of(damping)
