@@ -52,7 +52,7 @@ def draw(figure: Any, c: Colors, found: "Bode") -> None:
     """Draw six quantities over frequency, and the frequency up to which each curve acts as a wall."""
     grid = figure.add_gridspec(3, 2, height_ratios=(3, 3, 2))
     first = figure.add_subplot(grid[0, 0], xscale="log")
-    # positions of the quantities of _values after the first one, and of the coherence
+    # grid positions of the quantities of _values after the first one, and of the coherence
     places = (1, 0), (0, 1), (1, 1), (2, 1), (2, 0)
     panels = [first, *(figure.add_subplot(grid[place], sharex=first) for place in places)]
     names = "|Z|, N/m", "phase of Z, °", "stiffness, N/m", "damping, N·s/m", "mass, g", "coherence"

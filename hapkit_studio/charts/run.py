@@ -74,7 +74,8 @@ def draw(
 ) -> None:
     """Draw three quantities over time and force over ``over``, like ``run_figure``.
 
-    Earlier traces are drawn behind the run. The law's curve and the force limit are those at its end.
+    Earlier traces are drawn behind the run. The law's curve and the force limit are those at the end of the
+    run.
     """
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
     upper, middle, lower = (figure.add_subplot(grid[i, 0]) for i in range(3))

@@ -38,7 +38,7 @@ class Walls:
 
     @classmethod
     def of(cls, result: "ZWidth") -> "Walls":
-        """Return the walls of a result; ``buzzes`` is True if a stiffer wall was tried above every point."""
+        """Return the walls of a result; ``buzzes`` is set if a stiffer wall failed above every point."""
         points = list(zip(result.damping.tolist(), result.points, strict=True))
         right = max(float(result.damping[-1]), 1.0)
         sure = all(point.ended != HIGHEST for point in result.points)
