@@ -23,7 +23,7 @@ class LineParser(argparse.ArgumentParser):
 
 
 def window_parser() -> LineParser:
-    """Return the parser of the window's options; --screenshot and later ones are for developers.
+    """Return the parser of the window's options; those from --screenshot on are for developers.
 
     It does not depend on Qt, so that invalid options are reported even without a display.
     """

@@ -162,7 +162,7 @@ def parser() -> "argparse.ArgumentParser":
 
 
 def _texts(_options: "argparse.Namespace") -> "Result":
-    """List the texts of the window; commands in a lower layer cannot import the window."""
+    """List the texts of the window; the modules of ``commands`` must not import the window."""
     from hapkit_studio.commands.base import Result
 
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")

@@ -52,7 +52,7 @@ def main() -> None:
 
 
 def run(*command: object, **variables: str) -> None:
-    """Run a command in the build folder; in the checkout, Python would import the checkout's packages."""
+    """Run a command in the build folder, so that Python does not import packages from the checkout."""
     subprocess.run([str(word) for word in command], env=os.environ | variables, cwd=BUILD, check=True)
 
 
@@ -107,7 +107,7 @@ def copy_avrdude() -> None:
 
 
 def owner(path: Path) -> str:
-    """Return name and version of the Debian package of a file, "" if there is none."""
+    """Return the name and version of the Debian package that contains a file; "" if there is none."""
     if shutil.which("dpkg-query") is None:
         return ""
     found = subprocess.run(["dpkg-query", "-S", path], capture_output=True, text=True, check=False).stdout
@@ -124,7 +124,7 @@ def compile_sources() -> None:
 
 
 def compile_machine_code() -> None:
-    """Have the bundle compile the loop, the laws and the analysis into its own folder."""
+    """Run the bundle once, so that it compiles the loop, the laws and the analysis into its own folder."""
     sources = sorted((INSIDE / "hapkit_studio").rglob("*.py"))
     digest = hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()
     folder = INSIDE / "machine-code"

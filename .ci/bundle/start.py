@@ -1,4 +1,4 @@
-"""Entry point of the bundle. It starts the studio, or with ``-m`` or ``-P -m`` a module, like Python."""
+"""Entry point of the bundle. It starts the studio. As in Python, ``-m`` or ``-P -m`` runs a module."""
 
 import ctypes
 import multiprocessing
@@ -22,9 +22,9 @@ def load_missing_libraries() -> None:
 def restore_environment() -> None:
     """Restore the environment variables that PyInstaller has changed, because other programs inherit them.
 
-    PyInstaller's library path is for the bundle's own libraries. PYINSTALLER_RESET_ENVIRONMENT lets a bundle
-    that this program starts set its own path. PyInstaller's matplotlib folder is temporary, without a cache
-    of fonts.
+    PyInstaller's library path leads to the libraries of this bundle, which other programs must not use. With
+    PYINSTALLER_RESET_ENVIRONMENT, another bundle that this program starts sets its own path. PyInstaller's
+    matplotlib folder is temporary and has no font cache.
     """
     for name in ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"):
         original = os.environ.pop(f"{name}_ORIG", None)
