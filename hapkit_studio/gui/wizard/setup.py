@@ -139,11 +139,7 @@ class SetupDialog(BoardDialog):
             self.step.box.show_progress(*self.board.runner.progress)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """If settings have changed, stop the motor before the dialog returns the board.
-
-        The handle may be inside a wall. If the user has released the E-stop in this dialog, the motor is not
-        stopped again.
-
+        """Stop the motor if settings have changed, because the handle may now be inside a wall.
         If the user has released the E-stop in this dialog, the motor is not stopped again.
         """
         work = self.board.subject
