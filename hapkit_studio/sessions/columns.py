@@ -23,14 +23,14 @@ _LARGEST_STEP = 1e200
 
 
 class DamagedError(FileError):
-    """The data are not those that were written, or they are out of range."""
+    """The data differ from the written data, or a value is out of range."""
 
 
 def encode(values: np.ndarray, step: float = 0.0, rounded: bool = True) -> bytes:
     """Compress numbers (n,) as multiples of a step in SI; a step of 0 stores them as floats.
 
-    All numbers are stored as floats if one is not finite or exceeds 2**53 steps; or, unless ``rounded``, if
-    one lies between two multiples.
+    All numbers are stored as floats if one of them is not finite or exceeds 2**53 steps. If ``rounded`` is
+    false, they are also stored as floats if one of them lies between two multiples.
     """
     if step > 0.0 and len(values) and np.abs(values).max() < MOST_WHOLE * step:
         multiples = np.rint(values / step)

@@ -1,6 +1,6 @@
 """Checks type, size and range of every value in a session's events before it is used.
 
-Names that this version does not know are kept with any value; control characters in text are escaped.
+A name that this version does not know is kept with any value. Control characters in text are escaped.
 """
 
 import marshal
@@ -27,7 +27,7 @@ def checked_event(
     """Return an event's JSON object; raise FileError, whose text begins with ``place``.
 
     ``accepted`` has the last accepted value for each name of a kind, both serialised and parsed. An identical
-    value is not checked again, and events share it.
+    value is not checked again; the events then share one parsed value.
     """
     accepted = {} if accepted is None else accepted
     if len(text) > MOST_TEXT:
@@ -86,7 +86,7 @@ def _scalar(value: object, place: str) -> None:
 
 
 def _names(check: Check) -> Check:
-    """Return a check for an object whose values ``check`` accepts."""
+    """Return a check that accepts an object if ``check`` accepts each of its values."""
 
     def check_table(value: object, place: str) -> None:
         table = checked_table(value, place)
