@@ -102,7 +102,10 @@ _KEY = re.compile(r"[a-z][a-z0-9_]*")
 
 
 def checked_environment(module: ModuleType, tree: ast.Module, lines: int) -> Environment:
-    """Return a module's checked ENVIRONMENT; raise LawError with its line in the tree, at most ``lines``."""
+    """Return a module's checked ENVIRONMENT; raise LawError.
+
+    The error contains the line of the mistake in ``tree``, but at most line ``lines``.
+    """
     made = getattr(module, NAME, None)
     if made is None and not _environment_line(tree):
         words = f"the file defines no environment: end it with `{NAME} = Environment(…)`"

@@ -32,7 +32,7 @@ def translated(environment: Environment, values: Mapping[str, float]) -> Source:
 
 
 def constants(environment: Environment, values: Mapping[str, float], law: Source) -> str:
-    """Return the values that the law uses as named constants with unit and label; choices by name."""
+    """Return the used values as named constants with unit and label; a choice is given by its name."""
     rows, lines = [], []
     for place, parameter in enumerate(environment.force.parameters):
         if isinstance(parameter, Choice):

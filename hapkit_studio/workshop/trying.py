@@ -88,7 +88,7 @@ class Sequence:
 
 
 def sequences(environment: Environment) -> Iterator[Sequence]:
-    """Yield sequences of at least CALLS calls in total, first those near the defaults.
+    """Yield sequences with at least CALLS calls in total; sequences near the defaults come first.
 
     Combinations of values that the environment itself rejects are left out.
     """
@@ -126,7 +126,11 @@ def places(parameters: tuple[AnyParameter, ...], values: Values) -> list[float]:
 
 
 def visits(at: list[float], dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return x in m and v in m/s (n,) of rest, each position at each speed, nearby sensor steps, and rest."""
+    """Return positions x in m and speeds v in m/s (n,) for calls of a law.
+
+    The handle is at rest, then at each position with each speed and with changes by sensor steps, then at
+    rest again.
+    """
     x, v = [0.0] * _RESTING, [0.0] * _RESTING
     for place in at:
         x += [place] * len(SPEEDS)
