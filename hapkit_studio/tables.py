@@ -1,4 +1,4 @@
-"""Tables of samples in text files, those of the studio and those of other programs.
+"""Reads tables of samples from text files that the studio or other programs have written.
 
 Delimiter and decimal sign are detected from the rows; UTF-8, UTF-16 and Windows code pages are supported.
 Columns are chosen by name and converted to SI by their unit.
@@ -263,7 +263,7 @@ def _delimiter_score(lines: Sequence[str], delimiter: str) -> tuple[int, int]:
 def _names(
     above: Sequence[Sequence[str]], comments: Sequence[str], delimiter: str, width: int
 ) -> tuple[str, ...]:
-    """Return the columns' names from the row above the numbers or units, or a comment; otherwise 1, 2, …"""
+    """Return the columns' names from the row above the numbers or from a comment; otherwise "1", "2", …"""
     found = [row for row in above[-2:] if len(row) > 1 or width == 1]
     if len(found) == 2 and all(_is_unit(cell) for cell in found[1]):
         return tuple(found[0])
