@@ -43,7 +43,7 @@ _INFINITE = ("inf", "-inf")  # JSON has no infinite numbers, so they are stored 
 
 
 def changed(before: Settings, after: Settings) -> dict[str, Any]:
-    """Return the settings that have changed; of parameters and device, return only the changed entries.
+    """Return the settings that have changed; for parameters and device, only their changed entries.
 
     If the environment has changed, return all its parameters.
     """
@@ -81,7 +81,7 @@ def steps(log: Log) -> Iterator[tuple[float, dict[str, Any]]]:
 def as_json(log: Log) -> str:
     """Return the initial settings as a JSON object.
 
-    Its "changes" are objects that contain their ``time_s``.
+    Its entry "changes" is a list of objects, each of which contains its ``time_s``.
     """
     changes = [{"time_s": round(time, 6), **what} for time, what in steps(log)]
     return json.dumps({**log[0][1], "changes": changes}, ensure_ascii=False, default=float)
