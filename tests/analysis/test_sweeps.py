@@ -54,7 +54,7 @@ def test_chunks_may_finish_in_any_order_and_few_are_pending():
 
 
 def test_progress_is_reported_during_long_chunks():
-    """Progress can also cancel during a long chunk."""
+    """The function that receives the progress can also cancel the sweep during a long chunk."""
     go, said = threading.Event(), []
 
     def waits(cells):
@@ -130,7 +130,7 @@ def test_a_pool_that_breaks_at_submit_is_reported_as_lost_workers():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills as POSIX does")
 def test_workers_end_when_their_parent_is_killed():
-    """Workers hold the parent's output open, so it ends only when the last of them has exited."""
+    """Workers hold the parent's output open, so the output ends only when the last worker has exited."""
     program = [sys.executable, "-m", "tests.analysis.sweep_tasks"]
     with subprocess.Popen(program, stdout=subprocess.PIPE) as parent:
         numbers = {int(parent.stdout.readline()) for _ in range(2)}

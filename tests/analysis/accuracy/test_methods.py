@@ -1,4 +1,4 @@
-"""Every row of integrators, contact, servo rate and friction on a handle is recomputed."""
+"""Recomputes every row of the sheets on integrators, contact, servo rate and friction on a handle."""
 
 import math
 

@@ -57,7 +57,7 @@ PARTS = {"sampling": "rate", "delay": "delay", "filter": "velocity", "quantizati
 PARTS["saturation"] = "limit"
 # after a throw or a release, rounding errors determine the handle's rest position
 DECIDED_BY_ROUNDING = {("texture", "quantization"), ("friction", "sampling")}
-# a cat stops purring above a stroking speed, and rounding errors determine when a rubbing hand exceeds it
+# a cat does not purr above a stroking speed; rounding errors determine when a rubbing hand exceeds this speed
 CROSSED_BY_ROUNDING = {("cat", "sampling")}
 
 

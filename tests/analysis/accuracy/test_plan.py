@@ -1,4 +1,4 @@
-"""Work-precision charts: the Pareto front by brute force, orders, winners and costs; command and picture."""
+"""Tests of work-precision charts: Pareto front by brute force, orders, winners, costs and pictures."""
 
 import json
 import math
@@ -129,7 +129,7 @@ def test_json_and_pictures_of_methods_and_of_a_scene(capsys, tmp_path):
     assert main(["accuracy", *words]) == 0
     found, *others = json.loads(capsys.readouterr().out)["methods"]
     assert len(found["rows"]) == 14
-    # the board has no cycles for these methods
+    # these methods do not run on the board, so they have no cycles
     assert not any(row["cycles"] for sheet in others for row in sheet["rows"])
     assert {"cycles", "ns"} <= set(found["rows"][0])
     assert found["orders"]["prompt"] == pytest.approx(1.0, abs=0.05)

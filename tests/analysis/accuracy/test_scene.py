@@ -1,4 +1,4 @@
-"""The page *This scene*: errors by an independent loop, Shapley values by permutations, selection rule."""
+"""Tests of the page *This scene*: errors by an independent loop, Shapley values, and the selection rule."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Errors and lags of the velocity estimators rendered by the tick are compared with scipy's filters."""
+"""Compares errors and lags of the tick's velocity estimators with those of scipy's filters."""
 
 import math
 

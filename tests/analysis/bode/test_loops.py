@@ -124,7 +124,10 @@ def test_a_slightly_different_loop_is_distinguished_from_theory():
 
 
 def test_impedance_is_the_hands_force_minus_own_mass_and_damping():
-    """A hand moves the handle in closed loop. Z is its force divided by the motion, without m and b."""
+    """A hand moves the handle in closed loop.
+
+    Z is the hand's force divided by the motion, without m and b.
+    """
     stiffness, rate, delay, mass, viscous = 400.0, 2000.0, 0.7e-3, 0.05, 3.0
     tones = np.array([2.0, 5.0, 11.0, 23.0, 41.0])
     target = lambda t: 1e-3 * sum(np.sin(2 * math.pi * f * t + k) for k, f in enumerate(tones))  # noqa: E731
@@ -189,7 +192,7 @@ def test_the_end_of_a_wall_is_the_3_db_frequency_of_its_stiffness(rate):
     assert curve.ends == curve.softens == pytest.approx(rate * where(math.sqrt(0.5)), rel=1e-3)
     assert math.isnan(curve.gives_energy)
     assert curve.outweighed == pytest.approx(math.sqrt(300.0 / 0.044) / (2.0 * math.pi), rel=2e-3)
-    # the motion, 1.1 amplitudes inside the surface at 5 mm, never leaves the wall
+    # the motion is centred 1.1 amplitudes behind the surface at 5 mm, so that it stays inside the wall
     assert found.place == pytest.approx(0.005 + 1.1 * found.amplitude)
     assert "dropped by 3 dB" in curve.sentence
 
@@ -224,7 +227,7 @@ def test_coherence_is_low_and_theory_missing_for_a_nonlinear_force():
     assert inside.coherence.min() > 0.9999
     assert across.theory is None
     assert across.coherence.max() < 0.9
-    # the handle is in the wall for half of the time, so half of the stiffness is measured
+    # the handle is in the wall for half of the time, so the measured stiffness is half of the wall's
     assert across.stiffness == pytest.approx(0.5 * inside.stiffness, rel=0.01)
 
 

@@ -1,4 +1,4 @@
-"""Test my Hapkit gives the correct result for good kits and for each fault, and changes no setting."""
+"""*Test my Hapkit* gives the correct result for good kits and for each fault, and changes no setting."""
 
 from dataclasses import replace
 

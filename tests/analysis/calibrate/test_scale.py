@@ -69,7 +69,8 @@ def test_marks_that_are_too_few_or_too_close_are_refused():
     ("changed", "key"),
     [
         ({"pulley_radius": 0.010}, "diameter"),
-        ({"pulley_radius": 0.0125}, "diameter"),  # it would mean a handle of 36 mm, and no kit has one
+        # the marks also fit a handle radius of 36 mm, but no kit has one
+        ({"pulley_radius": 0.0125}, "diameter"),
         ({"handle_radius": 0.070}, "radius"),
         ({"handle_radius": 0.093}, ""),
     ],

@@ -121,7 +121,7 @@ def test_later_marks_correct_the_result_of_springs():
     assert work.strength.half / work.strength.ratio >= work.scale.quantum_half / work.scale.quantum
 
 
-# the pulls below are computed for many kits at once; the remaining friction may hold the handle
+# The pulls below are computed for many kits at once. In these pulls, friction may hold the handle.
 
 PERIOD = 1e-3
 

@@ -1,4 +1,4 @@
-"""Undersampling in time and space, and jitter: textures, bumps, repeated periods, bounces."""
+"""Tests of undersampling in time and space, and of jitter: textures, bumps, repeated periods, bounces."""
 
 import math
 

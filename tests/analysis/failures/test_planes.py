@@ -36,7 +36,8 @@ def test_rendered_springs_decay_below_the_boundary_and_grow_above(delay):
         assert len(found) == 9
         assert np.all(side * (found[:, 1] - np.interp(found[:, 0], own.x, own.y)) > 0.0)
     assert rule.y / rule.x == pytest.approx(1.0 / (0.5 + delay / 1e-3))
-    assert own.y[0] == pytest.approx(rule.y[0], rel=0.01)  # with little damping, the rule of thumb is exact
+    # with little damping, the rule of thumb is accurate
+    assert own.y[0] == pytest.approx(rule.y[0], rel=0.01)
 
 
 def test_at_the_limit_the_knob_is_on_the_boundary():
@@ -48,7 +49,7 @@ def test_at_the_limit_the_knob_is_on_the_boundary():
 
 
 def test_settling_needs_friction_above_half_a_step_and_damping_above_half_a_period():
-    """With too little damping, friction only stops pushes below 4 F_c/(π ω (k T/2 − b₀))."""
+    """With too little damping, friction stops only pushes below 4 F_c/(π ω (k T/2 − b₀))."""
     case = BUZZ.case()
     (panel,) = BUZZ.plane(case).panels
     for outcome, steady in ((STABLE, True), (BOUNDED, False)):

@@ -178,7 +178,7 @@ def holds_between(handle, pushes):
 
 @pytest.mark.slow
 def test_reported_oscillations_cover_untried_pushes():
-    """Some oscillations start from few pushes only, so the search may miss one in one of twenty scenes."""
+    """Few pushes start some of the oscillations, so the search may miss one in one of twenty scenes."""
     pushes = [np.random.default_rng(seed).uniform(np.log(6e-5), np.log(16e-3), 3) for seed in range(20)]
     held = [holds_between(sprung(seed), np.exp(some).tolist()) for seed, some in enumerate(pushes)]
     assert held.count(False) <= 1
@@ -386,7 +386,10 @@ def test_both_oscillations_of_damping_in_a_grip_are_reported(seed, little, much)
 
 @pytest.mark.slow
 def test_few_oscillations_of_damping_in_a_grip_are_not_reported():
-    """In at most one of 100 scenes, one of 52 kicks gives less than 1/1.4 of the least reported amplitude."""
+    """In at most one of 100 scenes, a kick leads to an oscillation much smaller than the least reported one.
+
+    52 kicks are tried in each scene; "much smaller" means less than 1/1.4 of the amplitude.
+    """
     missing = []
     for seed in range(3000, 3100):
         handle, scene, grip = damped_in_a_grip(seed)

@@ -1,4 +1,4 @@
-"""The plane combines every limit of a loop; its numbers agree with published tables and a sketch's limits."""
+"""The plane combines every limit of a loop; its numbers agree with published tables."""
 
 import math
 from dataclasses import replace

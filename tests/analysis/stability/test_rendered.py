@@ -132,7 +132,7 @@ def test_the_passivity_controller_raises_the_boundary(real, delay, threads):
     held = replace(plain, controller=True)
     before, after = (rendered.boundary(s, damping, real=real, executor=threads) for s in (plain, held))
     assert (after > 3.0 * before).all()
-    # without controller, these three springs grow slowly, slowly, and fast
+    # without the controller, oscillations grow slowly with the first two springs, and fast with the third
     stiffness = [1.005 * before[0], 1.02 * before[0], 1.2 * before.max()]
     beyond = rendered.classes(held, damping, stiffness, real=real, executor=threads)
     assert (beyond != GROWS).all()

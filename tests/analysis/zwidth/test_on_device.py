@@ -106,7 +106,7 @@ def test_the_virtual_board_has_a_z_width(running):
     found = on_device.measure(engine, (0.0,), TrialLimits(softest=1000.0, raised=1.5, precision=0.1))
     assert hits(reader.read()) == pytest.approx(0.1, rel=0.3)
     conditions = {c.key: c.value for c in found.conditions}
-    # the serial line also delays
+    # the serial line adds to the delay
     assert 1e-3 < conditions["delay"] < 2.5e-3
     setting = replace(on_device.setting_of(engine, "light"), coulomb=0.1)
     reference = simulation.compute(setting, (0.0,), Protocol(max_force=2.0))
@@ -153,7 +153,7 @@ def test_interruptions_restore_settings_and_remove_the_wall(
     engine = running()
     with pytest.raises(error, match=says):
         on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(60, lambda: act(engine)))
-    if environment is None:  # without an environment, the device is disconnected
+    if environment is None:  # the case in which the device is disconnected
         assert engine.environment.key == "spring"
         return
     assert_as_before(engine, environment)
