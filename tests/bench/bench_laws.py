@@ -11,7 +11,7 @@ from tests.bench.frame import Row
 
 NAME, ORDER = "laws", 21
 STATIC, ANY = 60.0, 250.0
-# m: to and fro over the whole rail, fast enough to slip and slow enough for the cat to purr
+# m: positions of a handle that moves to and fro over the rail, fast enough to slip, slow enough for a purr
 SWEEP = 0.045 * np.sin(2.0 * np.pi * 0.3e-3 * np.arange(TICKS))
 
 

@@ -19,7 +19,7 @@ def start(*words: str, **environment: str) -> dict[str, Any]:
 
 
 def run() -> list[Row]:
-    """Return the median of warm starts, and one cold start with its message until all laws are compiled."""
+    """Return rows for the median warm start, and for one cold start until all laws are compiled."""
     start()
     value = statistics.median(start()["sample"] for _ in range(WARM_RUNS))
     with tempfile.TemporaryDirectory() as cache:

@@ -10,7 +10,10 @@ from hapkit_studio.haptics import cell_batch
 def _glide(
     what: LoopSettings, seconds: float | np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the free handle's x per v, v per v, x per force and v per force after some seconds."""
+    """Return how the free handle's x and v after some seconds depend on v at the start and on the force.
+
+    The values are dx/dv, dv/dv, dx/dforce and dv/dforce.
+    """
     m, b = what.mass, what.viscous
     v_v, v_f = np.exp(-b * seconds / m), -np.expm1(-b * seconds / m) / b
     return m * v_f, v_v, (seconds - m * v_f) / b, v_f
