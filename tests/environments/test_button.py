@@ -42,7 +42,10 @@ def test_follows_the_reference_curve(numbers, first, drop, energy):
 
 @pytest.mark.parametrize("position", [-0.03, 0.005])
 def test_press_and_release_differ_by_twice_the_hysteresis(position):
-    """Both curves are drawn. After a reversal, the force reaches the other one within 2 h / 1500 N/m."""
+    """Both curves are visible in a plot.
+
+    After a reversal, the force reaches the other curve within a distance of 2 h / (1500 N/m).
+    """
     given = {"hysteresis": 0.3, "position": position}
     there = position + np.arange(-200, 1000) * 1e-5
     got, _ = along("button", np.concatenate([there, there[::-1]]), **given)

@@ -128,7 +128,7 @@ def test_a_tether_feels_like_a_dragged_anchor(hand, model, static, kinetic, stif
 
 
 def test_the_board_renders_a_tether_at_3_900_hz():
-    """The tether is compared with an anchor that moves at every sample, with 1,367 cycles and 2 kHz.
+    """The tether is compared with an anchor that moves at every sample and takes 1,367 cycles at 2 kHz.
 
     The board's delay is 142 µs with the tether, and 143 µs with that anchor.
     """

@@ -75,7 +75,10 @@ def test_late_damping_counts_with_its_effective_value(estimator, late):
 
 
 def balance(stiffness, late, viscous):
-    """Return the energy added by delay over the energy dissipated by 0.1 N; the tether's force is 0.4 N."""
+    """Return the ratio of the energy added by delay to the energy dissipated by friction of 0.1 N.
+
+    The tether's force is 0.4 N.
+    """
     limit = hs.stiffness_limit(MASS, VISCOUS, damping=viscous, delay=late)
     amplitude = 0.4 / stiffness
     given = math.pi * math.sqrt(stiffness / MASS) * amplitude**2 * (stiffness - limit) * (0.5e-3 + late)

@@ -48,7 +48,7 @@ def test_the_course_s_mass_grows_in_the_scene_as_in_its_table(method, case, moti
 def test_the_scene_uses_the_integrator_exactly(method):
     """After the handle has left, every sample of the scene equals the integrator's.
 
-    The acceleration in a row is the one before the last step.
+    The acceleration in a row is the acceleration before the last step.
     """
     run = imposed("mass_spring_damper", {"integrator": method, "mass": 0.2}, pushed_and_left, 0.6)
     x, v = column(run, "object"), column(run, "object_velocity")
@@ -209,7 +209,10 @@ def test_energy_of_a_bounce_between_the_walls(method, gain, tolerance):
 
 @pytest.mark.parametrize("method", INTEGRATORS)
 def test_friction_stops_the_puck_permanently(method):
-    """The puck slides by m v^2 / (2 F_c); projected friction errs by at most half the way of one step."""
+    """The puck slides by m v^2 / (2 F_c).
+
+    The error of projected friction is at most half the distance of one step.
+    """
     run = imposed("puck", {"integrator": method, "friction": 2.0, "mass": 0.1}, shove, 1.0)
     x, v = column(run, "object"), column(run, "object_velocity")
     off = np.flatnonzero(run.force)[-1] + 2
