@@ -262,7 +262,7 @@ def test_bytes_leave_at_the_rate_of_the_line_and_are_damaged_at_the_given_probab
         assert abs(hurt[0] - 0.1 * SENT) < 5.0 * np.sqrt(0.09 * SENT)
         assert hurt[0] == hurt[1] != hurt[2]
     hurt = chatter("--from-burst", "0.002", "--from-length", "50")["hurt_from"]
-    # a burst that begins within another burst extends it to its own length
+    # a burst that begins within another burst extends the other burst to its own length
     assert 0.3 * SENT * 0.002 * 50 < hurt < 1.5 * SENT * 0.002 * 50
     for kind in ("lose", "garble", "add"):
         assert chatter(script=[f"0.05 from {kind} 7"])["hurt_from"] == 7

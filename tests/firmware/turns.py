@@ -1,8 +1,8 @@
 """The compiled loop with the real firmware, both in board time: script and seed reproduce every run.
 
 The loop's system calls (poll, read, write, clock_gettime) are redirected to this module by their symbols
-before compilation, so it needs its own process. The board waits for its turn, so results do not depend on the
-speed of either side.
+before compilation, so this module needs its own process. The board waits for its turn, so results do not
+depend on the speed of either side.
 """
 
 import ctypes
