@@ -216,7 +216,10 @@ def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status
 
 
 def test_the_divider_separates_the_forces_of_two_environments(window, qtbot):
-    """Rows before the divider follow the wall's law; rows from the new beginning follow the spring's law."""
+    """Rows before the divider follow the wall's law.
+
+    Rows after the change of environment follow the spring's law.
+    """
     live, studio = window.live, window.studio
     qtbot.waitUntil(lambda: studio.engine.settled)
     live.tick()

@@ -41,7 +41,10 @@ def use(phase, key, **given):
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_the_initial_range_includes_everything_that_the_motor_can_render(side):
-    """The range ends at the last bend, or at the fifth turning point: a sine of 16 mm needs 39.6 mm."""
+    """The range ends at the last bend, or at the fifth turning point.
+
+    A sine with a period of 16 mm needs 39.6 mm.
+    """
     x = side * GRID
     stiff = -np.maximum(x - 5.0, 0.0) - 5.0 * np.maximum(x - 30.0, 0.0)
     bends = (18.0, 20.0), (20.0, 25.0), (27.0, 30.0), (29.0, 35.0), (44.0, 45.0), (50.0, 20.0)

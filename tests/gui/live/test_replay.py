@@ -193,7 +193,8 @@ def test_scene_plots_and_bar_show_the_sample_at_the_replay_position(replay, kept
     window = kept_idle_window
     assert window.views.key == "live"
     assert window.replay_bar.isVisible()
-    for seconds in (0.5004, 2.9996, 0.0304):  # s, forwards and backwards, first running, then paused
+    # times in s: forwards, then backwards; the replay first runs and is then paused
+    for seconds in (0.5004, 2.9996, 0.0304):
         replay.seek(seconds)
         replay.settle()
         position = QUANTUM * round(SPEED * np.floor(1e3 * seconds) * 1e-3 / QUANTUM)

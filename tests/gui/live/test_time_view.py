@@ -77,7 +77,7 @@ def test_a_view_dragged_back_shows_its_distance_and_follows_again_at_the_end(plo
     assert header.back.isVisible()
     history.append(telemetry(2000, 14_000))
     assert plots.view.status == f"{2.0 - right:.0f} s back"
-    drag(qtbot, canvas, -100)  # the end has moved by 2 s, so this does not reach it
+    drag(qtbot, canvas, -100)  # the end has moved by 2 s, so this drag does not reach the end
     assert not plots.view.follows
     drag(qtbot, canvas, -250)
     assert plots.view.follows

@@ -161,10 +161,10 @@ def test_the_pages_sliders_are_hatched_like_those_of_the_panel(page, window, qtb
 
 
 def damper_grows(setting, damping):
-    """Return True if a sampled damper in N·s/m makes a released handle's motion grow, by the exact map."""
+    """Return True if a released handle's motion grows with a sampled damper in N·s/m, by the exact map."""
     dt, mass, own = setting.period, setting.mass, setting.viscous
     keeps = np.exp(-own * dt / mass)
-    rolls = (1.0 - keeps) * mass / own  # m per m/s
+    rolls = (1.0 - keeps) * mass / own  # displacement in m for each m/s
     goes, speeds = (
         damping / dt * k for k in ((dt - rolls) / own, (1.0 - keeps) / own)
     )  # per m between samples

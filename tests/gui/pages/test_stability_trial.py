@@ -55,7 +55,7 @@ def test_a_trial_starts_beyond_the_settling_push_and_within_its_limits():
     ],
 )
 def test_the_outcome_is_described(begin, end, does, centre, said):
-    """The amplitude of an oscillation of 10 Hz goes from begin to end in m within 1.5 s.
+    """The amplitude of an oscillation of 10 Hz changes from ``begin`` to ``end`` in m within 1.5 s.
 
     The last peaks are at 1.425 s and 1.475 s. If the amplitude goes from 3 mm to 20 mm, they are 18.2 mm and
     19.4 mm. If it goes from 10 mm to 2 mm, the largest peaks of the last 0.4 s are 3.0 mm and 2.8 mm.

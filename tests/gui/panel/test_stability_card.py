@@ -144,7 +144,8 @@ def test_the_limit_with_a_kalman_filter_uses_the_device_quantum(window, monkeypa
 def test_a_scene_is_judged_with_its_model(window, monkeypatch):
     facts, bare = window.panel.stability.facts, replace(SPRING, needs=("mass", "viscous"))
     window.studio.choose("spring")
-    for environment, friction, step in ((SPRING, 0.10, 20.7e-6), (bare, 0.0, 20.7e-6)):  # of the usual Hapkit
+    # friction and sensor step are those of the usual Hapkit
+    for environment, friction, step in ((SPRING, 0.10, 20.7e-6), (bare, 0.0, 20.7e-6)):
         monkeypatch.setattr(type(window.studio.engine), "environment", environment)
         assert (facts.setting().coulomb, facts.setting().quantum) == (friction, step)
 

@@ -296,7 +296,10 @@ def test_a_banner_moves_the_content_down_by_its_height(window, qapp, size):
 
 @pytest.mark.slow
 def test_the_verdict_is_visible_below_two_banners_with_everything_unfolded(window, qapp):
-    """This also holds if parameters, warnings, explanation and loop need more space and must be scrolled."""
+    """The verdict is also visible if the parts above it need more space and must be scrolled.
+
+    These parts are parameters, warnings, explanation and loop.
+    """
     lose_device(window)
     window.studio.stop()
     panel, card = window.panel, window.stability

@@ -124,7 +124,7 @@ def test_a_locked_parameter_is_not_compared(kept_window):
     (parameter, *_) = comparable(window.studio)
     window.studio.permissions.set_lock(Lock((("value", "wall", "stiffness"),)))
     try:
-        for seed in range(4):  # whichever interval is rendered first
+        for seed in range(4):  # test both orders of the two intervals
             window.threshold.begin(parameter, random.Random(seed))
             assert window.threshold.page is None
         assert window.studio.recording.progress is None

@@ -64,7 +64,8 @@ VISION = {
         [0.004733, 0.691367, 0.303900],
     ],
 }
-# The design requires 40. Models of dichromacy differ by 1 or 2, and this model gives at least 39.5.
+# The design requires a colour difference of 40. Models of dichromacy differ by 1 or 2, and this model gives
+# at least 39.5.
 APART = 39.0
 
 

@@ -1,4 +1,4 @@
-"""Test my Hapkit: the checks, their results, and how the dialogs are opened."""
+"""Tests of the dialog *Test my Hapkit*: the checks, their results, and how the dialogs are opened."""
 
 import pytest
 from PySide6.QtCore import Qt
