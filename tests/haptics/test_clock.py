@@ -52,7 +52,10 @@ def test_it_never_wakes_early_and_returns_at_once_after_a_past_deadline():
 
 
 def test_sleep_releases_the_gil():
-    """A thread sleeps repeatedly until it is told to stop; holding the GIL, it would stop all threads."""
+    """A thread sleeps repeatedly until it is told to stop.
+
+    If it held the GIL, it would stop all other threads.
+    """
 
     @njit(nogil=True)
     def sleep_on(words, most):

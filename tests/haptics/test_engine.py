@@ -138,7 +138,7 @@ def test_lateness_is_counted_for_every_row(started):
 def test_it_knows_whose_state_the_rows_contain():
     """Before the loop runs, the rows belong to no environment.
 
-    After a switch they belong to the new one, from the tick that adopts it.
+    After a switch, the rows belong to the new environment from the tick on that adopts the switch.
     """
     engine = Engine(SimulatedHapkit(), "wall", realtime=False)
     wall, button = environments.named("wall"), environments.named("button")

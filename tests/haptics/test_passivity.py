@@ -278,7 +278,7 @@ def test_it_calls_the_law_without_changing_its_state():
 
 @pytest.mark.parametrize("told", [True, False])
 def test_energy_stored_in_a_moving_object_may_be_given_back(told):
-    """A puck is pushed, a parameter is changed while it flies, and the handle yields when it returns."""
+    """A parameter is changed while a pushed puck flies. The handle yields when the puck returns."""
     puck = LIBRARY["puck"] if told else replace(LIBRARY["puck"], stored=None)
     harness, force, found = LoopHarness(puck, quantum=0.0, viscous=0.5), 0.0, []
     for k in range(600):

@@ -1,4 +1,4 @@
-"""The passivity controller bounds growing motion and changes nothing else; the guard remains last."""
+"""The passivity controller bounds growing motion and changes nothing else; the safety checks follow it."""
 
 import math
 
@@ -62,7 +62,7 @@ def test_a_spring_beyond_its_limit_stays_bounded(damping, delay, limit, factor):
 
 
 # columns: rate in Hz, delay in s, sensor step in m, the handle's damping in N·s/m, stiffness in N/m, which is
-# 2 to 4 times the passive one
+# 2 to 4 times the passive stiffness
 COUNTED = [
     (2000.0, 1e-3, 20.7e-6, 0.5, 1260.0),
     (2000.0, 1e-3, 40e-6, 0.2, 640.0),

@@ -44,7 +44,10 @@ def test_each_chunk_gets_one_answer_to_its_newest_sample(stepped):
 def test_of_a_backlog_only_samples_with_time_for_the_law_are_rendered_and_always_the_newest(
     stepped, law_time, shown
 ):
-    """From the law's duration, the loop computes how many of the oldest samples to skip, and counts them."""
+    """The loop computes from the law's duration how many of the oldest samples to skip.
+
+    It counts the skipped samples.
+    """
     board, engine = stepped(environment=CONSTANT)
     board.say(sample(0, 1000))
     engine.arrays.tick.law_time = law_time
@@ -346,7 +349,7 @@ def ended(line_ends):
 
 @pytest.mark.parametrize(("line_ends", "fault"), [(True, arrays.DEVICE_GONE), (False, arrays.NO_FAULT)])
 def test_the_last_message_is_a_zero_command(line_ends, fault):
-    """The test is repeated if the loop was delayed before the samples, or the test for 1 s after them."""
+    """If a busy machine delayed the loop before the samples, or the test after them, the test is repeated."""
     for _ in range(ATTEMPTS):
         sent, found = ended(line_ends)
         assert sent[-1] == Force(0, 0, 0.0)
