@@ -84,7 +84,10 @@ def settings(environment, chosen, rng, count):
 
 
 def drawn(environment, chosen, rng, count):
-    """Return random settings with these choices, which do not depend on the tests selected."""
+    """Return random settings with these choices.
+
+    The settings do not depend on which tests are selected.
+    """
     for other in options(environment):
         found = list(settings(environment, other, rng, count))
         if other == chosen:

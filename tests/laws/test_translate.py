@@ -161,7 +161,7 @@ def laws(tmp_path_factory):
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(x=numbers, v=numbers, k=st.floats(0.0, 5e3), b=numbers, side=st.sampled_from([0.0, 1.0]))
 def test_a_compiled_law_gives_the_plain_functions_results(laws, which, x, v, k, b, side):
-    """Results differ by at most 1e-15 of the largest term, the accuracy of other libraries' sin and exp."""
+    """Results differ by at most 1e-15 of the largest term, because sin and exp differ between libraries."""
     law = laws[which]
     want = law.plain({"stiffness": k, "damping": b, "side": side}, x, v)
     got, fault = call(law.compiled(), (k, b, side), x, v)
