@@ -93,7 +93,10 @@ case("work", -0.002, 1e-5, bump, (-0.009, 0.009))
 
 
 def bounce(ratio=0.8):
-    """Return samples of 0.05 kg at a wall at 5 mm: 0.1 m/s before the bounce, 80 % after it, −0.09 mJ."""
+    """Return samples of a mass of 0.05 kg that bounces off a wall at 5 mm.
+
+    The speed is 0.1 m/s before the bounce and 80 % of this speed after it. The wall's work is −0.09 mJ.
+    """
     t = TIME - 2.0
     inside = (t > 0.0) & (t < 0.1)
     place = np.where(t <= 0.0, 0.005 + 0.1 * t, 0.005 - 0.1 * ratio * (t - 0.1))
