@@ -49,7 +49,7 @@ def with_functions(beside):
 
 
 def with_check(statement):
-    """Return a check that runs a statement only if a value is between 123 and 124, not at corner values."""
+    """Return a check that runs a statement only for a value from 123 to 124, which is no corner value."""
     return f"""
 import os
 
