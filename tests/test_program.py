@@ -146,7 +146,7 @@ def test_machine_code_of_an_installed_copy_is_in_the_users_cache_and_leaves_afte
 @pytest.mark.parametrize("original", [None, "/opt/lib"])
 def test_other_programs_started_by_a_bundle_get_the_systems_libraries(monkeypatch, original):
     start = runpy.run_path(str(Path(__file__).parents[1] / ".ci" / "bundle" / "start.py"))
-    monkeypatch.setenv("LD_LIBRARY_PATH", "/bundle/_internal")  # PyInstaller's loader documents this
+    monkeypatch.setenv("LD_LIBRARY_PATH", "/bundle/_internal")  # PyInstaller's loader sets this variable
     monkeypatch.delenv("LD_LIBRARY_PATH_ORIG", raising=False)
     if original is not None:
         monkeypatch.setenv("LD_LIBRARY_PATH_ORIG", original)
