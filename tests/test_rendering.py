@@ -103,7 +103,7 @@ def test_one_percent_inside_the_limit_decays_outside_grows(
 
 
 def bounce(stiffness, rate, delay, phase):
-    """Return the energy after a bounce over the energy before.
+    """Return the ratio of the energies after and before a bounce.
 
     ``phase`` is a fraction of a period at contact.
     """
