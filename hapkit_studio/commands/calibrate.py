@@ -1,4 +1,4 @@
-"""The command that shows a board's calibration, applies a different one, or measures the motor constant."""
+"""The command that shows a board's calibration, applies a new calibration, or measures the motor constant."""
 
 import argparse
 import contextlib

@@ -117,7 +117,8 @@ def _check_board(engine: Engine, where: str) -> None:
 def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = None) -> None:
     """Wait for a condition; raise DeviceError if the loop ends, or ``late`` after a time-out.
 
-    A link that is too slow for the computer may be fast enough for the board, so it does not end the wait.
+    A link that is too slow for the computer may be fast enough for the board, so a slow link does not end the
+    wait.
     """
     limit = time.monotonic() + _PATIENCE
     while not so():
@@ -189,7 +190,7 @@ def play(
             pieces.append(reader.read())
             look(t)
             time.sleep(FRAME_SECONDS)
-    interrupts.listen()  # accept Ctrl+C again, because it may have ended the run
+    interrupts.listen()  # accept Ctrl+C again: an earlier Ctrl+C may have ended the run
     if hand is not None:
         engine.move_hand(None)
     pieces.append(reader.read())

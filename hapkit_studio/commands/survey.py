@@ -66,8 +66,8 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor]:
 def _programs(count: int) -> Iterator[Executor]:
     """Yield an executor with this many worker processes; Ctrl+C kills them at once.
 
-    Processes are used because most of this work holds Python's lock. They are spawned because a fork may copy
-    locked locks.
+    Processes are used because most of this work holds Python's lock. They are spawned, not forked, because a
+    fork may copy locks in their locked state.
     """
     with ProcessPoolExecutor(count, get_context("spawn"), initializer=begin_worker) as pool:
         try:

@@ -27,7 +27,7 @@ def settings_place(system: str = sys.platform) -> str:
 
 
 def places() -> list[tuple[str, str]]:
-    """Return (content, path) of everything that the studio stores; most of the paths may not exist."""
+    """Return (content, path) of everything that the studio stores; some of the paths may not exist."""
     return [
         ("settings of the window", settings_place()),
         ("recording folder, if changed", str(sessions.choice_file())),
