@@ -46,7 +46,7 @@ _REMEDY = {
 
 @dataclass(frozen=True)
 class Avrdude:
-    """The path of avrdude, and that of its list of chips if avrdude cannot find the list itself."""
+    """The path of avrdude, and the path of its list of chips if avrdude cannot find this list itself."""
 
     program: Path
     chips: Path | None = None
@@ -127,13 +127,13 @@ class Output:
         self._progress = progress
 
     def feed(self, text: str) -> None:
-        """Process more output; with an empty text, report progress again, because the callback may abort."""
+        """Process more output; with an empty text, report progress again, so that the callback can abort."""
         self.text += text
         stage, part = self._where()
         if text and (stage, part) == (self.stage, self.part):
             return
         if self.stage == WRITING and stage == VERIFYING and self.part < 1.0:
-            self._progress(WRITING, 1.0)  # both stages arrived in one chunk
+            self._progress(WRITING, 1.0)  # one chunk contained the end of writing and the start of verifying
         self.stage, self.part = stage, part
         self._progress(stage, part)
 

@@ -34,8 +34,8 @@ def note_force_age(
 ) -> None:
     """Record the age in s of the force in effect over the last period, as a board reports it.
 
-    If all samples are answered, the time-averaged age of the force exceeds the delay by half a period, so the
-    delay is stored. If answers are rare, a force that stays in effect is recorded with its increasing age.
+    If all samples are answered, the delay of the answer is recorded; it is the mean age of the force minus
+    half a period. If answers are rare, a force that stays in effect is recorded with its increasing age.
     """
     behind, step = (seq - 1 - answered) & 0xFFFF, (answered - delays.last[0]) & 0xFFFF
     known = 0.0 < delay < LONGEST_DELAY and behind < FAR_BEHIND

@@ -130,5 +130,5 @@ def numbered(profile: int) -> Kit | None:
 
 
 def of_settings(settings: Board) -> Board:
-    """Return settings as a Board message, with which they can be applied again."""
+    """Return settings as a Board message; sending this message applies the settings again."""
     return Board(**{field.name: getattr(settings, field.name) for field in Board.layout()})

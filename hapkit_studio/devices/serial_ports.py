@@ -63,7 +63,7 @@ _NAMES = {
 
 
 class Identity(NamedTuple):
-    """The identity of a board, which survives a change of port; vendor is None if the port is not USB."""
+    """The identity of a board, independent of its port; ``vendor`` is None if the port is not USB."""
 
     vendor: int | None = None
     product: int | None = None

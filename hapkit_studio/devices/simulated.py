@@ -140,7 +140,7 @@ def new_state(
 
 @compiled
 def quantise(position: float, quantum: float) -> float:
-    """Return the reading of a sensor of ``quantum`` m; 0 means an ideal sensor."""
+    """Return the reading of a sensor with steps of ``quantum`` m; 0 means an ideal sensor."""
     return quantum * math.floor(position / quantum) if quantum > 0.0 else position
 
 
@@ -157,7 +157,7 @@ def configure(
     period: float,
     delay: float,
 ) -> None:
-    """Set new constants; motion and pending commands are kept. The hand of a released handle is 0.
+    """Set new constants; motion and pending commands are kept. Without a hand, the hand's constants are 0.
 
     ``delay`` is any time in s from a sample to its force; the queue's size limits it.
     """
@@ -210,7 +210,7 @@ def _map(dev, at):
 
 @internal
 def _stopped(motion, stop):
-    """Return (x, v) after end stops at ± stop m, which are fully inelastic."""
+    """Return (x, v) limited by end stops at ± stop m; an impact is fully inelastic."""
     x, v = motion
     if abs(x) > stop:
         return math.copysign(stop, x), 0.0

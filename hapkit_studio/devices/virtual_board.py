@@ -29,7 +29,8 @@ END_TIME = 5.0
 class BoardProgram:
     """The process of the virtual board: it receives commands and sends lines, both with a time-out.
 
-    It runs from construction to ``end``. If it fails, raise DeviceError with the message of the program.
+    It runs from construction to ``end``. If the program fails, methods raise DeviceError with the program's
+    message.
     """
 
     def __init__(self, words: Sequence[str]):
@@ -148,8 +149,8 @@ class VirtualBoard(HapkitBoard):
 
     The modes are: "paced" follows the clock; "lockstep" waits for every reply and otherwise runs at full
     speed; "fast" never waits. In lockstep a lone delimiter counts as a reply and is not passed to the chip.
-    ``log`` is the path of the truth log. ``script`` is the path of commands by board time. ``options`` are
-    further command-line options of the program.
+    ``log`` is the path of the truth log. ``script`` is the path of a file with commands and their board
+    times. ``options`` are further command-line options of the program.
     """
 
     simulated_hand, usb_chip = True, False
