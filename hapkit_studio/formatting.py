@@ -67,7 +67,7 @@ def compact(value: float, digits: int = 6, sign: bool = False) -> str:
 
 
 def with_unit(value: float, unit: str = "", digits: int = 3, sign: bool = False) -> str:
-    """Format a value with at most ``digits`` significant digits and its unit, also a plus with ``sign``."""
+    """Format a value with at most ``digits`` significant digits and its unit; ``sign`` adds a plus."""
     return f"{compact(value, digits, sign)} {unit}".rstrip()
 
 

@@ -177,7 +177,8 @@ def kalman(rate: float, quantum: float, q: float) -> np.ndarray:
     """Return alpha and beta of the steady-state filter with constant velocity and white acceleration q.
 
     The measurement noise is R = quantum^2 / 12. The steady-state Riccati equation gives alpha^2 = beta (2 -
-    alpha) - beta^2 / 6. The value beta^2 / (1 - alpha) increases with beta and equals q T^3 / R.
+    alpha) - beta^2 / 6. The value beta^2 / (1 - alpha) equals q T^3 / R and increases with beta, so beta is
+    found by bisection.
     """
     noise = (quantum or USUAL_QUANTUM) ** 2 / 12.0
     wanted = q / (rate**3 * noise)
@@ -314,7 +315,7 @@ def estimate_velocity(
 
 
 def count_response(estimator: Spec, rate: float, quantum: float) -> np.ndarray:
-    """Return the estimated velocity (n,) in m/s when a handle at rest moves by one count, from then on."""
+    """Return the estimated velocity (n,) in m/s after a handle at rest has moved by one count."""
     position = np.full(_RESPONSE_SAMPLES, quantum)
     position[0] = 0.0
     return estimate_velocity(position, rate, estimator, quantum)[1:]

@@ -137,7 +137,7 @@ def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, cont
 
     method is the number of a method in INTEGRATORS. ``before`` is the acceleration one step earlier, for the
     lecture's rule. Coulomb friction in N reduces the velocity at the end of the step, at most to 0; the exact
-    method locates the stop.
+    method computes when the mass stops.
     """
     now = acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
     if method == _EXACT:

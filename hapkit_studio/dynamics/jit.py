@@ -1,7 +1,7 @@
-"""numba options: cached, without the GIL, and without anything that can raise.
+"""numba options: compiled code is cached, runs without the GIL, and cannot raise exceptions.
 
-numba's reference counting is off: compiled code allocates nothing, and counting a loop's arrays at each call
-took ten times as long as a tick. No C wrapper is made, because none is used.
+numba's reference counting is off: compiled code allocates nothing, and counting the references to a loop's
+arrays at each call took ten times as long as a tick. No C wrapper is compiled, because none is used.
 """
 
 import atexit
@@ -28,7 +28,7 @@ _COMPILED = ("analysis", "devices", "dynamics", "haptics", "laws", "protocol")
 
 
 def _probe():
-    """Placeholder for any cached function."""
+    """Do nothing; this function is used to find numba's cache."""
 
 
 def forget_outdated(package: Path = PACKAGE) -> None:
@@ -102,7 +102,7 @@ def set_cache(folder: str) -> None:
 def use_user_cache() -> None:
     """Write machine code to the user's cache, in a folder for these sources; remove folders unused for long.
 
-    Next to the sources the machine code would remain after the package was uninstalled.
+    Machine code next to the sources would remain after the package was uninstalled.
     """
     folders = Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / "machine-code"
     folder = folders / sources_stamp(*_COMPILED)

@@ -69,7 +69,8 @@ POSSIBLE = {
     )
 }
 """Possible range of every setting, wider than the range that a user may set."""
-# longest delay in periods; the exact limit evaluates points in every turn of the delay's phase
+# longest delay in periods; it bounds the computing time, because the exact limit evaluates points in every
+# turn of the delay's phase
 MOST_LATE = 2000.0
 
 
@@ -86,12 +87,12 @@ def check_delay(rate: float, delay: float) -> None:
 class LoopSettings:
     """The settings of a loop, the hand and the device; raise ParameterError for impossible values.
 
-    rate is in Hz, and delay in s from a sample to its force. estimator is the velocity estimator: "iir"
-    or ("iir", {"cutoff": 20.0}). controller is True if the passivity controller is on. hand is the name of a
+    rate is in Hz, and delay in s from a sample to its force. estimator is the velocity estimator: "iir" or
+    ("iir", {"cutoff": 20.0}). controller is True if the passivity controller is on. hand is the name of a
     grip; own_grip replaces it by a grip without a name. The device has mass in kg, viscous in N·s/m, coulomb
     in N, the sensor quantum in m, and the force limit max_force in N. model selects the modelled terms of a
-    simulated device. where is computer or board. board_rate is in Hz, None for the fastest that the law
-    allows.
+    simulated device. ``where`` is the renderer, computer or board. board_rate is in Hz; None means the
+    highest rate that the law allows.
     """
 
     rate: float = RATE.default
@@ -255,7 +256,7 @@ class Field:
         return self.parameter.check(value)
 
     def difference(self, old: Any, new: Any) -> Difference:
-        """Return two values as text; an estimator has no options in the text if the method has changed."""
+        """Return two values as text; the options of an estimator are omitted if its method has changed."""
         match self.parameter.key:
             case "estimator":
                 (one, given), (other, wanted) = (_method_and_options(value) for value in (old, new))

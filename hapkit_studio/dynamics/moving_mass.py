@@ -1,14 +1,15 @@
 """A moving mass with a spring, a damper, a handle that touches it, and two walls.
 
-m x'' = f - b x' - k x. In contact with the handle, the force contact (touch - x) is added. While handle and
-object approach each other, pad (speed - x') is added, too. Beyond +-reach the spring ``wall`` acts. touch is
-the position of the object at first contact. side is +1 if the handle is on the left of the object, -1 if it
-is on the right. speed is the handle's velocity. After its first arguments, every function takes these eleven
-numbers, or some of them, in this order. All are in SI units; the functions are written in the law language.
+m x'' = f - b x' - k x. In contact, the handle adds the force ``contact`` * (touch - x), and while handle and
+object approach each other also the force ``pad`` * (speed - x'). Beyond ± ``reach`` the spring ``wall`` acts.
+``touch`` is the position of the object at first contact. ``side`` is +1 if the handle is on the left of the
+object, -1 if it is on the right. ``speed`` is the handle's velocity. After its first arguments, every
+function takes these eleven numbers, or some of them, in this order. All are in SI units; the functions are
+written in the law language.
 
-``exact`` simulates the object without error: the motion is piecewise linear, with an exact map for each piece
-and located events. A piece ends when the object meets or leaves the handle or a wall, when the speeds are
-equal (the contact's damper acts on approach only), and when the object reverses.
+``exact`` simulates the object without error: the motion consists of linear pieces, and each piece has an
+exact map up to the exact time of its end. A piece ends when the object meets or leaves the handle or a wall,
+when the speeds are equal (the contact's damper acts on approach only), and when the object reverses.
 """
 
 import math
@@ -109,7 +110,7 @@ def measured(what, x, v, m, damping, stiffness, force):
 
 @compiled
 def until(what, level, x, v, span, end, m, damping, stiffness, force):
-    """Return (t, x, v) at the crossing of ``level`` on the way to ``end`` after ``span`` seconds.
+    """Return (t, x, v) when ``what`` crosses ``level``; after ``span`` seconds it has the value ``end``.
 
     There is exactly one crossing. Newton's method is used in a shrinking bracket. The time of a reversal only
     splits a piece, so it is computed with less accuracy.

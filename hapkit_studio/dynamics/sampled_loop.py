@@ -1,13 +1,13 @@
 """Exact limits of stiffness and damping, at which roots of the sampled loop cross the unit circle.
 
 The loop consists of the exact paddle, a force that is held between samples and delayed by any time, u = -(K x
-+ B v^) with the linear velocity estimate v^ = H(z) x, and a hand as a spring and damper to the ground with
-its mass added. There is no quantisation, no Coulomb friction, no force limit. The characteristic equation 1 +
-(K + B H) P = 0 has a root on the unit circle if K = -1/P - B H is real at z = e^jw. The inside of the circle
-maps to the left of this curve. If the curve crosses the real axis upwards, a pair of roots leaves the circle
-as K passes; if it crosses downwards, a pair returns (D-decomposition, Neimark 1948). There may be several
-stable intervals: with a filter, damping may drive a slow oscillation on a soft spring but damp the faster one
-on a stiffer spring.
++ B v^) with the linear velocity estimate v^ = H(z) x, and a hand. The hand adds its mass, and a spring and
+damper to the ground. There is no quantisation, no Coulomb friction, no force limit. The characteristic
+equation 1 + (K + B H) P = 0 has a root on the unit circle if K = -1/P - B H is real at z = e^jw. The inside
+of the circle maps to the left of this curve. If the curve crosses the real axis upwards, a pair of roots
+leaves the circle when K increases past this value; if it crosses downwards, a pair returns (D-decomposition,
+Neimark 1948). There may be several stable intervals: with a filter, damping may drive a slow oscillation on a
+soft spring but damp the faster one on a stiffer spring.
 """
 
 import math
@@ -65,10 +65,10 @@ def _frequencies(loop: LoopSettings) -> np.ndarray:
 
 
 def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return crossings of complex curves on [w[0], pi] with the positive real axis: all (k,), unordered.
+    """x
 
-    The results are the column, the value, and the number of roots that leave the unit circle as the value is
-    passed: 2, or -2 if they return; at pi 1 or -1.
+    The results are arrays (k,): the column, the value at the crossing, and the number of roots that leave the
+    unit circle beyond this value. This number is 2, or -2 if the roots return; at pi it is 1 or -1.
     """
     values = curve(w, np.arange(columns)[:, np.newaxis])
     negative = np.signbit(values.imag)
