@@ -50,10 +50,10 @@ def no_terms(values: Values) -> ForceTerms:
 
 @dataclass(frozen=True)
 class MovingObject:
-    """An object that moves in addition to the handle: a short name, and the state with its position in m.
+    """An object that moves in addition to the handle: a short name, and the state that is its position in m.
 
-    Without a state, the object rests at the position of a parameter, and the handle pushes it to the right.
-    ``swing`` returns mass in kg, damping in N·s/m and stiffness in N/m in contact, which limit an
+    Without a state, the object rests at the position that a parameter sets, and the handle pushes it to the
+    right. ``swing`` returns mass in kg, damping in N·s/m and stiffness in N/m in contact, which limit an
     integrator's step.
     """
 
@@ -74,14 +74,14 @@ class Environment:
     ``formula`` is short HTML. ``impedance`` maps values by name to the (stiffness N/m, damping N·s/m) that
     limit stability; it is None if there is no linear limit. ``terms`` maps values to the terms for
     identification, by default the impedance. ``shades`` is True if contact is shaded in plots. ``check``
-    returns one line on why values are incompatible, "" if they are compatible. ``warnings`` returns what
-    cannot be rendered well under given conditions. ``unused`` maps parameters that have no effect at the
-    present values to the reason. ``over_position`` and ``over_velocity`` are theory curves, (n,) or one row
-    per branch, NaN for gaps; by default they are the law at rest. ``restless`` is the reason why the scene
-    does not rest at its defaults, "" if it does. ``stored`` is a law that returns the energy in J stored in
-    objects. ``moves`` is the object whose position is plotted. ``drives`` describes how the scene generates
-    energy. ``counts`` are states that count perceptible events. ``hands`` are the hands for judging the
-    scene. ``needs`` are terms of the device whose absence is perceptible at the default values.
+    returns one line on why values are incompatible, "" if they are compatible. ``warnings`` returns warnings
+    about effects that cannot be rendered well under given conditions. ``unused`` maps parameters that have no
+    effect at the present values to the reason. ``over_position`` and ``over_velocity`` are theory curves,
+    (n,) or one row per branch, NaN for gaps; by default they are the law at rest. ``restless`` is the reason
+    why the scene does not rest at its defaults, "" if it does. ``stored`` is a law that returns the energy in
+    J stored in objects. ``moves`` is the object whose position is plotted. ``drives`` describes how the scene
+    generates energy. ``counts`` are states that count perceptible events. ``hands`` are the hands for judging
+    the scene. ``needs`` are terms of the device whose absence is perceptible at the default values.
     """
 
     key: str

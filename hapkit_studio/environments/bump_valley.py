@@ -1,4 +1,4 @@
-"""Bump and valley: a hill at −25 mm and a hollow at +25 mm, rendered as the force along them."""
+"""Bump and valley: a hill at −25 mm and a hollow at +25 mm, rendered as a horizontal force."""
 
 import math
 

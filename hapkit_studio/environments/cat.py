@@ -20,7 +20,8 @@ PACE_TIME = 0.01  # s: time constant of two low-pass filters, which suppress sen
 LIKED, MISLIKED, HATED = 3.0, 0.8, 3.5
 FORGETS = 10.0  # s: time constant of the mood; the effect of a caress decays only while the hand rests
 PURRS_ABOVE, SWATS_BELOW = 0.3, -0.5
-# the purr's pitch in Hz and its relative force increase by these on exhaling, and decrease on inhaling
+# the purr's pitch in Hz and its relative force increase by these amounts on exhaling, and decrease on
+# inhaling
 BREATH_PITCH, BREATH_STRENGTH = 1.2, 0.2
 SWAT_TIME, SWAT_FORCE = 0.3, 1.5  # s, N: duration and force of a swat
 SULK_TIME = 5.0  # s: time after a swat during which the cat sulks

@@ -24,8 +24,8 @@ COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODE
 # N: smallest friction, because zero friction has no ratio of kinetic to static
 LEAST = 1e-3
 
-# fraction of the kinetic force at which LuGre's bristles count as sliding, because they reach it only
-# asymptotically
+# LuGre's bristles are treated as sliding from this fraction of the kinetic force on, because they reach the
+# kinetic force only asymptotically
 SLIDING = 0.99
 
 # m/s: a slower handle is at rest in curves over velocity
@@ -119,7 +119,8 @@ def over_position(values: Values, x: np.ndarray) -> np.ndarray:
 def impedance(values: Values) -> tuple[float, float]:
     """Return the stiffness of sticking, or the initial damping of a friction that uses only the speed.
 
-    Plain Coulomb friction is judged at the lowest speed that a usual sensor resolves, a count per period.
+    The damping of plain Coulomb friction is computed at the lowest speed that a usual sensor resolves, a
+    count per period.
     """
     kinetic, viscous = levels(values)[1], values["viscous"]
     by_speed: dict[float, float] = {

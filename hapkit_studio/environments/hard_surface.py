@@ -18,7 +18,8 @@ LEFT = 2.0 * nominal.QUANTUM
 OVER = 30.0
 MATERIALS = ("custom", "rubber", "wood", "aluminium")
 RUBBER, WOOD, ALUMINIUM = 1, 2, 3
-# amplitudes: the accelerations per speed in the paper, 116.7, 150 and 300 1/s, as forces on 0.044 kg
+# Amplitudes in N per m/s: the ratios of acceleration to speed in the paper, 116.7, 150 and 300 1/s, times the
+# mass of 0.044 kg.
 RUBBER_A, RUBBER_DECAY, RUBBER_HZ = 5.1, 60.0, 18.0
 WOOD_A, WOOD_DECAY, WOOD_HZ = 6.6, 80.0, 100.0
 ALUMINIUM_A, ALUMINIUM_DECAY, ALUMINIUM_HZ = 13.2, 90.0, 300.0
