@@ -224,7 +224,8 @@ class Centre(QWidget):
     def show_page(self, page: QWidget | None, scene: bool = True, law: bool = False) -> None:
         """Show an added page in place of the plots; None shows the plots.
 
-        With ``scene``, the scene stays visible. With ``law``, so does the force–position plot if it fits.
+        With ``scene``, the scene stays visible. With ``law``, the force–position plot also stays visible if
+        it fits.
         """
         if self._page is not None and self._page is not page:
             self._page.hide()

@@ -22,7 +22,7 @@ NAMES = "A", "B"
 _EACH_MS = 200  # ms: update interval of the statistics while a cursor is dragged
 # initial positions of A and B before the newest sample, as fractions of the time window
 _FIRST = 2 / 3, 1 / 3
-_FADE = 0.05  # s: settings count as changing for this time, because numbers and forces fade for 30 ms
+_FADE = 0.05  # s: duration of a settings change, because numbers and forces fade for 30 ms
 # N: the motor's force equals the requested force within this tolerance, which exceeds a motor step
 _FOLLOWED = 0.05
 _BENT = 0.05  # a line is straight if its maximum residual is below this fraction of the force's RMS
@@ -208,7 +208,7 @@ class CursorCard(QWidget):
         return self._low and self._cursors.on and self.switch.index != _FOLDED
 
     def set_low(self, low: bool) -> None:
-        """Set whether there is height for either the table or the plot above it (True), or for both."""
+        """Set whether only the table or the plot above it fits into the height (True), or both fit."""
         if low != self._low:
             self._low = low
             self.switch.show_index(self._chosen[low])

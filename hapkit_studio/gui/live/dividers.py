@@ -36,13 +36,13 @@ class Dividers(QObject):
         }
 
     def _rebase(self) -> None:
-        """Compare later changes with the current settings; a new environment itself already has a divider."""
+        """Compare later changes with the current settings. A new environment has its own divider."""
         self._last = self._in_force()
         self._gesture, self._at = -1, 0.0
         self._change: tuple[Settings, Settings] = {}, {}
 
     def _note_hidden(self) -> None:
-        """Add a divider for a change of hidden values without showing them."""
+        """Add a divider for a change of hidden values without showing the values."""
         again = self._live.history.now - self._hidden_at < _RESTED
         words = "Hidden values" if self._studio.hidden else "Values as set"
         self._hidden_at = self._live.note(words, self._hidden_at if again else None)

@@ -126,7 +126,7 @@ class Recorded(History):
     def clamped_since(self, time: float) -> bool:
         """Return whether a force was clamped after a time in s or is clamped now.
 
-        Looks only at the newest chunk.
+        Only the newest chunk is searched.
         """
         signals = self._cached(self._chunk(self._now, "right"))
         if signals is None:
@@ -246,7 +246,7 @@ class Recorded(History):
     def _draws_samples(self, t0: float, t1: float) -> bool:
         """Return whether samples may be drawn.
 
-        While not complete, only samples that have already been read may be drawn.
+        While ``complete`` is False, only samples that have already been read may be drawn.
         """
         return self.complete or self._has_read(*self._chunks(t0, t1))
 

@@ -1,8 +1,8 @@
 """Replay: shows a recorded session in place of live data, with the settings of the recording.
 
 The settings are changed temporarily, as for a measurement, and restored at the end. The motor gives no force
-during the replay, nor afterwards until the user asks for it. The device's live samples are still stored and
-recorded.
+during the replay, and afterwards not until the user enables the force. The device's live samples are still
+stored and recorded.
 """
 
 import math
@@ -278,7 +278,7 @@ class Replay(QObject):
             self._end.start()  # the check is queued, so that it sees simultaneous changes together
 
     def _notice_release(self) -> None:
-        """End the replay when the user enables the force; it fades in with the previous settings."""
+        """End the replay when the user enables the force; the force fades in with the previous settings."""
         opened = self._studio.opened
         if not self._studio.stopped and (opened is None or opened.motor):
             self.close()
