@@ -155,7 +155,7 @@ class Recorded(History):
         return bool(self.session.counts[first:last].sum() > most)
 
     def drawn(self, t0: float, t1: float) -> Window:
-        """Return the samples of the interval; while not complete, block extremes of its last second."""
+        """Return the interval's samples; while ``complete`` is False, block extremes of its last second."""
         ours = self._draws_samples(t0, t1)
         return self.between(t0, t1) if ours else self._blocks.between(max(t0, t1 - _HASTY), t1)
 

@@ -100,7 +100,7 @@ class TimeView(QObject):
             self.follow()
 
     def set_locked(self, locked: bool) -> None:
-        """Lock or unlock the value axes; locked axes do not adapt to the data, only the user changes them."""
+        """Lock or unlock the value axes; locked axes do not adapt to the data. Only the user changes them."""
         self.locked = locked
         self.changed.emit()
 
@@ -122,7 +122,7 @@ class TimeView(QObject):
             self._show(-(span or self.span), 0.0)
 
     def stand(self, time: float, before: float, happened: str) -> None:
-        """Stop the view at an event; the event is at a time in s, at the fraction ``before`` of the span.
+        """Stop the view at an event at a time in s; show the event at the fraction ``before`` of the span.
 
         The live history still receives samples.
         """

@@ -30,7 +30,7 @@ _HOW = (
 
 
 class BodePage(MeasuringPage):
-    """Shows the Bode diagram of the current scene; it is out of date if scene, values or loop change."""
+    """Shows the scene's Bode diagram; the diagram is out of date after a change of scene, values or loop."""
 
     file = "bode"
     heading, about = "Bode", "How the rendered scene behaves at each frequency."

@@ -120,7 +120,7 @@ class Drawing(QWidget):
                 with warnings.catch_warnings():
                     warnings.filterwarnings("error", _NO_ROOM)
                     moving: Any = self._paint(self.figure, style.pale(colors) if self.pale else colors)
-            except UserWarning:  # too small while the window changes its size: draw later
+            except UserWarning:  # the figure is too small while the window changes its size: draw later
                 self.figure.clear()
                 self._old = True
                 return

@@ -151,7 +151,7 @@ def loop_facts(studio: "Studio", model: bool = True) -> Facts:
 
 
 class Freshness:
-    """Detects an outdated result; ``facts()`` returns the facts on which it depends, by name."""
+    """Detects an outdated result; ``facts()`` returns the facts on which the result depends, by name."""
 
     def __init__(self, facts: Callable[[], Facts], again: str = "Measure again"):
         self._facts, self._again = facts, again

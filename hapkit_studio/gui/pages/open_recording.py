@@ -24,7 +24,7 @@ _COMPUTED = "Computed from the position"
 
 
 class RecordingOpener(QObject):
-    """Reads a recording in a thread; emits ``opened`` with it and its path, or ``failed`` with the reason."""
+    """Reads a recording in a thread; emits ``opened(recording, path)``, or ``failed`` with the reason."""
 
     opened = Signal(object, object)
     failed = Signal(str)

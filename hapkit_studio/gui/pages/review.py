@@ -151,7 +151,7 @@ class ReviewDialog(TextDialog):
     # all reviews
 
     def _load(self) -> None:
-        """Show all reviews and fill the fields with the reviewer's own."""
+        """Show all reviews, and fill the fields with the reviewer's own review."""
         self._show_all()
         self._show_time()
         name = self.name.text().strip()

@@ -71,7 +71,7 @@ def read_overviews(paths: list[Path], known: Known, progress: Progress) -> Known
 
 
 def recent(settings: QSettings) -> list[Path]:
-    """Return the recently opened sessions that are in other folders and still exist."""
+    """Return the recently opened sessions outside the recording folder that still exist."""
     kept = settings.value(_OTHERS, [])
     paths = [Path(path) for path in (kept if isinstance(kept, list) else [kept]) if isinstance(path, str)]
     return [path for path in paths if path.is_file()]
@@ -99,7 +99,7 @@ def save_copy(path: Path, output: Path) -> str:
 class SessionsPage(Page):
     """Shows a search field and a list.
 
-    Below it is the chosen session's chart, and its events are beside it.
+    The chart of the chosen session is below the list, and the session's events are beside the list.
     """
 
     side: SidePanel

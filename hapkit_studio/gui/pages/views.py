@@ -101,7 +101,7 @@ class Views(QObject):
         self.take_focus()
 
     def cover(self, side: QWidget | None, page: Page | None = None, scene: bool = False) -> None:
-        """Allow only the view Live, and show ``side`` in place of the parameter panel; None ends this.
+        """Allow only the view Live, and show ``side`` in place of the parameter panel; None undoes both.
 
         If ``page`` is given, it replaces the plots. The scene stays visible above it if ``scene`` is True, or
         if the user moves the simulated hand in the scene.

@@ -90,7 +90,7 @@ class LoopPanel(QWidget):
         super().__init__()
         self._studio, self._settings = studio, settings
         self.fold, self.more = QPushButton(autoDefault=True), QPushButton(autoDefault=True)
-        for link in (self.fold, self.more):  # pressed with Enter, because Space pauses the plots
+        for link in (self.fold, self.more):  # Enter presses these buttons, because Space pauses the plots
             link.setProperty("link", True)
         self.where, self.model = RenderingSwitch(studio), ModelLine()
         self.rate, self.delay = ParameterRow(RATE), ParameterRow(DELAY)

@@ -124,7 +124,7 @@ class Facts(QWidget):
             part.setHidden(folded)
 
     def show_renderer(self, column: int, texts: tuple[str, ...], on: bool) -> None:
-        """Show one renderer's texts in the order of ROWS; ``on`` means that it renders now."""
+        """Show one renderer's texts in the order of ROWS; ``on`` is True for the active renderer."""
         labels = self.columns[column]
         for part, text in zip(labels[1:], texts, strict=True):
             part.setText(text)

@@ -163,7 +163,7 @@ class ParameterRow(QWidget):
         self.changed.emit(self.parameter.key, self.quantity.si(value))
 
     def _show(self, value: float) -> None:
-        """Show an accepted value in the displayed unit."""
+        """Show an accepted value, which is given in the displayed unit."""
         self._value = value
         self.box.show_value(value)
         self.slider.show_value(value)

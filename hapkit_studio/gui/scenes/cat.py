@@ -1,4 +1,4 @@
-"""The cat, which the handle strokes with a pad. The pad bends its hairs; they bristle in anger.
+"""The cat, which the handle strokes with a pad. The pad bends the cat's hairs, which bristle in anger.
 
 The picture is assets/scenes/cat.svg; each of its groups is painted according to mood and breath.
 """

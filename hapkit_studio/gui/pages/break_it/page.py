@@ -33,7 +33,7 @@ _WIDE_LIST_FROM = 840
 class BreakItPage(MeasuringPage):
     """Shows the list of failures, and the chosen failure with knob, verdict, two traces and the curve.
 
-    ``felt`` is the title of the failure that is in the scene, or ""; ``marked`` reports it.
+    ``felt`` is the title of the failure that is in the scene, or ""; ``marked`` is emitted with this title.
     """
 
     file = "break-it"

@@ -133,7 +133,8 @@ class FailureRunner(QObject):
     def __init__(self, job: Job, parent: QObject | None = None):
         super().__init__(parent)
         self.job = job
-        # needs no compilation: a knob can be turned only after the other job has compiled and found its limit
+        # this job needs no compilation: a knob can be turned only after ``job`` has compiled the code and
+        # found the limit
         self._quick = Job(self, needs="")
         self._quick.finished.connect(self._deliver)
         self._quick.failed.connect(lambda text: self._deliver(text))

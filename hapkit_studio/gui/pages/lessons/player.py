@@ -32,7 +32,7 @@ _SIMULATED = "simulated"
 
 
 def scene_settings(scene: Scene) -> Settings:
-    """Return the settings at the start of a step; their keys are those of undo."""
+    """Return the settings at the start of a step, with the keys that undo uses."""
     key = scene.environment.key
     found: Settings = {ENVIRONMENT: key, HAND: scene.grip}
     found |= {("value", key, name): value for name, value in scene.values.items()}
@@ -119,7 +119,7 @@ class LessonPlayer(QObject):
     def open(self, lesson: Lesson) -> None:
         """Open a lesson at the step that was last open."""
         self.leave()
-        self._studio.permissions.set_lesson()  # this ends a running demo, which restores its settings
+        self._studio.permissions.set_lesson()  # a running demo ends, and its changes are undone
         self.progress = self.progress_of(lesson)
         self._before = settings_of(self._studio)
         self._follow()

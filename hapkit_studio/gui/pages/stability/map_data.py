@@ -57,7 +57,7 @@ class Lines:
 
 
 def solve(ask: LinesRequest) -> Lines:
-    """Compute the lines; after a move of the dot only its margin is new, because the lines are cached."""
+    """Compute the lines, which are cached: if only the dot has moved, only its margin is computed again."""
     axes = ask.axes
     if axes is None or ask.damping > _EDGE * axes[0] or ask.stiffness > _EDGE * axes[1]:
         axes = _axes(ask)
@@ -145,7 +145,7 @@ class Results:
         return self.all[-1] if self.all else None
 
     def add(self, measured: Measured) -> None:
-        """Add a measurement; drop those of other loops."""
+        """Add a measurement; drop the measurements of other loops."""
         other = replace(measured.setting, controller=not measured.setting.controller)
         kept = [old for old in self.all if (old.setting, old.real) == (other, measured.real)]
         self.all = [*kept, measured]

@@ -226,7 +226,7 @@ class StabilityPage(MeasuringPage):
         )
 
     def _show_all(self) -> None:
-        """Show verdict, map and conditions, and the measurement's duration or that it is out of date."""
+        """Show verdict, map and conditions, and how long the measurement took or that it is out of date."""
         if self.lines is None:
             return
         plane, real = self.lines.plane, self.real.isChecked()

@@ -106,9 +106,9 @@ def map_parameters(environment: Environment, values: Values) -> MapParameters:
     return MapParameters(*found)
 
 
-# s: lengths of the first and the last interval after the release; the motion in both is compared
+# s: lengths of the first and the last interval after the release; the motions in these intervals are compared
 _BEGIN, _END = 0.2, 0.4
-# the handle rests within _STEPS sensor steps; a change of the amplitude by the factor _GREW is significant
+# a motion within _STEPS sensor steps is rest; a change of the amplitude by the factor _GREW is significant
 _STEPS, _GREW = 3.0, 1.15
 _LEAST_STEP = 20e-6
 _THROWN = (
