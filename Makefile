@@ -116,7 +116,10 @@ wheelhouse:
 	@echo "build/wheelhouse: $$(du -sm build/wheelhouse | cut -f1) MB. Install on a computer without a network by"
 	@echo "    pipx install --pip-args='--no-index --find-links build/wheelhouse' hapkit-studio"
 
-acceptance: bundle wheelhouse
+# wheels for every supported Python that starts on this computer
+PYTHONS = $(foreach minor,11 12 13 14,$(shell python3.$(minor) -c "print('python3.$(minor)')" 2>/dev/null))
+acceptance: bundle
+	@for python in $(or $(PYTHONS),$(PYTHON)); do $(MAKE) --no-print-directory wheelhouse PYTHON=$$python || exit 1; done
 	@$(PYTHON) tests/acceptance.py $(ROOTS)
 
 clean:
