@@ -2,6 +2,7 @@
 
 import functools
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -10,7 +11,7 @@ from typing import Any
 
 import platformdirs
 
-from hapkit_studio.errors import FileError
+from hapkit_studio.errors import DeviceError, FileError
 from hapkit_studio.files import checked_list, checked_number, checked_text, read_toml
 from hapkit_studio.formatting import quoted
 
@@ -29,13 +30,15 @@ class LabSettings:
 
     ``force_limit`` in N applies to every loop with a motor. ``devices`` are patterns of the keys of allowed
     devices; None allows all. ``lessons`` is a folder of lessons in addition to the studio's. ``locked`` are
-    settings that no code unlocks, as tuples of words.
+    settings that no code unlocks, as tuples of words. ``mistake`` describes a mistake
+    in the file, or is "".
     """
 
     force_limit: float = math.inf
     devices: tuple[str, ...] | None = None
     lessons: Path | None = None
     locked: frozenset[tuple[str, ...]] = frozenset()
+    mistake: str = ""
 
     def allows(self, device: str) -> bool:
         """Return whether the device with a key may be used."""
@@ -51,9 +54,40 @@ def path() -> Path:
 
 @functools.cache
 def settings() -> LabSettings:
-    """Return this computer's settings, which are read once; raise FileError if the file is invalid."""
+    """Return this computer's settings, which are read once.
+
+    If the file has a mistake or cannot be read, no force and only the simulated device is allowed.
+    """
     file = path()
-    return read(file) if file.exists() else LabSettings()
+    try:
+        os.lstat(file)  # not exists(), which is false for a broken link and fails for a folder without access
+        return read(file)
+    except (FileNotFoundError, NotADirectoryError):
+        return LabSettings()
+    except OSError as error:
+        return LabSettings(0.0, (), mistake=f"Cannot read {FILE}: {error.strerror}.")
+    except FileError as error:
+        return LabSettings(0.0, (), mistake=str(error))
+
+
+def remedy() -> str:
+    """Return what to do about a mistake in the file."""
+    return f"The force stays zero. Correct {path()}, or ask the administrator; then start again."
+
+
+def check() -> None:
+    """Raise FileError if the file has a mistake."""
+    if settings().mistake:
+        raise FileError(f"{settings().mistake} {remedy()}")
+
+
+def force_limit() -> float:
+    """Return the force limit in N, or inf; raise DeviceError if the file has a mistake."""
+    try:
+        check()
+    except FileError as error:  # the limit is unknown, so no force may be commanded
+        raise DeviceError(str(error)) from None
+    return settings().force_limit
 
 
 def read(file: Path) -> LabSettings:

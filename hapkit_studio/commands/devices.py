@@ -3,6 +3,7 @@
 import argparse
 
 from hapkit_studio import devices as device_list
+from hapkit_studio import lab
 from hapkit_studio.commands.base import Command, Result, option, progress_line
 
 OPTIONS = (
@@ -16,6 +17,7 @@ OPTIONS = (
 
 def devices(options: argparse.Namespace) -> Result:
     """List the available devices; with --probe, identify each of them."""
+    lab.check()
     entries = device_list.available()
     found: list[dict] = [{"key": e.key, "title": e.title} for e in entries]
     report = progress_line("Devices")

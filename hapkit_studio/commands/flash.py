@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from hapkit_studio import devices
+from hapkit_studio import devices, lab
 from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.devices import flash, serial_ports
 from hapkit_studio.devices.avrdude import CONNECTING, VERIFYING, WRITING
@@ -29,7 +29,9 @@ OPTIONS = (
 
 def run(options: argparse.Namespace) -> Result:
     """Write the firmware, verify it and read the board's Hello."""
+    lab.check()
     port = _only_port() if options.port is None else options.port
+    devices.check_allowed(port)
     for entry in devices.available():
         if entry.key == port and not serial_ports.is_path(port):
             raise DeviceError(f"{entry.title} needs no flashing. Name a port: hapkit-studio flash PORT.")

@@ -44,10 +44,16 @@ def available() -> list[DeviceEntry]:
     return [entry for kind in kinds() for entry in kind.entries() if allowed.allows(entry.key)]
 
 
-def named(key: str) -> Device:
-    """Return a new device by its key, or by the path of an unlisted port; raise ParameterError."""
+def check_allowed(key: str) -> None:
+    """Raise ParameterError if a device may not be used on this computer."""
+    lab.check()
     if not lab.settings().allows(key):
         raise ParameterError(f"{lab.FILE} does not allow the device {key} on this computer.")
+
+
+def named(key: str) -> Device:
+    """Return a new device by its key, or by the path of an unlisted port; raise ParameterError."""
+    check_allowed(key)
     entries = {e.key: e for e in available()}
     if key in entries:
         return entries[key].make()

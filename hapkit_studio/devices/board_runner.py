@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from hapkit_studio import lab
 from hapkit_studio.devices.profiles import full_force, of_settings, readings
 from hapkit_studio.errors import DeviceError, NoDataError
 from hapkit_studio.protocol.messages import Board, BoardFlag, Force, MotorMap, Release, Sample, Settings, Stop
@@ -50,6 +51,10 @@ class LateError(AbortedError):
             "This computer was late, so the board switched its motor off briefly. This is not a fault of "
             "the kit. Close other programs, then try again."
         )
+
+
+class ForceLimitError(DeviceError):
+    """A motion may need more force than the lab allows, so it was not started."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +164,8 @@ class BoardRunner:
         self._stop, self._cancel = threading.Event(), threading.Event()
 
     def open(self) -> Settings:
-        """Open the board and read its settings; raise DeviceError."""
+        """Open the board and read its settings; raise DeviceError, also for a mistake in the lab's file."""
+        lab.force_limit()
         self.board.open()
         try:
             return self.read_settings()
@@ -231,8 +237,14 @@ class BoardRunner:
     ) -> Track:
         """Record while ``motion`` drives the handle.
 
-        Raise StoppedError, CancelledError, AbortedError or another DeviceError.
+        Raise ForceLimitError, StoppedError, CancelledError, AbortedError or another DeviceError.
         """
+        most = lab.force_limit()
+        if limits.force > most:  # a smaller force would give a wrong result
+            raise ForceLimitError(
+                f"This needs up to {limits.force:g} N, but {lab.FILE} limits the force to {most:g} N. "
+                "Ask the administrator of this computer."
+            )
         if self.stopped:
             raise StoppedError("Stopped. Force is zero. Release the E-stop, then try again.")
         self.board.send_messages(Release())

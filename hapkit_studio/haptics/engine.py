@@ -15,7 +15,7 @@ from hapkit_studio.devices.delays import MeasuredDelay
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.loop_settings import BOARD, COMPUTER, GRIP, RENDERERS, LoopSettings
 from hapkit_studio.environments.base import Environment, Values
-from hapkit_studio.errors import DeviceError, FileError, ParameterError, StudioError
+from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.haptics import arrays, block, board_plan, health, link, passivity, priority
 from hapkit_studio.haptics.board_plan import (
     BackgroundPlanner,
@@ -239,12 +239,7 @@ class Engine:
 
     def _highest_limit(self) -> float:
         """Return the lower one of the device's force limit and the lab's limit in N; raise DeviceError."""
-        try:
-            return min(self.device.max_force, lab.settings().force_limit)
-        except FileError as error:  # the limit is unknown, so no loop may start
-            raise DeviceError(
-                f"{error} The force stays zero: ask the administrator of this computer."
-            ) from None
+        return min(self.device.max_force, lab.force_limit())
 
     def move_hand(self, target: float | None) -> None:
         """Move the hand's target to a position in m; None releases the handle. Raise ParameterError."""

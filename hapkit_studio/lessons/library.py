@@ -36,6 +36,8 @@ def library(folder: str | Path | None = None, known: Mapping[str, Environment] |
     found, errors = list[Lesson](), list[str]()
     if folder is None:
         folder = lab.settings().lessons
+        if lab.settings().mistake:
+            errors.append(lab.settings().mistake)
         if folder is not None and not folder.is_dir():
             errors.append(f"{lab.FILE}: there is no folder {folder} with lessons.")
             folder = None

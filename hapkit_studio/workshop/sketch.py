@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from string import Template
 
-from hapkit_studio import resources
+from hapkit_studio import lab, resources
 from hapkit_studio.devices import profiles
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.estimators import USUAL, Spec
@@ -106,8 +106,8 @@ def text(
 
     ``values`` contains the values that differ from the defaults. ``rate`` is in Hz, by default
     ``usual_rate``. ``prints`` is the number of lines per second on the serial monitor. ``remark`` is a text
-    for the reader at the top. Raise ParameterError for options that a sketch does not support, and LawError
-    for an invalid law.
+    for the reader at the top. Raise ParameterError for options that a sketch does not support, LawError
+    for an invalid law, and DeviceError for a mistake in the lab's file.
     """
     kit, values = kit or Kit(), environment.values(values)
     rate = usual_rate(environment, values) if rate is None else rate
@@ -169,9 +169,10 @@ def _zero_known(kit: Kit) -> bool:
 
 def _kit(kit: Kit) -> str:
     b = kit.board
+    most = min(b.max_force, lab.force_limit())
     turn = "turn" if b.sensor != Sensor.MAGNETORESISTIVE else "half turn"
     rows = [
-        ("float kMaxForce", number(b.max_force), "N, the largest force of motor and cable"),
+        ("float kMaxForce", number(most), "N, the largest force of motor and cable"),
         ("float kMotorConstant", number(b.motor_constant), "N*m at full duty"),
         ("float kHandleRadius", number(b.handle_radius), "m from the sector's axis to the handle"),
         ("float kPulleyRadius", number(b.pulley_radius), "m, the motor's pulley (not its diameter)"),

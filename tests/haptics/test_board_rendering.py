@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from hapkit_studio import environments
+from hapkit_studio import environments, lab
 from hapkit_studio.dynamics.estimators import design
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, rows
@@ -234,6 +234,22 @@ def test_the_computer_renders_what_the_board_cannot(rendering):
         setup.engine.set_where("board")
     setup.engine.set_environment("damping")
     setup.until(lambda: setup.engine.rendering == "board")
+
+
+@pytest.mark.parametrize(("share", "renderer"), [(0.99, "computer"), (1.01, "board")])
+def test_the_board_renders_only_if_the_labs_limit_is_not_below_its_own(
+    rendering, monkeypatch, share, renderer
+):
+    limited = lab.LabSettings(force_limit=share * KIT.max_force)
+    monkeypatch.setattr(lab, "settings", lambda: limited)
+    setup = rendering()
+    if renderer == "board":
+        setup.go()
+    else:
+        with pytest.raises(ParameterError, match="force limit is lowered"):
+            setup.engine.set_where("board")
+    assert setup.engine.decision(wait=True).where == renderer
+    assert setup.engine.max_force == pytest.approx(min(share, 1.0) * KIT.max_force)
 
 
 def test_changes_of_the_law_in_force_are_sent_as_constants(rendering):

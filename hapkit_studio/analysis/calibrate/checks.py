@@ -16,6 +16,7 @@ from hapkit_studio.devices.board_runner import (
     AbortedError,
     BoardRunner,
     CancelledError,
+    ForceLimitError,
     LateError,
     StoppedError,
 )
@@ -272,6 +273,8 @@ def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
             continue
         except (StoppedError, CancelledError):
             raise
+        except ForceLimitError as error:
+            return CheckResult(WARN, str(error))
         except AbortedError as error:
             remedy = "Level the kit, release the handle in the middle, and test again."
             return warn("aborted", str(error), remedy)

@@ -91,6 +91,7 @@ class GuardedDevice:
         self.surface = self._place["position"]
         self.into = 1.0 if self._place["side"] == 0.0 else -1.0
         self._mine = self._before[:2]
+        self._most = engine.max_force
         self._samples, self._seconds = 0, 0.0
         self.clamped = False
 
@@ -117,7 +118,7 @@ class GuardedDevice:
         self.engine.replace_environment(*self._mine, environment, values)
         # a disconnected device cannot take a limit; the next connection sets it
         with contextlib.suppress(DeviceError):
-            self.engine.limit_force(self.engine.device.max_force)
+            self.engine.limit_force(self._most)
 
     @property
     def quantum(self) -> float:

@@ -87,7 +87,7 @@ class BodePage(MeasuringPage):
         if setting is None or studio.engine is None:
             raise ParameterError(self._facts.why_unknown()[1])
         scene, values, on_board = studio.environment, dict(studio.values), self.where.index == VIRTUAL
-        reach, most = self.amplitude.value, float(studio.engine.device.max_force)
+        reach, most = self.amplitude.value, studio.engine.max_force
         # None stands for the default amplitude; the measurement may reduce it automatically
         amplitude = None if reach == AMPLITUDE.default else reach
 

@@ -104,7 +104,7 @@ class ZWidthPage(MeasuringPage):
         if setting is None or engine is None:
             raise ParameterError("Connect a device first.")
         self._begin("Simulating hits on walls…")
-        protocol, arrived = Protocol(max_force=float(engine.device.max_force)), self.arrived.emit
+        protocol, arrived = Protocol(max_force=engine.max_force), self.arrived.emit
         self.job.start(
             lambda progress: simulation.compute(
                 setting, protocol=protocol, progress=progress, arrived=arrived

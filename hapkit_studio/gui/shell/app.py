@@ -10,7 +10,7 @@ from subprocess import Popen
 from PySide6.QtCore import QObject, QRect, QSize, QTimer
 from PySide6.QtWidgets import QApplication
 
-from hapkit_studio import devices, interrupts
+from hapkit_studio import devices, interrupts, lab
 from hapkit_studio.arguments import window_parser
 from hapkit_studio.environments import named
 from hapkit_studio.errors import ParameterError
@@ -120,6 +120,9 @@ def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | No
         window.replay.open(options.replay)
     if options.screenshot:
         window.studio.engine_changed.connect(lambda: _push_then_save(window, options))
+    if lab.settings().mistake:
+        _open_device(window, options.device)  # fails at once, which shows the mistake
+        return
     key = window.studio.environment.key
     prepare_all(window, key, preparing, lambda: _open_device(window, options.device))
 

@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import QElapsedTimer, QObject, Signal
 from PySide6.QtGui import QGuiApplication
 
+from hapkit_studio import lab
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.shell.banners import BannerStack, Button, Notice
@@ -186,8 +187,13 @@ class Notices(QObject):
                 ways.append((_STEPS[link.step], self.flash.emit))
             if link.command:
                 ways.append(("Copy command", lambda: QGuiApplication.clipboard().setText(link.command)))
-            ways.append(("Try again", self._studio.device.reconnect))
+            if not lab.settings().mistake:
+                ways.append(("Try again", self._studio.device.reconnect))
         words = (f"{title.rstrip('.')}.", rest or "Force is zero.")
         away = link.state in ("gone", "failed")
-        ways.append(self._simulated)
-        self._show(away, "device", _DEVICE, words, tuple(ways), icon="unplugged", section=_NO_PORT)
+        section = _NO_PORT
+        if lab.settings().mistake:  # the simulated device does not start, either
+            section = ""
+        else:
+            ways.append(self._simulated)
+        self._show(away, "device", _DEVICE, words, tuple(ways), icon="unplugged", section=section)

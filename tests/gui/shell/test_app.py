@@ -9,9 +9,12 @@ import pytest
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QImage
 
+from hapkit_studio import lab
+from hapkit_studio.arguments import window_parser
 from hapkit_studio.gui.shell import app
 from hapkit_studio.gui.state import prepare
 from hapkit_studio.gui.widgets.theme import theme
+from tests.gui.window_support import PATIENCE_MS
 
 OFF_THE_WAY = (
     *("scipy.linalg", "scipy.optimize", "scipy.signal", "matplotlib", "pandas"),
@@ -77,6 +80,30 @@ def test_an_unknown_environment_gives_a_one_line_message(qapp, capsys):
     said = capsys.readouterr().err
     assert "swamp" in said
     assert said.count("\n") == 1
+
+
+def test_a_mistake_in_the_labs_file_is_shown_in_the_window_and_no_loop_starts(
+    start_window, qtbot, monkeypatch, tmp_path
+):
+    file = tmp_path / "lab.toml"
+    file.write_text("force_limit = 'two'\n", encoding="utf-8")
+    monkeypatch.setattr(lab, "path", lambda: file)
+    lab.settings.cache_clear()
+    try:
+        window = start_window("--device", "virtual-board")
+        app.begin(window, window_parser().parse_args([]))
+        qtbot.waitUntil(lambda: window.banners.get("device") is not None, timeout=PATIENCE_MS)
+        notice = window.banners.get("device")
+        assert notice.title == "lab.toml: force_limit is 'two'; it must be a number from 0.1 to 100 N."
+        assert notice.text.startswith(f"The force stays zero. Correct {file}")
+        assert not {"Try again", "Use simulated Hapkit"} & {words for words, _ in notice.buttons}
+        assert window.studio.engine is None
+        assert [entry.key for entry in window.studio.device.entries()] == ["simulated"]
+        window.studio.device.open_simulated()
+        qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
+        assert window.studio.engine is None
+    finally:
+        lab.settings.cache_clear()
 
 
 def test_the_stamp_depends_on_sources_and_cache(monkeypatch, tmp_path):
