@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 FAILED = 2
 SESSION_SUFFIX = ".hapkit"  # the same as in sessions.file, which is slow to import
-_TEXTS_HELP = "print every text of the window with its location, for proofreading"
+_TEXTS_HELP = "print every text that the window can show and its place, for proofreading"
 EXIT_SECONDS = 1.0
 
 
@@ -169,8 +169,11 @@ def _texts(_options: "argparse.Namespace") -> "Result":
     from hapkit_studio.gui.shell.texts import texts
 
     found = texts()
-    lines = "\n".join(f"{place} | {words}" for place, words in found)
-    return Result(lines, {"texts": [{"place": place, "text": words} for place, words in found]})
+    lines = "\n".join(f"{place} | {words}" for place, words, _source in found)
+    return Result(
+        lines,
+        {"texts": [{"place": place, "text": words, "source": source} for place, words, source in found]},
+    )
 
 
 def _window(given: Sequence[str]) -> int:

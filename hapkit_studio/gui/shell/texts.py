@@ -1,27 +1,37 @@
-"""Lists all texts of the window: those of all widgets in all views and dialogs, and all messages.
+"""Lists all texts that a student can see in the window, for proofreading.
 
-Texts of widgets are read from a window without a device. A text that appears only after an event (a fault, a
-result, a refusal) is read from the program's source, with its values in braces.
+Texts of widgets are read from a window without a device: all views, environments, dialogs and menus,
+including hidden widgets. Texts that appear only after an event (a fault, a result, a refusal) are read from
+the source, see :mod:`hapkit_studio.gui.shell.source_texts`. Each text is listed once, with the first place
+that shows it; the option ``--json`` adds the source.
+
+Left out are:
+
+* keys, values and units alone ("Ctrl+S", "30 min", "N/m"), file paths, and texts without a word;
+* texts that differ from an earlier one only in their numbers;
+* tooltips that repeat a label, and accessible names that only join visible texts and values;
+* what depends on the student's own work: names of files, and what Undo would change.
 """
 
-import ast
 import re
-from collections.abc import Iterator
-from importlib.resources import files
-from pathlib import Path
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtCore import QAbstractListModel, QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractButton,
+    QAbstractItemView,
     QApplication,
+    QCheckBox,
     QComboBox,
     QDialog,
     QFileDialog,
     QGroupBox,
     QLabel,
     QLineEdit,
+    QMenu,
+    QMenuBar,
     QTabBar,
     QWidget,
 )
@@ -29,35 +39,153 @@ from PySide6.QtWidgets import (
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.gui import pages
 from hapkit_studio.gui.shell.actions import new_window
+from hapkit_studio.gui.shell.source_texts import messages, without_tags
 from hapkit_studio.gui.shell.window import MainWindow
 from hapkit_studio.gui.state.studio import Studio
 from hapkit_studio.gui.teach import demos
 from hapkit_studio.gui.widgets import style
 
-_WORDS = re.compile(r"[A-Za-z]{2,}[^A-Za-z]* [^A-Za-z]*[A-Za-z]{2,}")
-_NO_TEXT = re.compile(r"[{;]\s*\w+-?\w*:|^[#&./<]|::|^from |^import |^def |^return |\| None|\n.*\n")
-_FOLDERS = ("gui", "analysis", "charts", "haptics", "devices", "environments", "laws", "sessions", "workshop")
+TOOLTIP, NAME = "tooltip", "name for a screen reader"
+_ROWS = 100  # rows of a table that are read
+
+# Where the texts of a module are shown, in words that a student knows. The longest matching beginning
+# applies; "" means: at the place of the widget's parent.
+_PLACES = {
+    "analysis": "experiments and results",
+    "analysis/accuracy": "Speed and accuracy view",
+    "analysis/bode": "Bode view",
+    "analysis/calibrate": "Set up my Hapkit",
+    "analysis/calibrate/checks": "Test my Hapkit",
+    "analysis/failures": "Break it view",
+    "analysis/identify": "Identify view",
+    "analysis/perception": "Speed and accuracy view",
+    "analysis/stability": "stability card and Stability view",
+    "analysis/zwidth": "Z-width view",
+    "charts": "chart",
+    "charts/accuracy": "Speed and accuracy view, chart",
+    "charts/bode": "Bode view, chart",
+    "charts/experiments": "experiment, chart",
+    "charts/failures": "Break it view, chart",
+    "charts/identify": "Identify view, chart",
+    "charts/stability": "Stability view, map",
+    "charts/zwidth": "Z-width view, chart",
+    "devices": "connection to the device",
+    "devices/avrdude": "Flash firmware",
+    "devices/flash": "Flash firmware",
+    "devices/profiles": "Set up my Hapkit, list of kits",
+    "environments": "description of a scene",
+    "gui/editor": "law editor",
+    "gui/live": "Live view",
+    "gui/live/comparison": "comparison with a held or recorded trace",
+    "gui/live/replay": "replay of a recording",
+    "gui/live/trigger": "Trigger settings",
+    "gui/pages": "",
+    "gui/pages/accuracy": "Speed and accuracy view",
+    "gui/pages/bode": "Bode view",
+    "gui/pages/break_it": "Break it view",
+    "gui/pages/identify": "Identify view",
+    "gui/pages/lessons": "Lessons view",
+    "gui/pages/open_recording": "Identify view, opening a table",
+    "gui/pages/review": "review of a student's work",
+    "gui/pages/sessions": "Sessions view",
+    "gui/pages/stability": "Stability view",
+    "gui/pages/zwidth": "Z-width view",
+    "gui/panel": "panel of settings",
+    "gui/panel/loop": "panel of settings, loop",
+    "gui/panel/rows": "",
+    "gui/panel/rendering": "panel of settings, rendering",
+    "gui/panel/stability_card": "panel of settings, stability card",
+    "gui/scenes": "picture of the scene",
+    "gui/shell": "window",
+    "gui/shell/actions": "menu",
+    "gui/shell/banners": "message across the window",
+    "gui/shell/command_palette": "Find a command",
+    "gui/shell/export_dialog": "Export as sketch",
+    "gui/shell/gallery": "list of scenes",
+    "gui/shell/header": "header of the window",
+    "gui/shell/notices": "message across the window",
+    "gui/shell/portraits": "list of scenes",
+    "gui/shell/projector_view": "projector view",
+    "gui/shell/rail_names": "list of scenes",
+    "gui/shell/status_bar": "status bar",
+    "gui/state": "window",
+    "gui/state/device_link": "connection to the device",
+    "gui/state/own_environments": "environment of your own",
+    "gui/state/presets": "presets",
+    "gui/state/recording": "recording",
+    "gui/teach": "teaching tools",
+    "gui/teach/blind": "Compare A and B blind",
+    "gui/teach/demo": "demo",
+    "gui/teach/lock_dialog": "Lock",
+    "gui/teach/pointing": "Experiment: pointing with friction",
+    "gui/teach/quiz": "Quiz: find the hidden value",
+    "gui/teach/threshold": "Experiment: just-noticeable difference",
+    "gui/widgets": "",
+    "gui/widgets/glossary": "glossary",
+    "gui/wizard": "Set up my Hapkit",
+    "gui/wizard/check": "Test my Hapkit",
+    "gui/wizard/flash_dialog": "Flash firmware",
+    "haptics": "control loop",
+    "haptics/health": "fault",
+    "haptics/priority": "Real-time priority",
+    "haptics/realtime_linux": "Real-time priority",
+    "laws": "law editor, error in a law",
+    "lessons": "Lessons view",
+    "sessions": "Sessions view",
+    "workshop": "law editor, error in a file",
+    "workshop/sketch": "Export as sketch",
+}
+_NAMED = r"F\d+|Esc|Space|Backspace|Page (?:Up|Down)|Home|End|Left|Right|[Ww]heel|drag|[←→↑↓ ]+"
+_KEY = rf"(?:(?:Ctrl|Shift|Alt)\+)*(?:\S|{_NAMED})"
+_KEYS = re.compile(rf"^{_KEY}(?:(?:, | or ){_KEY})*$")
+_UNIT = r"(?:mm|ms|min|N|m|s|g|kg|Hz|kHz|mJ|J|counts?|%|°|µs|µm|rad|periods?|[mNkgs]+[/·²³mskgN⁠]+|× ?\d*|JND)"
+_VALUE = re.compile(rf"^[^A-Za-z]*{_UNIT}?(?: (?:±|to|/) [^A-Za-z]*{_UNIT}?)?$")
+_OWN = re.compile(r"^Undo .+ → |^[/~]\S+$|^[A-Z]:\\|\.(?:toml|hks|py|ino|csv)$")
 
 
 class Text(NamedTuple):
-    """A text and where it is shown: a view, a dialog, or the source file of a message."""
+    """A text, where it is shown (with the kind of widget), and the source of it."""
 
     place: str
     words: str
+    source: str
 
 
 def texts() -> list[Text]:
-    """Return all texts of the window, each with the first place that shows it."""
+    """Return all texts that a student can see in the window."""
     application = QApplication.instance() or QApplication(["hapkit-studio"])
     assert isinstance(application, QApplication)
     style.apply(application)
     window = new_window(Studio(list[DeviceEntry]))
-    found = [*_in_window(window), *_demos(), *messages()]
+    found = [*_in_window(window), *_demos(), *_messages()]
     window.close()
-    first: dict[str, str] = {}
-    for place, words in found:
-        first.setdefault(" ".join(words.split()), place)
-    return [Text(place, words) for words, place in first.items() if re.search(r"[A-Za-z]{2}", words)]
+    return shown(found)
+
+
+def shown(found: Iterable[Text]) -> list[Text]:
+    """Return the texts without repetitions and without those that say nothing by themselves."""
+    tidied = [text._replace(words=" ".join(without_tags(text.words).split())) for text in found]
+    visible = {text.words.rstrip("…") for text in tidied if not text.place.endswith((TOOLTIP, NAME))}
+    labels = sorted((label for label in visible if len(label) > 2), key=len, reverse=True)
+    first: dict[str, Text] = {}
+    for text in tidied:
+        if text.place.endswith(TOOLTIP) and text.words in visible:
+            continue
+        key = text.words
+        if text.place.endswith(NAME):
+            for label in labels:
+                if label in key:
+                    key = re.sub(rf"(?<!\w){re.escape(label)}(?!\w)", "", key)
+            key = f"name: {key}" if re.search(r"[A-Za-z]{3}", key) else ""
+        if key and not _says_nothing(text.words):
+            first.setdefault(re.sub(r"\d[\d,.]*", "0", key), text)
+    return list(first.values())
+
+
+def _says_nothing(words: str) -> bool:
+    return not re.search(r"[A-Za-z]{2}", words) or any(
+        pattern.search(words) for pattern in (_KEYS, _VALUE, _OWN)
+    )
 
 
 def _in_window(window: MainWindow) -> Iterator[Text]:
@@ -66,19 +194,19 @@ def _in_window(window: MainWindow) -> Iterator[Text]:
     for key, environment in window.studio.environments.items():
         window.studio.choose(key)
         _settle()
-        yield from _of_widgets(environment.title, window)
+        yield from of_widgets(window, f"scene {environment.title}")
     for key, view in pages.discover().items():
         window.views.show(key)
         _settle()
-        yield from _of_widgets(view.title, window)
+        yield from of_widgets(window, f"{view.title} view")
     window.views.show("live")
     for action in window.findChildren(QAction):
         if action.text().endswith("…") and action.isEnabled():
             action.trigger()
             _settle()
-            yield from _of_dialogs(action.text(), window)
+            yield from _of_dialogs(action.text().rstrip("…"), window)
     window.show_keys()
-    yield from _of_dialogs("Keys", window)
+    yield from _of_dialogs("Keys and words", window)
 
 
 def _of_dialogs(place: str, window: MainWindow) -> Iterator[Text]:
@@ -86,68 +214,100 @@ def _of_dialogs(place: str, window: MainWindow) -> Iterator[Text]:
     for dialog in window.findChildren(QDialog):
         if dialog.isVisible():
             if isinstance(dialog, QFileDialog):
-                yield Text(place, dialog.windowTitle())
+                yield Text(f"{place}: title", dialog.windowTitle(), _module(dialog))
             else:
-                yield from _of_widgets(place, dialog)
+                yield from of_widgets(dialog, f"dialog {place}", fixed=True)
             dialog.close()
     _settle()
 
 
-def _of_widgets(place: str, top: QWidget) -> Iterator[Text]:
-    """Yield texts, tooltips and accessible names of a widget and its children, including hidden ones."""
+def of_widgets(top: QWidget, place: str, *, fixed: bool = False) -> Iterator[Text]:
+    """Yield the texts of a widget and its children, including hidden ones.
+
+    The place is that of the module that made the widget; ``place`` if this is unknown or ``fixed`` is true.
+    """
     for widget in (top, *top.findChildren(QWidget)):
-        if isinstance(widget, QLabel | QAbstractButton | QLineEdit):
-            yield Text(place, re.sub(r"<[^>]+>", "", widget.text()))
-        if isinstance(widget, QLineEdit):
-            yield Text(place, widget.placeholderText())
-        if isinstance(widget, QGroupBox):
-            yield Text(place, widget.title())
-        if isinstance(widget, QComboBox):
-            yield from (Text(place, widget.itemText(index)) for index in range(widget.count()))
-        if isinstance(widget, QTabBar):
-            yield from (Text(place, widget.tabText(index)) for index in range(widget.count()))
-        yield Text(f"{place}, tooltip", widget.toolTip())
-        yield Text(f"{place}, accessible name", widget.accessibleName())
+        where = place if fixed else _place_of(widget) or place
+        for kind, words in _of_widget(widget):
+            yield Text(f"{where}: {kind}", words, _module(widget))
         for action in widget.actions():
-            yield from _of_action(place, action)
+            yield from _of_action("menu" if isinstance(widget, QMenuBar | QMenu) else where, action)
+
+
+def _of_widget(widget: QWidget) -> Iterator[tuple[str, str]]:
+    """Yield the kind and the words of each text of a widget."""
+    match widget:
+        case QLabel():
+            yield "label", widget.text()
+        case QCheckBox():
+            yield "check box", widget.text()
+        case QAbstractButton():
+            yield "button", widget.text().replace("&", "")
+        case QLineEdit():
+            yield "hint in an empty field", widget.placeholderText()
+        case QGroupBox():
+            yield "heading", widget.title()
+        case QComboBox():
+            yield from (("choice", widget.itemText(index)) for index in range(widget.count()))
+        case QTabBar():
+            yield from (("tab", widget.tabText(index)) for index in range(widget.count()))
+        case QAbstractItemView():
+            yield from _of_table(widget)
+    yield TOOLTIP, widget.toolTip()
+    yield NAME, widget.accessibleName()
+
+
+def _of_table(table: QAbstractItemView) -> Iterator[tuple[str, str]]:
+    model = table.model()
+    if model is None:
+        return
+    for column in range(1 if isinstance(model, QAbstractListModel) else model.columnCount()):
+        for role, kind in (
+            (Qt.ItemDataRole.DisplayRole, "column heading"),
+            (Qt.ItemDataRole.ToolTipRole, TOOLTIP),
+        ):
+            yield kind, str(model.headerData(column, Qt.Orientation.Horizontal, role) or "")
+        for row in range(min(_ROWS, model.rowCount())):
+            yield "table", str(model.index(row, column).data() or "")
+            yield TOOLTIP, str(model.index(row, column).data(Qt.ItemDataRole.ToolTipRole) or "")
 
 
 def _of_action(place: str, action: QAction) -> Iterator[Text]:
-    yield Text(place, action.text().replace("&", ""))
-    if action.toolTip() != action.text():
-        yield Text(f"{place}, tooltip", action.toolTip())
+    text = action.text().replace("&", "")
+    yield Text(f"{place}: command", text, "gui/shell/actions")
+    if action.toolTip() != text.rstrip("…"):
+        yield Text(f"{place}: {TOOLTIP}", action.toolTip(), "gui/shell/actions")
 
 
 def _demos() -> Iterator[Text]:
     for name, path in demos.shipped().items():
         for words in re.findall(r'caption = "(.+)"', path.read_text("utf-8")):
-            yield Text(f"demo {name}", words)
+            yield Text("demo: caption", words, f"demos/{name}")
 
 
-def messages() -> Iterator[Text]:
-    """Yield texts of several words from the source, except docstrings and style sheets."""
-    top = Path(str(files("hapkit_studio")))
-    for path in sorted(path for folder in _FOLDERS for path in (top / folder).rglob("*.py")):
-        tree = ast.parse(path.read_text("utf-8"))
-        nodes = list(ast.walk(tree))
-        parts = {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
-        docs = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
-        for node in nodes:
-            if id(node) not in parts | docs and (words := _literal(node)):
-                yield Text(f"{path.relative_to(top)}:{node.lineno}", words)  # type: ignore[attr-defined]
+def _messages() -> Iterator[Text]:
+    for module, line, words in messages():
+        yield Text(f"{_place(module) or 'window'}: label or message", words, f"{module}.py:{line}")
 
 
-def _literal(node: ast.AST) -> str:
-    """Return a literal's text with its values in braces; "" if it is not a text of several words."""
-    words = ""
-    if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        words = node.value
-    elif isinstance(node, ast.JoinedStr):
-        for part in node.values:
-            value = part.value  # type: ignore[attr-defined]
-            words += str(value) if isinstance(part, ast.Constant) else f"{{{ast.unparse(value)}}}"
-    bare = re.sub(r"\{[^}]*\}", "Xx", words)
-    return words if _WORDS.search(bare) and not _NO_TEXT.search(bare) else ""
+def _place_of(widget: QWidget) -> str:
+    """Return the place of the nearest parent whose module has a place; "" if none has one."""
+    parent: QWidget | None = widget
+    while parent is not None:
+        if place := _place(_module(parent)):
+            return place if place != _PLACES["gui/shell"] else ""
+        parent = parent.parentWidget()
+    return ""
+
+
+def _module(widget: QWidget) -> str:
+    return type(widget).__module__.removeprefix("hapkit_studio.").replace(".", "/")
+
+
+def _place(module: str) -> str:
+    """Return the place of a module's texts in words of a student; "" if it has no place of its own."""
+    begins = max((start for start in _PLACES if module.startswith(start)), key=len, default="")
+    return _PLACES.get(begins, "")
 
 
 def _settle() -> None:

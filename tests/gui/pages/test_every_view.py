@@ -29,7 +29,8 @@ def test_every_view_has_a_tab_a_menu_entry_and_a_key_if_one_is_free(kept_idle_wi
         assert (window.views.key, tabs.currentIndex()) == (key, place - 1)
         assert window.views.shown.isVisible()
         assert action.isChecked()
-    assert view.title in {place for place, _words in texts._of_widgets(view.title, window.views.shown)}
+    shown = texts.of_widgets(window.views.shown, "")
+    assert f"{view.title} view" in {text.place.partition(":")[0] for text in shown}
 
 
 def test_a_lesson_may_name_every_view():

@@ -1,32 +1,133 @@
 """The list of all texts in the window, for proofreading."""
 
+import ast
+from types import SimpleNamespace
+
 import pytest
-from PySide6.QtWidgets import QDialog, QLabel, QPushButton
+from PySide6.QtWidgets import QCheckBox, QDialog, QLabel, QPushButton, QTableWidget
 
-from hapkit_studio.gui.shell import texts
+from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
+from hapkit_studio.gui.shell import source_texts, texts
+from hapkit_studio.gui.shell.texts import Text
 
 
-def test_a_widgets_text_tooltip_and_accessible_name_are_listed_with_its_children(qtbot):
+def test_every_text_of_a_dialog_is_listed_with_its_kind(qtbot):
     dialog = QDialog()
     qtbot.addWidget(dialog)
-    label = QLabel("<b>Shown</b> text", dialog)
-    label.setToolTip("A tip")
+    QLabel("<b>Shown</b> text", dialog).setToolTip("A tip")
     QPushButton("Press", dialog).setAccessibleName("A name")
-    found = set(texts._of_widgets("dialog", dialog))
-    wanted = {("dialog", "Shown text"), ("dialog, tooltip", "A tip"), ("dialog", "Press")}
-    assert wanted | {("dialog, accessible name", "A name")} <= found
+    QCheckBox("Force as felt", dialog)
+    QTableWidget(0, 1, dialog).setHorizontalHeaderLabels(["Applied force"])
+    found = {(text.place, text.words) for text in texts.shown(texts.of_widgets(dialog, "dialog Lock"))}
+    assert found == {
+        ("dialog Lock: label", "Shown text"),
+        ("dialog Lock: tooltip", "A tip"),
+        ("dialog Lock: button", "Press"),
+        ("dialog Lock: name for a screen reader", "A name"),
+        ("dialog Lock: check box", "Force as felt"),
+        ("dialog Lock: column heading", "Applied force"),
+    }
+
+
+@pytest.mark.parametrize(
+    "words", ["Ctrl+Shift+O", "Page Up, Page Down", "0.00 mm", "30 min", "N·s/m", "/usr/bin/avrdude", "—"]
+)
+def test_a_key_a_value_a_unit_and_a_path_are_no_texts(words):
+    assert not texts.shown([Text("panel: label", words, "")])
+
+
+@pytest.mark.parametrize(
+    "words", ["Hold", "Spring", "Trial 3 of 12", "Servo rate in Hz", "Home position", "Drag: virtual hand"]
+)
+def test_a_label_of_one_word_or_with_a_number_is_a_text(words):
+    assert [text.words for text in texts.shown([Text("panel: label", words, "")])] == [words]
+
+
+def test_a_tooltip_or_screen_reader_name_that_repeats_visible_texts_is_left_out():
+    shown = texts.shown(
+        [
+            Text("panel: label", "Grip", ""),
+            Text("panel: choice", "Medium", ""),
+            Text("panel: name for a screen reader", "Grip, Medium", ""),
+            Text("panel: name for a screen reader", "Grip: 3.5 N/m", ""),
+            Text("panel: name for a screen reader", "Plot of the grip's force", ""),
+            Text("menu: command", "Save a copy…", ""),
+            Text("menu: tooltip", "Save a copy", ""),
+            Text("panel: tooltip", "Back to 35.5 Hz", ""),
+            Text("panel: tooltip", "Back to 1,000 Hz", ""),
+        ]
+    )
+    assert [text.words for text in shown] == [
+        "Grip",
+        "Medium",
+        "Plot of the grip's force",
+        "Save a copy…",
+        "Back to 35.5 Hz",
+    ]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "SELECT name FROM sqlite_master",
+        "sudo udevadm trigger",
+        "constexpr struct {name} {",
+        "runs half a step ahead, which",
+        ", held by the motor",
+        "Counts grow to the",
+        "{name}: {value} {unit}",
+        "lower left",
+        "Session (*.hks)",
+        "Clamped",
+    ],
+)
+def test_code_and_pieces_of_texts_are_no_messages(words):
+    assert not source_texts.is_message(words)
+
+
+@pytest.mark.parametrize(
+    "words", ["Nothing was changed.", "{port} does not exist. Plug it in.", "vibration, Hz"]
+)
+def test_a_sentence_and_a_label_of_an_axis_are_messages(words):
+    assert source_texts.is_message(words)
+
+
+def test_values_are_shown_by_name_and_constants_as_they_appear():
+    module = SimpleNamespace(LIMIT=0.4)
+    code = """f"{name.title()} moved {number(1e3 * self.travel, 1)} m{'m' if m else ''}, max {LIMIT:.2f}" """
+    node = ast.parse(code).body[0].value
+    assert source_texts._text(node, module) == "{name} moved {travel} mm, max 0.40"
+
+
+def test_docstrings_assertions_annotations_and_comparisons_are_not_shown():
+    code = '''
+def f(x: "A type of value") -> "A type of result":
+    """A text for developers."""
+    assert x, "An assertion failed."
+    if x == "A stored value":
+        raise TypeError("A programming error.")
+    return f"A message of {x} words."
+'''
+    tree = ast.parse(code)
+    silent = {id(part) for node in ast.walk(tree) for part in source_texts._silent(node)}
+    constants = [node for node in ast.walk(tree) if isinstance(node, ast.Constant | ast.JoinedStr)]
+    assert [source_texts._text(node, None) for node in constants if id(node) not in silent] == [
+        "A message of {x} words."
+    ]
+
+
+def test_the_place_is_where_a_student_sees_the_text(qtbot):
+    assert texts._place("gui/pages/accuracy") == "Speed and accuracy view"
+    assert texts._place("analysis/failures/bounce") == "Break it view"
+    assert texts._place("gui/widgets/parts") == ""
+    assert (
+        texts._place(ParameterPanel.__module__.removeprefix("hapkit_studio.").replace(".", "/"))
+        == "panel of settings"
+    )
 
 
 @pytest.mark.slow
-def test_a_message_in_the_source_is_listed_with_its_file_and_placeholders():
-    found = {words: place for place, words in texts.messages()}
-    assert found["Release the handle here"].startswith("gui/")
-    assert found["{does.capitalize()} when let go"].startswith("analysis/stability/")
-    assert texts.messages.__doc__.splitlines()[0] not in found
-
-
-@pytest.mark.slow
-def test_the_command_lists_every_environment_and_view_once(capsys):
+def test_the_command_lists_every_environment_view_and_message_once(capsys):
     from hapkit_studio.cli import main
 
     assert main(["texts"]) == 0
@@ -34,3 +135,6 @@ def test_the_command_lists_every_environment_and_view_once(capsys):
     words = [line.partition(" | ")[2] for line in lines]
     assert len(words) == len(set(words))
     assert {"Wall", "Cat", "Z-width", "Sessions", "Trigger settings…", "Flash firmware"} <= set(words)
+    assert "Nothing was changed. Check geometry, motor constant and force limit." in " ".join(words)
+    assert texts.texts.__doc__ not in words
+    assert not [line for line in lines if line.startswith(("gui/", ":"))]

@@ -1,0 +1,201 @@
+"""Finds the messages of the window in the program's source: texts that a student sees only after an event.
+
+A message is a literal of two or more words that begins with a capital letter or with a value (an error in a
+law may begin with any letter, as Python's do). Values are in braces, by name: ``{1000.0 * found.travel}``
+becomes ``{travel}``, and a constant becomes its value. Tags are removed.
+
+Left out are texts that are not shown in the window: docstrings, assertions, programming errors, log entries,
+annotations, objects' names, patterns, SQL, shell commands, code of laws and sketches, and modules that only
+the command line uses. Left out, too, are pieces that another text contains (they begin with a lower-case
+letter or a punctuation mark, or end with a word like "the"), and templates with more values than words.
+"""
+
+import ast
+import re
+from collections.abc import Iterator
+from html import unescape
+from importlib import import_module
+from importlib.resources import files
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+_FOLDERS = (
+    "gui",
+    "analysis",
+    "charts",
+    "haptics",
+    "devices",
+    "environments",
+    "laws",
+    "lessons",
+    "sessions",
+    "workshop",
+)
+_COMMAND_LINE = ("analysis/cluster", "analysis/survey", "analysis/sweeps", "charts/survey", "sessions/export")
+_CODE = (
+    "laws/reference",
+    "laws/machine",
+    "laws/c_source",
+    "laws/native",
+    "haptics/clib",
+    "gui/shell/source_texts",
+    "gui/shell/texts",
+    "gui/widgets/theme",
+)
+_ERRORS = {"AssertionError", "KeyError", "NotImplementedError", "RuntimeError", "TypeError"}
+_SILENT = {
+    *(
+        "compile",
+        "match",
+        "search",
+        "fullmatch",
+        "findall",
+        "sub",
+        "split",
+        "replace",
+        "execute",
+        "executescript",
+    ),
+    *(
+        "setObjectName",
+        "setStyleSheet",
+        "cast",
+        "getattr",
+        "TypeVar",
+        "debug",
+        "info",
+        "exception",
+        "startswith",
+    ),
+    *("endswith", "removesuffix", "removeprefix", "QSettings", "namedtuple", "option", "environ"),
+}
+_LAWS = ("laws/mistakes", "laws/subset", "laws/translate", "workshop/reading", "workshop/trying")
+_LAW_ERROR = re.compile(
+    r"\b(is|are|has|must|cannot|needs|takes|returns|goes|belongs|assigns|counts|write|use)\b"
+)
+_AXIS = re.compile(r"^[^\W\d][^.:;{}]*, (?:\w{1,3}|\S*[/·%°µ]\S*|counts?|JND)$")  # "vibration, Hz"
+_WORD = re.compile(r"[^\W\d_]{2,}")
+# code, style sheets, patterns, SQL, shell commands, file filters, and pieces of texts
+_NO_MESSAGE = re.compile(
+    r"\{;|^[#&./<%]|::|^(from|import|def|class|return|for|const|constexpr|sudo|echo) |^@|\| None|\|\||\n.*\n|"
+    r"^\w+\[|^\w+ = |^\w+, \w+ = |\\[dwsb(\[12]|^[A-Z]{2,} [A-Za-z_*]+|=\"\{|;;|"
+    r"^[A-Z]\w+ [A-Z]\w+[A-Z]\w+|\(\*\.|--\w| // |constexpr|\b_np\.|\b(the|a|an|of|to|with|than|and|or) *$"
+)
+
+
+class Message(NamedTuple):
+    """A message and the source file, without the ending, and line that it comes from."""
+
+    module: str
+    line: int
+    words: str
+
+
+def messages() -> Iterator[Message]:
+    """Yield the messages of the window."""
+    top = Path(str(files("hapkit_studio")))
+    for path in sorted(path for folder in _FOLDERS for path in (top / folder).rglob("*.py")):
+        module = path.relative_to(top).with_suffix("").as_posix()
+        if module not in _COMMAND_LINE + _CODE:
+            yield from _in_module(module, ast.parse(path.read_text("utf-8")))
+
+
+def _in_module(module: str, tree: ast.Module) -> Iterator[Message]:
+    values = import_module(f"hapkit_studio.{module.replace('/', '.').removesuffix('.__init__')}")
+    silent = {id(part) for node in ast.walk(tree) for part in _silent(node)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant | ast.JoinedStr) and id(node) not in silent:
+            words = re.sub(r"\{\d*\}", "{value}", without_tags(_text(node, values)))
+            if is_message(words, law=module in _LAWS):
+                yield Message(module, node.lineno, " ".join(words.split()))
+
+
+def without_tags(words: str) -> str:
+    """Return a text as it is shown: without the tags and entities of rich text."""
+    words = re.sub(r"</?(?:p|br|tr|td|h\d|li)\b[^<>]*>", " ", words)
+    return unescape(re.sub(r"</?[a-z][^<>]*>", "", words)).replace("\N{WORD JOINER}", "")
+
+
+def is_message(words: str, *, law: bool = False) -> bool:
+    """Return True for a whole text of several words; False for a piece of a text, a template or code."""
+    own = _WORD.findall(re.sub(r"\{[^}]*\}", " ", words))
+    if len(own) < max(2, words.count("{")) or " " not in words.strip() or _NO_MESSAGE.search(words):
+        return False
+    whole = re.match(r"[\"“(]?[^\W\d_a-z]|\{", words) or _AXIS.match(words)
+    return bool(whole or (law and re.match(r"[\w`']", words) and _LAW_ERROR.search(words)))
+
+
+def _silent(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes inside this one that are not shown: parts of an f-string, docstrings, patterns."""
+    match node:
+        case ast.JoinedStr():
+            yield from (part for value in node.values for part in ast.walk(value))
+        case ast.Expr(value=ast.Constant()):
+            yield node.value
+        case ast.Assert(msg=ast.AST() as words):
+            yield from ast.walk(words)
+        case ast.Raise(exc=ast.Call(func=ast.Name(id=name))) if name in _ERRORS:
+            yield from ast.walk(node)
+        case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name)) if name in _SILENT:
+            yield from (part for value in [*node.args, *node.keywords] for part in ast.walk(value))
+        case ast.Subscript():
+            yield from ast.walk(node.slice)
+        case ast.Compare():
+            yield from node.comparators
+        case ast.AnnAssign(annotation=kind) | ast.arg(annotation=ast.AST() as kind):
+            yield from ast.walk(kind)
+        case ast.FunctionDef(returns=ast.AST() as kind):
+            yield from ast.walk(kind)
+        case ast.keyword(arg="loc" | "style" | "xycoords" | "textcoords" | "kind"):
+            yield from ast.walk(node.value)
+
+
+def _text(node: ast.AST, values: ModuleType) -> str:
+    """Return a literal's text with its values in braces; "" if it is not a text."""
+    if isinstance(node, ast.Constant):
+        return node.value if isinstance(node.value, str) else ""
+    assert isinstance(node, ast.JoinedStr)
+    return "".join(
+        _value(part, values) if isinstance(part, ast.FormattedValue) else str(part.value)  # type: ignore[attr-defined]
+        for part in node.values
+    )
+
+
+def _value(part: ast.FormattedValue, values: ModuleType) -> str:
+    """Return a constant's value, one of two literals, or the name of the value in braces."""
+    match part.value:
+        case ast.Name(id=name) if name.isupper() and hasattr(values, name):
+            spec = _text(part.format_spec, values) if part.format_spec else ""
+            return format(getattr(values, name), spec)
+        case ast.IfExp(
+            body=ast.Constant() | ast.JoinedStr() as body, orelse=ast.Constant() | ast.JoinedStr() as other
+        ):
+            return max(_text(body, values), _text(other, values), key=len)
+    return f"{{{_name(part.value)}}}"
+
+
+def _name(node: ast.AST) -> str:
+    """Return the name of the value that an expression shows: "travel" for ``number(found.travel, 1)``."""
+    match node:
+        case ast.Name(id=name) | ast.Attribute(attr=name):
+            return name.strip("_").replace("_", " ").lower()
+        case ast.Call(args=[first, *_]) if _name(first):
+            return _name(first)
+        case ast.Call(func=ast.Attribute(value=ast.Name(id="self"), attr=name)):
+            return name.strip("_").replace("_", " ")
+        case ast.Call(func=ast.Attribute(value=owner)) if not isinstance(owner, ast.Constant):
+            return _name(owner)
+        case ast.Call(func=function):
+            return _name(function)
+        case ast.BoolOp(values=[first, *_]):
+            return _name(first)
+        case ast.BinOp(left=left, right=right):
+            return _name(left) or _name(right)
+        case ast.UnaryOp(operand=inner) | ast.Subscript(value=inner) | ast.IfExp(body=inner):
+            return _name(inner)
+        case ast.GeneratorExp(elt=inner) | ast.ListComp(elt=inner):
+            return _name(inner)
+        case ast.JoinedStr(values=parts):
+            return next((_name(part.value) for part in parts if isinstance(part, ast.FormattedValue)), "")
+    return ""
