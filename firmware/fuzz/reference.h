@@ -36,7 +36,7 @@ inline Bytes frame_of(Bytes body) {
   return coded;
 }
 
-// Write the body in a frame without its delimiter; return false if structure, length or CRC are wrong.
+// Decode a frame without its delimiter into body; return false if structure, length or CRC are wrong.
 inline bool body_of(const Bytes& coded, std::size_t largest, Bytes* body) {
   body->clear();
   for (std::size_t at = 0; at < coded.size(); at += coded[at]) {

@@ -107,13 +107,13 @@ static uint32_t all_passed() { return static_cast<uint32_t>(wraps) << 16 | passe
 
 uint32_t board::us_of(uint32_t stamp) { return board_clock.us_of(stamp); }
 
-// The sample is less than 16 ms after the start of the present period.
+// The difference fits into 16 bits, because the sample is less than 16 ms from the start of the present period.
 uint32_t board::stamp() {
   const Lock lock;
   return all_passed() + static_cast<int16_t>(sampled - passed);
 }
 
-// Periods may have started since the sample.
+// The difference includes the periods that have started since the sample.
 uint16_t board::age_us() {
   const Lock lock;
   const uint16_t ticks = TCNT1 + passed - sampled;

@@ -70,8 +70,8 @@ void Controller::ask(const uint8_t* body, uint8_t size) {
   }
 }
 
-// A message that was sent before a restart of the board is not meant for it. A delayed message is outdated,
-// unless its force is zero.
+// Forces are ignored until the computer has started the stream, because they may have been sent before the
+// board restarted. A delayed force is also ignored, unless it is zero.
 void Controller::command(const protocol::Force& force) {
   if (renderer_.active()) return safety_.alive();
   if (!streaming_) return;

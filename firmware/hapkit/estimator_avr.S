@@ -1,4 +1,4 @@
-// estimator::share in 90 cycles, a quarter of the compiler's.
+// estimator::share in 90 cycles, a quarter of the cycles of the compiler's code.
 #ifdef __AVR__
 
 ; Add the upper half of a 16-bit by 16-bit product to the sum in r31:r30:r27:r26.

@@ -33,8 +33,8 @@ class Writer {
   uint8_t* end_ = nullptr;   // the end of the open block
 };
 
-// Parses received bytes one by one. A valid frame is far shorter than a full COBS block, after which there
-// would be no zero.
+// Parses received bytes one by one. COBS adds no zero after a block of 254 bytes, but a valid frame is shorter
+// than such a block. So the parser adds a zero between any two blocks.
 class Parser {
  public:
   // Process one byte. Return the size of a complete body with the right CRC, otherwise 0.

@@ -1,4 +1,4 @@
-// frame::Writer::put: 22 cycles per byte, 8 more for a zero, half of the compiler's.
+// frame::Writer::put: 22 cycles per byte and 8 more for a zero, half of the cycles of the compiler's code.
 #ifdef __AVR__
 
 #define CRC 0   // offsets in a Writer, of the high byte and the low byte:

@@ -23,8 +23,8 @@ void begin_serial();
 // From here on, reset the board after 15 ms without feeding.
 void begin_watchdog();
 
-// True if the sensor is read by the converter, which this value of ADCSRA starts. The other sensors start in
-// the interrupt of OCR1B, with the encoder's present steps.
+// True if the analog-to-digital converter reads the sensor; writing kConvert to ADCSRA starts a conversion.
+// The interrupt of OCR1B starts a reading of any other sensor. The encoder's steps are in latched.
 extern volatile bool converts;
 constexpr uint8_t kConvert = 0xcd;  // ADEN, ADSC, ADIE; 500 kHz
 extern Quadrature encoder;

@@ -20,7 +20,7 @@ struct Range {
 
 constexpr float kMostForce = 5.0f;  // [N] the board's hard limit for any force command
 
-// Numbers of a kit from quantum to coulomb, in the order of the message.
+// Ranges of a kit's numbers from quantum to coulomb, in the order of the fields of protocol::Board.
 static const Range kNumbers[] PROGMEM = {
     {1e-7f, 2e-3f},   // [m] quantum: from 14 bits per turn to an encoder of 48 steps with a thick pulley
     {0.0f, kMostForce},

@@ -16,7 +16,8 @@ class Loading {
   // Discard an incomplete law.
   void cancel() { phase_ = kNone; }
 
-  // The memory is free: return true if the law is already complete; otherwise accept its pieces from here on.
+  // Start the transfer; the memory must be free. Return true if the law is already complete. Otherwise accept
+  // the pieces of the law from here on.
   bool begin();
 
   // Accept a piece if it is the next one; return true if the law is then complete and valid.

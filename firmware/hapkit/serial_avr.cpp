@@ -102,7 +102,8 @@ uint8_t* board::room_for(uint8_t size) {
   return queue + kQueue - end < size ? nullptr : end;
 }
 
-// Bytes at the beginning may have waited until the last ones were sent.
+// If all earlier bytes have been sent, sending continues with this frame, which may be at the beginning of the
+// queue.
 void board::send(uint8_t* filled) {
   const Lock lock;
   if (all_sent()) from = end;

@@ -98,8 +98,8 @@ void Controller::sample(const board::Sampling& sampling) {
 
 static uint8_t doubt_flag() { return sensor::take_doubt() ? protocol::kFlagSensor : 0; }
 
-// A force applied after this belongs to the next sample, even if this sample is not sent yet, so that the
-// computer never uses the age of one force for two periods.
+// A force applied after this function belongs to the next sample, even if this sample is not sent yet.
+// Therefore the computer never uses the age of one force for two periods.
 void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   shown_.sample.seq = sampling.seq;
   shown_.sample.count = count;

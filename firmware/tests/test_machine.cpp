@@ -73,7 +73,7 @@ TEST(operations_must_be_known_complete_and_inside_a_section) {
     CHECK(known || found == Refusal::kOperation);
   }
   CHECK(verified({kMain, kReturn}) == Refusal::kNone);
-  // an operation stands before the first section
+  // there is an operation before the first section
   CHECK(verified({kNegate, kMain, kReturn}) == Refusal::kOperation);
   CHECK(verified({kMain, kReturn, kAdd}) == Refusal::kOperation);              // the instruction is truncated
   CHECK(verified({kMain, kReturn, kLoadAt, 0, 0}) == Refusal::kOperation);

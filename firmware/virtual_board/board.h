@@ -55,8 +55,8 @@ struct board {
 	// how often the motor was switched off after 20 ms without a byte from the computer
 	unsigned silent_offs;
 	bool quit, frozen;
-	// number of bytes that the computer reports to have sent since the cable was plugged in; negative if
-	// there is no report
+	// number of bytes sent since the cable was plugged in, as reported by the computer; negative without a
+	// report
 	double told;
 	// the cable is a real one: opening the port resets the board, and baud rates must agree
 	bool adapter;

@@ -12,10 +12,10 @@
 struct motor {
 	double full_force;      // N at the handle at full duty
 	double power;           // force = full_force * share^power, share = (duty - dead band) / (255 - dead band)
-	double dead_band;       // duty of 255 below which the motor does not turn
+	double dead_band;       // duty below which the motor does not turn; 255 is full duty
 	double high_direction;  // +1 or -1: sign of the force while the direction pin is high
 	bool old_pins;          // the motor is connected to D3 and D12 instead of D5 and D8
-	int duty;               // signed, of 255
+	int duty;               // -255 to 255 (full duty), because the sign is the direction of the force
 	bool known;             // false if the output is on in a timer mode that is not modelled
 };
 

@@ -10,7 +10,8 @@
 #include <time.h>
 #include <unistd.h>
 
-// In lockstep, the board time [s] that one frame from the computer grants while no frame needs an answer.
+// s: longest board time before the board waits for the computer, if no frame needs an answer earlier. It is
+// shorter than the 25 ms after which the firmware switches the motor off.
 #define IDLE_GRANT 20e-3
 // s between checks for events that cause no notification (port opened, port closed, end of a freeze)
 #define LOOK 5e-3
@@ -117,7 +118,7 @@ static bool answered(struct link *l)
 
 // Wait for a complete frame from the computer, or for a lone delimiter; there is no time limit if no answer
 // was requested. Without a request, frames are admitted one at a time, so that the result does not depend on
-// their speed.
+// the time at which frames arrive.
 static void wait_for_answer(struct run *r)
 {
 	struct link *l = &r->board->link;
@@ -158,9 +159,9 @@ static bool more_to_come(const struct link *l, double told)
 	return l->fd >= 0 && l->in_end - l->in_at < LINK_IN && (double)l->fetched < told;
 }
 
-// Wait for the computer's turn: it has received the time and the number of bytes to read, and reports the
-// number of bytes that it has sent. Bytes need time to pass a pseudo-terminal, so both sides count them, and
-// the result does not depend on this time.
+// Tell the computer the board time and the number of bytes to read; then wait until the computer reports the
+// number of bytes that it has sent, and until these bytes have arrived. Bytes need time to pass a
+// pseudo-terminal. Both sides count the bytes, so the result does not depend on this time.
 static void wait_for_turn(struct run *r)
 {
 	struct board *b = r->board;

@@ -16,7 +16,7 @@ struct truth {
 };
 
 // A row contains TRUTH_COLUMNS little-endian float64: board time [s], position [m], velocity [m/s], motor
-// force [N], signed duty of 255, hand force [N], hand target [m], converter value.
+// force [N], duty (-255 to 255), hand force [N], hand target [m], converter value.
 void truth_open(struct truth *t, const char *path);
 void truth_write(struct truth *t, const double row[TRUTH_COLUMNS]);
 void truth_flush(struct truth *t);
