@@ -257,7 +257,10 @@ class MeasuringPage(Page):
         raise NotImplementedError
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
-        """Return functions that draw the result to a path (in a thread) and return its numbers, in SI."""
+        """Return a function that writes the result's figure to a path, and one that returns its numbers.
+
+        The figure is written in a thread. The numbers are in SI units.
+        """
         raise NotImplementedError
 
     def first(self) -> str:

@@ -228,7 +228,7 @@ class RenderingSwitch(QWidget):
         self._look_for_cheaper(engine)
 
     def _remark(self, engine) -> str:
-        """Return a remark on settings that the board ignores; while folded, also its processor load."""
+        """Return a remark on settings that the board ignores; while folded, also on the board's load."""
         from hapkit_studio.haptics import board_plan
 
         loop, parts, decision = self._studio.loop, [], engine.decision()

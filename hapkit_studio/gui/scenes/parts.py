@@ -132,7 +132,7 @@ def ground(stage: Stage, relief: Relief, fine: bool = False) -> None:
 
 
 def resting(stage: Stage, relief: Relief, mm: float, radius: float) -> float:
-    """Return the row of the centre of a ball that rests on the relief; its radius is in px."""
+    """Return the row of the centre of a ball that rests on the relief; ``radius`` is in px."""
     reach = radius * np.linspace(-1.0, 1.0, 41)
     under = stage.rail - relief(mm + reach / stage.per_mm)
     return float(np.min(under - np.sqrt(radius**2 - reach**2)))

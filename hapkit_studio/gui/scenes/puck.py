@@ -63,7 +63,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 
 
 def _echoes(stage: Stage, motion: Motion, shape: QRectF, speed: float) -> None:
-    """Draw copies at earlier positions between walls and handle; they follow from the current speed."""
+    """Draw copies at earlier positions between walls and handle, computed from the current speed."""
     stage.p.setPen(Qt.PenStyle.NoPen)
     side = motion.state["side"]
     low = max(-WALL, motion.position if side > 0.0 else -WALL) + RADIUS

@@ -48,7 +48,7 @@ class Stage:
         self._made: dict[str, tuple[object, Any]] = {}
 
     def begin(self, painter: QPainter) -> None:
-        """Start a frame with this painter; only the areas of the fixed parts are occupied at its start."""
+        """Start a frame with this painter; at first, only the areas of the fixed parts are occupied."""
         self.p = painter
         self.occupied, self.texts = list(self._kept), list(self._kept_texts)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

@@ -44,9 +44,9 @@ def _within(value: float, most: float) -> float:
 class SceneView(QWidget):
     """Paints one environment at the measured position; the pointer or the arrow keys move the hand.
 
-    Pressing the mouse button grabs the handle, releasing the button releases it. An arrow key grabs the
-    handle at its current position and holds it, so that fine steps add up, until the user presses ↓ or the
-    pointer takes over. ``grabbed`` is emitted when the hand has grabbed the handle.
+    Pressing the mouse button grabs the handle, and releasing the button releases the handle. An arrow key
+    grabs the handle at its current position and holds it, so that fine steps add up, until the user presses ↓
+    or the pointer takes over. ``grabbed`` is emitted when the hand has grabbed the handle.
     """
 
     grabbed = Signal()
@@ -167,7 +167,7 @@ class SceneView(QWidget):
         self.update()
 
     def set_grip(self, grip: str) -> None:
-        """Set the grip; with the grip "released", the hand's ring follows the pointer but pulls no handle."""
+        """Set the grip; with the grip "released", the ring follows the pointer but does not pull."""
         self._motion.loose = grip == "released"
         self.update()
 

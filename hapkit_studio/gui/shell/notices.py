@@ -164,7 +164,7 @@ class Notices(QObject):
         return (("Render on the board", self._render_on_board),)
 
     def _render_on_board(self) -> None:
-        # refused after a change of settings: the switch in the panel shows why the board cannot render
+        # the board may refuse after a change of settings; the switch in the panel then shows the reason
         with suppress(ParameterError):
             self._studio.set_loop(where="board")
 

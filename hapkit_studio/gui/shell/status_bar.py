@@ -39,7 +39,7 @@ class Field(QWidget):
         super().__init__()
         self._name, self._longest = name, longest
         self.sign, self.words = Sign(16), label("…", "status", wrap=False)
-        self.link = QPushButton(autoDefault=True)  # pressed with Enter, because Space pauses the plots
+        self.link = QPushButton(autoDefault=True)  # Enter presses this button, because Space pauses the plots
         self.link.setProperty("link", True)
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.link.hide()

@@ -251,7 +251,7 @@ class MainWindow(QMainWindow):
             page.open(key)
 
     def _forget_undo_of_lesson(self) -> None:
-        """Clear the undo list when a lesson begins or ends, because its changes do not apply any more."""
+        """Clear the undo list when a lesson begins or ends, because the listed changes no longer apply."""
         page = self.views.built("lessons")
         if page is not None and page.stays != self._in_lesson:
             self._in_lesson = page.stays
@@ -449,7 +449,9 @@ class MainWindow(QMainWindow):
 
 
 class StopFilter(QObject):
-    """An event filter for the whole application. It is called for every event, so it rejects most at once.
+    """An event filter for the whole application.
+
+    It is called for every event, so it ignores most events at once.
 
     Every Esc first stops the motor and then has its usual effect. With the simulated device, which has no
     motor, an Esc that closes a dialog or popup is no E-stop. Space on a button of the window is ignored,

@@ -46,7 +46,7 @@ def build_engine(entry: "DeviceEntry") -> "Engine":
 class DeviceLink(QObject):
     """Keeps the current device open and reconnects it after a loss; ``engine`` is None meanwhile.
 
-    Engines are opened and closed in a thread, and only the newest request counts. ``before_start(engine)``
+    Engines are opened and closed in a thread, and only the newest request is served. ``before_start(engine)``
     runs in that thread, ``configure(engine)`` in the window's thread after the start.
     """
 

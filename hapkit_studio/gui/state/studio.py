@@ -198,7 +198,7 @@ class Studio(QObject):
             self.refused.emit(str(error))
 
     def hide_values(self, values: Mapping[str, float] | None, why: str = BLIND) -> None:
-        """Render other values than those the window shows; None renders the shown values again.
+        """Render values that differ from those in the window; None renders the shown values again.
 
         Meanwhile the user cannot change settings. If a measurement applies its values, or another environment
         is selected, the values are no longer hidden. Raise ParameterError.

@@ -24,8 +24,8 @@ class DemoPlayer(QObject):
     """Changes settings and moves the virtual hand as a demo prescribes, until the user takes over or ends it.
 
     The previous settings are then restored. If a real motor waits for *Render*, the demo goes on; any other
-    E-stop ends the demo, and the player never releases it. ``changed`` is emitted when a demo starts or ends,
-    and for each new caption. ``clock()`` returns the time in s.
+    E-stop ends the demo. The player never releases an E-stop. ``changed`` is emitted when a demo starts or
+    ends, and for each new caption. ``clock()`` returns the time in s.
     """
 
     changed = Signal()

@@ -88,7 +88,8 @@ def lesson_width(window: float) -> int:
 def scene_height(usual: int, width: int, free: int, law: bool | None) -> int:
     """Return the scene's height in a centre of this width and free height.
 
-    ``law`` is True if the law replaces the plots, False if another page does, and None if they are visible.
+    ``law`` is True if the law replaces the plots, False if another page does, and None if the plots are
+    visible.
     """
     if law is not None:
         return SCENE_LOW if free >= _FREE_FOR_SCENE and law else SCENE_LEAST

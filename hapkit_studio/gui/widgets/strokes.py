@@ -10,10 +10,11 @@ from hapkit_studio.gui.widgets.theme import theme
 ON, PERIOD = 5.0, 8.5  # px: length of a dash, and distance from one dash to the next
 _LEAST_STEP = 0.8  # px: points closer than this to the previous point are omitted
 _FINE = 1.4  # square joints are visible at this device pixel ratio and above
-# px²: area of a visible turn of the line; a line with a larger fraction of such turns is noise
+# px²: a turn is visible if the product of its rise and fall exceeds this; a line is noise if the fraction of
+# such turns exceeds the second number
 _TREMOR, _NOISY = 0.25, 0.2
 _LONG = 5.0  # px: noise whose points are farther apart than this fills an area
-_DENSE = 2.5  # a pattern of dashes is drawn solid if the line is longer than this multiple of its width
+_DENSE = 2.5  # a patterned line is solid if its length exceeds this multiple of its horizontal extent
 _ARROWS_APART = 12.0  # px: minimum distance between arrow heads
 _HEAD = 8.0  # px: length of an arrow head
 _HAZE = 40.0  # a dashed line is drawn solid if it is longer than this multiple of its width

@@ -281,7 +281,7 @@ class LessonPlayer(QObject):
         return {key: one for key, one in self._settings.table(_RECORDINGS).items() if isinstance(one, list)}
 
     def _note_recording(self) -> None:
-        """Store the path of a session recorded during the lesson; it may contain an experiment's trials."""
+        """Store the path of a session recorded in the lesson; it can contain the trials of an experiment."""
         newest = self._studio.recording.newest
         if newest == self._newest:
             return
