@@ -293,8 +293,8 @@ def _quantum(settings: Mapping) -> float:
 def _unsettled(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarray) -> list[str]:
     """Return the warnings that the handle does not settle, held or released.
 
-    If the run came to rest, there are no warnings. A handle that never moved and an imposed motion are not
-    judged.
+    If the run came to rest, there are no warnings. A handle that never moved, and an imposed motion, are not
+    checked.
     """
     place = out[:, rows.TRUE_POSITION]
     came, moved = (np.ptp(part) > scene.device.quantum for part in (place, place[-max(len(out) // 5, 1) :]))

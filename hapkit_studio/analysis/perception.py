@@ -20,7 +20,7 @@ PLACE = 0.4e-3  # m: JND of a position
 MOMENT = 0.020  # s: shorter times are not distinguished
 # Hz, and the smallest amplitude in m at which most people feel a held cylinder vibrate, interpolated log-log.
 # Shape and minimum: Brisben et al.; amplitudes: from memory. Below 20 Hz the arm follows the movement, so
-# such a movement is judged by its position.
+# slower movements are compared by their position.
 VIBRATION = (
     (20.0, 17.9e-6), (26.0, 10e-6), (100.0, 0.5e-6),
     (150.0, 0.05e-6), (200.0, 0.05e-6), (250.0, 0.1e-6), (400.0, 1e-6),

@@ -39,7 +39,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Judge a loop; measure the limits if requested."""
+    """Compute the stability of a loop; measure the limits if requested."""
     _check(options)
     setting = base.setting_of(options)
     found = plane(setting, options.stiffness, options.damping, width=options.to)

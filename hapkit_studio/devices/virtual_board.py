@@ -148,8 +148,8 @@ class VirtualBoard(HapkitBoard):
     """A board in a separate process, which ``open`` starts and ``close`` ends.
 
     The modes are: "paced" follows the clock; "lockstep" waits for every reply and otherwise runs at full
-    speed; "fast" never waits. In lockstep a lone delimiter counts as a reply and is not passed to the chip.
-    ``log`` is the path of the truth log. ``script`` is the path of a file with commands and their board
+    speed; "fast" never waits. In lockstep a lone delimiter is treated as a reply and is not passed to the
+    chip. ``log`` is the path of the truth log. ``script`` is the path of a file with commands and their board
     times. ``options`` are further command-line options of the program.
     """
 

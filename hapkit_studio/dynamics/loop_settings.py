@@ -186,7 +186,7 @@ USUAL_LOOP = LoopSettings(estimator=ESTIMATOR.default_option, hand=GRIP.default_
 
 
 def estimator_words(spec: Spec) -> tuple[str, str]:
-    """Format a velocity estimator with its options: for programs, as on the command line, and for people."""
+    """Format a velocity estimator with its options in two forms: as on the command line, and for people."""
     method, options = parse(spec)
     numbers = [f"{key}={value:g}" for key, value in options.items()]
     given = f"{method.key}:{','.join(numbers)}" if numbers else method.key

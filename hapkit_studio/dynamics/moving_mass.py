@@ -146,9 +146,9 @@ def until(what, level, x, v, span, end, m, damping, stiffness, force):
 def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touch, side, speed, pad, reach):
     """Return (t, x, v, event) at the end of a piece: after ``span``, or at the first earlier event.
 
-    Each search shortens the span for the next search. In a piece the velocity has at most one zero. It may
-    equal the handle's velocity twice, so if it starts within ``swing`` of that velocity, the piece is split
-    at the extremum.
+    Each search shortens the span for the next search. In a piece the velocity has at most one zero. The
+    velocity may equal the handle's velocity twice, so if its initial difference is within ``swing``, the
+    piece is split at the extremum.
     """
     event = _NONE
     q, u = moved(x, v, span, m, b, k, f)

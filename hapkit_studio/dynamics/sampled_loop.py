@@ -65,7 +65,7 @@ def _frequencies(loop: LoopSettings) -> np.ndarray:
 
 
 def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """x
+    """Return where complex curves on [w[0], pi] cross the positive real axis, in no particular order.
 
     The results are arrays (k,): the column, the value at the crossing, and the number of roots that leave the
     unit circle beyond this value. This number is 2, or -2 if the roots return; at pi it is 1 or -1.

@@ -66,7 +66,7 @@ def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
     slid = v + step * (pull - math.copysign(kinetic, v))
     # the mass rests, or breaks away against the kinetic friction
     stuck = 0.0 if abs(pull) <= static else v + step * (pull - math.copysign(kinetic, pull))
-    if model == COULOMB:  # uses only the sign of the velocity
+    if model == COULOMB:  # this model uses only the sign of the velocity
         return slid if v != 0.0 else step * (pull - math.copysign(min(abs(pull), static), pull))
     if model == KARNOPP:  # a state machine, which sticks when the velocity would change its sign
         if v == 0.0:

@@ -1,7 +1,7 @@
-"""Friction models: the accuracy of their stick-slip, and their drift under a vibrating load below friction.
+"""Friction models: the accuracy of their stick-slip, and their drift under a small vibrating load.
 
-In the test of stick-slip, a spring pulls a virtual mass. In the test of drift, the friction environment's law
-renders each model on the handle with the loop's own tick.
+In the test of stick-slip, a spring pulls a virtual mass. In the test of drift, the load is smaller than the
+friction, and the friction environment's law renders each model on the handle with the loop's own tick.
 """
 
 import math

@@ -70,8 +70,8 @@ def front(points: Sequence[Point], board: bool = False) -> tuple[Point, ...]:
 class Scene:
     """A test problem of a chart.
 
-    ``error`` is the label of the error axis. ``unit`` is "" for a fraction. ``reason`` explains the
-    tolerance. ``conditions`` have a name and a value with its unit.
+    ``error`` is the label of the error axis. ``unit`` is "" if the error is a fraction. ``reason`` explains
+    the tolerance. ``conditions`` have a name and a value with its unit.
     """
 
     key: str

@@ -102,7 +102,7 @@ class SceneRequest:
         return board_plan.spec_on_board(self.estimator) if place == BOARD else self.estimator
 
     def with_options(self, options: Options) -> dict[str, float]:
-        """Return the values with other methods."""
+        """Return the values, with the methods replaced by ``options``."""
         return {**self.values, **dict(options)}
 
     def methods(self) -> Iterator[Options]:
@@ -121,11 +121,11 @@ class SceneRequest:
 class Option:
     """One way to render a scene, in SI units.
 
-    ``cycles`` are the board's cycles per second, ``tick`` those per tick; both are NaN on the computer.
-    ``method`` describes the methods, "" for a scene that has none. ``limit`` is the exact stiffness limit,
-    NaN for a nonlinear estimator. ``error`` is in JND, for this sense and hand. ``parts`` is the contribution
-    of each of PARTS, () before the split. ``own`` is the method's own error at the rate and at twice the
-    rate, each with the board's cycles per second; it is () before the split, and for the computer.
+    ``cycles`` and ``tick`` are the board's cycles per second and per tick, NaN on the computer. ``method``
+    describes the methods, "" for a scene that has none. ``limit`` is the exact stiffness limit, NaN for a
+    nonlinear estimator. ``error`` is in JND, for this sense and hand. ``parts`` is the contribution of each
+    of PARTS, () before the split. ``own`` is the method's own error at the rate and at twice the rate, each
+    with the board's cycles per second; it is () before the split, and for the computer.
     """
 
     place: str

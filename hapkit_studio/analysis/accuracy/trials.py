@@ -99,8 +99,8 @@ def _resampled(found: np.ndarray, rate: float, seconds: float) -> np.ndarray:
 def _hand_force(hand: Hand, found: np.ndarray) -> np.ndarray:
     """Return the force (n,) in N of a hand on a handle whose motion is in rows (n, ROW_WIDTH) at RATE.
 
-    The hand force in the rows is not used: it contains the target's velocity of half a sample earlier, an
-    error of up to 11 mN at 1 kHz.
+    The hand force in the rows is not used: it contains the target's velocity of half a sample earlier, which
+    causes an error of up to 11 mN at 1 kHz.
     """
     t = np.arange(len(found)) / perception.RATE
     target, before, after = (hand.target(t + s) for s in (0.0, -_STEP, _STEP))  # type: ignore[arg-type]

@@ -108,7 +108,7 @@ class Drive:
         return self.place + self.amplitude * found
 
     def _motion_at(self, turn: np.ndarray, since: np.ndarray) -> np.ndarray:
-        """Return the positions (n,) of each turn's motion at times (n,) in s since its start, unfaded."""
+        """Return the positions (n,) of motions ``turn`` (n,) at times (n,) in s since their start."""
         which = turn.astype(int) % self.motions
         if self.sines:
             tone = which // self.repeats

@@ -209,7 +209,7 @@ class Calibration:
         return self._apply_strength(lambda board: motor.strength_from_scale(reading, pushed, board))
 
     def _apply_strength(self, measured: Callable[[Board], Strength]) -> Strength:
-        """Apply a measured motor constant; store its computation, so that later settings can use it again.
+        """Apply a measured motor constant; store how it is computed, to compute it again for later settings.
 
         The interval includes the uncertainty of the dead band.
         """

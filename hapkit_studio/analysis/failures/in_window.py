@@ -15,7 +15,7 @@ from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import headless, rows
 
 # s: time for which the mouse holds the handle; time observed after the release; last part of this time, which
-# is judged
+# is evaluated
 GRIP_SECONDS, WATCHED, END = 0.6, 4.0, 0.5
 # m peak to peak: smallest visible oscillation
 SEEN = 0.5e-3

@@ -26,7 +26,7 @@ MOST_COSINES = 12
 FEWEST_WINDOWS = 12
 # windows that are at least this many windows apart share no samples
 APART = 6
-# smallest autocorrelation at which the residuals count as repeating
+# smallest autocorrelation at which the residuals are treated as repeating
 _REPEATS = 0.4
 _FEWEST_AGAIN = 40
 

@@ -34,7 +34,7 @@ _ESTIMATOR_SAMPLES = 4
 
 def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> Part:
     """Identify the rendered impedance; if ``terms`` is None, use the terms of the environment."""
-    known = setup.environment  # an unknown environment has no values set
+    known = setup.environment  # without a known environment, no values are set
     asked = known.force_terms(setup.values) if known else ForceTerms(simple=False)
     names = _names(asked, terms or asked.terms)
     best: tuple[int, Windows, np.ndarray] | None = None

@@ -62,7 +62,7 @@ def deviation(estimate: Estimate) -> str:
 
 
 def alike(value: float, estimate: Estimate) -> str:
-    """Format another value with the decimals and the unit of the estimate."""
+    """Format a value with the decimals and the unit of an estimate."""
     scale, decimals = _scale_and_decimals(estimate)
     return f"{number(scale * value, decimals)} {unit_of(estimate)}"
 

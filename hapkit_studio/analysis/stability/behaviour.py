@@ -37,8 +37,8 @@ _LONGER = 4
 # Numbers of simulated samples that bound the computing time: for refining the boundary, for further
 # oscillations, and for the oscillations of a damper in a grip, which has more of them.
 _SEARCHED, _SAMPLES, _KICKED_SAMPLES = 32_000, 270_000, 500_000
-# Relative tolerances: oscillations with closer amplitudes count as one, and closer frequencies are shown as
-# one.
+# Relative tolerances: oscillations with closer amplitudes are treated as one, and closer frequencies are
+# shown as one.
 _SAME, _SAME_SPEED = 0.05, 0.02
 # s: shortest window in scenes with objects
 _RETURN_SECONDS = 0.25
@@ -82,8 +82,8 @@ class Behaviour:
     amplitude over all displacements, and are equal if there is only one. ``often`` contains the lowest and
     the highest frequency in Hz. ``flick`` is the initial speed in m/s that corresponds to a push of 1 m in a
     scene without a restoring force, else 0. ``trembles`` is True if the handle keeps moving by less than one
-    sensor step peak to peak, while its force keeps changing. ``unknown`` contains the reason in sentences if
-    the behaviour was not judged, else "".
+    sensor step peak to peak, while its force keeps changing. If the behaviour was not determined, ``unknown``
+    contains sentences with the reason; otherwise it is "".
     """
 
     push: float = math.inf

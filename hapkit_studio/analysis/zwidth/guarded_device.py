@@ -79,7 +79,8 @@ class GuardedDevice:
 
     The wall replaces the present environment, at the same position. ``into`` is 1 if the wall is on the
     right, -1 if it is on the left. ``say`` receives instructions for the user. ``look`` is called about 100
-    times per second and may raise to abort. ``clamped`` is True if a judged sample reached the force limit.
+    times per second and may raise to abort. ``clamped`` is True if a sample collected with ``judged`` reached
+    the force limit.
     """
 
     def __init__(
@@ -116,7 +117,7 @@ class GuardedDevice:
         environment, values, grip = self._before
         self.engine.set_loop(hand=grip)
         self.engine.replace_environment(*self._mine, environment, values)
-        # a disconnected device cannot take a limit; the next connection sets it
+        # a disconnected device cannot receive the limit; the next connection sets it
         with contextlib.suppress(DeviceError):
             self.engine.limit_force(self._most)
 

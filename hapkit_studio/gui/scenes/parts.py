@@ -161,5 +161,5 @@ def occupy_stem(stage: Stage, motion: Motion, low: float) -> None:
 
 
 def saturating(value: float, reference: float, room: float) -> float:
-    """Return a height that grows with ``value`` and saturates at ``room``; 63 % of it at the reference."""
+    """Return a height that grows with ``value`` to at most ``room``; at ``reference`` it is 0.63 ``room``."""
     return room * (1.0 - math.exp(-max(value, 0.0) / reference))

@@ -1,4 +1,4 @@
-"""Background work: long jobs with progress and cancel, and quick requests, of which the newest counts."""
+"""Background work: long jobs with progress and cancel, and quick requests; only the newest is answered."""
 
 import threading
 import time

@@ -192,7 +192,7 @@ class DeviceLink(QObject):
         return old
 
     def _note_waiting(self, request: int, words: str) -> None:
-        """Show what the connection attempt is waiting for. A lost board is connected again by then."""
+        """Show what the connection attempt is waiting for. A lost board is already connected again."""
         link = self.link
         if request != self._request:
             return

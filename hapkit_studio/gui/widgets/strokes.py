@@ -17,7 +17,7 @@ _LONG = 5.0  # px: noise whose points are farther apart than this fills an area
 _DENSE = 2.5  # a patterned line is solid if its length exceeds this multiple of its horizontal extent
 _ARROWS_APART = 12.0  # px: minimum distance between arrow heads
 _HEAD = 8.0  # px: length of an arrow head
-_HAZE = 40.0  # a dashed line is drawn solid if it is longer than this multiple of its width
+_HAZE = 40.0  # a dashed line is drawn solid if its length exceeds this multiple of its horizontal extent
 
 
 def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:
