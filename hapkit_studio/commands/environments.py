@@ -44,7 +44,7 @@ def page() -> str:
 
 
 def _section(e: Environment) -> str:
-    parts = [f"## {e.title}", f"![{e.title}](../pictures/{e.key}.png)", e.formula, e.explanation]
+    parts = [f"## {e.title}", f"![{e.title}](../pictures/{e.key}.png)", e.explained_formula, e.explanation]
     if e.parameters:
         parts.append("\n".join([_COLUMNS, *map(_parameter, e.parameters)]))
     return "\n\n".join([*parts, e.restless] if e.restless else parts)

@@ -71,17 +71,18 @@ class MovingObject:
 class Environment:
     """A virtual environment; every ``ENVIRONMENT`` of a module in this folder is discovered.
 
-    ``formula`` is short HTML. ``impedance`` maps values by name to the (stiffness N/m, damping N·s/m) that
-    limit stability; it is None if there is no linear limit. ``terms`` maps values to the terms for
-    identification, by default the impedance. ``shades`` is True if contact is shaded in plots. ``check``
-    returns one line on why values are incompatible, "" if they are compatible. ``warnings`` returns warnings
-    about effects that cannot be rendered well under given conditions. ``unused`` maps parameters that have no
-    effect at the present values to the reason. ``over_position`` and ``over_velocity`` are theory curves,
-    (n,) or one row per branch, NaN for gaps; by default they are the law at rest. ``restless`` is the reason
-    why the scene does not rest at its defaults, "" if it does. ``stored`` is a law that returns the energy in
-    J stored in objects. ``moves`` is the object whose position is plotted. ``drives`` describes how the scene
-    generates energy. ``counts`` are states that count perceptible events. ``hands`` are the hands for judging
-    the scene. ``needs`` are terms of the device whose absence is perceptible at the default values.
+    ``formula`` is short HTML; ``symbols`` says what its symbols mean. ``impedance`` maps values by name to
+    the (stiffness N/m, damping N·s/m) that limit stability; it is None if there is no linear limit. ``terms``
+    maps values to the terms for identification, by default the impedance. ``shades`` is True if contact is
+    shaded in plots. ``check`` returns one line on why values are incompatible, "" if they are compatible.
+    ``warnings`` returns warnings about effects that cannot be rendered well under given conditions.
+    ``unused`` maps parameters that have no effect at the present values to the reason. ``over_position`` and
+    ``over_velocity`` are theory curves, (n,) or one row per branch, NaN for gaps; by default they are the law
+    at rest. ``restless`` is the reason why the scene does not rest at its defaults, "" if it does. ``stored``
+    is a law that returns the energy in J stored in objects. ``moves`` is the object whose position is
+    plotted. ``drives`` describes how the scene generates energy. ``counts`` are states that count perceptible
+    events. ``hands`` are the hands for judging the scene. ``needs`` are terms of the device whose absence is
+    perceptible at the default values.
     """
 
     key: str
@@ -91,6 +92,7 @@ class Environment:
     force: Law
     shortcut: str = ""
     formula: str = ""
+    symbols: str = ""
     explanation: str = ""
     scene: str = ""
     impedance: Callable[[Values], tuple[float, float]] | None = None
@@ -120,21 +122,29 @@ class Environment:
             kind = "state" if self.moves.state else "rests"
             if getattr(self.moves, kind) not in known[kind]:
                 among = ", ".join(known[kind]) or "there is none"
-                raise LawError(f"{self.moves.name}: its `{kind}` must be one of {among}.")
+                raise LawError(
+                    f"The `{kind}` of the moving object {self.moves.name!r} must be one of: {among}."
+                )
         if missing := set(self.counts) - set(self.state_names):
             raise LawError(
-                f"`counts` are among the states {', '.join(self.state_names)}, not {min(missing)!r}."
+                f"`counts` has {min(missing)!r}, but each must be one of the states: "
+                f"{', '.join(self.state_names)}."
             )
         if self.stored is not None:
             self.stored.bind(self.parameters)
             self.force.companion = self.stored
+
+    @property
+    def explained_formula(self) -> str:
+        """Return the formula with the meaning of its symbols as HTML; "" without a formula."""
+        return f"{self.formula}, with {self.symbols}." if self.symbols else self.formula
 
     def values(self, given: Mapping[str, object] | None = None) -> dict[str, float]:
         """Return every parameter's number, with defaults for missing parameters; raise ParameterError."""
         given = {} if given is None else given
         if not isinstance(given, Mapping):
             raise ParameterError(
-                f"{self.title} takes its parameters by name, as {{key: value}}, not {given!r}."
+                f"The parameters of {self.title} must be given by name, as {{key: value}}, not {given!r}."
             )
         numbers = resolve(self.parameters, given, self.title)
         values = {p.key: n for p, n in zip(self.parameters, numbers, strict=True)}

@@ -83,10 +83,17 @@ def impedance(values: Values) -> tuple[float, float]:
 ENVIRONMENT = Environment(
     key="bump_valley",
     title="Bump and valley",
-    summary="Hills made of force",
+    summary="A hill and a valley to feel",
     parameters=(
         Parameter(
-            "peak_force", "Peak force", "N", 0.7, 0.0, 3.0, "The largest force along the way", "F<sub>p</sub>"
+            "peak_force",
+            "Peak force",
+            "N",
+            0.7,
+            0.0,
+            3.0,
+            "Largest force on the hill and in the valley",
+            "F<sub>p</sub>",
         ),
         Parameter(
             "width",
@@ -95,7 +102,7 @@ ENVIRONMENT = Environment(
             0.02,
             0.004,
             0.04,
-            "Distance from where the force begins to where it ends",
+            "Width of the hill and of the valley: from where the force begins to where it ends",
             "w",
         ),
         Choice(
@@ -103,30 +110,35 @@ ENVIRONMENT = Environment(
             "Profile",
             ("gaussian", "cosine"),
             "gaussian",
-            "Shape of hill and valley, seen from the side",
+            "Shape of the hill and the valley, seen from the side",
         ),
         Choice(
             "law",
-            "Force from",
+            "Force follows",
             ("gradient", "height"),
             "gradient",
-            "Gradient: from the slope, as a ball would roll. Height: to the left on the bump, to the right "
-            "in the valley, in proportion to height; that is the same hill only from one side.",
+            "Slope: the force follows the slope, as for a rolling ball. Height: the force follows the "
+            "height, to the left on the hill and to the right in the valley. Then it feels like a hill "
+            "only when you come from one side.",
+            labels=("Slope", "Height"),
         ),
         Choice(
             "picture",
             "Picture",
             ("same", "opposite", "flat"),
             "same",
-            "What is drawn: the relief that is felt, its mirror image, or flat ground. The force stays.",
+            "Ground that is drawn: the shape that you feel, the opposite shape (valleys for hills), or flat "
+            "ground. The force does not change.",
+            labels=("Felt shape", "Opposite shape", "Flat ground"),
         ),
     ),
     force=force,
     shortcut="6",
     formula="<i>F</i> = −<i>N</i> d<i>h</i>/d<i>x</i>",
+    symbols="<i>N</i> weight of 1 N, <i>h</i> height of the ground, <i>x</i> position",
     explanation="The handle moves on a level line, and yet you feel a hill. The slope of the height h pushes "
     "against you on the way up and helps you on the way down, from both sides alike, so crossing "
-    "the hill costs no energy. Set the picture to Opposite and feel again: most people believe "
+    "the hill costs no energy. Set the picture to Opposite shape and feel again: most people believe "
     "the force, not the shape that they see (Robles-De-La-Torre and Hayward, 2001).",
     impedance=impedance,
     terms=no_terms,

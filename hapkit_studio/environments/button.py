@@ -52,15 +52,15 @@ def check(values: Values) -> str:
     start, travel = 1e3 * values["snap_start"], 1e3 * values["travel"]
     if start < travel:
         return ""
-    return f"The snap starts before the end of the travel: below {travel:g} mm, not at {start:g} mm."
+    return f"The snap start must be less than the travel of {travel:g} mm, not {start:g} mm."
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Warn if there is no snap."""
     if values["snap_force"] >= values["peak_force"]:
         yield (
-            f"Without a drop there is no click: the snap force {with_unit(values['snap_force'], 'N')} is "
-            f"not below the peak force {with_unit(values['peak_force'], 'N')}."
+            f"The button does not click: lower the snap force ({with_unit(values['snap_force'], 'N')}) "
+            f"below the peak force ({with_unit(values['peak_force'], 'N')})."
         )
 
 
@@ -84,15 +84,33 @@ def impedance(values: Values) -> tuple[float, float]:
 ENVIRONMENT = Environment(
     key="button",
     title="Button",
-    summary="Click in, click out",
+    summary="Clicks when you press it",
     parameters=(
-        Parameter("peak_force", "Peak force", "N", 1.0, 0.2, 3.0, "Force at which it snaps", "F<sub>1</sub>"),
-        Parameter("snap_force", "Snap force", "N", 0.5, 0.0, 3.0, "Force after the snap", "F<sub>2</sub>"),
         Parameter(
-            "snap_start", "Snap starts", "m", 0.004, 0.001, 0.01, "Travel up to the peak", "s<sub>1</sub>"
+            "peak_force", "Peak force", "N", 1.0, 0.2, 3.0, "Force at which the button snaps", "F<sub>1</sub>"
         ),
         Parameter(
-            "travel", "Travel", "m", 0.007, 0.002, 0.015, "Travel up to the hard stop", "s<sub>2</sub>"
+            "snap_force", "Snap force", "N", 0.5, 0.0, 3.0, "Force right after the snap", "F<sub>2</sub>"
+        ),
+        Parameter(
+            "snap_start",
+            "Snap start",
+            "m",
+            0.004,
+            0.001,
+            0.01,
+            "How far the button is pressed when the snap starts",
+            "s<sub>1</sub>",
+        ),
+        Parameter(
+            "travel",
+            "Travel",
+            "m",
+            0.007,
+            0.002,
+            0.015,
+            "How far the button can be pressed until it meets the hard stop",
+            "s<sub>2</sub>",
         ),
         Parameter(
             "stop_stiffness",
@@ -101,7 +119,7 @@ ENVIRONMENT = Environment(
             500.0,
             0.0,
             2000.0,
-            "Stiffness of the hard stop",
+            "Stiffness of the hard stop at the end of the travel",
             "k<sub>e</sub>",
         ),
         Parameter(
@@ -111,16 +129,24 @@ ENVIRONMENT = Environment(
             0.1,
             0.0,
             0.5,
-            "Extra force on the way in. On the way out, the force is lower by the same amount",
+            "Extra force while you press. While you release, the force is lower by the same amount",
             "h",
         ),
         Parameter(
-            "position", "Position", "m", 0.005, -0.04, 0.04, "Where the button's cap is", "x<sub>b</sub>"
+            "position",
+            "Position",
+            "m",
+            0.005,
+            -0.04,
+            0.04,
+            "Position of the released button's cap",
+            "x<sub>b</sub>",
         ),
     ),
     force=force,
     shortcut="8",
     formula="<i>F</i> = −[<i>f</i>(<i>s</i>) + <i>h</i>(<i>s</i>)]",
+    symbols="<i>s</i> distance pressed, <i>f</i> spring force of the button, <i>h</i> hysteresis",
     explanation="A button is a hill of force, followed by a hard stop. The force rises to its peak, then "
     "drops while you keep pressing: your finger, tensed for the peak, falls through to the stop. "
     "That is the click. On the way out, the force is lower by twice the hysteresis, so a full "

@@ -132,28 +132,45 @@ PARAMETERS = (
         0.35,
         0.0,
         1.5,
-        "Force at which the fur slips, stroked from head to tail",
+        "Force at which the fur slips under your hand when you stroke from head to tail",
     ),
     Parameter(
         "nap_ratio",
-        "Against the nap",
+        "Reverse friction",
         "×",
         1.8,
         1.0,
         3.0,
-        "How many times harder it is to stroke against the fur",
+        "Friction against the fur: how many times as large as from head to tail",
     ),
-    Parameter("fur_damping", "Damping", "N·s/m", 1.5, 0.0, 10.0, "Force per metre per second", "b"),
-    Parameter("hair", "Tufts", "N", 0.06, 0.0, 0.3, "Ripple of the hair, one tuft every 3 mm"),
+    Parameter(
+        "fur_damping",
+        "Damping",
+        "N·s/m",
+        1.5,
+        0.0,
+        10.0,
+        "Force against the motion for each m/s of speed",
+        "b",
+    ),
+    Parameter(
+        "hair",
+        "Hair ripple",
+        "N",
+        0.06,
+        0.0,
+        0.3,
+        "Force of the small waves that the hair adds, one wave every 3 mm",
+    ),
     Parameter(
         "purr_force",
-        "Purr",
+        "Purr force",
         "N",
         0.25,
         0.0,
         1.0,
-        "Strength of the purr at full contentment, +1. The purr begins at 0.3. Without stroking, "
-        "contentment falls by a third every 4 s",
+        "Force of the purr when the cat's contentment is +1, the highest value (−1 is the lowest). The cat "
+        "purrs when its contentment is above 0.3. Without stroking, contentment falls by a third every 4 s",
         "F<sub>p</sub>",
     ),
     Parameter(
@@ -163,19 +180,19 @@ PARAMETERS = (
         26.3,
         20.0,
         30.0,
-        "Frequency of the purr. It changes by ±1.2 Hz with each breath",
+        "Frequency of the purr. It rises and falls by 1.2 Hz with each breath",
     ),
-    Parameter("breathing_rate", "Breathing", "Hz", 0.4, 0.1, 1.0, "Breaths per second"),
+    Parameter("breathing_rate", "Breathing rate", "Hz", 0.4, 0.1, 1.0, "Breaths per second"),
     Choice(
         "temperament",
         "Temper",
         ("easy", "choosy", "grumpy"),
         "easy",
-        "Easy: contentment grows by 3 per metre if you stroke with the fur at 1 to 10 cm/s, the "
-        "speed that nerves for caresses answer best. It falls by 0.8 per metre against the fur, "
-        "and by 3.5 if you are faster than 12 cm/s against it or 14 cm/s with it. Below −0.5 the "
-        "cat swats, then sulks for 5 s. Choosy: 0.8 times as much liking, 1.25 times as much "
-        "dislike. Grumpy: 0.7 and 1.5 times.",
+        "How strokes change the cat's contentment, which is between −1 and +1. Easy: stroke from head to "
+        "tail at 1 to 10 cm/s, the speed at which people like to be stroked, and it grows by 3 per metre. "
+        "Stroke against the fur, and it falls by 0.8 per metre, or by 3.5 if you are faster than 12 cm/s "
+        "(14 cm/s from head to tail). Below −0.5 the cat hits your hand, then ignores you for 5 s. "
+        "Choosy: it grows 0.8 times and falls 1.25 times as fast. Grumpy: 0.7 times and 1.5 times.",
     ),
 )
 
@@ -183,15 +200,17 @@ PARAMETERS = (
 ENVIRONMENT = Environment(
     key="cat",
     title="Cat",
-    summary="Pet it. Gently.",
+    summary="Pet it gently",
     parameters=PARAMETERS,
     force=force,
     drives="The purr and the paw move the handle by themselves.",
     shortcut="C",
     formula="<i>F</i> = fur − <i>b v</i> + <i>c F</i><sub>p</sub> sin <i>φ</i>",
-    explanation="Stroke it slowly from head (left) to tail: it grows content and purrs. It dislikes haste "
-    "and strokes against the fur. If you rub it the wrong way for long, it swats once and sulks. If "
-    "you leave it alone, it forgets.",
+    symbols="fur: friction and waves of the fur, <i>b</i> damping, <i>v</i> velocity, <i>c</i> contentment, "
+    "<i>F</i><sub>p</sub> purr force, <i>φ</i> phase of the purr",
+    explanation="Stroke the cat slowly from head (left) to tail: it becomes content and purrs. It dislikes "
+    "fast strokes and strokes against the fur. If you stroke it the wrong way for long, it hits your "
+    "hand once with its paw and then ignores you for 5 s. If you leave it alone, it forgets.",
     impedance=impedance,
     terms=no_terms,
     over_position=over_position,

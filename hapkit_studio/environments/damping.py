@@ -13,16 +13,26 @@ def force(p, s, x, v, dt):
 ENVIRONMENT = Environment(
     key="damping",
     title="Damping",
-    summary="Slower is easier",
+    summary="Resists fast motion",
     parameters=(
-        Parameter("damping", "Damping", "N·s/m", 4.0, 0.0, 50.0, "Force per m/s, against the motion", "b"),
+        Parameter(
+            "damping",
+            "Damping",
+            "N·s/m",
+            4.0,
+            0.0,
+            50.0,
+            "Force against the motion for each m/s of speed",
+            "b",
+        ),
     ),
     force=force,
     shortcut="3",
     formula="<i>F</i> = −<i>b v</i>",
-    explanation="A force against the motion, like stirring honey. The speed is computed from sensor counts, "
-    "so it changes in steps of one count per period, and the force changes in steps of b × count "
-    "× rate.",
+    symbols="<i>b</i> damping, <i>v</i> velocity",
+    explanation="Damping is a force against the motion, as if you stirred honey. The sensor measures the "
+    "position in small steps, called counts. So the computed speed changes in steps of one count per "
+    "period of the loop, and the force changes in steps of b × count × rate.",
     impedance=lambda p: (0.0, p["damping"]),
     terms=lambda p: ForceTerms(0.0, p["damping"], terms=("stiffness", "damping")),
     hands=("released", "stroke", "sweep"),

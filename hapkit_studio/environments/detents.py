@@ -18,12 +18,21 @@ def force(p, s, x, v, dt):
 ENVIRONMENT = Environment(
     key="detents",
     title="Detents",
-    summary="Notches every 20 mm",
+    summary="Notches that click",
     parameters=(
         Parameter(
-            "stiffness", "Stiffness", "N/m", 400.0, 0.0, 2000.0, "Force per metre from a notch's centre", "k"
+            "stiffness",
+            "Stiffness",
+            "N/m",
+            400.0,
+            0.0,
+            2000.0,
+            "Force for each metre of distance from the centre of a notch",
+            "k",
         ),
-        Parameter("damping", "Damping", "N·s/m", 2.0, 0.0, 50.0, "Force per m/s inside a notch", "b"),
+        Parameter(
+            "damping", "Damping", "N·s/m", 2.0, 0.0, 50.0, "Force for each m/s of speed inside a notch", "b"
+        ),
         Parameter(
             "pitch",
             "Pitch",
@@ -31,20 +40,29 @@ ENVIRONMENT = Environment(
             0.02,
             0.005,
             0.04,
-            "Distance from one notch's centre to the next. One centre is at 0",
+            "Distance from the centre of one notch to the next. One centre is at 0",
             "p",
         ),
         Parameter(
-            "half_width", "Half width", "m", 0.003, 0.0005, 0.005, "How far a notch reaches to each side", "w"
+            "half_width",
+            "Half width",
+            "m",
+            0.003,
+            0.0005,
+            0.005,
+            "Distance that a notch reaches from its centre to each side",
+            "w",
         ),
     ),
     force=force,
     shortcut="9",
     formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i><sub>n</sub>) − <i>b v</i> in a notch",
+    symbols="<i>k</i> stiffness, <i>x</i> position, <i>x</i><sub>n</sub> centre of the notch, "
+    "<i>b</i> damping, <i>v</i> velocity",
     explanation="Each notch is a short spring to its own centre x<sub>n</sub>. When you pull the handle out "
-    "of a notch, the force rises up to k·w and then drops to zero: this drop is the click of a "
-    "knob. Damping absorbs the energy of the fall into the next notch; without damping, the "
-    "handle rings.",
+    "of a notch, the force rises up to k·w (stiffness times half width) and then drops to zero: this drop "
+    "is the click of a knob. Damping absorbs the energy of the fall into the next notch; without damping, "
+    "the handle vibrates.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     terms=no_terms,
     hands=("sweep", "released"),

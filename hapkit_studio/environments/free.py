@@ -12,12 +12,12 @@ def force(p, s, x, v, dt):
 ENVIRONMENT = Environment(
     key="free",
     title="Free",
-    summary="The paddle by itself",
+    summary="The paddle without a force",
     parameters=(),
     force=force,
     shortcut="0",
     formula="<i>F</i> = 0",
-    explanation="No force is rendered. You feel only the paddle itself: its mass, the friction of its "
+    explanation="The motor gives no force. You feel only the paddle itself: its mass, the friction of its "
     "bearing and cable, and the motor that your hand turns.",
     terms=lambda p: ForceTerms(0.0, 0.0, terms=("stiffness", "damping")),
     hands=("released", "stroke", "tap"),

@@ -85,7 +85,9 @@ def unused(values: Values) -> dict[str, str]:
         "stick_velocity": (COULOMB, STRIBECK, PROJECTION, TETHER, LUGRE),
         "tether_stiffness": (COULOMB, SMOOTHED),
     }
-    return {key: f"Not used by {LABELS[model]}" for key, models in without.items() if model in models}
+    return {
+        key: f"Not used by the model {LABELS[model]}" for key, models in without.items() if model in models
+    }
 
 
 def levels(values: Values) -> tuple[float, float]:
@@ -155,16 +157,16 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
     model = values["model"]
     seen = count_response(conditions.estimator, 1.0 / conditions.period, conditions.quantum)
     fastest = float(seen[0] if model == LUGRE else seen.max())
-    step = f"One sensor count per period looks like {compact(1e3 * fastest, 3)} mm/s"
+    step = f"One step of the sensor in one period looks like {compact(1e3 * fastest, 3)} mm/s"
     if model == KARNOPP:
         if values["stick_velocity"] < fastest:
-            yield f"{step}: with a lower stick velocity the handle never sticks."
+            yield f"{step}. Raise the stick velocity above this, so that the handle can stick."
         return
     static, kinetic = levels(values)
     lack = (1.0 - kinetic / static) * -math.expm1(-((fastest / values["stribeck_velocity"]) ** 2))
     if lack > SMALL_LACK:
         advice = "Smooth the velocity" if lack > NOTICED else "A hand does not notice this"
-        yield f"{step}: slow sliding has up to {100.0 * lack:.0f} % too little friction. {advice}."
+        yield f"{step}, so slow sliding has up to {100.0 * lack:.0f} % too little friction. {advice}."
 
 
 def creep_speed(pull: float, values: Values) -> float:
@@ -196,51 +198,71 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
         most = 1.5 * conditions.mass * conditions.quantum / (period * (period + conditions.delay))
         if 0.0 < most < kinetic:
             above = with_unit(most, "N", 2)
-            yield f"Above {above} Coulomb friction chatters by several sensor counts: try Projection."
+            yield f"Coulomb friction above {above} shakes the handle by several sensor steps. Try Projection."
         elif kinetic > LEAST:
-            yield "Coulomb friction follows the sign of the speed and creeps when pulled: try Projection."
+            yield "Coulomb friction cannot hold the handle: under a pull it creeps. Try Projection."
         return
     if model == SMOOTHED:
         slope, most = kinetic / values["stick_velocity"], _damping_limit(conditions)
         if slope > most:
-            steep = f"Near rest, friction acts as damping of {compact(slope, 3)} N·s/m"
-            yield f"{steep}; more than {compact(most, 3)} N·s/m is unstable. Raise the stick velocity."
+            steep = f"Near rest, smoothed friction acts as damping of {compact(slope, 3)} N·s/m"
+            yield f"{steep}, above the stable {compact(most, 3)} N·s/m. Raise the stick velocity."
         if kinetic > LEAST:
             pull = 0.5 * kinetic
             creep = 1e3 * creep_speed(pull, values)
-            slow = f"under a pull of {compact(pull, 2)} N it creeps at {compact(creep, 2)} mm/s"
+            slow = f"under a pull of {compact(pull, 2)} N, the handle creeps at {compact(creep, 2)} mm/s"
             yield f"Smoothed friction cannot hold the handle: {slow}."
         return
     if model in (KARNOPP, STRIBECK, LUGRE):
         yield from slow_slide(values, conditions)
     if model == LUGRE and kinetic > LEAST and conditions.quantum > 0.0:
-        yield "Under a steady pull, LuGre creeps at about 0.5 mm/s: its bristles yield at every count."
+        yield "Under a steady pull, the handle creeps at about 0.5 mm/s with LuGre friction."
     if model == LUGRE and values["tether_stiffness"] * conditions.speed * period > 2.0 * kinetic:
         most = 2.0 * kinetic / (values["tether_stiffness"] * period)
         above = with_unit(most, "m/s", 2)
-        yield f"Above {above} LuGre's bristles are fully bent within one period, so it only slides."
+        yield f"Above {above}, LuGre friction only slides: its spring is fully bent within one period."
 
 
 ENVIRONMENT = Environment(
     key="friction",
     title="Friction",
-    summary="Sticks, slips, holds",
+    summary="Holds, then slips",
     parameters=(
         Choice(
             "model",
             "Model",
             MODELS,
             "projection",
-            "Coulomb and Smoothed depend on the speed only and cannot hold the handle at rest. "
-            "Karnopp holds it below a small speed. Tether and Projection hold, then break away "
-            "suddenly. Stribeck and LuGre hold, then break away gradually.",
+            "Model that computes the friction. Coulomb and Smoothed use only the speed, so they cannot hold "
+            "the handle at rest. Karnopp holds the handle below a small speed. Tether and Projection hold "
+            "it and then let go suddenly. Stribeck and LuGre hold it and then let go gradually.",
             labels=LABELS,
             method=True,
             exact="projection",  # the only model that sticks without oscillation, like dry friction
         ),
-        Parameter("kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while sliding", "F_k"),
-        Parameter("static_force", "Static force", "N", 0.6, 0.0, 3.0, "Pull at which it breaks away", "F_s"),
-        Parameter("viscous", "Viscous", "N·s/m", 1.0, 0.0, 20.0, "Force per metre per second", "b"),
+        Parameter(
+            "kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while the handle slides", "F_k"
+        ),
+        Parameter(
+            "static_force",
+            "Static force",
+            "N",
+            0.6,
+            0.0,
+            3.0,
+            "Pull at which a resting handle begins to slide",
+            "F_s",
+        ),
+        Parameter(
+            "viscous",
+            "Viscous damping",
+            "N·s/m",
+            1.0,
+            0.0,
+            20.0,
+            "Force against the motion for each m/s of speed",
+            "b",
+        ),
         Parameter(
             "stribeck_velocity",
             "Stribeck velocity",
@@ -248,7 +270,7 @@ ENVIRONMENT = Environment(
             0.02,
             0.001,
             0.2,
-            "Stribeck, LuGre: the speed at which most of the static force has gone",
+            "For Stribeck and LuGre: speed at which friction has dropped by 63 % from static to kinetic",
             "v_S",
         ),
         Parameter(
@@ -259,8 +281,8 @@ ENVIRONMENT = Environment(
             0.001,
             0.2,
             (
-                "Karnopp: the speed below which it holds. Smoothed: the speed at which friction "
-                "reaches its full force"
+                "For Karnopp: speed below which friction holds the handle. For Smoothed: speed at which "
+                "friction is 76 % of its full force"
             ),
             "Δv",
         ),
@@ -271,18 +293,21 @@ ENVIRONMENT = Environment(
             500.0,
             100.0,
             2e4,
-            "Stiffness of the spring that holds the handle at rest",
+            "Stiffness of the virtual spring that holds the handle at rest",
             "k",
         ),
     ),
     force=force,
     shortcut="4",
     formula="|<i>F</i>| ≤ <i>F</i><sub>s</sub> at rest, <i>F</i><sub>k</sub> + <i>b</i>|<i>v</i>| sliding",
+    symbols="<i>F</i><sub>s</sub> static force, <i>F</i><sub>k</sub> kinetic force, "
+    "<i>b</i> viscous damping, <i>v</i> velocity",
     explanation="Friction holds a resting handle against any pull up to the static force. While the handle "
     "slides, friction resists with less force. So a body that is pulled by a spring sticks, slips "
-    "and sticks again. A law that uses only the speed cannot hold: near rest, the sign of the "
-    "speed is noise, and the force chatters. A tether to an anchor can hold: it pulls back like a "
-    "spring, and its anchor is dragged along when you pull harder than friction can.",
+    "and sticks again. A law that uses only the speed cannot hold the handle: near rest, the sign of "
+    "the measured speed is noise, and the force jumps to and fro. A virtual spring (the tether) can "
+    "hold it: it ties the handle to a point, and this point is dragged along when you pull harder "
+    "than friction can hold.",
     impedance=impedance,
     terms=terms,
     unused=unused,

@@ -85,9 +85,9 @@ def unused(values: Values) -> dict[str, str]:
     name = MATERIALS[int(values["material"])].capitalize()
     amplitude, decay, hertz = sound(values["material"], 0.0, 0.0, 0.0)
     return {
-        "amplitude": f"The material {name} sets this to {amplitude:g} N·s/m",
-        "decay": f"The material {name} sets this to {decay:g} 1/s",
-        "frequency": f"The material {name} sets this to {hertz:g} Hz",
+        "amplitude": f"The material {name} sets the ringing strength to {amplitude:g} N·s/m",
+        "decay": f"The material {name} sets the ringing decay to {decay:g} 1/s",
+        "frequency": f"The material {name} sets the ringing frequency to {hertz:g} Hz",
     }
 
 
@@ -97,7 +97,7 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     highest = 0.1 / conditions.period
     if hertz > highest * (1.0 + 1e-9):
         rings, most = with_unit(hertz, "Hz"), with_unit(highest, "Hz")
-        yield f"{rings} has fewer than 10 samples per cycle: above {most} it feels blurred."
+        yield f"Ringing at {rings} is too fast: above {most}, a cycle has fewer than 10 samples of the loop."
 
 
 def terms(p: Values) -> ForceTerms:
@@ -111,32 +111,65 @@ def terms(p: Values) -> ForceTerms:
 ENVIRONMENT = Environment(
     key="hard_surface",
     title="Hard surface",
-    summary="A hit that rings",
+    summary="A wall that rings when hit",
     parameters=(
-        Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per m inside the surface", "k"),
-        Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per m/s, on the way in", "b"),
-        Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the surface is", "x<sub>w</sub>"),
+        Parameter(
+            "stiffness",
+            "Stiffness",
+            "N/m",
+            250.0,
+            0.0,
+            5000.0,
+            "Force for each metre of depth in the surface",
+            "k",
+        ),
+        Parameter(
+            "damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force for each m/s of speed on the way in", "b"
+        ),
+        Parameter(
+            "position", "Position", "m", 0.005, -0.04, 0.04, "Position of the surface", "x<sub>w</sub>"
+        ),
         Choice(
             "material",
             "Material",
             MATERIALS,
             "custom",
-            "Rubber, wood, aluminium: their own amplitude, decay and frequency. Custom: those below.",
+            "Rubber, wood and aluminium have a fixed strength, decay and frequency. Custom uses the values "
+            "below.",
         ),
         Parameter(
-            "amplitude", "Amplitude", "N·s/m", 15.0, 0.0, 100.0, "Ringing force per m/s of impact speed", "A"
+            "amplitude",
+            "Ringing strength",
+            "N·s/m",
+            15.0,
+            0.0,
+            100.0,
+            "Force of the ringing for each m/s of impact speed",
+            "A",
         ),
-        Parameter("decay", "Decay", "1/s", 60.0, 5.0, 300.0, "How fast the ringing dies out", "γ"),
-        Parameter("frequency", "Frequency", "Hz", 50.0, 5.0, 400.0, "How fast it rings", "f"),
-        Parameter("limit", "Limit", "N", 1.5, 0.0, 3.0, "The largest force of the ringing alone"),
+        Parameter("decay", "Ringing decay", "1/s", 60.0, 5.0, 300.0, "How fast the ringing dies out", "γ"),
+        Parameter(
+            "frequency", "Ringing frequency", "Hz", 50.0, 5.0, 400.0, "Number of vibrations per second", "f"
+        ),
+        Parameter(
+            "limit",
+            "Ringing limit",
+            "N",
+            1.5,
+            0.0,
+            3.0,
+            "Largest force of the ringing, without the wall's force",
+        ),
     ),
     force=force,
     shortcut="5",
     formula="<i>F</i> = −<i>k d</i> − <i>A v</i><sub>i</sub> e<sup>−γτ</sup> sin 2π<i>f</i>τ",
-    explanation="A motor cannot be as stiff as wood, but it can answer a tap as wood does. When you hit the "
-    "surface, it adds a short ringing. The faster you hit it, the stronger the ringing, and your "
-    "hand feels this as hardness. It rings once per hit, and again only after you have clearly "
-    "left the surface.",
+    symbols="<i>k</i> stiffness, <i>d</i> depth, <i>A</i> ringing strength, <i>v</i><sub>i</sub> impact "
+    "speed, γ ringing decay, <i>f</i> ringing frequency, τ time since the impact",
+    explanation="A motor cannot be as stiff as wood, but it can vibrate as wood does when you knock on it. "
+    "Each time you hit the surface, the motor adds a short vibration, the ringing. The faster you "
+    "hit, the stronger the ringing, and your hand feels this as hardness. It rings once per hit, "
+    "and again only after you have clearly left the surface.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     terms=terms,
     unused=unused,

@@ -73,7 +73,16 @@ ENVIRONMENT = Environment(
     summary="Push a moving mass",
     parameters=(
         Parameter("mass", "Mass", "kg", 2.0, 0.05, 5.0, "Mass of the pushed object", "m"),
-        Parameter("damping", "Damping", "N·s/m", 1.0, 0.0, 20.0, "Damping that brakes the object", "b"),
+        Parameter(
+            "damping",
+            "Damping",
+            "N·s/m",
+            1.0,
+            0.0,
+            20.0,
+            "Force that brakes the object, for each m/s of its speed",
+            "b",
+        ),
         Parameter(
             "stiffness",
             "Stiffness",
@@ -92,7 +101,7 @@ ENVIRONMENT = Environment(
             0.01,
             -0.04,
             0.04,
-            "Rest position of the spring",
+            "Position of the object where its spring exerts no force",
             "x<sub>eq</sub>",
         ),
         integrator("object"),
@@ -102,11 +111,13 @@ ENVIRONMENT = Environment(
     formula="<i>m&nbsp;ẍ</i> = <i>F</i><sub>u</sub> − <i>b&nbsp;ẋ</i> − "
     "<i>k</i>(<i>x</i>&nbsp;−&nbsp;<i>x</i><sub>eq</sub>), "
     "<i>F</i>&nbsp;=&nbsp;−<i>F</i><sub>u</sub>",
+    symbols="<i>x</i> position of the object, <i>m</i> mass, <i>F</i><sub>u</sub> contact force, "
+    "<i>b</i> damping, <i>k</i> stiffness, <i>x</i><sub>eq</sub> rest position, <i>F</i> force on the handle",
     explanation="The handle pushes an object from the left through a contact spring and feels the same force "
     "back. The object is a mass on a spring with a damper, so it keeps swinging when the handle "
-    "leaves it. Its motion is computed step by step, and the rule for a step matters: explicit "
-    "Euler and the lecture's rule add energy in each step. If the damper takes less energy than "
-    "that, the swing grows until the object is reset to rest. Semi-implicit Euler takes no longer "
+    "leaves it. The motion is computed step by step by an integrator. Explicit Euler and the rule "
+    "of the lecture add energy in each step. If the damper takes away less energy than that, the "
+    "swing grows until the object is reset to rest. Semi-implicit Euler takes no longer "
     "to compute, and its swing does not grow.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
     terms=no_terms,

@@ -80,7 +80,7 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
 ENVIRONMENT = Environment(
     key="puck",
     title="Puck",
-    summary="Shove it, catch it",
+    summary="A puck to push and catch",
     parameters=(
         Parameter("mass", "Mass", "kg", 0.5, 0.05, 5.0, "Mass of the puck", "m"),
         *contact("puck"),
@@ -91,7 +91,7 @@ ENVIRONMENT = Environment(
             500.0,
             50.0,
             5000.0,
-            "Stiffness of both walls",
+            "Stiffness of the two walls",
             "k<sub>w</sub>",
         ),
         Parameter(
@@ -101,7 +101,7 @@ ENVIRONMENT = Environment(
             0.0,
             0.0,
             3.0,
-            "Dry friction between puck and ground",
+            "Dry friction between the puck and the ground",
             "F<sub>c</sub>",
         ),
         integrator("puck"),
@@ -110,11 +110,14 @@ ENVIRONMENT = Environment(
     shortcut="P",
     formula="<i>m&nbsp;ẍ</i> = <i>F</i><sub>u</sub> − <i>k</i><sub>w</sub>&nbsp;<i>d</i><sub>w</sub>, "
     "<i>F</i>&nbsp;=&nbsp;−<i>F</i><sub>u</sub>",
-    explanation="A free mass between two walls. Handle and walls push it through springs: the deeper the "
-    "contact, the larger the force. The handle feels the same force back. A shove gives the puck "
-    "momentum: the force summed over the time of contact. An exact bounce keeps the puck's "
-    "energy. Explicit Euler and the lecture's rule add energy, implicit Euler takes some away. "
-    "With too much energy the puck flies out and is reset to rest.",
+    symbols="<i>x</i> position of the puck, <i>m</i> mass, <i>F</i><sub>u</sub> contact force, "
+    "<i>k</i><sub>w</sub> wall stiffness, <i>d</i><sub>w</sub> depth of the puck in a wall, "
+    "<i>F</i> force on the handle",
+    explanation="A free mass slides between two walls. Handle and walls push it through springs: the deeper "
+    "the contact, the larger the force. The handle feels the same force back. A push gives the puck "
+    "momentum: the force summed over the time of contact. A bounce that is computed exactly keeps the "
+    "puck's energy. Explicit Euler and the rule of the lecture add energy, implicit Euler takes some "
+    "away. With too much energy the puck flies out and is reset to rest.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
     terms=no_terms,
     # the force depends on the puck's position, so there is no curve over the handle's position
@@ -123,7 +126,7 @@ ENVIRONMENT = Environment(
     stored=stored,
     moves=MovingObject("puck", state="object", swing=swing),
     hands=("tap", "shake", "released"),
-    restless="Without friction the puck goes to and fro between the walls for ever.",
+    restless="Without friction the puck moves back and forth between the walls for ever.",
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
     order=11,
 )

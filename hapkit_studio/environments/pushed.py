@@ -17,8 +17,8 @@ LABELS = (
 
 def contact(what: str) -> tuple[Parameter, Parameter]:
     """Return the stiffness and damping between the handle and an object of this name."""
-    inside = f"Force per metre that the handle is inside the {what}"
-    closing = f"Force per metre per second while handle and {what} approach each other in contact"
+    inside = f"Force for each metre that the handle is inside the {what}"
+    closing = f"Force for each m/s at which the handle and the {what} approach each other while they touch"
     symbol = "k<sub>u</sub>"
     return (
         Parameter("contact_stiffness", "Contact stiffness", "N/m", 500.0, 50.0, 5000.0, inside, symbol),
@@ -28,7 +28,10 @@ def contact(what: str) -> tuple[Parameter, Parameter]:
 
 def integrator(what: str) -> Choice:
     """Return the choice of integrator for an object's motion."""
-    words = f"How the {what}'s motion is computed. Explicit Euler and the lecture's rule add energy."
+    words = (
+        f"Method that computes the {what}'s motion step by step. Explicit Euler and the rule of the lecture "
+        "(averages of old and new values) add energy in each step."
+    )
     return Choice(
         "integrator",
         "Integrator",
@@ -47,5 +50,5 @@ def growth(values: Values, swing: tuple[float, float, float], conditions: Condit
     longest = longest_step(INTEGRATORS[index], *swing)
     if conditions.period > longest:
         most, step = with_unit(1e3 * longest, "ms"), with_unit(1e3 * conditions.period, "ms")
-        long = f"steps longer than {most}; the present step is {step}"
-        yield f"{LABELS[index]} adds energy in contact with {long if longest else 'every step'}."
+        too_long = f"when its step is longer than {most}. The step is {step} now"
+        yield f"{LABELS[index]} adds energy during contact {too_long if longest else 'in every step'}."

@@ -63,7 +63,7 @@ def unused(values: Values) -> dict[str, str]:
     """Return the parameters that belong to other kinds of texture."""
     kind = int(values["kind"])
     keys = (("amplitude", "seed"), ("damping", "seed"), ("damping",))[kind]
-    return {key: f"Not used by {KINDS[kind]}" for key in keys}
+    return {key: f"Not used by the texture {KINDS[kind]}" for key in keys}
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
@@ -72,13 +72,13 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     fastest = wavelength / (10.0 * period)
     if conditions.speed > fastest:
         yield (
-            f"Above {compact(fastest, 3)} m/s a ridge gets fewer than 10 samples; "
+            f"Above {compact(fastest, 3)} m/s the loop takes fewer than 10 samples for each ridge; "
             f"the handle moved at {compact(conditions.speed, 3)} m/s."
         )
     finest = 10.0 * conditions.quantum
     if wavelength < finest:
         ridges, counts = with_unit(1e3 * wavelength, "mm"), with_unit(1e3 * finest, "mm")
-        yield f"Ridges of {ridges} are finer than 10 sensor counts, {counts}."
+        yield f"A ridge of {ridges} is too fine for the sensor: it must be {counts} or more, 10 sensor steps."
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:
@@ -105,33 +105,36 @@ ENVIRONMENT = Environment(
             "Kind",
             KINDS,
             "grating",
-            "Bands: damping in every other stripe. Grating: a wave of force. Sandpaper: random grains.",
+            "Bands: damping acts in every other stripe. Grating: the force is a regular wave. Sandpaper: "
+            "the grains are random.",
         ),
-        Parameter("damping", "Damping", "N·s/m", 8.0, 0.0, 50.0, "Force per m/s inside a band", "b"),
         Parameter(
-            "amplitude", "Amplitude", "N", 0.25, 0.0, 2.0, "The largest force of a ridge or grain", "A"
+            "damping", "Damping", "N·s/m", 8.0, 0.0, 50.0, "Force for each m/s of speed inside a band", "b"
         ),
+        Parameter("amplitude", "Amplitude", "N", 0.25, 0.0, 2.0, "Largest force of a ridge or grain", "A"),
         Parameter(
             "wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "Distance from one ridge to the next", "λ"
         ),
         Parameter(
             "seed",
-            "Seed",
+            "Grain pattern",
             "",
             1.0,
             0.0,
             99.0,
-            "Each whole number gives a different piece of sandpaper",
+            "Number of the pattern of grains: each whole number gives a different piece of sandpaper",
             whole=True,
         ),
     ),
     force=force,
     shortcut="7",
     formula="<i>F</i> = −<i>b v</i>, <i>A</i> sin(2π<i>x</i>/<i>λ</i>) or −d<i>h</i>/d<i>x</i>",
-    explanation="Ridges make the handle vibrate, and a finger feels this as roughness. At a speed v you "
-    "cross v/λ ridges per second. "
-    "The loop needs ten samples for each ridge, and the sensor ten counts. A high and narrow "
-    "ridge is as steep as a stiff spring, so above some amplitude it buzzes by itself.",
+    symbols="bands: <i>b</i> damping, <i>v</i> velocity; grating: <i>A</i> amplitude, <i>x</i> position, "
+    "<i>λ</i> wavelength; sandpaper: <i>h</i> height of the grains",
+    explanation="Ridges make the handle vibrate, and a finger feels this as roughness. At a speed v and "
+    "a wavelength λ you cross v/λ ridges per second. Each ridge needs at least ten samples of the "
+    "loop and ten steps of the sensor. The force of a high and narrow ridge is as steep as that of "
+    "a stiff spring, so above some amplitude the handle buzzes by itself.",
     impedance=impedance,
     terms=no_terms,
     unused=unused,

@@ -33,36 +33,49 @@ def terms(p: Values) -> ForceTerms:
 
 def unused(p: Values) -> dict[str, str]:
     """Return the damping parameter if damping is switched off."""
-    return {"damping": "Not used: damping never acts"} if p["damping_mode"] == 2 else {}
+    return {"damping": "Not used, because damping never acts"} if p["damping_mode"] == 2 else {}
 
 
 ENVIRONMENT = Environment(
     key="wall",
     title="Wall",
-    summary="Push: it pushes back",
+    summary="Pushes back when pressed",
     parameters=(
         Parameter(
-            "stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per metre of depth in the wall", "k"
+            "stiffness",
+            "Stiffness",
+            "N/m",
+            250.0,
+            0.0,
+            5000.0,
+            "Force for each metre of depth in the wall",
+            "k",
         ),
-        Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per m/s inside the wall", "b"),
-        Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the surface is", "x<sub>w</sub>"),
-        Choice("side", "Side", ("right", "left"), "right", "On which side of the surface the wall stands"),
+        Parameter(
+            "damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force for each m/s of speed inside the wall", "b"
+        ),
+        Parameter(
+            "position", "Position", "m", 0.005, -0.04, 0.04, "Position of the wall's surface", "x<sub>w</sub>"
+        ),
+        Choice("side", "Side", ("right", "left"), "right", "Side of the surface on which the wall stands"),
         Choice(
             "damping_mode",
             "Damping acts",
             ("into", "both", "none"),
             "into",
-            "Into: only on the way in. Both: also on the way out, where it may pull. None: never.",
+            "When damping acts: only on the way in, both ways (on the way out it may pull), or never.",
+            labels=("On the way in", "Both ways", "Never"),
             phrases=("on the way in", "both ways", "never"),
         ),
     ),
     force=force,
     shortcut="2",
     formula="<i>F</i> = −<i>k d</i> − <i>b v</i> in the wall",
+    symbols="<i>k</i> stiffness, <i>d</i> depth in the wall, <i>b</i> damping, <i>v</i> velocity",
     explanation="Inside the wall a spring pushes you out, and a damper acts on the way in. Outside there is "
-    "no force. The loop sees the handle only once per period T, so the handle enters by up to "
-    "v·T before the wall reacts. It is then pushed out with more energy than it brought: that is "
-    "why a stiff wall buzzes.",
+    "no force. The loop measures the position only once per period T, so the handle at speed v "
+    "enters by up to v·T before the wall reacts. It is then pushed out with more energy than it "
+    "brought: that is why a stiff wall buzzes.",
     impedance=impedance,
     terms=terms,
     unused=unused,

@@ -101,7 +101,8 @@ def owned(environment: Environment, source: Source) -> OwnEnvironment:
     """Return an environment that is marked as a user's; it has no keyboard shortcut."""
     given = {f.name: getattr(environment, f.name) for f in fields(Environment) if f.init}
     given |= {"parameters": tuple(environment.parameters), "shortcut": "", "terms": None}
-    given["formula"] = _own_formula(environment.formula, source.text)
+    if not _own_formula(environment.formula, source.text):
+        given |= {"formula": "", "symbols": ""}
     names = overridden(environment)
     functions = Functions(source) if names else None
     if functions:

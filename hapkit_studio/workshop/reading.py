@@ -135,7 +135,7 @@ def _check_words(made: Environment, tree: ast.Module) -> None:
         raise LawError(
             f'the key "{made.key}" is taken by the studio: choose another one', _keyword_line(tree, "key")
         )
-    for name in ("title", "summary", "formula", "explanation", "scene", "restless"):
+    for name in ("title", "summary", "formula", "symbols", "explanation", "scene", "restless"):
         if not isinstance(getattr(made, name), str):
             raise LawError(f"`{name}` is text in quotation marks", _keyword_line(tree, name))
     if not made.title.strip():

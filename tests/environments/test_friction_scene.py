@@ -218,7 +218,7 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
         (
             {"model": "smoothed", "stick_velocity": 0.00456},
             {"stick_velocity": 0.00446},
-            "more than 88.7 N·s/m",
+            "above the stable 88.7 N·s/m",
         ),
         ({"model": "karnopp", "stick_velocity": 0.0209}, {"stick_velocity": 0.0205}, "20.7 mm/s"),
     ],
@@ -275,7 +275,7 @@ def test_delay_lowers_the_chatter_limit_of_plain_friction(late, limit):
     """
     level = 0.044 * 20.7e-6 / 1e-6
     conditions = Conditions(delay=late * 1e-3)
-    for share, said in ((0.99, "creeps"), (1.01, "several sensor counts")):
+    for share, said in ((0.99, "creeps"), (1.01, "several sensor steps")):
         lines = FRICTION.warnings(
             FRICTION.values({"model": "coulomb", "kinetic_force": share * limit * level}), conditions
         )
@@ -293,7 +293,7 @@ def creep(model, pull, **given):
 
 def test_the_warned_creep_of_smoothed_friction_is_rendered():
     (said,) = warned("friction", model="smoothed")
-    assert "under a pull of 0.2 N it creeps at 15 mm/s" in said
+    assert "under a pull of 0.2 N, the handle creeps at 15 mm/s" in said
     got = creep("smoothed", 0.2, viscous=1.0)
     # the hand's damper of 1 N·s/m and the shortening of its spring reduce the pull
     assert 0.010 < got < 0.0155
@@ -315,7 +315,7 @@ def test_smoothed_friction_without_viscous_friction_creeps_as_tanh_predicts(kine
 
 def test_lugre_creeps_with_quantisation_and_warns():
     said = warned("friction", model="lugre")
-    assert any("LuGre creeps at about 0.5 mm/s" in line for line in said)
+    assert any("the handle creeps at about 0.5 mm/s with LuGre" in line for line in said)
     assert not any("creeps" in line for line in warned("friction", Conditions(quantum=0.0), model="lugre"))
     assert 0.2e-3 < creep("lugre", 0.2) < 1e-3
     assert abs(creep("lugre", 0.2, quantum=0.0)) < 0.02e-3

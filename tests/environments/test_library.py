@@ -1,5 +1,6 @@
 """The library discovers environments by modules, and by the entry points of other packages."""
 
+import re
 from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -51,3 +52,13 @@ def test_a_broken_environment_of_another_package_is_skipped_with_a_warning(monke
     with pytest.warns(UserWarning, match="'torn'.*cannot be loaded.*no_such_module_anywhere"):
         found = environments.discover.__wrapped__()
     assert list(found) == list(LIBRARY)
+
+
+@pytest.mark.parametrize("key", LIBRARY)
+def test_each_symbol_of_a_formula_is_explained(key):
+    """F is the force on the handle, and ẋ and ẍ are derivatives of x."""
+    formula, symbols = (
+        set("".join(re.findall(r"<i>(.*?)</i>", words.replace("&nbsp;", ""))).replace(" ", ""))
+        for words in (LIBRARY[key].formula, LIBRARY[key].symbols)
+    )
+    assert formula - set("Fẋẍ") <= symbols

@@ -132,7 +132,7 @@ def test_an_unstable_integrator_gets_a_warning():
     assert not warned("mass_spring_damper", 0.077, **course)
     assert warned("mass_spring_damper", 0.078, **course)
     for method, name in (("explicit_euler", "Explicit Euler"), ("lecture", "Lecture's rule")):
-        assert warned("puck", integrator=method) == [f"{name} adds energy in contact with every step."]
+        assert warned("puck", integrator=method) == [f"{name} adds energy during contact in every step."]
     for method in ("semi_implicit", "verlet", "rk4", "implicit_euler", "trapezoid", "exact"):
         assert not warned("puck", integrator=method)
         assert not warned("mass_spring_damper", integrator=method, **course)

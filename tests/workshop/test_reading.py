@@ -233,5 +233,6 @@ def test_a_different_law_does_not_show_its_templates_formula(key, old, new):
 def test_a_law_copied_from_the_library_keeps_its_formula_until_it_is_changed():
     library = Path(environments.__file__).parent / "detents.py"
     whole = library.read_text(encoding="utf-8").replace('key="detents"', 'key="mine"')
-    assert of_text(whole).formula == environments.named("detents").formula
-    assert of_text(changed(whole, "return -p.stiffness * away", "return p.stiffness * away")).formula == ""
+    assert of_text(whole).explained_formula == environments.named("detents").explained_formula
+    copied = of_text(changed(whole, "return -p.stiffness * away", "return p.stiffness * away"))
+    assert copied.explained_formula == ""

@@ -90,6 +90,7 @@ class PanelTitle(QWidget):
         self.picture.show_sign(icon_name(environment.scene), "ink")
         self.title.show_text(environment.title)
         show_formula(self.formula, environment.formula)
+        self.formula.setToolTip(rich(environment.explained_formula))
         self.show_explanation()
 
     def show_explanation(self) -> None:
@@ -149,7 +150,12 @@ class ParameterRows(QWidget):
     def rebuild(self) -> None:
         """Create the rows of another environment."""
         environment = self._studio.environment
-        self.rows = {p.key: row_of(p, environment.formula) for p in environment.parameters}
+        formula = (
+            f"{environment.formula}, with {environment.symbols}."
+            if environment.symbols
+            else environment.formula
+        )
+        self.rows = {p.key: row_of(p, formula) for p in environment.parameters}
         for row in self.rows.values():
             row.changed.connect(self._apply)
         refill(self._column, self.rows.values())

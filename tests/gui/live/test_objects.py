@@ -90,5 +90,7 @@ def test_a_cap_rests_until_the_handle_pushes_it():
 
 @pytest.mark.parametrize("moves", [MovingObject("puck", state="objekt"), MovingObject("cap", rests="there")])
 def test_an_object_must_name_an_existing_state_or_parameter(moves):
-    with pytest.raises(LawError, match=f"{moves.name}: its `(state|rests)` must be one of .*(object|mass)"):
+    with pytest.raises(
+        LawError, match=f"`(state|rests)` of the moving object '{moves.name}' must be one of: .*(object|mass)"
+    ):
         replace(LIBRARY["puck"], moves=moves)

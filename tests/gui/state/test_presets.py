@@ -94,7 +94,7 @@ def test_differences_are_listed_until_the_preset_is_applied(window, home):
         ("Damping, N·s/m", "0.0", "2.5"),
         ("Position, mm", "5.0", "−12.5"),
         ("Side", "Right", "Left"),
-        ("Damping acts", "Into", "Both"),
+        ("Damping acts", "On the way in", "Both ways"),
         ("Added delay, ms", "0.0", "2.0"),
         ("Passivity controller", "off", "on"),
     ]

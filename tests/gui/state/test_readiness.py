@@ -82,7 +82,7 @@ def test_rows_show_which_environments_are_not_ready(window, compiler):
     before = window.gallery.rows["puck"].grab().toImage()
     compiler.finish("puck")
     window.studio.readiness.refresh()
-    assert words(window, "puck") == "Shove it, catch it"
+    assert words(window, "puck") == "A puck to push and catch"
     assert window.gallery.rows["puck"].grab().toImage() != before
     assert words(window, "cat") == "Preparing…"
 
@@ -143,7 +143,7 @@ def test_a_requested_law_is_compiled_in_the_window_if_the_programs_ended(window,
     compiler.die()
     assert forced == ["detents"]
     assert compiler.here[0] is compiler.law("detents")
-    assert words(window, "puck") == "Shove it, catch it"
+    assert words(window, "puck") == "A puck to push and catch"
     assert compiler.law("puck") not in compiler.here
 
 

@@ -71,7 +71,7 @@ def test_every_setting_is_undone_and_redone_in_window_and_engine(window, name):
     [
         (lambda s: s.set_value("stiffness", 1500.0), "stiffness 250 → 1,500 N/m"),
         (lambda s: s.set_value("position", -0.0125), "position 5.0 → −12.5 mm"),
-        (lambda s: s.set_value("damping_mode", 1.0), "damping acts Into → Both"),
+        (lambda s: s.set_value("damping_mode", 1.0), "damping acts On the way in → Both ways"),
         (lambda s: s.set_values({"stiffness": 1.0, "damping": 1.0}), "2 settings"),
         (lambda s: s.choose("spring"), "Wall → Spring"),
         (lambda s: s.set_loop(estimator=("iir", {"cutoff": 50.0})), "velocity Kalman → IIR"),

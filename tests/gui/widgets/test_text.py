@@ -25,7 +25,10 @@ IMAGE = "<img src='evil.png'>"
 def evil(path) -> Environment:
     """Return an environment with an image tag in every text."""
     made = reading.load(path)
-    words = {name: f"{name} {IMAGE}" for name in ("title", "summary", "formula", "explanation", "drives")}
+    words = {
+        name: f"{name} {IMAGE}"
+        for name in ("title", "summary", "formula", "symbols", "explanation", "drives")
+    }
     parameters = (
         Parameter("stiffness", f"K {IMAGE}", f"N {IMAGE}", 1.0, 0.0, 5.0, f"help {IMAGE}", f"k {IMAGE}"),
         Parameter("other", f"L {IMAGE}", f"m {IMAGE}", 1.0, 0.0, 5.0, f"help {IMAGE}"),
@@ -106,7 +109,7 @@ def test_a_tooltip_is_changed_only_if_qt_would_interpret_it_as_html():
 
 def test_formulas_of_the_library_need_no_other_tag():
     for made in environments.discover().values():
-        for words in (made.formula, made.explanation):
+        for words in (made.formula, made.symbols, made.explanation):
             assert rich(words) == words
 
 
