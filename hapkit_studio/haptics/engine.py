@@ -67,7 +67,10 @@ class Engine:
 
     # --- start and end
     def start(self) -> None:
-        """Open the device and start the loop; raise DeviceError. The very first start compiles the loop."""
+        """Open the device and start the loop; raise DeviceError if this fails.
+
+        The very first start compiles the loop.
+        """
         self.close()
         self.driver, self._message = driver_for(self.device), ""
         try:
@@ -188,7 +191,10 @@ class Engine:
         return self.loop.max_force
 
     def set_environment(self, key: str | Environment, values: Mapping[str, object] | None = None) -> None:
-        """Switch to an environment with a cross-fade of 30 ms; raise ParameterError."""
+        """Switch to an environment with a cross-fade of 30 ms.
+
+        Raise ParameterError for a wrong key or value.
+        """
         chosen = _environment(key)
         self._change(environment=chosen, values=chosen.values(values))
 
@@ -214,7 +220,10 @@ class Engine:
         self._change(values=values)
 
     def set_loop(self, **changes: Any) -> None:
-        """Change loop settings, except the choice of renderer (see ``set_where``); raise ParameterError."""
+        """Change loop settings, except the choice of renderer (see ``set_where``).
+
+        Raise ParameterError for a wrong setting.
+        """
         checked = self.loop.changed(**changes)
         self.change_loop({key: getattr(checked, key) for key in changes})
 
@@ -231,18 +240,27 @@ class Engine:
             self._apply_hand()
 
     def limit_force(self, newtons: float) -> None:
-        """Limit the force to a value in N below the highest limit; raise ParameterError, DeviceError."""
+        """Limit the force to a value in N below the highest limit.
+
+        Raise ParameterError for a value outside this range, and DeviceError if the lab's limit is unknown.
+        """
         most = self._highest_limit()
         if not 0.0 < newtons <= most:
             raise ParameterError(f"The force limit is 0 to {most:g} N, not {newtons:g} N.")
         self._change_loop(max_force=newtons)
 
     def _highest_limit(self) -> float:
-        """Return the lower one of the device's force limit and the lab's limit in N; raise DeviceError."""
+        """Return the lower one of the device's force limit and the lab's limit in N.
+
+        Raise DeviceError if the lab's limit is unknown.
+        """
         return min(self.device.max_force, lab.force_limit())
 
     def move_hand(self, target: float | None) -> None:
-        """Move the hand's target to a position in m; None releases the handle. Raise ParameterError."""
+        """Move the hand's target to a position in m; None releases the handle.
+
+        Raise ParameterError for a position that is not finite.
+        """
         if target is not None and not math.isfinite(target):
             raise ParameterError(f"The hand's target must be a finite number in m, not {target:g}.")
         self._change(target=target)
