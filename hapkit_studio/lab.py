@@ -91,7 +91,7 @@ def force_limit() -> float:
 
 
 def read(file: Path) -> LabSettings:
-    """Return the settings in a file; raise FileError."""
+    """Return the settings in a file; raise FileError if the file is invalid."""
     table = read_toml(file)
     readers = {"force_limit": _force, "devices": _patterns, "lessons": _folder, "locked": _locked}
     for key in table:
