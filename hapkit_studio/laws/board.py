@@ -115,9 +115,10 @@ def _trees(law: Law) -> CheckedLaw:
 
 
 def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0) -> Program:
-    """Compile a law for the board, with parameter values by key and the period in s; raise LawError.
+    """Compile a law for the board, with parameter values by key and the period in s.
 
     Functions are inlined as long as the code fits in ``room`` bytes; otherwise the smallest code is returned.
+    Raise LawError if the board cannot run the law.
     """
     known = {i: float(values[p.key]) for i, p in enumerate(law.parameters)}
     found: list[Program] = []

@@ -48,7 +48,10 @@ class Source:
 
 
 def translate(law: Law, values: Sequence[float]) -> Source:
-    """Return a law in C, in which the choices among its parameters are fixed; raise LawError."""
+    """Return a law in C, in which the choices among its parameters are fixed.
+
+    Raise LawError if the law cannot be translated.
+    """
     trees = checked(law.function, law.parameters, law.state)
     choices = frozenset(i for i, p in enumerate(law.parameters) if isinstance(p, Choice))
     made = specialise(trees, values, choices)

@@ -157,7 +157,10 @@ class _Values(list):
 
 
 def _start(key: str, value: object) -> StateValue:
-    """Return the validated initial value of a state, a number or a tuple of numbers; raise LawError."""
+    """Return the validated initial value of a state, a number or a tuple of numbers.
+
+    Raise LawError for an invalid value.
+    """
     several = isinstance(value, tuple | list)
     try:
         many = tuple(float(v) for v in (value if several else [value]))  # type: ignore

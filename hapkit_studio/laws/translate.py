@@ -122,7 +122,10 @@ class Names:
         return found if found.__globals__ is self.globals or is_proven(found) else None
 
     def table(self, node: ast.expr) -> tuple[float, ...] | None:
-        """Return the numbers of a module-level table; None if the node is something else; raise LawError."""
+        """Return the numbers of a module-level table; None if the node is something else.
+
+        Raise LawError for an invalid table.
+        """
         found = self.globals.get(node.id) if isinstance(node, ast.Name) else None
         if not isinstance(found, tuple | list):
             return None
@@ -433,7 +436,7 @@ class Rewriter(ast.NodeTransformer):
         return call
 
     def _length(self, node: ast.Call) -> int:
-        """Return the length of a table or a state for ``len``; raise LawError."""
+        """Return the length of a table or a state for ``len``; raise LawError for anything else."""
         subset.check_count(node, "len", *BUILTINS["len"][:2])
         (what,) = node.args
         if self._is_table(what):
