@@ -101,7 +101,10 @@ def _remark(session: Session, at: int, one: Trial) -> str:
 def save_pointing(
     path: str | Path, subject: Subject, targets: Iterable[pointing.Target], seed: int
 ) -> list[Trial]:
-    """Write a session in which a virtual subject points at targets; return its trials; raise SessionError."""
+    """Write a session in which a virtual subject points at targets, and return its trials.
+
+    Raise SessionError if the file cannot be written.
+    """
     chance, device, found = np.random.default_rng(seed), SimulatedHapkit(), list[Trial]()
     begin = 0.0
     with SessionWriter.whole(path) as writer:
@@ -120,7 +123,10 @@ def save_pointing(
 
 
 def save_comparisons(path: str | Path, observer: Observer, seed: int) -> list[Comparison]:
-    """Write a session with a virtual observer's answers; return them; raise SessionError."""
+    """Write a session with a virtual observer's answers, and return the answers.
+
+    Raise SessionError if the file cannot be written.
+    """
     found = observer.run(_BASE, np.random.default_rng(seed))
     time = np.arange(len(found) * int(_RATE) // 10) / _RATE
     with SessionWriter.whole(path) as writer:

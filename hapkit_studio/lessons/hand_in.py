@@ -84,7 +84,8 @@ def hand_in(
 
     ``answers``: the entered text for each question's key. ``intervals``: start and stop in s after the
     session's start, for the key of each evaluated check; other checks are evaluated on the step's samples.
-    ``step``: index of the open step. Raise SessionError.
+    ``step``: index of the open step. Raise SessionError if the session is incomplete, damaged, or cannot be
+    written.
     """
     found: list[tuple[Check | Question, Result]] = []
 
@@ -151,7 +152,10 @@ def step_event(time: float, number: int) -> Event:
 def save_played(
     path: str | Path, lesson: Lesson, played: Sequence[tuple[Step, Played]], student: str
 ) -> list[tuple[Check | Question, Result]]:
-    """Save a scripted student's runs as a new session, and hand it in; raise SessionError."""
+    """Save a scripted student's runs as a new session, and hand it in.
+
+    Raise SessionError if the file cannot be written.
+    """
     answers = {key: given for _, one in played for key, given in one.answers.items()}
     about = {"device": "Simulated Hapkit", "quantum_m": DEVICE.quantum}
     write_parts(
@@ -176,11 +180,11 @@ class Part:
 
 
 def write_parts(path: str | Path, parts: Sequence[Part], recordings: Iterable[Session] = ()) -> None:
-    """Write recordings unchanged, then parts one after another, into a new session; raise SessionError.
+    """Write recordings unchanged, then parts one after another, into a new session.
 
     The clocks of each part are shifted so that the part starts _PAUSE after the samples before it. A
     recording that overlaps in time with an earlier one is omitted. This may happen after a restart of the
-    computer, which also restarts its clock.
+    computer, which also restarts its clock. Raise SessionError if the file cannot be written.
     """
     step = 0
     about: Settings = {}
@@ -246,7 +250,7 @@ def read(path: str | Path) -> HandedIn:
 
 
 def _answer(what: Mapping[str, Any], name: str) -> Answer:
-    """Check every value of an answer and return the answer; raise FileError."""
+    """Check every value of an answer and return the answer; raise FileError for an invalid value."""
     key = checked_text(what.get("key"), f"{name}: an answer's key", 20)
     place = f"{name}: answer {key}"
     state = checked_text(what.get("state"), f"{place}: state", 20)

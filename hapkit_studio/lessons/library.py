@@ -21,7 +21,7 @@ class Library:
     errors: tuple[str, ...] = ()
 
     def named(self, key: str) -> Lesson:
-        """Return the lesson with a key; raise ParameterError."""
+        """Return the lesson with a key; raise ParameterError for an unknown key."""
         return discovery.named(self.lessons, key, "lesson")
 
 

@@ -75,7 +75,7 @@ def markdown() -> MarkdownIt:
 
 
 def read(path: str | Path, known: Mapping[str, Environment] | None = None) -> Lesson:
-    """Read a lesson from a file; raise LessonError.
+    """Read a lesson from a file; raise LessonError if the file is invalid.
 
     ``known`` are the environments by key; None means those of the library.
     """

@@ -115,10 +115,11 @@ class Progress:
         return self.step > 0 or bool(self.answers) or any(one.part for one in self.evaluated.values())
 
     def save(self, path: Path, student: str, newest: Rows, recordings: Iterable[Path] = ()) -> None:
-        """Write the progress as a handed-in file, which replaces the previous one; raise SessionError.
+        """Write the progress as a handed-in file, which replaces the previous one.
 
         ``newest`` contains the rows that are saved if no interval was evaluated. ``recordings`` are paths of
-        sessions; the file also contains those sessions that have trials of an experiment.
+        sessions; the file also contains those sessions that have trials of an experiment. Raise SessionError
+        if the file cannot be written.
         """
         numbers = {task.key: number for number, _, task in self.lesson.tasks()}
         order = [key for key in numbers if key in self.evaluated and self.evaluated[key].part is not None]
@@ -178,7 +179,7 @@ def file_of(lesson: Lesson) -> Path:
 def load(path: Path, lesson: Lesson, known: Mapping[str, Environment]) -> Progress:
     """Return the progress from a file that ``Progress.save`` wrote; every check is evaluated again.
 
-    Raise SessionError.
+    Raise SessionError if the file cannot be read.
     """
     handed = hand_in.read(path)
     found = Progress(lesson)

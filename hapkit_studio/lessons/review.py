@@ -141,7 +141,7 @@ def write(path: str | Path, review: Review, replace_file: bool = False) -> None:
 
 
 def read(path: str | Path) -> Review:
-    """Return the review in a file; raise ReviewError."""
+    """Return the review in a file; raise ReviewError if the file is invalid."""
     try:
         return parse(read_text(path), Path(path).name)
     except ReviewError:
@@ -151,7 +151,10 @@ def read(path: str | Path) -> Review:
 
 
 def reply(path: str | Path, text: str) -> Review:
-    """Add the author's reply to a review's file and return the review; raise ReviewError."""
+    """Add the author's reply to a review's file and return the review.
+
+    Raise ReviewError for an empty reply, or if the file is invalid or cannot be written.
+    """
     found = read(path)
     words = " ".join(text.split())
     if not words:

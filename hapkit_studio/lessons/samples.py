@@ -69,7 +69,7 @@ class Samples:
 
     @classmethod
     def of_session(cls, session: Session) -> "Samples":
-        """Return the samples of a session; raise SessionError."""
+        """Return the samples of a session; raise SessionError if they are too many to be read."""
         found = session.read(["time", "board_time", *_SIGNALS, "flags", "state"])
         time, board = found["time"], found["board_time"]
         log = settings_of.log(session.events, float(time[0]), float(time[-1]))
