@@ -82,7 +82,10 @@ class Choice:
         return float(self.options.index(self.default_option)) if self.default_option else 0.0
 
     def check(self, value: object) -> float:
-        """Return the index of an option that is given by name or index; raise ParameterError."""
+        """Return the index of an option that is given by name or index.
+
+        Raise ParameterError for an unknown option.
+        """
         if isinstance(value, str) and value in self.options:
             return float(self.options.index(value))
         if (
