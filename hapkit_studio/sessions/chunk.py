@@ -40,7 +40,7 @@ class Chunk:
     def values(self, name: str) -> np.ndarray:
         """Return a signal (count,) in SI, with NaN if it was not recorded; or the state (count, states).
 
-        Raise DamagedError.
+        Raise DamagedError if the data are damaged.
         """
         if name == STATE:
             return (
@@ -65,7 +65,10 @@ class Chunk:
         return bool(within and (np.diff(times) >= 0.0).all())
 
     def blocks(self) -> np.ndarray:
-        """Return the extremes (signals with extremes, 2, blocks) in SI, as float32; raise DamagedError."""
+        """Return the extremes (signals with extremes, 2, blocks) in SI, as float32.
+
+        Raise DamagedError if the data are damaged.
+        """
         blocks, signals = -(-self.count // BLOCK), len(self.layout.with_extremes)
         with np.errstate(over="ignore"):  # a foreign file may contain values that overflow
             found = decode(self.extremes, signals * 2 * blocks).astype(np.float32)

@@ -48,7 +48,10 @@ def _encode_multiples(multiples: np.ndarray, step: float) -> bytes:
 
 
 def decode(data: bytes, count: int) -> np.ndarray:
-    """Return the numbers (count,) as float64 from data that ``encode`` returned; raise DamagedError."""
+    """Return the numbers (count,) as float64 from data that ``encode`` returned.
+
+    Raise DamagedError if the data are damaged.
+    """
     try:
         # the memory is limited to that of ``count`` numbers
         unpacker = zlib.decompressobj()

@@ -115,7 +115,10 @@ class Database:
         self._remove_copy()
 
     def _copied(self, path: Path) -> Path:
-        """Return a copy of a file and its log in a temporary folder; raise OSError, SessionError."""
+        """Return a copy of a file and its log in a temporary folder.
+
+        Raise SessionError if the file is too large, and OSError if the copy cannot be written.
+        """
         log = path.with_name(path.name + LOG)
         size = _size(path) + _size(log)
         if size > _MOST_COPIED:
@@ -176,7 +179,8 @@ def _size(path: Path) -> int:
 def _connect(path: Path, how: str, version: int) -> tuple[sqlite3.Connection, Layout]:
     """Return a connection to a file that has only the tables of a session, and the file's layout.
 
-    Raise SessionError, DamagedError, DatabaseError.
+    Raise SessionError for other tables, DamagedError for an invalid layout, and DatabaseError for errors of
+    SQLite.
     """
     uri = f"{path.resolve().as_uri()}?{how}"
     database = sqlite3.connect(uri, uri=True, isolation_level=None, check_same_thread=False)
@@ -202,7 +206,10 @@ def _connect(path: Path, how: str, version: int) -> tuple[sqlite3.Connection, La
 
 
 def _layout(database: sqlite3.Connection) -> Layout:
-    """Return the file's layout; raise DamagedError, DatabaseError."""
+    """Return the file's layout.
+
+    Raise DamagedError for an invalid layout, and DatabaseError for errors of SQLite.
+    """
     query = f"SELECT {', '.join(SIGNAL)}, crc FROM signal ORDER BY id LIMIT {MOST_SIGNALS + 1}"
     found = database.execute(query).fetchall()
     for *values, crc in found:

@@ -31,8 +31,8 @@ def write(path: str | Path, columns: Columns, log: Log, decimal: str = ".") -> N
     """Write columns (n,) and the settings log to a file, whose suffix selects the format.
 
     The columns' names contain units. ``decimal`` is the decimal mark of a CSV; with a comma, semicolons
-    separate the fields. Raise ParameterError for an unknown suffix or mark, or a missing library; raise
-    OSError.
+    separate the fields. Raise ParameterError for an unknown suffix or mark, or a missing library, and OSError
+    if the file cannot be written.
     """
     ending = Path(path).suffix.lower() or ("" if not is_special(path) else ".csv")
     if ending not in WRITERS:

@@ -43,7 +43,10 @@ def chosen_folder() -> Path | None:
 
 
 def choose_folder(path: Path) -> None:
-    """Record into another folder from now on, and create it if it is missing; raise SessionError."""
+    """Record into another folder from now on, and create it if it is missing.
+
+    Raise SessionError if this is impossible.
+    """
     chosen = path.expanduser().absolute()
     try:
         checked_text(str(chosen), "The folder", _LONGEST_PATH)
@@ -79,7 +82,7 @@ def files() -> list[Path]:
 def new_path(environment: str) -> Path:
     """Return an unused path in the folder; its name contains an environment's key, date and time.
 
-    Create the folder if it is missing; raise SessionError.
+    Create the folder if it is missing; raise SessionError if this fails.
     """
     place = folder()
     try:

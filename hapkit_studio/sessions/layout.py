@@ -104,7 +104,10 @@ def tables(layout: Layout, version: int) -> dict[str, dict[str, str]]:
 
 
 def checked_layout(rows: list[tuple]) -> Layout:
-    """Return the layout that the rows of the table "signal" define; raise DamagedError."""
+    """Return the layout that the rows of the table "signal" define.
+
+    Raise DamagedError if the rows are invalid.
+    """
     if len(rows) > MOST_SIGNALS:
         raise DamagedError(f"its layout has more than {MOST_SIGNALS} signals")
     found: dict[str, StoredSignal] = {}

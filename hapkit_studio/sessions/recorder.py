@@ -105,24 +105,30 @@ class Recorder:
         self._jobs.put(lambda: self._add(event))
 
     def record(self, path: str | Path) -> None:
-        """Record all samples from now on into a new session; raise SessionError."""
+        """Record all samples from now on into a new session.
+
+        Raise SessionError if the file cannot be created.
+        """
         self.stop()
         writer = SessionWriter(path)
         self._wait(lambda: self._begin(writer))
 
     def stop(self) -> Path | None:
-        """End the recording and return its file; None if there is no recording. Raise SessionError."""
+        """End the recording and return its file; None if there is no recording.
+
+        Raise SessionError if the file cannot be completed.
+        """
         return self._wait(self._end)
 
     def save(self, path: str | Path) -> int:
-        """Write the samples in memory into a new session and return their number; raise SessionError.
+        """Write the samples in memory into a new session and return their number.
 
-        This takes about 1 s.
+        This takes about 1 s. Raise SessionError if there are no samples or the file cannot be written.
         """
         return self._wait(lambda: self._save(path))
 
     def close(self) -> None:
-        """End the recording and the thread; raise SessionError."""
+        """End the recording and the thread; raise SessionError if the file cannot be completed."""
         try:
             self.stop()
         finally:

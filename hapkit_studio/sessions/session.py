@@ -156,15 +156,21 @@ class Session:
         return next(values, {})
 
     def chunk(self, number: int) -> Chunk:
-        """Return a chunk by its index (from 0); raise DamagedError."""
+        """Return a chunk by its index (from 0); raise DamagedError if the chunk is damaged."""
         return self._chunk(self._ids[number])
 
     def signals(self, number: int, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
-        """Return a chunk's signals and STATE (count, states), or only some of these; raise DamagedError."""
+        """Return a chunk's signals and STATE (count, states), or only some of these.
+
+        Raise DamagedError if the chunk is damaged.
+        """
         return self._decoded(number, self.chunk(number), names)
 
     def repair(self, path: str | Path) -> tuple[str, ...]:
-        """Write all readable data into a new session and return ``damage``; raise SessionError."""
+        """Write all readable data into a new session and return ``damage``.
+
+        Raise SessionError if the new session cannot be written.
+        """
         added = 0
         with SessionWriter.whole(path, self.layout) as writer:
             for event in self.events:
@@ -320,14 +326,17 @@ class Session:
 
 
 def add_note(path: Path, text: str) -> None:
-    """Add a note to a complete, undamaged session; the file keeps its date. Raise SessionError."""
+    """Add a note to a complete, undamaged session; the file keeps its date.
+
+    Raise SessionError for any other session, or if the file cannot be written.
+    """
     add_events(path, lambda session: [Event(float(session.stops[-1]), NOTE, {"text": text})])
 
 
 def add_events(path: Path, make: Callable[[Session], Iterable[Event]]) -> None:
     """Add events that are computed from a complete, undamaged session; the file keeps its date.
 
-    Raise SessionError.
+    Raise SessionError for any other session, or if the file cannot be written.
     """
     with closing(Session(path)) as session:
         if not session.complete:
@@ -359,7 +368,7 @@ def _check_types(
 def _checked_chunk(
     head: Sequence[Any], columns: dict[str, bytes | None], layout: Layout, place: str
 ) -> Chunk:
-    """Check the limits of the values of HEAD and return a chunk; raise FileError."""
+    """Check the limits of the values of HEAD and return a chunk; raise FileError for an invalid value."""
     count, start, stop, states, extremes = head
     checked_integer(count, f"{place}: count", 1, MOST_SAMPLES)
     checked_integer(states, f"{place}: states", 0, MOST_STATES)
