@@ -69,7 +69,7 @@ TableColumns = Mapping[str, TableColumn]
 
 
 def parse_column(quantity: str, text: str) -> TableColumn:
-    """Return the column that a text NAME:UNIT describes; raise ParameterError."""
+    """Return the column that a text NAME:UNIT describes; raise ParameterError for any other text."""
     name, colon, unit = text.rpartition(":")
     unit = unit.strip()
     if not colon or not name or unit not in UNITS[quantity]:
@@ -164,7 +164,7 @@ class Table:
 
 
 def read(path: str | Path) -> Table:
-    """Read the table in a text file; raise FileError."""
+    """Read the table in a text file; raise FileError if the file has no valid table."""
     file = printable(Path(path).name)
     lines = _decoded(read_bytes(path, MOST_BYTES)).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     longest = max(map(len, lines))
