@@ -22,7 +22,10 @@ _LONGEST = 40
 
 
 def own_folder() -> Path:
-    """Return the folder of the user's environments, which is created if missing; raise OSError."""
+    """Return the folder of the user's environments, which is created if missing.
+
+    Raise OSError if it cannot be created.
+    """
     folder = own_folder_path()
     folder.mkdir(parents=True, exist_ok=True)
     return folder
@@ -62,7 +65,7 @@ def free_title(title: str, titles: Iterable[str] = ()) -> str:
 
 
 def save(path: Path, text: str) -> None:
-    """Write a file atomically: if this fails, the old file is unchanged; raise OSError."""
+    """Write a file atomically: if this fails, the old file is unchanged, and OSError is raised."""
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         with open(part, "w", encoding="utf-8", newline="\n") as file:

@@ -29,7 +29,7 @@ _MODULE = "hapkit_studio.workshop.function_process"
 
 
 def _pair(found: Any) -> tuple[float, float]:
-    """Return an impedance as two finite numbers; raise TypeError or ValueError."""
+    """Return an impedance as two finite numbers; raise TypeError or ValueError for any other value."""
     stiffness, damping = map(float, found)
     if not (math.isfinite(stiffness) and math.isfinite(damping)):
         raise ValueError

@@ -102,7 +102,7 @@ _KEY = re.compile(r"[a-z][a-z0-9_]*")
 
 
 def checked_environment(module: ModuleType, tree: ast.Module, lines: int) -> Environment:
-    """Return a module's checked ENVIRONMENT; raise LawError.
+    """Return a module's checked ENVIRONMENT; raise LawError for a mistake.
 
     The error contains the line of the mistake in ``tree``, but at most line ``lines``.
     """
@@ -249,12 +249,15 @@ def load(path: str | Path) -> OwnEnvironment:
 
 
 def load_source(source: Source) -> OwnEnvironment:
-    """Return the ENVIRONMENT of a file's content; raise LawError."""
+    """Return the ENVIRONMENT of a file's content; raise LawError for a mistake."""
     return owned(execute(source), source)
 
 
 def execute(source: Source) -> Environment:
-    """Execute a text as a separate module and return its checked ENVIRONMENT; raise LawError."""
+    """Execute a text as a separate module and return its checked ENVIRONMENT.
+
+    Raise LawError for a mistake.
+    """
     name, file = str(source.path), f"own_environment_{source.digest[:20]}"
     lines = io.StringIO(source.text, newline="\n").readlines()
     # Tracebacks and laws read the source here. An entry without a time is never compared with a file.

@@ -51,7 +51,7 @@ def is_trusted(source: Source) -> bool:
 
 
 def trust_source(source: Source) -> None:
-    """Add this content to the trusted list; raise OSError."""
+    """Add this content to the trusted list; raise OSError if the list cannot be written."""
     if is_trusted(source):
         return
     file = _trusted_list()

@@ -63,7 +63,10 @@ class TrialResult:
 
     @classmethod
     def from_json(cls, found: dict) -> "TrialResult":
-        """Return the outcome from a dict made by ``asdict``; raise ValueError, TypeError or KeyError."""
+        """Return the outcome from a dict made by ``asdict``.
+
+        Raise ValueError, TypeError or KeyError for any other dict.
+        """
         problems, remarks = (
             tuple(Problem(int(p["line"]), str(p["text"])) for p in found[key])
             for key in ("problems", "remarks")
