@@ -74,7 +74,7 @@ def send(
 ) -> Telemetry:
     """Send a law, one piece per sample, until the board renders it.
 
-    Return its first frame, or raise Refused.
+    Return its first frame, or raise Refused if the board rejects the law.
     """
     os.write(board.fileno(), encode(announced(law, rate, filter or usual(rate), 1)))
     for message in stream or frames(board):
@@ -119,7 +119,10 @@ def render(
     options=(),
     firmware=None,
 ) -> Rendering:
-    """Render one law from the start of a run, with the usual or another firmware; may raise Refused."""
+    """Render one law from the start of a run, with the usual or another firmware.
+
+    Raise Refused if the board rejects the law.
+    """
     log, commands = folder / "truth.f64", folder / "script.txt"
     commands.write_text("\n".join(script))
     with opened(log=log, script=commands, options=(*WAITING, *options), firmware=firmware) as board:
