@@ -105,10 +105,11 @@ class Analysis:
         return list(zip(self.values[2 : 2 + self.states], self.errors[2 : 2 + self.states], strict=True))
 
     def call(self, x: float, v: float) -> tuple[float, float]:
-        """Return one call's force and its error bound; raise Unclear or Fault.
+        """Return one call's force and its error bound.
 
         If a comparison is within its error of the threshold, the board may take either path: all paths are
-        followed, and the bounds cover them. The values are those of the path in double precision.
+        followed, and the bounds cover them. The values are those of the path in double precision. Raise
+        Unclear if rounding could cause a fault, and Fault if the law ends by a fault.
         """
         self.zero_sign = False
         before = list(self.values), list(self.errors)

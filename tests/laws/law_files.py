@@ -35,7 +35,7 @@ def written(path, text):
 
 
 def environment(folder, text, parameters=PARAMETERS):
-    """Return an environment of the law ``force`` in this text, or raise LawError."""
+    """Return an environment of the law ``force`` in this text, or raise LawError if the law is invalid."""
     return Environment("student", "Student", "", parameters, module(folder, text).force)
 
 

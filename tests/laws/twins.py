@@ -74,7 +74,10 @@ class Plain:
             left = left[size or 1 :]
 
     def call(self, x: float, v: float) -> float:
-        """Return the force in N, or NaN if the law latches a fault; raise NoNumber."""
+        """Return the force in N, or NaN if the law latches a fault.
+
+        Raise NoNumber if plain Python fails where compiled code continues with inf or NaN.
+        """
         try:
             force = float(self._law.function(self._p, self._s, x, v, self.period))
         except ZeroDivisionError as error:
