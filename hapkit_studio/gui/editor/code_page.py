@@ -24,9 +24,9 @@ _TONES = {"": ("", "ink2"), "ok": ("check", "ok"), "warn": ("info", "warn"), "da
 DRAFT_MS = 800
 CYCLES, CYCLES_KEY = "Cycles per line", "Ctrl+Shift+C"
 _CYCLES_TIP = (
-    "How many of the board's 16 million processor cycles per second the law needs. Beside each "
-    "line: the average over a back-and-forth motion. Per call: the largest in that motion, and "
-    "the longest path through the law."
+    "The board's processor makes 16 million cycles per second. The number beside each line is the "
+    "average of its cycles over a back-and-forth motion. The numbers for one call of the law are the "
+    "largest in that motion and those of the longest path through the law."
 )
 
 
@@ -110,13 +110,13 @@ class CodePage(QWidget):
         super().__init__(parent)
         self.path: Path | None = None
         self.code, self.message = CodeEdit(), MessageLine()
-        self.name, self.marker = label(role="headline"), label("● not saved", "hint", wrap=False)
+        self.name, self.marker = label(role="headline"), label("● Law not saved", "hint", wrap=False)
         self.marker.hide()
-        self.save = QPushButton("Save and run", autoDefault=True)
+        self.save = QPushButton("Save law and run", autoDefault=True)
         self.save.setToolTip("Save the file, test the law and use it (Ctrl+S)")
-        self.count = QPushButton("Cycles", autoDefault=True)
+        self.count = QPushButton("Count cycles", autoDefault=True)
         self.count.setCheckable(True)
-        self.count.setToolTip(f"{CYCLES} ({CYCLES_KEY})")
+        self.count.setToolTip(f"Show how many processor cycles the board needs for each line ({CYCLES_KEY})")
         self.cycles = label(role="hint")
         self.cycles.setContentsMargins(12, 5, 12, 5)
         self.cycles.setToolTip(_CYCLES_TIP)
@@ -125,8 +125,8 @@ class CodePage(QWidget):
         self.close_law.setToolTip("Back to the plots (Ctrl+W)")
         self.close_law.setAccessibleName("Close the law")
         self.language = QToolButton()
-        self.language.setToolTip("Law language (F1)")
-        self.language.setAccessibleName("Law language")
+        self.language.setToolTip("Explain the language of laws (F1)")
+        self.language.setAccessibleName("Explain the language of laws")
         icons.bind(self.save, "play", "accent", 18)
         icons.bind(self.language, "help", "ink2", 18)
         icons.bind(self.close_law, "close", "ink2", 18)
@@ -228,6 +228,6 @@ class CodePage(QWidget):
             self._draft.stop()
             delete_draft(self.path)
         if modified and self.message.tone in ("", "ok"):
-            self.message.say("These changes are not running yet. Ctrl+S saves and runs them.")
+            self.message.say("Your changes are not running yet. Ctrl+S saves and runs them.")
         self.marker.setVisible(modified)
         self.unsaved_changed.emit()

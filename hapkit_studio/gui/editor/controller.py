@@ -23,8 +23,8 @@ from hapkit_studio.workshop import folder
 from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source, typed
 from hapkit_studio.workshop.trying import TrialResult
 
-_GOES_ON = "The old law keeps running."
-_SINCE = "Later changes are not saved."
+_GOES_ON = "The previous law keeps running."
+_SINCE = "Your later changes are not saved."
 SETTLED_MS = 200
 _LINE = re.compile(r"\bline (\d+)")
 
@@ -34,14 +34,15 @@ def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
     since = [_SINCE] if unsaved else []
     if verdict.problems:
         return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"
-    cost = [f"Tried in {verdict.calls:,} calls, {verdict.ns_per_call:.0f} ns each."] if verdict.calls else []
+    tested = f"In a test, {verdict.calls:,} calls took {verdict.ns_per_call:.0f} ns each."
+    cost = [tested] if verdict.calls else []
     notes = [*verdict.warnings, *map(str, verdict.remarks)]
-    return " ".join(["Running.", *(notes or cost), *since]), "warn" if notes else "ok"
+    return " ".join(["The law is running.", *(notes or cost), *since]), "warn" if notes else "ok"
 
 
 def write_error(error: OSError) -> str:
     """Return a sentence with the reason why a file could not be written."""
-    return f"Not saved: {error.strerror or error}. What you typed is still here."
+    return f"The file was not saved: {error.strerror or error}. Your text is still in the editor."
 
 
 class EditorController(QObject):
@@ -183,7 +184,7 @@ class EditorController(QObject):
     def close(self) -> None:
         """Close the law; if its text is unsaved, ask the user first."""
         if self.page.unsaved:
-            self._ask(("Save", lambda: self._save_and(self._leave)), ("Discard", self.discard))
+            self._ask(("Save", lambda: self._save_and(self._leave)), ("Discard changes", self.discard))
         else:
             self._leave()
 
@@ -199,12 +200,14 @@ class EditorController(QObject):
         self._asked_to_quit = True
         self.editor.setCurrentWidget(self.page)
         self.shown.emit(True)
-        self._ask(("Save and quit", lambda: self._save_and(quit_)), ("Quit, keep as draft", quit_))
+        self._ask(("Save and quit", lambda: self._save_and(quit_)), ("Quit and keep a draft", quit_))
         return False
 
     def _ask(self, *buttons: tuple[str, Callable[[], object]]) -> None:
         name = self.path.name if self.path else ""
-        self.message.say(f"{name} is not saved.", "warn", (*buttons, ("Go on", self._go_on)))
+        self.message.say(
+            f"The changes in {name} are not saved.", "warn", (*buttons, ("Continue editing", self._go_on))
+        )
         self.message.buttons[0].setFocus()
 
     def _go_on(self) -> None:
@@ -248,7 +251,7 @@ class EditorController(QObject):
 
     def _show_began(self, path: Path) -> None:
         if path == self.path:
-            self.message.say("Checking line by line…", busy=True)
+            self.message.say("Checking the law line by line…", busy=True)
 
     def _show_verdict(self, path: Path, verdict: TrialResult) -> None:
         if not verdict.ok and path != self.path:
@@ -288,9 +291,9 @@ class DeleteDialog(TextDialog):
     def __init__(self, path: Path, forget: Callable[[Path], object], parent: QWidget):
         super().__init__(f"Delete {path.name}?", parent)
         self._path, self._forget = path, forget
-        self.words = label("It is moved to the bin, from which you can restore it.")
+        self.words = label("The file is moved to the trash, from which you can restore it.")
         self.words.setMinimumWidth(360)
-        self.keep, self.delete = QPushButton("Keep it"), QPushButton("Move to bin")
+        self.keep, self.delete = QPushButton("Keep the file"), QPushButton("Move to the trash")
         self.keep.clicked.connect(self.close)
         self.delete.clicked.connect(self._delete)
         self.column.addWidget(self.words)
@@ -303,7 +306,7 @@ class DeleteDialog(TextDialog):
             self.close()
         else:
             self.words.setText(
-                f"There is no trash folder for {self._path.parent}. Delete the file there by hand."
+                f"The folder {self._path.parent} has no trash. Delete the file there with your file manager."
             )
             self.delete.hide()
 
@@ -337,7 +340,8 @@ class FileWatcher(QObject):
         if text != controller.page.text:
             controller.page.open(controller.path, text)
             controller.message.say(
-                "The file was changed by another program. Read it, then save it to run it.", "warn"
+                "Another program has changed this file. Read the new text, then press Ctrl+S to run it.",
+                "warn",
             )
 
     def _watch(self) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 
 SOON_MS = 100
-_NOT_YET = "Not counted yet: save and run the law first."
+_NOT_YET = "The cycles are not counted yet. Save and run the law first."
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,17 @@ def count(question: CycleRequest) -> Count:
             program = found.program
     except LawError:
         return Count(question, {}, str(found))
-    cost = f"A call takes about {program.usual:,.0f} cycles on the board, {program.most:,} at most"
+    cost = (
+        f"One call of the law takes about {program.usual:,.0f} cycles on the board, at most {program.most:,}."
+    )
     if isinstance(found, str):
-        words = f"{cost}. {found}"
+        words = f"{cost} {found}"
     else:
         share, most = 100.0 * found.share, board_plan.fastest(program)
-        words = f"{cost}: {found.rate:,.0f} Hz with {share:.0f} % of its processor, {most:,.0f} Hz at most."
+        words = (
+            f"{cost} At {found.rate:,.0f} Hz, the law uses {share:.0f} % of the board's processor. The "
+            f"fastest possible rate is {most:,.0f} Hz."
+        )
     return Count(question, program.cycles_by_line(), words)
 
 
@@ -110,4 +115,6 @@ class Cycles(QObject):
         if found.question.text == self._page.text:
             self._page.show_cycles(found.by_line, found.words)
         else:
-            self._page.say_cycles(f"For the running law: {found.words[0].lower()}{found.words[1:]}")
+            self._page.say_cycles(
+                f"These numbers are for the law that runs, before your changes. {found.words}"
+            )

@@ -37,7 +37,7 @@ class Chooser(QWidget):
         self._templates, self._taken = tuple(templates), tuple[str, ...]()
         self.title = QtWidgets.QLineEdit(maxLength=40)
         self.title.setAccessibleName("Title of the new environment")
-        self.make = QPushButton("Create", autoDefault=True)
+        self.make = QPushButton("Create environment", autoDefault=True)
         self.leave = QPushButton("Cancel", autoDefault=True)
         self.message = MessageLine()
         self.group = QtWidgets.QButtonGroup(self)
@@ -60,7 +60,9 @@ class Chooser(QWidget):
         self.group.button(0).setChecked(True)
         self.title.setModified(False)
         self._propose(0)
-        self.message.say("Creates a Python file of your own. You can change it while you feel its force.")
+        self.message.say(
+            "This creates a Python file of your own. You can edit the law while you feel its force."
+        )
         self.title.setFocus()
         self.title.selectAll()
 
@@ -74,7 +76,7 @@ class Chooser(QWidget):
         if title:
             self.made.emit(self._templates[self.group.checkedId()], title)
         else:
-            self.message.say("Enter a title first.", "warn")
+            self.message.say("Enter a title for the environment first.", "warn")
             self.title.setFocus()
 
     def _arrange(self) -> None:
@@ -82,7 +84,7 @@ class Chooser(QWidget):
         choices.setSpacing(8)
         for index, row in enumerate(self.group.buttons()):
             choices.addWidget(row, index // 2, index % 2)
-        called = QLabel("Title")
+        called = QLabel("Title of the environment")
         called.setBuddy(self.title)
         line = hbox(called, (self.title, 1), self.leave, self.make)
         heading = label("New environment", "title")
@@ -102,8 +104,8 @@ class SourcePage(QWidget):
         self.title, self.ask = label(role="headline"), label(_ASK)
         self.code = CodeEdit()
         self.code.setReadOnly(True)
-        self.run = QPushButton("Run it", autoDefault=True)
-        self.leave = QPushButton("Do not run it", autoDefault=True)
+        self.run = QPushButton("Run this file", autoDefault=True)
+        self.leave = QPushButton("Do not run this file", autoDefault=True)
         self.run.clicked.connect(lambda: self.run_pressed.emit(self.source))
         self.leave.clicked.connect(self.left)
         head = QWidget()
@@ -116,9 +118,9 @@ class SourcePage(QWidget):
     def show_source(self, source: Source) -> None:
         """Show an untrusted file."""
         self.source, name = source, source.path.name
-        self.title.setText(f"{name} is from someone else, or was changed outside the studio.")
+        self.title.setText(f"{name} was written by someone else, or was changed outside the studio.")
         self.code.setPlainText(source.text)
-        self.code.setAccessibleName(f"Source of {name}, to read")
+        self.code.setAccessibleName(f"Text of {name}, which cannot be edited here")
 
 
 class Editor(QtWidgets.QStackedWidget):

@@ -13,7 +13,7 @@ class DifferenceTable(Table):
     """Shows one row per setting: its name with the unit, and both values."""
 
     def __init__(self, old: str, new: str):
-        super().__init__("What differs")
+        super().__init__("Settings that differ")
         # a click focuses the table for Ctrl+C (copy); the Tab key skips it, so that Enter presses a button
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self._columns = (

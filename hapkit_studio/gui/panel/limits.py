@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
 
-JUDGING = "Judging…"
+JUDGING = "Judging the stability…"
 """This text is shown until the verdict on the current settings is known."""
 DELAY_STEP, SHORT = 20e-6, 0.5e-3
 """s: step to which a delay is rounded; below the delay SHORT the step is half as large."""
@@ -81,12 +81,15 @@ class LoopFacts(QObject):
         engine, link = self._studio.engine, self._studio.link
         if engine is None:
             known = link.state == "idle" and link.text
-            return "Not judged yet", f"{link.text}." if known else "Connect a device first."
+            return "Stability not judged yet", f"{link.text}." if known else "Connect a device first."
         if self._studio.stopped or engine.fault is not None:
-            return "Not measured while the motor is off", "The motor must be on for the delay to be measured."
+            return "Delay not measured", "The delay can be measured only while the motor is on."
         if engine.where == BOARD:
-            return "Measuring the delay", "The board has not rendered yet."
-        return "Measuring the delay", "This takes half a second at zero force after connecting."
+            return "Measuring the delay", "The delay is measured as soon as the board computes the force."
+        return (
+            "Measuring the delay",
+            "Measuring the delay takes half a second after connecting. The force is zero meanwhile.",
+        )
 
     def note_health(self, health: "Health") -> None:
         """Update the measured delay, rounded to a coarse step so that noise causes no new requests."""

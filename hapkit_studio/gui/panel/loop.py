@@ -24,10 +24,10 @@ from hapkit_studio.gui.widgets.text import rich
 if TYPE_CHECKING:
     from hapkit_studio.haptics.board_plan import BoardPlan
 
-CONTROLLER_NOTE = "Adds damping only while the scene gives you more energy than you put in."
-UNWATCHED = "Not active while the board renders: it works in the computer's loop only."
+CONTROLLER_NOTE = "The controller adds damping only while the scene gives you more energy than you put in."
+UNWATCHED = "The passivity controller is not active while the board computes the force."
 _LEAST_TARGET = 24
-_MODEL_OPTIONS = ("As needed", "Everything", "No friction")
+_MODEL_OPTIONS = ("Needed parts", "All parts", "No friction")
 _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}
 
 
@@ -55,7 +55,9 @@ class ModelLine(QWidget):
         spare = [key for key in OPTIONAL if needs and key not in needs]
         left_out = {"everything": [], "frictionless": ["coulomb"]}.get(model, spare)
         terms = [key for key in MODELLED if key not in left_out]
-        self.words.setText(f"Modelled: {_words(terms) if left_out else 'everything'}")
+        self.words.setText(
+            f"Simulated: {_words(terms)}" if left_out else "All parts of the device are simulated"
+        )
         self.switch.show_index(MODELS.index(model))
         self.setToolTip(f"<p>{rich(_model_tip(environment.title, spare, judged=bool(needs)))}</p>")
 
@@ -65,16 +67,17 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
     all_of_it = _words(MODELLED)
     if not judged:
         return (
-            f"It is not known what {title} needs with these values, so everything is modelled: {all_of_it}."
+            f"It is not known which parts of the device {title} needs with these values, so all parts are "
+            f"simulated: {all_of_it}."
         )
     if not spare:
         return (
-            f"{title} is simulated with {_words(OPTIONAL)}. Without one of them, people would feel a "
-            "difference."
+            f"{title} is simulated with {_words(OPTIONAL)}. If one of these parts were left out, people "
+            "would feel a difference."
         )
     return (
-        f"{title} is simulated without {_words(spare)}: with its default values, nobody would feel a "
-        "difference. With other values, everything is modelled."
+        f"{title} is simulated without {_words(spare)}, because with the default values nobody would "
+        "feel a difference. With other values, all parts of the device are simulated."
     )
 
 
@@ -126,8 +129,8 @@ class LoopPanel(QWidget):
         """Show or hide the rarely changed rows."""
         self._settings.setValue("loop_more", on)
         self._rare.setVisible(on)
-        self.more.setText("Less" if on else "More")
-        self.more.setAccessibleName("Less of the loop" if on else "More of the loop")
+        self.more.setText("Fewer settings" if on else "More settings")
+        self.more.setAccessibleName(f"{self.more.text()} of the loop")
 
     def show_state(self) -> None:
         """Show the current loop; a real board has its own rate."""
@@ -147,15 +150,19 @@ class LoopPanel(QWidget):
                 row.show_value(given.get(row.parameter.key, row.parameter.default))
         self.grip.show_value(GRIP.options.index(studio.grip))
         self.controller.setChecked(loop.controller)
-        self.fold.setText(self.summary() if self.folded else "Fold")
+        self.fold.setText(self.summary() if self.folded else "Hide the loop")
         self.fold.setAccessibleName(f"Loop: {self.summary()}")
         self._show_model()
         self.more.setVisible(studio.models_handle or bool(self.options[loop.method]))
         own_clock = engine is not None and engine.device.own_clock
-        self.rate.set_locked("The device samples by its own clock. Its rate is fixed." if own_clock else "")
+        self.rate.set_locked(
+            "The device has its own clock, so the servo rate cannot be changed." if own_clock else ""
+        )
         self.controller_words.setText(UNWATCHED if self._plan() else CONTROLLER_NOTE)
         own_hand = engine is not None and not studio.hand_is_ours
-        self.grip.set_locked("The hand on this device is your own." if own_hand else "")
+        self.grip.set_locked(
+            "Your own hand holds this device, so the grip cannot be set." if own_hand else ""
+        )
 
     def summary(self) -> str:
         """Return a short line that describes the loop; it omits the estimator's options to fit the panel."""

@@ -30,8 +30,8 @@ from hapkit_studio.gui.widgets.parts import choose_file, hbox, label
 from hapkit_studio.gui.widgets.text import plain_tip
 
 _MOST_LINES = 12
-DEFAULTS, OWN = "Default values", "Own values"
-_ABOUT = "Saves the values of {} under a name, in a file that others can import."
+DEFAULTS, OWN = "Default values", "Your own values"
+_ABOUT = "Saves the values of the scene {} under a name, in a file that others can import."
 
 
 class Presets(QObject):
@@ -83,8 +83,10 @@ class Presets(QObject):
             self._put(printable(path.stem), settings)
         except ParameterError as error:
             lines = str(error).splitlines()
-            more = [f"And {len(lines) - _MOST_LINES} more lines."] if len(lines) > _MOST_LINES else []
-            self._show_message(f"{path.stem[:40]}: nothing was changed", [*lines[:_MOST_LINES], *more])
+            more = (
+                [f"{len(lines) - _MOST_LINES} more errors are not shown."] if len(lines) > _MOST_LINES else []
+            )
+            self._show_message(f"Preset {path.stem[:40]} not applied", [*lines[:_MOST_LINES], *more])
             return {}
         return settings
 
@@ -93,7 +95,7 @@ class Presets(QObject):
         try:
             self._put(*self._chosen[self._studio.environment.key])
         except ParameterError as error:  # the device does not allow these settings any more
-            self._show_message("Nothing was changed", [str(error)])
+            self._show_message("Preset not restored", [str(error)])
 
     def bring(self) -> None:
         """Ask for a file, apply it and store a copy."""
@@ -107,7 +109,7 @@ class Presets(QObject):
             try:
                 presets.write(self._studio.environments[settings[ENVIRONMENT]], path.stem, settings)
             except (OSError, ParameterError) as error:
-                self._show_message("Preset not stored", [f"{path.name} was applied, but not stored: {error}"])
+                self._show_message("Preset not saved", [f"{path.name} was applied, but not saved: {error}"])
 
     def save(self, name: str, with_loop: bool) -> None:
         """Save the current settings under a name; raise ParameterError, OSError."""
@@ -141,9 +143,9 @@ class SavePresetDialog(FormDialog):
         environment = studio.environment
         super().__init__("Save preset", _ABOUT.format(environment.title), parent)
         self._presets, self._known = presets_, presets.found(environment.key)
-        self.name, self.with_loop = QLineEdit(presets_.chosen), QCheckBox("With the loop and the grip")
-        self.save = QPushButton("Save")
-        self.add_fields([("Name", self.name, None)])
+        self.name, self.with_loop = QLineEdit(presets_.chosen), QCheckBox("Also save the loop and the grip")
+        self.save = QPushButton("Save preset")
+        self.add_fields([("Name of the preset", self.name, None)])
         self.column.addWidget(self.with_loop)
         self.add_verdict(1)
         self.add_buttons(self.save)
@@ -162,13 +164,13 @@ class SavePresetDialog(FormDialog):
             self.save.setEnabled(False)
             return
         self.save.setEnabled(True)
-        self.verdict.say("Replaces the preset with this name." if name in self._known else "")
+        self.verdict.say("Saving replaces the preset that has this name." if name in self._known else "")
 
     def _save(self) -> None:
         try:
             self._presets.save(presets.checked_name(self.name.text()), self.with_loop.isChecked())
         except (OSError, ParameterError) as error:
-            self.verdict.say(f"Not saved: {error}", "triangle", "danger")
+            self.verdict.say(f"The preset was not saved: {error}", "triangle", "danger")
         else:
             self.close()
 
@@ -178,12 +180,12 @@ class CompareDialog(FormDialog):
 
     def __init__(self, studio: Studio, presets_: Presets, parent: QWidget):
         title = studio.environment.title
-        super().__init__("Compare presets", f"What a preset of {title} would change.", parent)
+        super().__init__("Compare presets", f"Shows which settings a preset of {title} would change.", parent)
         self._presets, self._found = presets_, presets.found(studio.environment.key)
-        self.picker, self.table = QComboBox(), DifferenceTable("Set now", "Preset")
+        self.picker, self.table = QComboBox(), DifferenceTable("Present value", "Value in the preset")
         self.picker.addItems([*self._found])
         self.picker.setCurrentText(presets_.chosen)
-        self.use = QPushButton("Apply")
+        self.use = QPushButton("Apply preset")
         self.add_fields([("Preset", self.picker, None)])
         self.column.addWidget(self.table)
         self.add_verdict(1)
@@ -202,7 +204,7 @@ class CompareDialog(FormDialog):
         if self._found:
             try:
                 found = self._presets.compared(self._found[self.picker.currentText()])
-                words = "" if found else "These are already the present settings."
+                words = "" if found else "The settings of this preset are already set."
             except ParameterError as error:
                 words = str(error)
         self.table.show_differences(found)
@@ -239,7 +241,9 @@ class PresetRow(QWidget):
         self.name.setText(kind)
         self.button.setText(chosen or words)
         self.button.setAccessibleName(f"{kind}: {chosen or words}")
-        lines = ["Differs:", *map(str, differences(studio, settings_of(studio), changed))] if changed else []
+        lines = (
+            ["Differences:", *map(str, differences(studio, settings_of(studio), changed))] if changed else []
+        )
         self.button.setToolTip(plain_tip("\n".join(lines)))
 
     def fill(self) -> None:
@@ -252,16 +256,16 @@ class PresetRow(QWidget):
             action.setCheckable(True)
             action.setChecked(name == presets_.chosen and not presets_.different)
         menu.addSeparator()
-        self._add("Compare…", presets_.ask_to_compare)
+        self._add("Compare presets…", presets_.ask_to_compare)
         if presets_.chosen and presets_.different:
-            self._add(f"Restore {presets_.chosen}", presets_.restore)
-        self._add("Save as…", presets_.ask_to_save)
-        self._add("Import…", presets_.bring)
+            self._add(f"Restore preset {presets_.chosen}", presets_.restore)
+        self._add("Save preset as…", presets_.ask_to_save)
+        self._add("Import preset…", presets_.bring)
 
     def _would_change(self, path: Path) -> str:
-        """Return one line per change that a preset would make, "Now" if it changes nothing, or its errors."""
+        """Return one line per change that a preset would make, a sentence if none, or its errors."""
         try:
-            return "\n".join(map(str, self._presets.compared(path))) or "Now"
+            return "\n".join(map(str, self._presets.compared(path))) or "This preset changes nothing"
         except ParameterError as error:
             return str(error)
 

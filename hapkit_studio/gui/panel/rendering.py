@@ -24,23 +24,23 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 ROWS = {
-    "Delay, ms": "Time from a sample to its force at the motor, measured by the board: mean ± standard "
-    "deviation over the last seconds",
+    "Delay, ms": "Delay from a sample of the sensor to its force at the motor, measured by the board: mean ± "
+    "standard deviation over the last seconds",
     "Rate, Hz": "How many times per second the force is computed",
-    "Limit, N/m": "The greatest stiffness at which a released handle is stable, at this delay, rate and "
-    "velocity filter, with the damping of the scene",
-    "Missed": "Missed ticks. Computer: forces that arrived too late. Board: ticks for which its processor "
-    "had no time",
-    "Processor, %": "How busy the board's processor usually is. At most 80 % is allowed",
+    "Stiffness limit, N/m": "The greatest stiffness at which a released handle is stable, at this delay, "
+    "rate and velocity filter, with the damping of the scene",
+    "Missed forces": "How many forces were not ready in time. From the computer, they arrived too late; on "
+    "the board, its processor had no time for them",
+    "Processor load, %": "How busy the board's processor usually is. At most 80 % is allowed",
 }
 """The table's rows with their tooltips."""
-_FIRST_ROWS = "Delay, ms", "Limit, N/m"
+_FIRST_ROWS = "Delay, ms", "Stiffness limit, N/m"
 UNKNOWN = "–"
 NAMES = "Computer", "Board"
 TIP = (
-    "Who computes the force. Computer: each sample travels over USB to the computer and the force "
-    "travels back, which takes time. Board: it receives the parameters once and computes the "
-    "force itself."
+    "Computer or board: who computes the force? Computer: each sample travels over USB to the computer "
+    "and the force travels back, which takes time. Board: it receives the parameters once and computes "
+    "the force itself."
 )
 
 
@@ -160,7 +160,7 @@ class RenderingSwitch(QWidget):
         for widget in (name, self.switch):
             widget.setToolTip(TIP)
         self.facts, self.rate, self.note = Facts(), ChoiceRow(BOARD_RATE), hint()
-        self.button, self.instead = QPushButton("Compare both"), QPushButton()
+        self.button, self.instead = QPushButton("Compare computer and board"), QPushButton()
         head = hbox((name, 1), self.switch, gap=6)
         parts = (head, self.facts, self.rate, self.button, self.note, self.instead)
         vbox(*parts, into=self, margins=(0, 4, 0, 4), gap=4)
@@ -193,7 +193,7 @@ class RenderingSwitch(QWidget):
     def set_busy(self, words: str) -> None:
         """Show the progress of a comparison; "" means that it has ended."""
         self.switch.setEnabled(not words)
-        self.button.setText("Cancel" if words else "Compare both")
+        self.button.setText("Cancel" if words else "Compare computer and board")
         self.show_message(words)
 
     def show_message(self, words: str) -> None:
@@ -235,13 +235,13 @@ class RenderingSwitch(QWidget):
         if decision.where != BOARD:
             return ""
         if self._folded and decision.plan is not None:
-            parts.append(f"{100.0 * decision.plan.share:.0f} % of the board's processor.")
+            parts.append(f"The law uses {100.0 * decision.plan.share:.0f} % of the board's processor.")
         if board_plan.spec_on_board(loop.estimator) != loop.estimator:
-            parts.append("The board has no such velocity filter and uses Kalman.")
+            parts.append("The board does not have the chosen velocity filter and uses the Kalman filter.")
         if loop.delay > 0.0:
-            parts.append("The added delay applies on the computer only.")
+            parts.append("The board ignores the added delay.")
         if loop.controller:
-            parts.append("The passivity controller works on the computer only.")
+            parts.append("The board has no passivity controller.")
         return " ".join(parts)
 
     def _refresh_facts(self) -> None:

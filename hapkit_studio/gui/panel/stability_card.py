@@ -24,15 +24,13 @@ if TYPE_CHECKING:
 
 LONG = 2e-3
 """s: a longer delay is explained. This value is two periods at 1 kHz; a good link needs half a period."""
-_BOARD = "render on the board"
-_FRAMES = "let Device, Set up my Hapkit… choose how frames are sent"
 _HEIGHT, _LEFT = 150, 68.0
 _RING = 9  # px: radius of the warning's ring around the dot
 ASK_MS = 50
 _LEAST_WIDTH = 4.0
 _REGIONS = (
-    "Green: stable. Amber: friction stops the motion after a push of 1 mm. "
-    "Hatched: it buzzes after a push of 1 mm."
+    "Green: the handle is stable. Amber: only friction stops the handle after a push of 1 mm. "
+    "Hatched: the handle buzzes after a push of 1 mm."
 )
 _PALE = 0.35
 
@@ -42,11 +40,12 @@ def delay_reason(device: "Device", delay: float) -> str:
     if not device.measures_delay or delay <= LONG:
         return ""
     if not device.usb_chip:
-        return f"The virtual board shares this computer's processors: {_BOARD}."
-    what = _BOARD if device.padding else f"{_FRAMES}, or {_BOARD}"
+        return "The virtual board and the window share this computer's processors. Let the board render."
     timer = latency_timer(device)
-    cause = f"The USB chip delays frames by up to {timer} ms" if timer else "The USB line delays frames"
-    return f"{cause}: {what}."
+    cause = f"The USB chip delays each force by up to {timer} ms." if timer else "USB delays each force."
+    if device.padding:
+        return f"{cause} Let the board render."
+    return f"{cause} Run Set up my Hapkit… in the menu Device, or let the board render."
 
 
 def latency_timer(device: "Device") -> str:
@@ -139,14 +138,14 @@ class StabilityMap(Canvas):
 def details(answer: CardResult) -> str:
     """Return the text below a verdict: the reason or the nearest limit, then the delay."""
     verdict, setting = answer.verdict, answer.question.asked.setting
-    delay = f"Delay: {number(setting.delay * 1e3, 2)} ms."
+    delay = f"The delay is {number(setting.delay * 1e3, 2)} ms."
     return " ".join(part for part in (verdict.reason, delay, verdict.unknown) if part)
 
 
 def caption(answer: CardResult) -> str:
     """Return the map's caption: whether the map is valid for a released or a held handle."""
-    whose = "after you let go" if answer.verdict.worst == RELEASED else "for a handle in your hand"
-    return f"Valid {whose}. Hatched: it buzzes."
+    whose = "after you let go" if answer.verdict.worst == RELEASED else "while you hold the handle"
+    return f"This map is valid {whose}. Hatched: the handle buzzes."
 
 
 class StabilityCard(QWidget):

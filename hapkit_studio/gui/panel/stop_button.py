@@ -36,4 +36,4 @@ class StopButton(ShortcutButton):
         )
         self.set_cap(not stopped)
         released = "Set the force to zero at once (Esc)"
-        self.setToolTip("Stopped. Release it in the banner below." if stopped else released)
+        self.setToolTip("The force is off. Release the E-stop in the banner below." if stopped else released)

@@ -66,7 +66,11 @@ class TwoSettings(QObject):
     def next_text(self) -> str:
         """Describe what ``step`` would do."""
         count = len(self.stored)
-        return f"Switch to {NAMES[self.target]}" if count == len(NAMES) else f"Store as {NAMES[count]}"
+        return (
+            f"Switch to settings {NAMES[self.target]}"
+            if count == len(NAMES)
+            else f"Store settings as {NAMES[count]}"
+        )
 
     def step(self) -> None:
         """Store the current settings as A; the next time as B, if they differ; later, switch between both."""
@@ -98,7 +102,9 @@ class TwoSettingsRow(QWidget):
         self.words, self.button = label(), QPushButton()
         hbox((self.words, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)
         self.button.clicked.connect(two.step)
-        self.button.setToolTip("Press X to store or switch settings")
+        self.button.setToolTip(
+            "Press X to store the present settings as A or B, or to switch between A and B"
+        )
         two.changed.connect(self.show_state)
         self.show_state()
 
@@ -106,7 +112,7 @@ class TwoSettingsRow(QWidget):
         """Show which setting is active."""
         two, now = self._two, self._two.active
         self.setVisible(bool(two.stored))
-        self.words.setText("Neither A nor B is active" if now is None else f"{NAMES[now]} is active")
+        self.words.setText("Neither A nor B is set" if now is None else f"Settings {NAMES[now]} are active")
         self.button.setText(two.next_text)
         self.button.setEnabled(len(two.stored) == len(NAMES) or now is None)
 
@@ -121,9 +127,9 @@ class TwoSettingsDialog(FormDialog):
             "Press X to store the present settings as A. Change them and press X again to store them as "
             "B. From then on, X switches between A and B."
         )
-        super().__init__("A and B", about, parent)
+        super().__init__("Settings A and B", about, parent)
         self._two, self.table = two, DifferenceTable(*NAMES)
-        self.begin, self.drop = QPushButton("Compare blind"), QPushButton("Delete A and B")
+        self.begin, self.drop = QPushButton("Compare A and B blind"), QPushButton("Delete settings A and B")
         self.column.addWidget(self.table)
         self.add_verdict(1)
         self.add_buttons(self.begin, left=[self.drop])
@@ -138,9 +144,9 @@ class TwoSettingsDialog(FormDialog):
         self.table.show_differences(two.differences)
         self.begin.setEnabled(two.comparable)
         self.drop.setEnabled(bool(two.stored))
-        words = "" if two.comparable else "A blind comparison needs A and B with the same loop and grip."
+        words = "" if two.comparable else "For a blind comparison, A and B must have the same loop and grip."
         if not two.differences:
-            words = f"The key X will do this next: {two.next_text}."
+            words = f"The next press of X does this: {two.next_text}."
         self.verdict.say(words)
         self.verdict.setVisible(bool(words))
 

@@ -111,7 +111,7 @@ def test_an_error_is_at_its_line_and_the_old_law_keeps_running(opened, qtbot):
     assert "stifness" in window.editor.page.code.marks[LAW_LINE]
     words = window.editor.message.words.text()
     assert words.startswith(f"Line {LAW_LINE}: 'p.stifness'")
-    assert words.endswith("The old law keeps running.")
+    assert words.endswith("The previous law keeps running.")
     assert window.gallery.own_rows[window.editor.path].summary == "Does not run yet"
 
 
@@ -129,7 +129,7 @@ def test_a_law_that_drifts_is_active_with_advice_at_its_line(opened, qtbot):
     assert list(code.remarks) == [LAW_LINE]
     assert "count calls, `s.t += 1`" in code.remarks[LAW_LINE]
     assert message.tone == "warn"
-    assert message.words.text().startswith(f"Running. Line {LAW_LINE}: `s.t` drifts")
+    assert message.words.text().startswith(f"The law is running. Line {LAW_LINE}: `s.t` drifts")
     window.actions_by_key.run("environment.export")
     (sheet,) = window.findChildren(ExportDialog)
     assert f"Line {LAW_LINE}: `s.t` drifts" in sheet.verdict.words.text()
@@ -174,7 +174,7 @@ def test_f1_shows_the_language_at_the_word_under_the_cursor(opened):
 def test_text_typed_during_a_trial_stays_unsaved(opened, no_trials):
     window = opened()
     window.editor.save()
-    assert window.editor.message.words.text() == "Checking line by line…"
+    assert window.editor.message.words.text() == "Checking the law line by line…"
     assert window.editor.message.busy.isVisible()
     assert window.gallery.own_rows[window.editor.path].summary == "Checking line by line…"
     QTest.keyClicks(window.editor.page.code, "#")
@@ -182,7 +182,7 @@ def test_text_typed_during_a_trial_stays_unsaved(opened, no_trials):
     assert not window.editor.message.busy.isVisible()
     assert "#" in window.editor.page.text
     assert window.editor.page.unsaved
-    assert window.editor.message.words.text().endswith("Later changes are not saved.")
+    assert window.editor.message.words.text().endswith("Your later changes are not saved.")
 
 
 def test_a_fault_marks_its_line(window, qtbot, home):
@@ -251,7 +251,11 @@ def test_closing_asks_about_unsaved_text(opened, no_trials, monkeypatch):
     text = window.editor.page.text
     window.actions_by_key.run("environment.close")
     assert window.editor.page.isVisible()
-    assert [b.text() for b in window.editor.message.buttons] == ["Save", "Discard", "Go on"]
+    assert [b.text() for b in window.editor.message.buttons] == [
+        "Save",
+        "Discard changes",
+        "Continue editing",
+    ]
     window.editor.message.buttons[2].click()
     assert window.editor.page.code.hasFocus()
     window.actions_by_key.run("environment.close")
@@ -287,7 +291,7 @@ def test_quitting_asks_once_about_unsaved_text(opened, no_trials):
     assert window.isVisible()
     assert window.editor.message.isVisible()
     words = [button.text() for button in window.editor.message.buttons]
-    assert words == ["Save and quit", "Quit, keep as draft", "Go on"]
+    assert words == ["Save and quit", "Quit and keep a draft", "Continue editing"]
     window.editor.message.buttons[2].click()
     window.actions_by_key.run("session.quit")
     assert window.isVisible()

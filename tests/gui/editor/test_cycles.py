@@ -34,14 +34,18 @@ def test_cycles_are_shown_until_their_line_changes(counting, qtbot):
     assert list(page.code.counts) == [LAW_LINE]
     assert 100 < page.code.counts[LAW_LINE] < 1000
     words = page.cycles.text()
-    assert re.match(r"A call takes about \d+ cycles on the board, \d+ at most: 4,000 Hz with \d\d %", words)
+    assert re.match(
+        r"One call of the law takes about \d+ cycles on the board, at most \d+\. "
+        r"At 4,000 Hz, the law uses \d\d %",
+        words,
+    )
     assert page.cycles.isVisible()
     figure = page.code.counts[LAW_LINE]
     page.code.moveCursor(page.code.textCursor().MoveOperation.Start)
     page.code.insertPlainText("#\n")
     assert page.code.counts == {LAW_LINE + 1: figure}
     counting.studio.set_value("stiffness", 0.0)  # the same text gives different specialised code
-    qtbot.waitUntil(lambda: page.cycles.text().startswith("For the running law: "))
+    qtbot.waitUntil(lambda: page.cycles.text().startswith("These numbers are for the law that runs"))
     assert page.code.counts == {LAW_LINE + 1: figure}
     page.code.moveCursor(page.code.textCursor().MoveOperation.End)
     page.code.setPlainText(page.text.replace("-p.stiffness * x", "-2.0 * p.stiffness * x"))
@@ -60,7 +64,11 @@ def test_a_law_with_an_error_keeps_the_old_cycles(counting, qtbot):
     verdict = wait_for_verdict(counting, qtbot, lambda: saved(counting, broken))
     assert not verdict.ok
     assert LAW_LINE in page.code.marks
-    qtbot.waitUntil(lambda: page.cycles.text().startswith("For the running law: a call"))
+    qtbot.waitUntil(
+        lambda: page.cycles.text().startswith(
+            "These numbers are for the law that runs, before your changes. One call"
+        )
+    )
     assert page.cycles.text().endswith(words[1:])
     wait_for_verdict(counting, qtbot, lambda: saved(counting, spring()))
     qtbot.waitUntil(lambda: page.cycles.text() == words)
@@ -82,7 +90,7 @@ def test_an_untried_law_shows_a_message_instead_of_cycles(home, make_window):
     window = make_window()
     window.editor.edit(put(home, "test_spring.py", spring(force="-p.stifness * x")))
     window.actions_by_key.run("environment.cycles")
-    assert window.editor.page.cycles.text() == "Not counted yet: save and run the law first."
+    assert window.editor.page.cycles.text() == "The cycles are not counted yet. Save and run the law first."
     assert window.editor.page.code.counts == {}
     window.editor.close()
     assert not window.actions_by_key.qt["environment.cycles"].isEnabled()

@@ -39,7 +39,7 @@ def test_an_ended_comparison_gives_the_reason_and_restores_the_renderer(
     qtbot.waitUntil(lambda: not running.running)
     assert window.studio.loop.where == "computer"
     assert "did not start rendering" in note.text()
-    assert switch.button.text() == "Compare both"
+    assert switch.button.text() == "Compare computer and board"
     window.studio.stop()
     switch.compare.emit()
     assert "Release the E-stop" in note.text()

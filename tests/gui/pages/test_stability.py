@@ -250,7 +250,7 @@ def test_without_a_device_nothing_is_judged(shared_window):
     shared_window.views.show("stability")
     page = shared_window.views.page("stability")
     column = page.verdict_column
-    assert column.heading.text() == "Not judged yet"
+    assert column.heading.text() == "Stability not judged yet"
     assert (column.lines.text(), column.conditions.pairs, column.limits.pairs) == ("", [], [])
     assert not column.limits_heading.isVisible()
     assert not page.side.release.isEnabled()
@@ -267,7 +267,7 @@ def test_a_lost_device_pales_the_map_and_a_hidden_page_requests_nothing(alone, w
         window.studio.engine_changed.emit()
         assert page.lines is None
         assert page.chart.pale
-        assert page.verdict_column.heading.text() == "Not judged yet"
+        assert page.verdict_column.heading.text() == "Stability not judged yet"
     window.studio.engine_changed.emit()
     follow(page, qtbot)
     assert not page.chart.pale

@@ -8,7 +8,7 @@ from hapkit_studio import environments
 from hapkit_studio.gui.panel.loop import ModelLine
 
 FREE = environments.named("free")
-WHOLE = "Modelled: everything"
+WHOLE = "All parts of the device are simulated"
 
 
 def scene(*needs):
@@ -26,17 +26,17 @@ def line(qtbot):
 @pytest.mark.parametrize(
     ("needs", "model", "words", "tip"),
     [
-        (("mass", "viscous"), "scene", "Modelled: mass, damping and sensor steps", "without friction:"),
+        (("mass", "viscous"), "scene", "Simulated: mass, damping and sensor steps", "without friction,"),
         (("mass", "viscous"), "everything", WHOLE, "nobody would feel"),
         (("mass", "viscous", "coulomb"), "scene", WHOLE, "Free is simulated with damping and friction."),
-        (("delay", "sampling"), "scene", "Modelled: mass and sensor steps", "nobody would feel"),
+        (("delay", "sampling"), "scene", "Simulated: mass and sensor steps", "nobody would feel"),
         (
             ("mass", "coulomb"),
             "frictionless",
-            "Modelled: mass, damping and sensor steps",
+            "Simulated: mass, damping and sensor steps",
             "nobody would feel",
         ),
-        ((), "scene", WHOLE, "not known what Free needs"),
+        ((), "scene", WHOLE, "not known which parts of the device Free needs"),
     ],
 )
 def test_modelled_and_omitted_terms_are_stated(line, needs, model, words, tip):
@@ -63,7 +63,7 @@ def test_only_the_user_changes_the_model_not_the_display(kept_window):
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "words"), [(None, "Modelled: mass, damping and sensor steps"), (100.0, WHOLE)]
+    ("stiffness", "words"), [(None, "Simulated: mass, damping and sensor steps"), (100.0, WHOLE)]
 )
 def test_with_other_parameters_everything_is_modelled(line, stiffness, words):
     """The list of needed terms was found for a scene's defaults; a softer wall may also need friction."""

@@ -209,12 +209,12 @@ def test_the_loop_unfolds_and_sets_rate_delay_estimator_and_grip(window):
 @pytest.mark.slow
 def test_folds_of_the_loop_are_stored_and_enter_toggles_them(make_window, qtbot):
     first = make_window()
-    assert (first.loop.folded, first.loop.more.text()) == (True, "More")
+    assert (first.loop.folded, first.loop.more.text()) == (True, "More settings")
     for link in (first.loop.fold, first.loop.more):
         qtbot.keyClick(link, Qt.Key.Key_Return)
     first.close()
     again = make_window()
-    assert (again.loop.folded, again.loop.more.text()) == (False, "Less")
+    assert (again.loop.folded, again.loop.more.text()) == (False, "Fewer settings")
     assert again.loop.rate.isVisible()
 
 

@@ -118,7 +118,7 @@ def test_settings_that_the_board_ignores_are_stated(board_window, qtbot):
     beside = board_window.loop.controller_words
     assert "in the computer's loop only" in beside.text()
     assert not beside.isHidden()
-    assert re.match(r"\d\d % of the board's processor\.", note.text())
+    assert re.match(r"The law uses \d\d % of the board's processor\.", note.text())
     studio.set_loop(where="computer")
     assert not note.text()
     assert "computer's loop" not in beside.text()
@@ -156,7 +156,7 @@ def test_table_and_card_show_the_same_delay(board_window, qtbot, where):
         board_window.live.refresh()
         said = column(board_window, index)[0].split()[0]
         assert 1e-3 * float(said) == pytest.approx(delay, abs=8e-6 if delay < 0.5e-3 else 16e-6)
-        qtbot.waitUntil(lambda said=said: f"Delay: {said} ms" in card.words.text(), timeout=PATIENCE_MS)
+        qtbot.waitUntil(lambda said=said: f"The delay is {said} ms" in card.words.text(), timeout=PATIENCE_MS)
     engine = studio.engine
     rate = 1000.0 if where == "computer" else engine.decision().in_force.rate
     assert (card.facts.setting().rate, card.facts.setting().delay) == (

@@ -159,11 +159,11 @@ def test_an_old_verdict_is_cleared_if_the_next_is_late(window, qtbot):
     before = len(colored(card.map.viewport().grab().toImage(), "unstable"))
     card._worker.late.emit()
     page._worker.late.emit()
-    assert said(window) == ("Judging…", "", "Judging…", ("", "ink2"))
+    assert said(window) == ("Judging the stability…", "", "Judging the stability…", ("", "ink2"))
     assert not card.map.isHidden()
     assert (studio.unstable_ranges, card.calm) == ({}, False)
     assert len(colored(card.map.viewport().grab().toImage(), "unstable")) < before
-    assert page.verdict_column.heading.text() == "Judging…"
+    assert page.verdict_column.heading.text() == "Judging the stability…"
     assert (page.chart.pale, page.verdict_column.answers.text) == (True, "")
     card.show_answer(answer(asked(250.0)))
     assert said(window)[2].startswith("Stable, ")
@@ -186,4 +186,4 @@ def test_a_fault_before_the_first_delay_is_not_shown_as_measuring(board_window, 
     qtbot.waitUntil(lambda: card.verdict.text == "Measuring the delay", timeout=PATIENCE_MS)
     monkeypatch.setattr(type(engine), "fault", property(lambda _self: fault))
     board_window.live.refresh()
-    qtbot.waitUntil(lambda: card.verdict.text == "Not measured while the motor is off", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: card.verdict.text == "Delay not measured", timeout=PATIENCE_MS)

@@ -49,14 +49,14 @@ def compared(window):
 def test_one_key_stores_a_then_b_then_switches_values_and_loop(window):
     studio, row, action = window.studio, window.panel.two, window.actions_by_key.qt["teach.switch"]
     assert row.isHidden()
-    assert action.text() == "Store as A"
+    assert action.text() == "Store settings as A"
     press(window, Qt.Key.Key_X)
     press(window, Qt.Key.Key_X)
     assert len(window.two.stored) == 1  # the same settings are not stored twice
-    assert (row.words.text(), row.button.isEnabled()) == ("A is active", False)
+    assert (row.words.text(), row.button.isEnabled()) == ("Settings A are active", False)
     studio.set_values(STIFF)
     studio.set_loop(delay=0.002)
-    assert (row.words.text(), row.button.text()) == ("Neither A nor B is active", "Store as B")
+    assert (row.words.text(), row.button.text()) == ("Neither A nor B is set", "Store settings as B")
     press(window, Qt.Key.Key_X)
     steps = window.history.stack.count()
     for sign, stiffness, delay in (("A", 250.0, 0.0), ("B", 900.0, 0.002), ("A", 250.0, 0.0)):
@@ -69,7 +69,7 @@ def test_one_key_stores_a_then_b_then_switches_values_and_loop(window):
     studio.choose("wall")
     studio.set_value("damping", 1.0)
     press(window, Qt.Key.Key_X)  # neither is active, so the key selects the last active one
-    assert row.words.text() == "A is active"
+    assert row.words.text() == "Settings A are active"
 
 
 def test_the_active_settings_are_visible_in_the_smallest_window(window, qapp):

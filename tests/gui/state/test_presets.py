@@ -56,7 +56,7 @@ def test_a_preset_is_saved_selected_and_restored_in_one_undo_step(window, home):
     studio, row = window.studio, window.panel.preset
     assert row.button.text() == "Default values"
     studio.set_values(STIFF)
-    assert row.button.text() == "Own values"
+    assert row.button.text() == "Your own values"
     window.presets.save("Lab 3, stiff wall", with_loop=False)
     assert (row.name.text(), row.button.text()) == ("Preset", "Lab 3, stiff wall")
     studio.reset_values()
@@ -89,7 +89,7 @@ def test_differences_are_listed_until_the_preset_is_applied(window, home):
     window.actions_by_key.run("environment.compare_presets")
     dialog = sheet_of(window, CompareDialog)
     lines = [
-        ("Setting", "Set now", "Preset"),
+        ("Setting", "Present value", "Value in the preset"),
         ("Stiffness, N/m", "250", "900"),
         ("Damping, N·s/m", "0.0", "2.5"),
         ("Position, mm", "5.0", "−12.5"),
@@ -104,7 +104,7 @@ def test_differences_are_listed_until_the_preset_is_applied(window, home):
     dialog.use.click()
     assert (studio.values, studio.loop.delay) == (STIFF, 0.002)
     assert dialog.table.texts() == lines[:1]
-    assert dialog.verdict.words.text() == "These are already the present settings."
+    assert dialog.verdict.words.text() == "The settings of this preset are already set."
     studio.choose("spring")
     assert not dialog.isVisible()
 
@@ -124,7 +124,7 @@ def test_the_next_start_shows_the_presets_name_and_differences(window, home):
         path.write_text(damage) if damage else path.unlink()
         window.presets._chosen.clear()
         window.state.restore()
-        assert row.button.text() == "Own values"
+        assert row.button.text() == "Your own values"
 
 
 @pytest.mark.parametrize("model", ["everything", "frictionless"])

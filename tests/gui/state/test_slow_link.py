@@ -72,8 +72,8 @@ def test_a_long_delay_is_shown_in_the_card_with_a_remedy(board_window, qtbot):
     words = board_window.stability.words
     board_window.studio.set_value("stiffness", 1500.0)
     measure(board_window, 4e-3)
-    qtbot.waitUntil(lambda: "Delay: 4.00 ms" in words.text())
-    assert "render on the board" in words.text()
+    qtbot.waitUntil(lambda: "The delay is 4.00 ms" in words.text())
+    assert "et the board render" in words.text()
     assert board_window.banners.banners == []
 
 
@@ -137,7 +137,7 @@ def test_a_board_without_samples_is_reported_and_late_samples_are_explained(
 
     qtbot.waitUntil(late)
     assert window.banners.get("silence") is None
-    assert "Delay: 3.50 ms" in window.stability.words.text()
+    assert "The delay is 3.50 ms" in window.stability.words.text()
     assert "delays frames by up to 16 ms" in window.stability.words.text()
     assert "latency_timer`" in window.stability.words.toolTip()
 
@@ -154,14 +154,14 @@ def board(timer=None, padding=0):
         (
             board(0.016),
             1.01 * LONG,
-            "delays frames by up to 16 ms: let Device, Set up my Hapkit… choose",
+            "delays each force by up to 16 ms. Run Set up my Hapkit…",
         ),
         (board(0.016), 0.99 * LONG, ""),
-        (board(0.001), 1.01 * LONG, "The USB line delays frames: let Device, Set up my Hapkit…"),
-        (board(), 1.01 * LONG, "render on the board"),
+        (board(0.001), 1.01 * LONG, "USB delays each force. Run Set up my Hapkit…"),
+        (board(), 1.01 * LONG, "or let the board render"),
         (SimulatedHapkit(), 0.1, ""),
-        (board(padding=PACKET), 0.1, "The USB line delays frames: render on the board"),
-        (VirtualBoard(), 1.01 * LONG, "The virtual board shares this computer's"),
+        (board(padding=PACKET), 0.1, "USB delays each force. Let the board render"),
+        (VirtualBoard(), 1.01 * LONG, "The virtual board and the window share this computer's"),
     ],
 )
 def test_only_a_long_delay_is_explained(what, delay, words):
