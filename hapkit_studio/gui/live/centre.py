@@ -19,7 +19,7 @@ from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme
 
 _EDGE = 1  # px: width of the card's border
-_VIEWS = ("Time", "Force–position")
+_VIEWS = ("Time plots", "Force plot")
 
 
 def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
@@ -57,17 +57,17 @@ class Toolbar(QWidget):
         self.span = QComboBox()
         self.span.addItems([f"{seconds:g} s" for seconds in SPANS])
         self.span.setMinimumContentsLength(5)
-        self.span.setAccessibleName("Time window")
-        self.span.setToolTip("How much of the past is shown")
-        self.views = Segmented("Plot", _VIEWS)
+        self.span.setAccessibleName("Time shown in the plots")
+        self.span.setToolTip("How many seconds of the past the plots show")
+        self.views = Segmented("Plots shown", _VIEWS)
         self.views.show_index(0)
         self.cursors = _flat("cursors", "Measure between two moments: drag the cursors A and B (keys A, B)")
         self.cursors.setCheckable(True)
         self.hold = _flat("hold", "Keep these curves in the background, to compare them with new ones (H)")
-        self.release = _flat("hand", "Let go of the handle where it is now, at rest (L)")
+        self.release = _flat("hand", "Let the simulated hand release the handle where it is now, at rest (L)")
         self.fit = _flat("fit", "Fit the axes to the data and to the nearest object (F)")
-        self._names = {self.fit: "Fit axes", self.release: "Release here"}
-        self._names |= {self.cursors: "Cursors", self.hold: "Hold"}
+        self._names = {self.fit: "Fit axes", self.release: "Release handle here"}
+        self._names |= {self.cursors: "Cursors", self.hold: "Keep curves"}
         for button, name in self._names.items():
             button.setAccessibleName(name)
         self._hand = True

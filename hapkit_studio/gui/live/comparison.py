@@ -24,12 +24,13 @@ SETTLE_SECONDS = 0.6
 PATIENCE = 5.0
 """s within which the new renderer must have started."""
 _ORDER = "press", "tap", "stroke", "sweep", "pet"
-_FAULT = "A fault ended the comparison. Clear it, then compare again."
-_STOPPED = "Nothing to compare while the force is off. Release the E-stop or clear the fault first."
-_CHANGED = "Settings changed during the comparison. Nothing was compared."
+_FAULT = "A fault ended the comparison. Clear the fault, then compare again."
+_STOPPED = "The force is off, so nothing can be compared. Release the E-stop or clear the fault first."
+_CHANGED = "The settings changed, so the comparison ended without a result. Compare again."
 HELD_SECONDS = 5.0
 UNWATCHED = (
-    "No energy alarm while the board renders: the passivity observer works in the computer's loop only."
+    "While the board renders, there is no alarm if the scene adds energy, because only the computer's loop "
+    "measures this energy."
 )
 
 
@@ -115,7 +116,9 @@ class RenderingComparison(QObject):
         self._studio.move_hand(0.0)
         with self._studio.temporarily():
             self._studio.set_loop(where=self._left[0])
-        self._switch.set_busy(f"Comparing: on the {self._left[0]}, {len(self._parts) + 1} of 2.")
+        self._switch.set_busy(
+            f"Comparing: movement {len(self._parts) + 1} of 2, rendered by the {self._left[0]}."
+        )
         self._timer.start()
 
     def _go_on(self) -> None:
@@ -125,7 +128,7 @@ class RenderingComparison(QObject):
         elif self._moving_since:
             self._move(now)
         elif now - self._asked_at > PATIENCE:
-            self.cancel(f"The {self._left[0]} did not start rendering. Nothing was compared.")
+            self.cancel(f"The {self._left[0]} did not start to render, so nothing was compared.")
         elif engine.rendering == self._left[0] and now - self._asked_at > SETTLE_SECONDS:
             self._moving_since = now
 
@@ -199,7 +202,7 @@ def difference_words(history: History, one: Part, other: Part) -> str:
     there = np.interp(first.x - one.start, second.x - other.start, second.y["applied_force"])
     apart = np.abs(first.y["applied_force"] - there)
     usual, most = (number(value, 2) for value in (float(np.sqrt(np.mean(apart**2))), float(apart.max())))
-    lines = f"held trace: on the {one.where}, coloured trace: on the {other.where}"
     return (
-        f"Same movement of the hand, {lines}. The forces differ by {usual} N (RMS) and by at most {most} N."
+        f"The hand moved twice in the same way. Kept curve: rendered by the {one.where}. Coloured curve: "
+        f"rendered by the {other.where}. The forces differ by {usual} N (RMS) and by at most {most} N."
     )

@@ -139,27 +139,27 @@ def slope(cursors: Cursors, samples: dict[str, np.ndarray]) -> tuple[Line | None
     if not samples:
         return None, "–"
     if cursors.settings_differ:
-        return None, "none: settings changed"
+        return None, "no slope: settings changed"
     position, applied, asked = (samples[name] for name in ("position", "applied_force", "force"))
     given = (np.abs(asked) < cursors.max_force) & (np.abs(applied - asked) <= _FOLLOWED)
     acts = given & (asked * applied > 0.0)
     if not acts.any():
-        return None, "none: no force there"
+        return None, "no slope: no force there"
     found = line(position, applied, acts)
     if found is None:
-        return None, "none: too little motion"
+        return None, "no slope: too little motion"
     if found.left > _BENT:
-        return None, "none: not a straight line"
+        return None, "no slope: not a straight line"
     digits = 0 if found.half >= 10.0 else 1
     return found, f"{interval(found.slope, found.half, digits)} N/m"
 
 
 _FOLDED, _BOTH = 0, 1  # indices of the switch's segments
-_HEADS = (), ("A", "B", "B − A"), ("least", "greatest", "mean", "RMS", "Hz")
+_HEADS = (), ("A", "B", "B − A"), ("minimum", "maximum", "mean", "RMS", "Hz")
 _SLOPE_HELP = (
     "Slope of force over position between A and B, with its 95 % interval. Only samples with a "
-    "force below the limit count. There is no slope if a setting changed or the samples do not "
-    "lie on a straight line"
+    "force below the force limit are used. There is no slope if a setting changed or the samples do "
+    "not lie on a straight line"
 )
 
 
@@ -185,13 +185,13 @@ class CursorCard(QWidget):
         self._low = False
         # selected segment when there is enough height for plot and table, and when there is not
         self._chosen = [_BOTH, _FOLDED]
-        self.switch = Segmented("Cursor read-out", ("Plot", "A and B", "Range"))
+        self.switch = Segmented("Table of the cursors", ("No table", "A and B", "Statistics"))
         self.switch.show_index(_BOTH)
-        self.table = Table("Cursors")
+        self.table = Table("Values at the cursors")
         self.slope = label(role="strong", wrap=False)
         self.slope.setToolTip(_SLOPE_HELP)
         self.period = label(role="hint", wrap=False)
-        head = hbox(label("Slope A to B", wrap=False), None, self.slope)
+        head = hbox(label("Slope from A to B", wrap=False), None, self.slope)
         vbox(
             head, hbox(self.period, None, self.switch), 4, self.table, None,
             into=self, margins=(14, 4, 16, 8), gap=2,

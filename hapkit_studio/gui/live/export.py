@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.state.studio import Studio
 
 PICTURES = (".png", ".svg", ".pdf")
-COMMA = "Table, decimal comma (*.csv)"
+COMMA = "Table with decimal commas (*.csv)"
 TABLES = f"Table (*.csv);;{COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
 _KINDS = f"Picture (*.png);;Drawing (*.svg);;Page (*.pdf);;{TABLES}"
 Figure = Callable[[str], object]
@@ -48,7 +48,7 @@ def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[
         else:
             figure(str(path))
     except OSError as error:
-        raise StudioError(f"{Path(path).name} cannot be written: {error.strerror}.") from error
+        raise StudioError(f"The file {Path(path).name} cannot be written: {error.strerror}.") from error
     return str(path)
 
 
@@ -66,7 +66,7 @@ class LiveExport(QObject):
         self._studio, self._centre = studio, centre
         self._settings: deque[tuple[float, dict[str, Any]]] = deque()
         self._saving, self._copying = (Job(self, needs="", must_finish=True) for _ in range(2))
-        self._saving.finished.connect(lambda path: self.said.emit(f"Saved {Path(path).name}"))
+        self._saving.finished.connect(lambda path: self.said.emit(f"The file {Path(path).name} was saved"))
         self._copying.finished.connect(self._put)
         for job in (self._saving, self._copying):
             job.failed.connect(self.failed)
@@ -112,7 +112,7 @@ class LiveExport(QObject):
 
     def _put(self, picture: QImage) -> None:
         QGuiApplication.clipboard().setImage(picture)
-        self.said.emit("Picture copied")
+        self.said.emit("The picture was copied")
 
     def _note_settings(self) -> None:
         """Store the current settings with their time; discard settings that only apply to dropped samples."""
@@ -147,7 +147,9 @@ class LiveExport(QObject):
         table = window.known()
         if len(table.x) < 2:
             many = history.exceeds(*stretch)
-            many_words = "There are too many samples in this range. The view Sessions exports them."
+            many_words = (
+                "This range has too many samples to be exported here. Export them in the view Sessions."
+            )
             self.failed.emit(many_words if many else "There are no samples in this range.")
             return None
         begin, end = float(table.x[0]), float(table.x[-1])

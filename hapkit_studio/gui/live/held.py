@@ -174,10 +174,10 @@ class Row(QWidget):
         self.trace = trace
         self.box, self.away = QCheckBox(trace.name), QPushButton()
         self.box.setChecked(True)
-        self.box.setToolTip("Show this held trace in the plots")
+        self.box.setToolTip("Show this kept curve in the plots")
         self.away.setProperty("flat", True)
-        self.away.setAccessibleName(f"Remove {trace.name}")
-        self.away.setToolTip("Remove this held trace")
+        self.away.setAccessibleName(f"Remove the kept curve {trace.name}")
+        self.away.setToolTip("Remove this kept curve")
         icons.bind(self.away, "close", "ink2", 14)
         self.box.toggled.connect(lambda on: held.switch(place, on))
         self.away.clicked.connect(lambda: held.remove(place))

@@ -391,7 +391,7 @@ class PhaseCanvas(Canvas):
         above, below = y - 5, y + _WORDS
         beyond = above - _WORDS > box.top() if limit > 0.0 else below + 4 < box.bottom()
         row = above if beyond == (limit > 0.0) else below
-        self.note(painter, end, row, f"limit {number(limit, 1)} N", "danger", right=right)
+        self.note(painter, end, row, f"force limit {number(limit, 1)} N", "danger", right=right)
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
         """Paint the dots at the newest sample and at the pointer's time."""

@@ -52,17 +52,19 @@ class ForcePosition(QWidget):
         title = self.title = label("Force, N", "strong", wrap=False)
         self.theory = [Sample(("edge", 8.8, None), ("theory", 6.4, None)), QLabel("theory")]
         for part in self.theory:
-            part.setToolTip("The force of the law while the handle is at rest")
+            part.setToolTip("Theory: the force that the law gives while the handle is at rest")
         self.canvas.setToolTip(
-            "Applied: the force sent to the motor, after the force limit. The Hapkit has no force sensor"
+            "The applied force is the force sent to the motor, after the force limit. "
+            "The Hapkit has no force sensor"
         )
         self.note = hint()
         self.note.setContentsMargins(14, 0, RIGHT, 4)
         self.note.hide()
         self.felt = QCheckBox("Force as felt")
         self.felt.setToolTip(
-            "Draw each force at the position the handle had while that force acted: delay and hold included. "
-            "The loop's area is the energy it gives you in each cycle"
+            "Draw each force at the position that the handle had while the force acted, later than the "
+            "position that the law used. The area of the closed curve is the energy that you get in "
+            "each cycle"
         )
         self.felt.toggled.connect(self._show_felt)
         self.cycle = label(role="fact", wrap=False)
@@ -117,7 +119,7 @@ class ForcePosition(QWidget):
         words = ""
         if cycle is not None:
             way = "gives" if cycle.energy >= 0.0 else "takes"
-            words = f"The loop {way} {with_unit(abs(1e3 * cycle.energy), 'mJ', 2)} per cycle"
+            words = f"The scene {way} {with_unit(abs(1e3 * cycle.energy), 'mJ', 2)} per cycle"
         self.cycle.setText(words)
 
     @property

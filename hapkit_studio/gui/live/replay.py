@@ -291,7 +291,9 @@ def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Settings:
     """
     key = str(what.get("environment", ""))
     if key not in studio.environments:
-        raise ParameterError(f"{key} is not installed, so the scene and the verdict stay as they were.")
+        raise ParameterError(
+            f"The environment {key} is not installed, so the scene and the verdict stay as they were."
+        )
     parameters, device = what.get("parameters"), studio.opened
     ours = device is not None and not device.own_clock
     kept = ("delay_s", "estimator", "controller", "grip", *(["rate_Hz"] if ours else []))

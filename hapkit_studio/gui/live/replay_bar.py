@@ -34,7 +34,7 @@ class SeekLine(QWidget):
         super().__init__()
         self.setMinimumWidth(120)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
-        self.setAccessibleName("Position in the session")
+        self.setAccessibleName("Time in the replayed session")
         self._seconds, self._time = 0.0, 0.0
         self.markers: Marks = []
         self.changes: Marks = []
@@ -105,17 +105,17 @@ class ReplayBar(QWidget):
         super().__init__(parent)
         self._replay, self._live = replay, live
         self.name, self.words, self.time = label(role="strong", wrap=False), hint(), label(wrap=False)
-        self.back = self._button("step_back", "One frame back (←), one sample back (Shift+←)")
-        self.play = self._button("pause", "Play or pause (Space)")
-        self.on = self._button("step_on", "One frame forward (→), one sample forward (Shift+→)")
+        self.back = self._button("step_back", "Go back by one picture (←) or by one sample (Shift+←)")
+        self.play = self._button("pause", "Play or pause the replay (Space)")
+        self.on = self._button("step_on", "Go forward by one picture (→) or by one sample (Shift+→)")
         self.speed = QComboBox()
         self.speed.addItems([f"{speed:g} ×" for speed in SPEEDS])
         self.speed.setAccessibleName("Speed of the replay")
         self.line = SeekLine()
-        self.leave = QPushButton("Close", autoDefault=True)
+        self.leave = QPushButton("Close the replay", autoDefault=True)
         self.leave.setToolTip(
-            "Back to the live view, with the settings from before the replay. Changing a setting does "
-            "the same"
+            "Return to the live view and to the settings from before the replay. The same happens when you "
+            "change a setting"
         )
         card = QFrame()
         card.setProperty("card", True)

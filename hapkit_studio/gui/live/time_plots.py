@@ -28,7 +28,7 @@ FEWEST = 2
 LEAST = 0.25
 """s: a gap in the data is marked if it is at least this long."""
 _BESIDE = 6  # px: distance of a label from its line
-_EVALUATED = "evaluated here"
+_EVALUATED = "used for the check"
 _ROW, _LETTERS = 16, 10  # px: base line of a label below the frame's top, and height of its letters
 _GROUND = 0.85  # opacity of a divider label's background
 _PALE = 0.45  # opacity of a trace while the device is disconnected
@@ -439,10 +439,10 @@ class TimePlots(QWidget):
             return
         far = f"±{on_screen(found.amplitude, 'm', 2)}"
         if math.isnan(found.frequency):
-            header.remark.set_texts(f"oscillates {far}", far)
+            header.remark.set_texts(f"oscillates by {far}", far)
             return
         often = hertz(found.frequency)
-        header.remark.set_texts(f"oscillates {far} at {often}", f"{far}, {often}", often)
+        header.remark.set_texts(f"oscillates by {far} at {often}", f"{far}, {often}", often)
 
     def _read_cursors(self) -> None:
         """Show the values at both cursors above each plot."""

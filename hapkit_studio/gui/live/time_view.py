@@ -73,12 +73,12 @@ class TimeView(QObject):
         """Describe what the plots show and what the trigger waits for; "" while following live data."""
         past = self.live.now - self.zero
         if self.paused:
-            return "Paused"
+            return "Plots paused"
         if self.follows or math.isnan(past):
             return self.waiting
         if self.happened:
             return f"{self.happened} {past:.0f} s ago" + (", waiting" if self.waiting else "")
-        return f"{max(past - self.right, 0.0):.0f} s back"
+        return f"{max(past - self.right, 0.0):.0f} s ago"
 
     def set_history(self, history: History) -> None:
         """Show another history."""

@@ -32,9 +32,9 @@ LEVELS = (
     Level("velocity", Parameter("velocity", "Velocity", "mm/s", 100.0, -2000.0, 2000.0)),
     Level("applied_force", Parameter("force", "Force", "N", -1.0, -5.0, 5.0)),
 )
-EVENT = Choice("event", "Stop at", ("contact", *(level.parameter.key for level in LEVELS)))
-EDGE = Choice("edge", "Crossed", ("rising", "falling"))
-AGAIN = Choice("again", "How often", ("single", "repeated"))
+EVENT = Choice("event", "Event", ("contact", *(level.parameter.key for level in LEVELS)))
+EDGE = Choice("edge", "Direction of crossing", ("rising", "falling"))
+AGAIN = Choice("again", "Number of stops", ("single", "repeated"))
 BEFORE = Parameter("before", "Time shown before the event", "%", 20.0, 0.0, 95.0)
 PARAMETERS: tuple[AnyParameter, ...] = (EVENT, *(level.parameter for level in LEVELS), EDGE, AGAIN, BEFORE)
 
@@ -162,7 +162,7 @@ class Trigger(QObject):
         level, scene, words, crossed = self.level, self._environment, "", None
         if self.armed:
             bare = scene is not None and level is None and not _has_contact(scene)
-            words = f"No contact in {scene.title}" if scene and bare else f"Waiting for {self._name}"
+            words = f"There is no contact in {scene.title}" if scene and bare else f"Waiting for {self._name}"
             crossed = level and (level.channel, self._crossed(level))
         self._view.set_waiting(words, crossed)
         self.changed.emit()

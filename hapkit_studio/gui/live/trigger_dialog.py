@@ -7,8 +7,8 @@ from hapkit_studio.gui.panel.rows import row_of
 from hapkit_studio.gui.widgets.dialogs import FormDialog
 
 _ABOUT = (
-    "When the event happens, the time plots stop and show it. Scene, loop and recording continue. "
-    "Backspace returns to the live plots."
+    "When the chosen event happens, the time plots stop and show the event. The scene, the loop and the "
+    "recording continue. Backspace returns to the live plots."
 )
 
 
@@ -35,4 +35,4 @@ class TriggerDialog(FormDialog):
         for each in LEVELS:
             self.rows[each.parameter.key].setVisible(each is level)
         self.rows[EDGE.key].setVisible(level is not None)
-        self.arm.setText("Stop waiting" if self._trigger.armed else "Arm")
+        self.arm.setText("Stop waiting" if self._trigger.armed else "Wait for the event")

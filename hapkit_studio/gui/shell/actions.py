@@ -264,7 +264,7 @@ _PLOTS = (
     ),
     Action("view.cursor_a", "Cursor A here", lambda w: w.centre.time.put_cursor(0), "A"),
     Action("view.cursor_b", "Cursor B here", lambda w: w.centre.time.put_cursor(1), "B"),
-    Action("view.hold", "Hold the traces", lambda w: w.display.hold_traces(), "H", enabled=_shows_values),
+    Action("view.hold", "Keep the curves", lambda w: w.display.hold_traces(), "H", enabled=_shows_values),
     Action("view.hold_file", "Compare with a recording…", lambda w: w.opener.ask(), enabled=_shows_values),
     Action("view.live", "Back to live", lambda w: w.display.go_live(), "Backspace", rule=True, on_plots=True),
     Action(

@@ -17,7 +17,7 @@ def test_forces_at_equal_times_after_the_start_are_compared():
     history.append(table)
     words = difference_words(history, Part("computer", 1.0, 4.0), Part("board", 7.0, 10.0))
     assert "0.30 N (RMS) and by at most 0.30 N" in words
-    assert "held trace: on the computer, coloured trace: on the board" in words
+    assert "Kept curve: rendered by the computer. Coloured curve: rendered by the board." in words
 
 
 @pytest.mark.slow
@@ -38,7 +38,7 @@ def test_an_ended_comparison_gives_the_reason_and_restores_the_renderer(
     assert window.studio.loop.where == "board"
     qtbot.waitUntil(lambda: not running.running)
     assert window.studio.loop.where == "computer"
-    assert "did not start rendering" in note.text()
+    assert "did not start to render" in note.text()
     assert switch.button.text() == "Compare computer and board"
     window.studio.stop()
     switch.compare.emit()

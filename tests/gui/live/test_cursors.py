@@ -83,8 +83,8 @@ def test_the_slope_in_the_wall_is_its_stiffness_and_the_range_shows_extremes(plo
     assert lines[-1].y == pytest.approx(-400.0 * (lines[-1].x - 0.005), abs=1e-6)
     card.switch.button(2).click()
     span = np.sin(3.0 * np.arange(12_700, 12_811) / 1000.0) * 15.0
-    assert shown(card)["x, mm"]["greatest"] == f"{span.max():.2f}"
-    assert shown(card)["x, mm"]["least"] == f"{span.min():.2f}"
+    assert shown(card)["x, mm"]["maximum"] == f"{span.max():.2f}"
+    assert shown(card)["x, mm"]["minimum"] == f"{span.min():.2f}"
 
 
 def test_in_a_low_card_either_the_plot_or_the_table_is_shown(qtbot, plots):
@@ -156,7 +156,12 @@ def test_only_samples_with_an_unclamped_force_count_for_the_slope(plots, card, h
 
 @pytest.mark.parametrize(
     ("changed", "words"),
-    [(7.9, "−400.0"), (8.04, "none: settings changed"), (12.9, "none: settings changed"), (13.1, "−400.0")],
+    [
+        (7.9, "−400.0"),
+        (8.04, "no slope: settings changed"),
+        (12.9, "no slope: settings changed"),
+        (13.1, "−400.0"),
+    ],
 )
 def test_there_is_no_slope_across_a_change_of_settings_or_its_fading(plots, card, history, changed, words):
     history.changes.append(changed)
@@ -175,15 +180,15 @@ def test_a_residual_above_a_twentieth_of_the_force_is_no_line(plots, card, histo
     rest[:, rows.POSITION] = 0.01 * z
     rest[:, rows.FORCE] = rest[:, rows.APPLIED_FORCE] = -(z + bend * z**2)
     history.append(rest)
-    assert (read(plots, card, 14.0005, 16.0005) == "none: not a straight line") != straight
+    assert (read(plots, card, 14.0005, 16.0005) == "no slope: not a straight line") != straight
 
 
 def test_without_an_applied_force_there_is_no_slope(plots, card, history):
     free = telemetry(1000, start=14_000)
     free[:, rows.APPLIED_FORCE] = 0.0  # the motor is stopped: a force is requested, but not applied
     history.append(free)
-    assert read(plots, card, 14.0005, 14.9) == "none: no force there"
+    assert read(plots, card, 14.0005, 14.9) == "no slope: no force there"
     still = telemetry(1000, start=15_000)
     still[:, rows.POSITION], still[:, rows.FORCE], still[:, rows.APPLIED_FORCE] = 0.010, -2.0, -2.0
     history.append(still)
-    assert read(plots, card, 15.0005, 15.9) == "none: too little motion"
+    assert read(plots, card, 15.0005, 15.9) == "no slope: too little motion"

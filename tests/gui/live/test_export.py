@@ -80,7 +80,7 @@ def of(table, start, stop):
 @pytest.mark.parametrize(("kind", "between"), [("Table (*.csv)", ","), (COMMA, ";")])
 def test_a_table_contains_exactly_the_samples_of_its_range(fed, write, tmp_path, kind, between):
     window, table = fed
-    assert write(tmp_path / "a.csv", (2.0, 3.5), kind) == "Saved a.csv"
+    assert write(tmp_path / "a.csv", (2.0, 3.5), kind) == "The file a.csv was saved"
     settings, columns = read(tmp_path / "a.csv", between)
     expected = of(table, 2.0, 3.5)
     assert list(columns)[1:5] == list(COLUMNS)
@@ -93,7 +93,7 @@ def test_a_table_contains_exactly_the_samples_of_its_range(fed, write, tmp_path,
 
 
 def test_a_parquet_file_contains_the_same_samples_and_settings(fed, write, tmp_path):
-    assert write(tmp_path / "a.parquet", (2.0, 3.5), "Parquet (*.parquet)") == "Saved a.parquet"
+    assert write(tmp_path / "a.parquet", (2.0, 3.5), "Parquet (*.parquet)") == "The file a.parquet was saved"
     found, expected = parquet.read_table(tmp_path / "a.parquet"), of(fed[1], 2.0, 3.5)
     for name, place in COLUMNS.items():
         np.testing.assert_array_equal(found[name].to_numpy(), expected[:, place])
@@ -192,7 +192,7 @@ def test_a_change_while_the_loop_runs_is_exported_with_its_time_and_drawn(
 def test_the_file_extension_selects_the_format_and_no_other_file_remains(fed, write, tmp_path, name, begins):
     folder = tmp_path / "there"
     folder.mkdir()
-    assert write(folder / name, (1.0, 2.0)) == f"Saved {name}"
+    assert write(folder / name, (1.0, 2.0)) == f"The file {name} was saved"
     assert [path.name for path in folder.iterdir()] == [name]
     assert (folder / name).read_bytes().startswith(begins)
 

@@ -55,7 +55,7 @@ def test_links_and_clamp_light_of_the_status_bar_do_not_move(bar, qapp):
         parts = bar.clamp, bar.energy.link, bar.kept.link, bar.priority.link
         return [part.mapTo(bar, QPoint()).x() for part in parts]
 
-    bar.show_energy("The scene gave you 0.41 mJ more than you put in", remedy=True)
+    bar.show_energy("The scene gave you 0.41 mJ more energy than you put in", remedy=True)
     bar.show_kept("Recording", written=True)
     bar.show_figures(True)
     found = []
@@ -70,7 +70,7 @@ def test_links_and_clamp_light_of_the_status_bar_do_not_move(bar, qapp):
         bar._clamped_until = 0.0
         bar.show_clamp(clamped, 3.0)
         bar.show_margin("Stable" if clamped else "Stable, 36 × below the limit", "check", "ok")
-        bar.show_energy(f"The scene gave you {given} mJ more than you put in", remedy=True)
+        bar.show_energy(f"The scene gave you {given} mJ more energy than you put in", remedy=True)
         bar.show_kept(kept, written=True)
         found.append(places())
     assert found == found[:1] * 3
@@ -143,7 +143,7 @@ def test_an_oscillation_is_shown_beside_the_position_while_it_lasts(window):
     table[2000:, rows.POSITION] = 0.0
     for part, said in (
         (table[:1000], ""),
-        (table[1000:2000], "oscillates ±1.2 mm at 31 Hz"),
+        (table[1000:2000], "oscillates by ±1.2 mm at 31 Hz"),
         (table[2000:], ""),
     ):
         window.live.history.append(part)
@@ -158,10 +158,10 @@ def test_the_oscillation_text_is_shortened_and_never_cut(plots):
         remark.resize(wide, 20)
         assert remark.fontMetrics().horizontalAdvance(remark.text()) <= wide
         seen += [remark.text()] if remark.text() not in seen else []
-    assert seen == ["oscillates ±1.2 mm at 31 Hz", "±1.2 mm, 31 Hz", "31 Hz", ""]
+    assert seen == ["oscillates by ±1.2 mm at 31 Hz", "±1.2 mm, 31 Hz", "31 Hz", ""]
     remark.resize(260, 20)
     plots.show_oscillation(Oscillation(1.2e-3, math.nan))
-    assert remark.text() == "oscillates ±1.2 mm"
+    assert remark.text() == "oscillates by ±1.2 mm"
 
 
 def test_while_paused_everything_shows_one_sample_except_the_force_in_the_status_bar(window, qtbot):

@@ -326,7 +326,7 @@ def test_as_felt_a_delayed_spring_is_a_loop_with_the_energy_per_cycle(phase):
     away, pixel = off_the_line(phase)
     assert away == pytest.approx(wide, abs=6.0 * pixel)
     assert away > 10.0 * pixel
-    assert phase.cycle.text() == f"The loop gives {1e3 * np.pi * AWAY * wide:.2g} mJ per cycle"
+    assert phase.cycle.text() == f"The scene gives {1e3 * np.pi * AWAY * wide:.2g} mJ per cycle"
     phase.choose(1)
     assert not phase.felt.isVisibleTo(phase)
 

@@ -282,7 +282,7 @@ def test_keys_step_and_a_press_on_the_line_seeks(replay, kept_idle_window):
 def test_a_missing_law_is_reported_and_the_plots_continue(kept_idle_window, qtbot, home):
     window = kept_idle_window
     replay = opened(window, qtbot, write(home / "b.hapkit", GONE, SPRING))
-    assert window.replay_bar.words.text().startswith("my_lost_law is not installed")
+    assert window.replay_bar.words.text().startswith("The environment my_lost_law is not installed")
     assert window.studio.environment.key == "wall"
     assert window.centre.time.shown.now is not None
     replay.seek(0.6)

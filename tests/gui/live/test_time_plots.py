@@ -37,7 +37,7 @@ def test_while_paused_the_view_zooms_and_pans_in_the_history(plots, history):
     assert not word.isVisible()
     plots.view.set_paused(True)
     # the word is above the plots, so it covers no data
-    assert (word.text(), word.isVisible()) == ("Paused", True)
+    assert (word.text(), word.isVisible()) == ("Plots paused", True)
     turn_wheel(canvas_of(plots, "force"))
     left, right = plots.canvases[0].view.viewRange()[0]
     assert -10.0 < left < right < 0.0

@@ -51,7 +51,7 @@ def test_the_wheel_zooms_at_the_pointer_and_new_data_do_not_move_the_picture(plo
     history.append(telemetry(3000, 14_000))
     plots.refresh()
     np.testing.assert_array_equal(plots.shown.window.y["position"], standing)
-    assert plots.view.status == f"{-right + 3.0:.0f} s back"  # 3 s of new data have arrived
+    assert plots.view.status == f"{-right + 3.0:.0f} s ago"  # 3 s of new data have arrived
 
 
 def test_a_view_zoomed_at_the_right_end_keeps_following(plots, history):
@@ -76,7 +76,7 @@ def test_a_view_dragged_back_shows_its_distance_and_follows_again_at_the_end(plo
     header = plots.headers[0]
     assert header.back.isVisible()
     history.append(telemetry(2000, 14_000))
-    assert plots.view.status == f"{2.0 - right:.0f} s back"
+    assert plots.view.status == f"{2.0 - right:.0f} s ago"
     drag(qtbot, canvas, -100)  # the end has moved by 2 s, so this drag does not reach the end
     assert not plots.view.follows
     drag(qtbot, canvas, -250)

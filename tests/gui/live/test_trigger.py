@@ -148,7 +148,7 @@ def test_a_waiting_trigger_says_that_a_scene_has_no_contact(view):
     trigger = armed(view, event="contact")
     assert view.status == "Waiting for contact"
     trigger.set_environment(LIBRARY["spring"])
-    assert view.status == "No contact in Spring"
+    assert view.status == "There is no contact in Spring"
     trigger.disarm()
     assert view.status == ""
 
@@ -191,7 +191,7 @@ def test_keys_arm_the_trigger_and_return_to_live_and_its_dialog_changes_it(windo
     assert [words for _, words in window.centre.time.shown.dividers] == ["Contact"]
     assert not window.actions_by_key.qt["view.trigger"].isChecked()
     QTest.keyClick(scene, Qt.Key.Key_Space)
-    assert view.status == "Paused"
+    assert view.status == "Plots paused"
     assert view.happened == "Contact"
     QTest.keyClick(scene, Qt.Key.Key_Backspace)
     assert view.follows

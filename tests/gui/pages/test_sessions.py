@@ -117,7 +117,7 @@ def test_an_export_contains_the_samples_with_the_selected_decimal_mark(page, qtb
     choose(page, "Wall to its limit")
     for kind, name, separator, decimal in (
         ("Table (*.csv)", "a.csv", ",", "."),
-        ("Table, decimal comma (*.csv)", "b.csv", ";", ","),
+        ("Table with decimal commas (*.csv)", "b.csv", ";", ","),
     ):
         assert exported(page, qtbot, kind, tmp_path / name) == f"Saved {name}: 1,000 samples"
         head, *lines = [x for x in (tmp_path / name).read_text().splitlines() if not x.startswith("#")]

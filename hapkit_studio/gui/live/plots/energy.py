@@ -12,7 +12,7 @@ PLOT = TimePlot(
     traces=(
         Trace(
             "energy_limit",
-            "limit",
+            "energy limit",
             "danger",
             dash=(2.0, 4.0),
             help="The most energy that a passive scene could have given you. Above this line, the loop "
@@ -20,10 +20,11 @@ PLOT = TimePlot(
         ),
         Trace(
             "energy_given",
-            "to the hand",
+            "energy to the hand",
             "energy",
             dash=(9.0, 4.0, 2.0, 4.0),
-            help="Energy given to your hand since the last change of a setting: force times distance",
+            help="Energy that the scene has given to your hand since the last change of a setting: "
+            "force times distance",
         ),
     ),
     beside=True,

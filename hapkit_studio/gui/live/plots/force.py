@@ -2,7 +2,7 @@
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 
-_ASKED = "The force that the law asked for. An arrow marks values beyond the plot"
+_ASKED = "Asked force: what the law asks for. An arrow marks values beyond the plot"
 PLOT = TimePlot(
     key="force",
     title="Force",
@@ -11,12 +11,13 @@ PLOT = TimePlot(
     share=43,
     order=2,
     traces=(
-        Trace("force", "asked", "asked", dashed=True, help=_ASKED),
+        Trace("force", "asked force", "asked", dashed=True, help=_ASKED),
         Trace(
             "applied_force",
+            "applied force",
             "applied",
-            "applied",
-            help="The force sent to the motor, after the force limit. The Hapkit has no force sensor",
+            help="Applied force: what is sent to the motor, after the force limit. "
+            "The Hapkit has no force sensor",
         ),
     ),
     limits=True,

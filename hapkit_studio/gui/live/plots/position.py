@@ -10,9 +10,12 @@ PLOT = TimePlot(
     share=30,
     order=0,
     traces=(
-        Trace("object", "", "objline", dash=(6.0, 4.0), help="Where the object of this scene is"),
+        Trace("object", "", "objline", dash=(6.0, 4.0), help="Position of the object in this scene"),
         Trace(
-            "position", "position", "position", help="Measured by the sensor, in steps of one sensor count"
+            "position",
+            "position",
+            "position",
+            help="Position measured by the sensor, in steps of one sensor count",
         ),
     ),
     surface=True,

@@ -10,7 +10,12 @@ PLOT = TimePlot(
     share=27,
     order=1,
     traces=(
-        Trace("velocity", "velocity", "velocity", help="Estimated from the measured position, not smoothed"),
+        Trace(
+            "velocity",
+            "velocity",
+            "velocity",
+            help="Velocity estimated from the measured position, not smoothed",
+        ),
     ),
     folds=10,
 )
